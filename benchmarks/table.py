@@ -1,0 +1,48 @@
+"""A table of measured times, written for people, with what it was measured on."""
+
+import os
+import platform
+from collections.abc import Callable, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+HERE = Path(__file__).parent
+
+
+def timed(work: Callable[[], object], repeats: int) -> tuple[float, object]:
+    """Median wall time of several repeats [s] and the last result."""
+    times, result = [], None
+    for _ in range(repeats):
+        result = None  # so that every repeat may use the memory of the one before
+        begin = perf_counter()
+        result = work()
+        times.append(perf_counter() - begin)
+    return median(times), result
+
+
+def surroundings(packages: Sequence[str]) -> str:
+    """One sentence: versions, processor family and cores; no name of a machine."""
+    found = [f"Python {platform.python_version()}"]
+    for package in packages:
+        try:
+            found.append(f"{package} {version(package)}")
+        except PackageNotFoundError:
+            found.append(f"{package} missing")
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return f"{', '.join(found)}; {platform.system()} on {platform.machine()}, {cores} cores."
+
+
+def write(
+    name: str, title: str, notes: Sequence[str], head: Sequence[str], rows: Sequence[Sequence[str]]
+) -> None:
+    """Print a markdown page and keep it beside this file."""
+    lines = [f"# {title}", ""]
+    for note in notes:
+        lines += [note, ""]
+    lines += ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    lines += ["| " + " | ".join(row) + " |" for row in rows]
+    text = "\n".join(lines) + "\n"
+    (HERE / name).write_text(text, encoding="utf-8")
+    print(text)

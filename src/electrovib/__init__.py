@@ -1,0 +1,50 @@
+"""Electrovibration: the force between a finger and a charged plate, from drive voltage to friction.
+
+Public names are loaded on first use, so that ``import electrovib`` costs nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from electrovib.apps.run import run as run
+    from electrovib.export.save import save as save
+    from electrovib.solve.scenario import Scenario as Scenario
+    from electrovib.solve.scenario import load as load
+    from electrovib.solve.scenario import scenario_of as scenario_of
+    from electrovib.solve.simulate import simulate as simulate
+    from electrovib.study.sweep import sweep as sweep
+    from electrovib.view import plots as plot
+    from electrovib.view.report import report as report
+    from electrovib.view.reproduce import reproduce as reproduce
+
+_PLACES = {
+    "Scenario": "electrovib.solve.scenario",
+    "init": "electrovib.apps.init",
+    "load": "electrovib.solve.scenario",
+    "report": "electrovib.view.report",
+    "reproduce": "electrovib.view.reproduce",
+    "run": "electrovib.apps.run",
+    "save": "electrovib.export.save",
+    "scenario_of": "electrovib.solve.scenario",
+    "simulate": "electrovib.solve.simulate",
+    "sweep": "electrovib.study.sweep",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name == "plot":
+        return importlib.import_module("electrovib.view.plots")
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("electrovib")
+    if name in _PLACES:
+        return getattr(importlib.import_module(_PLACES[name]), name)
+    raise AttributeError(f"module 'electrovib' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return sorted([*_PLACES, "plot", "__version__"])

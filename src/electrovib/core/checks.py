@@ -1,0 +1,60 @@
+"""A number that a source gives, and how a model is asked for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+STATUSES: Final = ("full text", "abstract", "derived", "recalled")
+"""How the source of a model or a value was read, from best to not at all."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One published or derived number against ours.
+
+    Parameters
+    ----------
+    name : str
+        Method of the model to call with `given`, or the name of the quantity that `compute` gives.
+    expect : float
+        The number of the source, SI.
+    rtol : float
+        Relative tolerance, from the digits the source prints.
+    source : str
+        Where it stands.
+    given : mapping of str to float, optional
+        Arguments of the method.
+    compute : callable, optional
+        For a check of a whole paper: takes nothing, gives the number.
+    status : str
+        One of `STATUSES`; a recalled number is never a check.
+    """
+
+    name: str
+    expect: float
+    rtol: float
+    source: str
+    given: Mapping[str, float] = field(default_factory=dict)
+    compute: Callable[[], float] | None = None
+    status: str = "full text"
+
+    def __post_init__(self) -> None:
+        """Refuse a check whose source nobody has read."""
+        if self.status not in STATUSES or self.status == "recalled":
+            msg = f"check '{self.name}': status '{self.status}' cannot be checked against"
+            raise TypeError(msg)
+        if self.expect == 0 or not 0 < self.rtol < 1:
+            msg = f"check '{self.name}': needs a number other than 0 and a relative tolerance below 1"
+            raise TypeError(msg)
+
+    def value(self, model: Any = None) -> float:
+        """Compute our number."""
+        if self.compute is not None:
+            return float(self.compute())
+        return float(getattr(model, self.name)(**self.given))
+
+    def accepts(self, value: float) -> bool:
+        """Tell whether a number agrees within the tolerance."""
+        return abs(value - self.expect) <= self.rtol * abs(self.expect)

@@ -1,0 +1,8 @@
+"""Constants of nature."""
+
+from __future__ import annotations
+
+from typing import Final
+
+VACUUM_PERMITTIVITY: Final = 8.8541878128e-12
+"""Electric constant [F/m], CODATA 2018."""

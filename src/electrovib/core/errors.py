@@ -1,0 +1,56 @@
+"""Errors that a user can cause, each with the next thing to do."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class ElectrovibError(Exception):
+    """A mistake a user can mend; shown as one line, never as a traceback."""
+
+
+class InputError(ElectrovibError):
+    """One or several things wrong with an input, all listed at once.
+
+    Parameters
+    ----------
+    problems : iterable of str
+        One sentence each, naming the dotted path, the value, what is allowed and the nearest name.
+    """
+
+    def __init__(self, problems: str | Iterable[str]) -> None:
+        self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
+        super().__init__("\n".join(self.problems))
+
+
+class DataFileError(InputError):
+    """A file that cannot be read as what it was given for."""
+
+
+class NotCausalError(ElectrovibError):
+    """A law without a time-domain form was asked for one."""
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """Give ``" Did you mean 'x'?"`` for the closest known name, or the list of all of them.
+
+    Parameters
+    ----------
+    word : str
+        What was written.
+    known : iterable of str
+        What is allowed.
+
+    Returns
+    -------
+    str
+        A sentence that starts with a blank, or an empty text when nothing is known.
+    """
+    names = sorted(known)
+    close = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
+    if not close:  # a difference in capitals only is the commonest slip
+        close = [name for name in names if name.lower() == word.lower()][:1]
+    if close:
+        return f" Did you mean '{close[0]}'?"
+    return f" Known: {', '.join(names)}." if names else ""

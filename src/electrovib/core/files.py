@@ -1,0 +1,55 @@
+"""Where files named inside a scenario are looked for, and how a model asks for their numbers."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic_core import PydanticCustomError
+
+from electrovib.core.errors import InputError
+
+_folder: ContextVar[Path] = ContextVar("folder", default=Path())
+
+
+@contextmanager
+def relative_to(folder: Path) -> Iterator[None]:
+    """Look for relative file names in this folder while a scenario is being read."""
+    token = _folder.set(folder)
+    try:
+        yield
+    finally:
+        _folder.reset(token)
+
+
+def read_columns(name: str, wanted: Mapping[str, tuple[str | int, str]]) -> dict[str, NDArray[np.float64]]:
+    """Read named columns of a file for a model.
+
+    Parameters
+    ----------
+    name : str
+        File, relative to the scenario's own folder.
+    wanted : mapping
+        Parameter name to (column name or number, unit when the heading has none).
+
+    Returns
+    -------
+    dict of str to array
+        SI.
+
+    Raises
+    ------
+    PydanticCustomError
+        So that the message joins the scenario's other mistakes.
+    """
+    reader = importlib.import_module("electrovib.data.columns")  # found late: models know no files
+    try:
+        columns: dict[str, NDArray[np.float64]] = reader.read_columns(_folder.get() / name, wanted)
+    except InputError as error:
+        raise PydanticCustomError("file", "{why}", {"why": str(error)}) from None
+    return columns

@@ -1,0 +1,214 @@
+"""What a model is: a frozen, declared, named set of physical parameters, and how a tree of them is read."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar, Self, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from electrovib.core.errors import InputError, nearest
+from electrovib.core.quantity import Quantity
+
+
+M = TypeVar("M", bound="Model")
+
+
+class Model(BaseModel):
+    """A thing with declared parameters: abstract (a family) or final, never in between.
+
+    Notes
+    -----
+    A family is declared with ``class Drive(Model, family=True)``; where a family is expected, a table with
+    ``model = "Name"`` chooses the member. Every other class is final. Equality and hash are those of the
+    canonical JSON, so that two equal numbers written differently are one model.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
+
+    is_family: ClassVar[bool] = True
+    reference: ClassVar[str] = ""
+    status: ClassVar[str] = ""
+    equation: ClassVar[Mapping[str, str]] = {}
+    checks: ClassVar[tuple[Any, ...]] = ()
+    example: ClassVar[Mapping[str, Any]] = {}
+    """Parameters without a default, for tests and documents."""
+
+    def __init_subclass__(cls, *, family: bool = False, **kwargs: Any) -> None:
+        """Keep classes abstract or final."""
+        super().__init_subclass__(**kwargs)
+        parent = cls.__mro__[1]
+        if issubclass(parent, Model) and not parent.is_family:
+            msg = f"{cls.__name__} subclasses the final class {parent.__name__}: wrap it instead"
+            raise TypeError(msg)
+        cls.is_family = family
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _read(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        if isinstance(value, cls):
+            return value
+        if not isinstance(value, Mapping):
+            why = f"expected a table of parameters of {cls.__name__}"
+            raise PydanticCustomError("table", "{why}", {"why": why})
+        content = dict(value)
+        name = content.pop("model", None)
+        if cls.is_family:
+            return cls._member(name).model_validate(content)
+        if name not in (None, cls.__name__):
+            why = f"expected the model {cls.__name__}, not '{name}'"
+            raise PydanticCustomError("model_name", "{why}", {"why": why})
+        return cls._explain(cls.complete(content), handler)
+
+    @classmethod
+    def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
+        """Add what a table leaves to be found, for instance the numbers of a file it names."""
+        return content
+
+    @classmethod
+    def _explain(cls, content: dict[str, Any], handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Say for an unknown parameter of which class it was, and the nearest known one."""
+        try:
+            return handler(content)
+        except ValidationError as error:
+            lines = []
+            for item in error.errors(include_url=False):
+                kind, loc = item["type"], item["loc"]
+                if kind == "extra_forbidden" and len(loc) == 1:
+                    known = nearest(str(loc[0]), cls.model_fields)
+                    why = f"unknown parameter '{loc[0]}' of {cls.__name__}.{known}"
+                    fault: Any = PydanticCustomError("unknown", "{why}", {"why": why})
+                elif kind == "missing" and len(loc) == 1:
+                    why = f"missing: {cls._describe(str(loc[0]))}"
+                    fault = PydanticCustomError("missing_parameter", "{why}", {"why": why})
+                else:
+                    fault = PydanticCustomError(kind, "{why}", {"why": item["msg"]})  # type: ignore[arg-type]
+                lines.append(InitErrorDetails(type=fault, loc=loc, input=item["input"]))
+            raise ValidationError.from_exception_data(cls.__name__, lines) from None
+
+    @classmethod
+    def _describe(cls, field: str) -> str:
+        quantity = quantity_of(cls, field)
+        if quantity is None:
+            return cls.model_fields[field].description or f"'{field}' of {cls.__name__}"
+        return f"{quantity.doc}, between {quantity.range()}"
+
+    @classmethod
+    def _member(cls, name: object) -> type[Self]:
+        from electrovib.core.discovery import find_members
+
+        if not isinstance(name, str):
+            known = ", ".join(sorted(find_members(cls)))
+            why = f"needs a name, for instance model = \"...\", one of: {known}"
+            raise PydanticCustomError("model_name", "{why}", {"why": why})
+        members = find_members(cls, wanted=name)
+        if name not in members:
+            why = f"unknown {cls.__name__} model '{name}'.{nearest(name, members)}"
+            raise PydanticCustomError("model_name", "{why}", {"why": why})
+        return members[name]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the nested tables that build this model again, floats in SI.
+
+        Returns
+        -------
+        dict
+            Member of a family: with its ``model`` name first.
+        """
+        content = {"model": type(self).__name__} if type(self).__mro__[1] is not Model else {}
+        return content | {name: _plain(value) for name, value in self}
+
+    def canonical(self) -> str:
+        """Write the canonical JSON: what equality, hash and the scenario's hash are made of."""
+        return json.dumps(self.to_dict(), sort_keys=True, separators=(",", ":"), default=_content)
+
+    def digest(self) -> str:
+        """Give the SHA-256 of the canonical JSON, hexadecimal."""
+        return hashlib.sha256(self.canonical().encode()).hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        """Compare the canonical JSON."""
+        return isinstance(other, Model) and type(self) is type(other) and self.canonical() == other.canonical()
+
+    def __hash__(self) -> int:
+        """Hash the canonical JSON."""
+        return hash((type(self).__name__, self.canonical()))
+
+    def replace(self, changes: Mapping[str, Any]) -> Self:
+        """Give a copy with some parameters changed.
+
+        Parameters
+        ----------
+        changes : mapping of str to value
+            Dotted path to number, text with a unit, or table: ``{"drive.high": "150 V"}``.
+
+        Returns
+        -------
+        Model
+            A new, validated model.
+
+        Raises
+        ------
+        InputError
+            For every path that does not exist and every value that does not fit, all at once.
+        """
+        from electrovib.core.paths import replaced
+
+        return read_model(type(self), replaced(self, changes))
+
+    def parameters(self) -> Iterator[tuple[str, float | None, Quantity]]:
+        """Walk over the physical parameters: dotted path, value in SI, declaration."""
+        from electrovib.core.paths import walk_parameters
+
+        return walk_parameters(self)
+
+
+def quantity_of(model: type[BaseModel], field: str) -> Quantity | None:
+    """Find the declaration of a field, if it is a physical parameter."""
+    found = [m for m in model.model_fields[field].metadata if isinstance(m, Quantity)]
+    return found[0] if found else None
+
+
+def read_model(kind: type[M], content: object) -> M:
+    """Build a model from nested tables and list every mistake at once.
+
+    Raises
+    ------
+    InputError
+        One sentence a mistake: dotted path, value, what is allowed, nearest name.
+    """
+    try:
+        return kind.model_validate(content)
+    except ValidationError as error:
+        raise InputError(sentence(item) for item in error.errors(include_url=False)) from None
+
+
+def sentence(item: Mapping[str, Any]) -> str:
+    """Write one validation error as ``path = value: why``."""
+    path = ".".join(str(part) for part in item["loc"])
+    item = {**item, "msg": item["msg"].removeprefix("Value error, ")}
+    if item["type"] in {"missing_parameter", "unknown"}:
+        return f"{path}: {item['msg']}"
+    shown = item["input"]
+    if isinstance(shown, Mapping):
+        shown = f"{{model = {shown['model']!r}, ...}}" if "model" in shown else "{...}"
+        return f"{path or 'the file'} = {shown}: {item['msg']}"
+    text = repr(shown)
+    return f"{path or 'the file'} = {text if len(text) <= 60 else text[:57] + '...'}: {item['msg']}"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Model):
+        return value.to_dict()
+    if isinstance(value, (tuple, list)):
+        return [_plain(item) for item in value]
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    return value
+
+
+def _content(value: Any) -> Any:
+    return value.canonical_content()

@@ -1,0 +1,87 @@
+"""The declaration that every physical parameter carries: unit, range, meaning."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, TypeAlias, get_args
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from electrovib.core.units import KINDS, expected, format_quantity, parse_quantity
+
+Number: TypeAlias = float
+"""A physical parameter: a finite float in SI."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Unit, inclusive range and meaning of one physical parameter.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit, one of `electrovib.core.units.KINDS`; ``"1"`` for a pure number.
+    low, high : float
+        Inclusive finite range in that unit.
+    doc : str
+        What the number means, in a few words.
+    """
+
+    unit: str
+    low: float
+    high: float
+    doc: str
+
+    def __post_init__(self) -> None:
+        """Refuse a declaration that is itself wrong."""
+        if self.unit not in KINDS:
+            msg = f"unit {self.unit!r} of '{self.doc}' is not one of {', '.join(KINDS)}"
+            raise TypeError(msg)
+
+    def read(self, value: object) -> float:
+        """Turn text or a number into a float in SI within the range.
+
+        Raises
+        ------
+        PydanticCustomError
+            With the sentence that the user sees after ``path = value:``.
+        """
+        if isinstance(value, str):
+            try:
+                value = parse_quantity(value, self.unit)
+            except ValueError as error:
+                raise PydanticCustomError("quantity", "{why}", {"why": str(error)}) from None
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise PydanticCustomError("quantity", "{why}", {"why": expected(self.unit)})
+        number = float(value)
+        if not math.isfinite(number):
+            why = f"must be a finite number; {expected(self.unit)}"
+            raise PydanticCustomError("quantity", "{why}", {"why": why})
+        if not self.low <= number <= self.high:
+            raise PydanticCustomError("quantity", "{why}", {"why": f"must lie between {self.range()}"})
+        return number
+
+    def range(self) -> str:
+        """Write the range for a person."""
+        return f"{format_quantity(self.low, self.unit)} and {format_quantity(self.high, self.unit)}"
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Validate through `read`; keep a None that the field's own type allows."""
+        del handler
+        schema = core_schema.no_info_plain_validator_function(self.read)
+        return core_schema.nullable_schema(schema) if type(None) in get_args(source) else schema
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Describe the parameter for sliders and documents."""
+        del schema, handler
+        return {
+            "type": "number",
+            "unit": self.unit,
+            "minimum": self.low,
+            "maximum": self.high,
+            "description": self.doc,
+        }

@@ -1,0 +1,68 @@
+"""The nomenclature: one word for each signal, with its unit, symbol and meaning.
+
+The unit belongs to the name. xarray keeps attributes through arithmetic, so a squared voltage would still say
+V; units are therefore stamped when a Trace is made and when it is saved, and never trusted in between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from electrovib.core.errors import ElectrovibError, nearest
+
+
+@dataclass(frozen=True)
+class Signal:
+    """What a signal is.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit, one of `electrovib.core.units.KINDS`.
+    symbol : str
+        As on an axis, mathtext.
+    doc : str
+        Meaning, in a few words.
+    """
+
+    unit: str
+    symbol: str
+    doc: str
+
+
+SIGNALS: Final = {
+    # coordinates
+    "time": Signal("s", "t", "time"),
+    "frequency": Signal("Hz", "f", "frequency"),
+    "layer": Signal("1", "", "layer, from the plate to the finger"),
+    # over time
+    "drive_voltage": Signal("V", "v", "voltage of the drive"),
+    "stack_voltage": Signal("V", "v_{stack}", "voltage across the layers, without source and return path"),
+    "effective_voltage": Signal("V", "v_e", "part of the voltage that pulls the finger"),
+    "field": Signal("V/m", "E", "electric field in a layer"),
+    "displacement": Signal("C/m2", "D", "bound electric displacement in a layer"),
+    "current": Signal("A", "i", "current into the contact"),
+    "electrostatic_force": Signal("N", "f_e", "electrostatic attraction"),
+    "normal_force": Signal("N", "f_n", "force with which the finger is pressed"),
+    "lateral_force": Signal("N", "f_t", "friction force"),
+    # over frequency
+    "effective_voltage_gain": Signal("1", "v_e/v", "effective voltage per volt of the drive, complex"),
+    "field_gain": Signal("1", "E T/v", "voltage across a layer per volt of the drive, complex"),
+    "mean_force": Signal("N", r"\langle f_e \rangle", "mean attraction under a sine of the drive's peak voltage"),
+    "impedance": Signal("ohm", "Z", "impedance seen by the drive, complex"),
+    "permittivity": Signal("1", r"\varepsilon^*", "relative permittivity of a layer, conduction included, complex"),
+}
+
+
+def signal(name: str) -> Signal:
+    """Look a signal up.
+
+    Raises
+    ------
+    ElectrovibError
+        If the nomenclature has no such name.
+    """
+    if name not in SIGNALS:
+        raise ElectrovibError(f"'{name}' is not a signal.{nearest(name, SIGNALS)}")
+    return SIGNALS[name]

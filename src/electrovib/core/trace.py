@@ -1,0 +1,76 @@
+"""A result, computed or measured: an xarray.Dataset whose variables are named from the table of signals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from electrovib.core.signals import SIGNALS, signal
+
+if TYPE_CHECKING:
+    import xarray
+
+FORMAT = "electrovib trace 1"
+
+
+def make_trace(
+    variables: Mapping[str, tuple[Sequence[str], Any]],
+    coordinates: Mapping[str, Any],
+    attributes: Mapping[str, Any],
+) -> xarray.Dataset:
+    """Make a Trace and stamp the unit of every signal.
+
+    Parameters
+    ----------
+    variables : mapping
+        Signal name to (dimensions, array).
+    coordinates : mapping
+        Dimension to values.
+    attributes : mapping
+        Provenance: texts and numbers only; structured things as JSON text.
+
+    Returns
+    -------
+    xarray.Dataset
+        With ``units`` and ``long_name`` on every signal.
+
+    Raises
+    ------
+    ElectrovibError
+        If a name is not in the nomenclature.
+    """
+    import xarray
+
+    for name in variables:
+        signal(name)
+    coords = {name: ((name,), values) for name, values in coordinates.items()}
+    trace = xarray.Dataset(
+        {name: (tuple(dims), data) for name, (dims, data) in variables.items()},
+        coords=coords,
+        attrs={"format": FORMAT, **attributes},
+    )
+    return stamp(trace)
+
+
+def stamp(trace: xarray.Dataset) -> xarray.Dataset:
+    """Write units and meanings on a Trace again, from the names alone.
+
+    Parameters
+    ----------
+    trace : xarray.Dataset
+        Any Trace, also after arithmetic.
+
+    Returns
+    -------
+    xarray.Dataset
+        A shallow copy; names outside the nomenclature keep their attributes.
+    """
+    stamped = trace.copy()
+    for name in stamped.variables:
+        if str(name) in SIGNALS:
+            known = SIGNALS[str(name)]
+            attrs = {"units": known.unit, "long_name": known.doc}
+            if name == "layer":
+                attrs = {"long_name": known.doc}
+            stamped[name].attrs.update(attrs)
+    return stamped

@@ -1,0 +1,192 @@
+"""Numbers with units at the border: text in, SI floats inside, text out."""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+from decimal import Decimal
+from typing import Final
+
+PREFIXES: Final = {
+    "f": -15,
+    "p": -12,
+    "n": -9,
+    "u": -6,
+    "m": -3,
+    "c": -2,
+    "d": -1,
+    "": 0,
+    "k": 3,
+    "M": 6,
+    "G": 9,
+    "T": 12,
+}
+SHOWN_PREFIXES: Final = ("f", "p", "n", "u", "m", "", "k", "M", "G", "T")
+
+KINDS: Final = {
+    "1": ("a plain number", "0.5"),
+    "m": ("a length", "90 um"),
+    "m2": ("an area", "1 cm2"),
+    "s": ("a time", "36 ms"),
+    "Hz": ("a frequency", "1 kHz"),
+    "V": ("a voltage", "150 V"),
+    "A": ("a current", "250 uA"),
+    "A/m2": ("a current density", "1 A/m2"),
+    "C": ("a charge", "3 nC"),
+    "C/m2": ("a charge per area", "-330 uC/m2"),
+    "F": ("a capacitance", "100 pF"),
+    "J": ("an energy", "1 mJ"),
+    "N": ("a force", "0.5 N"),
+    "Pa": ("a pressure", "1 kPa"),
+    "ohm": ("a resistance", "1 kohm"),
+    "ohm m": ("a resistivity", "0.5 Mohm m"),
+    "ohm m2": ("a resistance times area", "100 ohm m2"),
+    "S/m": ("a conductivity", "1.79 uS/m"),
+    "V/m": ("an electric field", "3 MV/m"),
+    "V/s": ("a slew rate", "1 kV/s"),
+    "m/s": ("a speed", "40 mm/s"),
+    "rad": ("an angle", "0.5 rad"),
+}
+"""Every unit a parameter or a signal may have: what it is called and how it is written."""
+
+_NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)"
+_SYMBOL = re.compile(r"([A-Za-z]+)(\d?)")
+_PINT_TEXT = re.compile(rf"\s*{_NUMBER}\s*([A-Za-zµμΩΩ%°][A-Za-z0-9µμΩΩ ./*^·²³-]*)")
+_PINT_LENGTH: Final = 32
+_EXPONENT = re.compile(r"(?:\*\*|\^)")
+_PLAIN_EXPONENT = re.compile(r"[A-Za-zΩµ](?:\*\*|\^)-?\d(?![\d*^.])")
+
+
+def parse_quantity(text: str, unit: str) -> float:
+    """Read a number with a unit as a float in SI.
+
+    Parameters
+    ----------
+    text : str
+        A decimal number and a unit, for instance ``"90 um"``; a bare number is SI.
+    unit : str
+        The SI unit wanted, one of `KINDS`.
+
+    Returns
+    -------
+    float
+        The nearest float to the exact decimal value.
+
+    Raises
+    ------
+    ValueError
+        If the text is not a finite number in that unit; the message says what was expected.
+    """
+    exact = _parse_own_unit(text, unit)
+    value = exact if exact is not None else _parse_other_unit(text, unit)
+    if value is None or not math.isfinite(value):
+        raise ValueError(expected(unit))
+    return value
+
+
+def expected(unit: str) -> str:
+    """Say what a parameter of this unit looks like."""
+    kind, example = KINDS[unit]
+    return f"expected {kind}, for instance '{example}'"
+
+
+def format_quantity(value: float, unit: str, *, digits: int = 6) -> str:
+    """Show a number to a person: a prefix where it reads better (``90 um``).
+
+    Parameters
+    ----------
+    value : float
+        In SI.
+    unit : str
+        One of `KINDS`.
+    digits : int
+        Significant digits at most.
+
+    Returns
+    -------
+    str
+        Text that `parse_quantity` reads back to the same value within the digits.
+    """
+    if unit == "1":
+        return f"{value:.{digits}g}"
+    if value == 0 or not math.isfinite(value):
+        return f"{value:g} {unit}"
+    power = int(_first_symbol(unit)[1] or 1)
+    prefixes = SHOWN_PREFIXES if power == 1 else ("u", "m", "c", "")
+    fitting = [p for p in prefixes if abs(value) >= 0.99999999 * 10.0 ** (PREFIXES[p] * power)]
+    prefix = max(fitting, key=lambda p: PREFIXES[p]) if fitting else prefixes[0]
+    scaled = Decimal(repr(float(value))).scaleb(-PREFIXES[prefix] * power)
+    number = f"{float(scaled):.{digits}g}"
+    if "e" in number:
+        return f"{value:.{digits}g} {unit}"
+    return f"{number} {prefix}{unit}"
+
+
+def exact_text(value: float, unit: str) -> str | float:
+    """Give text with a unit if it reads back to exactly this float, else the bare float."""
+    for digits in (6, 12, 17):
+        text = format_quantity(value, unit, digits=digits)
+        if unit != "1" and parse_quantity(text, unit) == value:
+            return text
+    return value
+
+
+def _first_symbol(unit: str) -> tuple[str, str]:
+    match = _SYMBOL.match(unit)
+    assert match is not None
+    return match[1], match[2]
+
+
+@functools.cache
+def _own_unit_pattern(unit: str) -> re.Pattern[str]:
+    if unit == "1":
+        return re.compile(rf"\s*{_NUMBER}\s*()(%?)\s*")
+    parts = []
+    for index, token in enumerate(re.split(r"([ /])", unit)):
+        if token == " ":
+            parts.append(r"\s*[\s·*]\s*")
+        elif token == "/":
+            parts.append(r"\s*/\s*")
+        else:
+            symbol, power = _first_symbol(token)
+            written = "(?:ohm|Ohm|Ω|Ω)" if symbol == "ohm" else symbol
+            exponent = rf"(?:\^|\*\*)?{power}" if power else ""
+            if power in ("2", "3"):
+                exponent = f"(?:{exponent}|{'²' if power == '2' else '³'})"
+            prefix = "([fpnuµμmcdkMGT]?)" if index == 0 else ""
+            parts.append(f"{prefix}{written}{exponent}")
+    return re.compile(rf"\s*{_NUMBER}\s*(?:{''.join(parts)})?\s*")
+
+
+def _parse_own_unit(text: str, unit: str) -> float | None:
+    match = _own_unit_pattern(unit).fullmatch(text)
+    if match is None:
+        return None
+    if unit == "1":
+        return float(Decimal(match[1]).scaleb(-2 if match[3] else 0))
+    prefix = (match[2] or "").replace("µ", "u").replace("μ", "u")
+    power = int(_first_symbol(unit)[1] or 1)
+    return float(Decimal(match[1]).scaleb(PREFIXES[prefix] * power))
+
+
+def _parse_other_unit(text: str, unit: str) -> float | None:
+    """Leave unusual unit texts to pint, which never returns from towers of powers: admit only short ones."""
+    if len(text) > _PINT_LENGTH or _PINT_TEXT.fullmatch(text) is None or unit == "1":
+        return None
+    if len(_EXPONENT.findall(text)) != len(_PLAIN_EXPONENT.findall(text)):
+        return None
+    import pint
+
+    written = text.replace("²", "**2").replace("³", "**3").replace("·", "*")
+    try:
+        return float(_registry().Quantity(written).to(unit.replace("m2", "m**2").replace(" ", "*")).magnitude)
+    except (pint.errors.PintError, ArithmeticError, ValueError, TypeError, AttributeError, AssertionError):
+        return None
+
+
+@functools.cache
+def _registry():  # type: ignore[no-untyped-def]  # noqa: ANN202  # pint's registry class is built at run time
+    import pint
+
+    return pint.UnitRegistry()

@@ -1,0 +1,117 @@
+"""What is in series with the stack: the amplifier's resistance and the way back through the body."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from electrovib.core.model import Model
+from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.material import Complex
+
+_RESISTANCE = Quantity("ohm", 0, 1e12, "resistance")
+
+
+@dataclass(frozen=True)
+class SeriesElement:
+    """A resistance plus a capacitor with its leak: Z(s) = resistance + elastance/(s + rate).
+
+    Parameters
+    ----------
+    resistance : float
+        ohm.
+    elastance : float
+        One over the capacitance [1/F]; 0 for none.
+    rate : float
+        One over leak resistance times capacitance [1/s]; 0 for a capacitor that does not leak.
+    """
+
+    resistance: float = 0.0
+    elastance: float = 0.0
+    rate: float = 0.0
+
+    def impedance(self, frequency: ArrayLike) -> Complex:
+        """Impedance [ohm] at frequencies in Hz."""
+        axis = 2j * np.pi * np.asarray(frequency, dtype=float)
+        total: Complex = self.resistance + self.elastance / (axis + self.rate)
+        return total
+
+
+class ReturnPath(Model, family=True):
+    """How the current gets back from the finger to the amplifier."""
+
+    @abstractmethod
+    def element(self) -> SeriesElement:
+        """Give the impedance of the way back, without a second contact."""
+
+    def second_contact(self, area: float) -> float:
+        """Give first contact area over second, 0 when there is no second contact."""
+        del area
+        return 0.0
+
+
+class Grounded(ReturnPath):
+    """A body connected to ground, for instance by a wrist strap."""
+
+    resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "body and strap")] = 1000.0
+
+    def element(self) -> SeriesElement:
+        """Give the resistance."""
+        return SeriesElement(self.resistance)
+
+
+class Floating(ReturnPath):
+    """A body connected to ground by nothing but its capacitance, and a leak if there is one."""
+
+    example: ClassVar[Mapping[str, Any]] = {"capacitance": 150e-12}
+
+    capacitance: Annotated[Number, Quantity("F", 1e-14, 1e-3, "body to ground, 100 to 400 pF standing")]
+    resistance: Annotated[Number, _RESISTANCE] = 1000.0
+    leak: Annotated[Number | None, Quantity("ohm", 1, 1e18, "shoes and floor, if they conduct")] = None
+
+    def element(self) -> SeriesElement:
+        """Give the body's resistance and its leaking capacitor."""
+        rate = 0.0 if self.leak is None else 1 / (self.leak * self.capacitance)
+        return SeriesElement(self.resistance, 1 / self.capacitance, rate)
+
+
+class SecondElectrode(ReturnPath):
+    """A second electrode under the same finger: the current goes in by one contact and out by the other.
+
+    Notes
+    -----
+    Both contacts have the same layers; the force is the sum over both. The pieces of charge the second
+    contact may hold at the beginning are taken as none.
+    """
+
+    example: ClassVar[Mapping[str, Any]] = {"area": 0.5e-4}
+
+    area: Annotated[Number, Quantity("m2", 1e-9, 1, "contact area on the second electrode")]
+    resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "through the finger between the contacts")] = 1000.0
+
+    def element(self) -> SeriesElement:
+        """Give the resistance through the finger."""
+        return SeriesElement(self.resistance)
+
+    def second_contact(self, area: float) -> float:
+        """Give first contact area over second."""
+        return area / self.area
+
+
+class Circuit(Model):
+    """The electrical surroundings of the stack; the way back is never assumed."""
+
+    example: ClassVar[Mapping[str, Any]] = {"return_path": {"model": "Grounded"}}
+
+    return_path: ReturnPath
+    source_resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "between amplifier and plate")] = 0.0
+
+    def element(self) -> SeriesElement:
+        """Give source and return path in series."""
+        back = self.return_path.element()
+        return SeriesElement(self.source_resistance + back.resistance, back.elastance, back.rate)

@@ -1,0 +1,87 @@
+"""A permittivity as a sum of Debye relaxations: the form that has a finite state in time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from electrovib.core.errors import InputError
+
+
+@dataclass(frozen=True)
+class DebyeSum:
+    r"""Polarisation that relaxes with a finite number of time constants.
+
+    Parameters
+    ----------
+    high : float
+        Relative permittivity far above all relaxations, 1, > 0.
+    strengths : tuple of float
+        Step of relative permittivity of each relaxation, 1, each >= 0.
+    relaxation_times : tuple of float
+        Time constant of each relaxation, s, each > 0, as many as ``strengths``.
+
+    Raises
+    ------
+    InputError
+        A value is outside its range or the two tuples differ in length.
+
+    Notes
+    -----
+    With the time factor ``exp(+j w t)``,
+
+    .. math:: \varepsilon(\omega) = h + \sum_m \frac{s_m}{1 + j \omega \tau_m}.
+
+    Conduction is not part of it. Non-negative strengths make the sum passive and causal at every frequency.
+
+    References
+    ----------
+    .. [1] P. Debye, *Polar Molecules*, Chemical Catalog Company, New York, 1929.
+    """
+
+    high: float
+    strengths: tuple[float, ...] = ()
+    relaxation_times: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        problems: list[str] = []
+        if not (math.isfinite(self.high) and self.high > 0):
+            problems.append(f"high = {self.high!r}: a relative permittivity must be finite and above 0.")
+        if len(self.strengths) != len(self.relaxation_times):
+            problems.append(
+                f"{len(self.strengths)} strengths but {len(self.relaxation_times)} relaxation_times: "
+                "give one time for each strength."
+            )
+        problems += [
+            f"strengths[{index}] = {value!r}: must be finite and >= 0, otherwise the dielectric is active."
+            for index, value in enumerate(self.strengths)
+            if not (math.isfinite(value) and value >= 0)
+        ]
+        problems += [
+            f"relaxation_times[{index}] = {value!r}: must be finite and above 0 s."
+            for index, value in enumerate(self.relaxation_times)
+            if not (math.isfinite(value) and value > 0)
+        ]
+        if problems:
+            raise InputError(problems)
+
+    def permittivity(self, frequency: npt.ArrayLike) -> npt.NDArray[np.complex128]:
+        """Evaluate the relative permittivity without conduction.
+
+        Parameters
+        ----------
+        frequency : array_like
+            Frequency, Hz, any shape, finite; 0 gives the static value.
+
+        Returns
+        -------
+        ndarray of complex
+            Relative permittivity ``eps' - j eps''``, 1, of the shape of ``frequency``.
+        """
+        angular = 2 * np.pi * np.asarray(frequency, dtype=float)[..., np.newaxis]
+        times = np.asarray(self.relaxation_times, dtype=float)
+        strengths = np.asarray(self.strengths, dtype=float)
+        return np.asarray(self.high + (strengths / (1 + 1j * angular * times)).sum(axis=-1))

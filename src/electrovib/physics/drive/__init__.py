@@ -1,0 +1,1 @@
+"""What the amplifier is asked for: voltage over time."""

@@ -1,0 +1,142 @@
+"""The three forms of a voltage for which a solver knows what to do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Real: TypeAlias = NDArray[np.float64]
+Complex: TypeAlias = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Straight pieces between breaks, with a jump wherever `before` and `after` differ.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        Breaks, strictly increasing, the first at 0 [s].
+    before, after : ndarray, shape (n,)
+        Voltage just before and just after each break [V]; before the first the drive is off.
+    period : float or None
+        If given, the pieces repeat with it and the last break is the end of the first period.
+    """
+
+    times: Real
+    before: Real
+    after: Real
+    period: float | None = None
+
+    def value(self, time: Real) -> Real:
+        """Voltage at these times; at a jump the later value; NaN passes."""
+        inside = np.mod(time, self.period) if self.period else time
+        index = np.clip(np.searchsorted(self.times, inside, side="right") - 1, 0, len(self.times) - 1)
+        last = index == len(self.times) - 1
+        following = np.minimum(index + 1, len(self.times) - 1)
+        span = np.where(last, 1.0, self.times[following] - self.times[index])
+        share = np.where(last, 0.0, (inside - self.times[index]) / span)
+        value = self.after[index] + share * (self.before[following] - self.after[index])
+        return np.where(np.isnan(time), np.nan, np.where((time < 0) & (self.period is None), 0.0, value))
+
+    def slope(self, time: Real) -> Real:
+        """Rate of change just after these times [V/s]."""
+        inside = np.mod(time, self.period) if self.period else time
+        index = np.clip(np.searchsorted(self.times, inside, side="right") - 1, 0, len(self.times) - 1)
+        last = index == len(self.times) - 1
+        following = np.minimum(index + 1, len(self.times) - 1)
+        span = np.where(last, 1.0, self.times[following] - self.times[index])
+        rate = (self.before[following] - self.after[index]) / span
+        return np.where(last | ((time < 0) & (self.period is None)), 0.0, rate)
+
+    def until(self, end: float) -> Linear:
+        """Write the repeated pieces out up to a time; without a period, the same pieces."""
+        if self.period is None:
+            return self
+        count = max(1, math.ceil(end / self.period - 1e-9))
+        starts = np.arange(count) * self.period
+        times = (starts[:, None] + self.times[:-1]).ravel()
+        before = np.tile(self.before[:-1], count)
+        before[:: len(self.times) - 1] = self.before[-1]
+        before[0] = 0.0
+        after = np.tile(self.after[:-1], count)
+        return Linear(
+            np.append(times, count * self.period),
+            np.append(before, self.before[-1]),
+            np.append(after, self.after[0]),
+        )
+
+
+@dataclass(frozen=True)
+class Tones:
+    """A sum of sines, on between two times: the real part of sum A exp(j w t).
+
+    Parameters
+    ----------
+    frequencies : ndarray, shape (n,)
+        Hz; 0 for a constant.
+    amplitudes : ndarray of complex, shape (n,)
+        Peak values [V] with phase.
+    start, stop : float
+        When it is switched on and off [s]; always on when infinite.
+    """
+
+    frequencies: Real
+    amplitudes: Complex
+    start: float = -math.inf
+    stop: float = math.inf
+
+    def value(self, time: Real) -> Real:
+        """Voltage at these times."""
+        return self._gated(time, self.amplitudes)
+
+    def slope(self, time: Real) -> Real:
+        """Rate of change just after these times [V/s]."""
+        return self._gated(time, 2j * np.pi * self.frequencies * self.amplitudes)
+
+    def _gated(self, time: Real, amplitudes: Complex) -> Real:
+        flat = np.ravel(time)
+        total = np.zeros(flat.shape)
+        for frequency, amplitude in zip(self.frequencies, amplitudes, strict=True):
+            total += (amplitude * np.exp(2j * np.pi * frequency * flat)).real
+        on = (flat >= self.start) & (flat < self.stop)
+        return np.where(on | np.isnan(flat), total, 0.0).reshape(np.shape(time))
+
+
+@dataclass(frozen=True)
+class Smooth:
+    """A voltage given by a formula, smooth while it is on.
+
+    Parameters
+    ----------
+    formula, derivative : callable
+        Voltage [V] and its rate [V/s] at times [s].
+    start, stop : float
+        When it is on [s].
+    highest_frequency : float
+        Fastest oscillation in it [Hz]: how finely a solver has to look.
+    """
+
+    formula: Callable[[Real], Real]
+    derivative: Callable[[Real], Real]
+    start: float
+    stop: float
+    highest_frequency: float
+
+    def value(self, time: Real) -> Real:
+        """Voltage at these times."""
+        on = (time >= self.start) & (time < self.stop)
+        return np.where(on | np.isnan(time), self.formula(time), 0.0)
+
+    def slope(self, time: Real) -> Real:
+        """Rate of change just after these times [V/s]."""
+        on = (time >= self.start) & (time < self.stop)
+        return np.where(on, self.derivative(time), 0.0)
+
+
+Part: TypeAlias = Linear | Tones | Smooth

@@ -1,0 +1,137 @@
+"""A measured drive."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import model_validator
+from pydantic_core import PydanticCustomError
+
+from electrovib.core.files import read_columns
+from electrovib.core.model import Model
+from electrovib.core.samples import Samples
+from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.parts import Linear, Real
+
+
+class StampTreatment(Model, family=True):
+    """What to do with time stamps that do not increase."""
+
+    @abstractmethod
+    def keep(self, time: Real) -> NDArray[np.bool_]:
+        """Tell which samples to keep; raise ValueError to refuse the record."""
+
+
+class Refuse(StampTreatment):
+    """Refuse the record: the default, because a repeated stamp is usually a fault of the recording."""
+
+    def keep(self, time: Real) -> NDArray[np.bool_]:
+        """Keep all, or refuse at the first stamp that does not increase."""
+        faults = np.flatnonzero(np.diff(time) <= 0) + 1
+        if len(faults):
+            first = int(faults[0])
+            word = "repeats" if time[first] == time[first - 1] else "goes back"
+            raise ValueError(
+                f"time must increase, but {len(faults)} of {len(time)} stamps do not: sample {first} ({time[first]:.9g} s)"
+                f" {word} after {time[first - 1]:.9g} s. To drop such samples add"
+                ' stamps = { model = "KeepIncreasing" } to the drive'
+            )
+        return np.ones(len(time), bool)
+
+
+class KeepIncreasing(StampTreatment):
+    """Drop every sample whose stamp is not later than all before it; the first of equal stamps stays."""
+
+    def keep(self, time: Real) -> NDArray[np.bool_]:
+        """Keep the samples that are later than all before them."""
+        latest = np.maximum.accumulate(time)
+        return np.concatenate([[True], time[1:] > latest[:-1]])
+
+
+class Sampled(Drive):
+    """A recorded voltage, straight between its samples and held after the last one.
+
+    Notes
+    -----
+    Time counts from the first sample; the voltage before it is 0. Stamps need not be even. A NaN would poison
+    everything after it, so a record with one is refused with its place.
+    """
+
+    example: ClassVar[Mapping[str, Any]] = {"time_samples": [0, 1e-3, 3e-3], "voltage_samples": [0, 10, 0]}
+
+    file: str = ""
+    time_column: str | int = "time"
+    time_unit: str = "s"
+    voltage_column: str | int = "voltage"
+    voltage_unit: str = "V"
+    stamps: StampTreatment = Refuse()
+    time_samples: Samples
+    voltage_samples: Samples
+
+    @classmethod
+    def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
+        """Read the file's columns unless the samples came along."""
+        if "file" not in content or "time_samples" in content or not content["file"]:
+            return content
+        default = {name: cls.model_fields[name].default for name in cls.model_fields} | content
+        wanted = {
+            "time_samples": (default["time_column"], default["time_unit"]),
+            "voltage_samples": (default["voltage_column"], default["voltage_unit"]),
+        }
+        return content | read_columns(str(content["file"]), wanted)
+
+    @model_validator(mode="after")
+    def _is_a_record(self) -> Self:
+        time, voltage = self.time_samples.values, self.voltage_samples.values
+        why = ""
+        if len(time) != len(voltage):
+            why = f"{len(time)} time stamps but {len(voltage)} voltages"
+        elif len(time) < 2:
+            why = f"a drive needs at least 2 samples, not {len(time)}"
+        for name, values in (("time", time), ("voltage", voltage)):
+            if not why and not np.all(np.isfinite(values)):
+                why = f"the {name} of sample {int(np.argmin(np.isfinite(values)))} is not a finite number"
+        if not why:
+            try:
+                if np.count_nonzero(self.stamps.keep(time)) < 2:
+                    why = "fewer than 2 samples are left"
+            except ValueError as error:
+                why = str(error)
+        if why:
+            raise PydanticCustomError("samples", "{why}", {"why": why})
+        return self
+
+    def _record(self) -> tuple[Real, Real]:
+        kept = self.stamps.keep(self.time_samples.values)
+        time = self.time_samples.values[kept]
+        return time - time[0], self.voltage_samples.values[kept]
+
+    @property
+    def dropped(self) -> int:
+        """Count the samples that the treatment of the stamps drops."""
+        return len(self.time_samples) - int(np.count_nonzero(self.stamps.keep(self.time_samples.values)))
+
+    def parts(self) -> tuple[Linear, ...]:
+        """Give the straight pieces between the samples."""
+        time, voltage = self._record()
+        before = voltage.copy()
+        before[0] = 0.0
+        return (Linear(time, before, voltage),)
+
+    @property
+    def period(self) -> None:
+        """A record does not repeat."""
+
+    @property
+    def duration(self) -> float:
+        """From the first sample to the last."""
+        return float(self._record()[0][-1])
+
+    @property
+    def time_stamps(self) -> Real:
+        """Times of the samples, counted from the first."""
+        return self._record()[0]

@@ -1,0 +1,206 @@
+"""Drives made of sines: sine, burst, amplitude modulation, chirp."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Annotated, Any, ClassVar, Self
+
+import numpy as np
+from pydantic import model_validator
+from pydantic_core import PydanticCustomError
+
+from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.parts import Real, Smooth, Tones
+
+_AMPLITUDE = Quantity("V", 0, 1e5, "peak voltage")
+_FREQUENCY = Quantity("Hz", 1e-3, 1e8, "frequency")
+_DEPTH = Quantity("1", 0, 1, "modulation depth m")
+
+
+class Sine(Drive):
+    """A sine of one frequency."""
+
+    example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "frequency": 125}
+
+    amplitude: Annotated[Number, _AMPLITUDE]
+    frequency: Annotated[Number, _FREQUENCY]
+    phase: Annotated[Number, Quantity("rad", -10, 10, "0 for a sine, pi/2 for a cosine")] = 0.0
+
+    def parts(self) -> tuple[Tones, ...]:
+        """Give one tone."""
+        amplitude = self.amplitude * np.exp(1j * (self.phase - math.pi / 2))
+        return (Tones(np.array([self.frequency]), np.array([amplitude])),)
+
+    @property
+    def period(self) -> float:
+        """One over the frequency."""
+        return 1 / self.frequency
+
+    @property
+    def duration(self) -> float:
+        """Five periods."""
+        return 5 / self.frequency
+
+
+class Burst(Drive):
+    """A whole number of cycles of a sine, which begins and ends at 0 V."""
+
+    example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "frequency": 250, "cycles": 10}
+
+    amplitude: Annotated[Number, _AMPLITUDE]
+    frequency: Annotated[Number, _FREQUENCY]
+    cycles: int
+    delay: Annotated[Number, Quantity("s", 0, 1e3, "time before the burst")] = 0.0
+
+    @model_validator(mode="after")
+    def _has_cycles(self) -> Self:
+        if not 1 <= self.cycles <= 10**9:
+            raise PydanticCustomError("cycles", "{why}", {"why": "cycles must be a whole number from 1 to 1e9"})
+        return self
+
+    def parts(self) -> tuple[Tones, ...]:
+        """Give one tone, switched at its zero crossings."""
+        turn = np.exp(-2j * np.pi * self.frequency * self.delay)
+        stop = self.delay + self.cycles / self.frequency
+        tone = np.array([-1j * self.amplitude * turn])
+        return (Tones(np.array([self.frequency]), tone, self.delay, stop),)
+
+    @property
+    def period(self) -> None:
+        """A burst does not repeat."""
+
+    @property
+    def duration(self) -> float:
+        """The burst and as long again."""
+        return self.delay + 2 * self.cycles / self.frequency
+
+
+def _common_period(first: float, second: float) -> float | None:
+    """Find the shortest time that holds a whole number of both cycles."""
+    ratio = Fraction(first / second).limit_denominator(1000)
+    if abs(float(ratio) * second / first - 1) > 1e-12:
+        return None
+    return ratio.numerator / first
+
+
+class AmplitudeModulation(Drive):
+    """A carrier whose amplitude follows 1 + m cos: force at the modulation frequency and its double."""
+
+    example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "carrier": 3000, "modulation": 100, "depth": 0.8}
+
+    amplitude: Annotated[Number, Quantity("V", 0, 1e5, "carrier amplitude without modulation")]
+    carrier: Annotated[Number, _FREQUENCY]
+    modulation: Annotated[Number, _FREQUENCY]
+    depth: Annotated[Number, _DEPTH]
+
+    def parts(self) -> tuple[Tones, ...]:
+        """Give the carrier and its two sidebands."""
+        frequencies = self.carrier + self.modulation * np.array([0.0, -1.0, 1.0])
+        return (_cosines(frequencies, self.amplitude * np.array([1, self.depth / 2, self.depth / 2])),)
+
+    @property
+    def period(self) -> float | None:
+        """Common period of carrier and modulation."""
+        return _common_period(self.modulation, self.carrier)
+
+    @property
+    def duration(self) -> float:
+        """Three periods of the modulation."""
+        return 3 / self.modulation
+
+
+class SquareRootModulation(Drive):
+    """A carrier under the square root of 1 + m cos: its square is a pure tone at the modulation frequency.
+
+    Notes
+    -----
+    The root's Fourier series is cut below 1e-15 of its mean. At full depth, where the root has a kink, its
+    smooth branch sqrt(2) cos(theta/2) is used instead; the square is the same.
+    """
+
+    example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "carrier": 3000, "modulation": 100, "depth": 0.8}
+
+    amplitude: Annotated[Number, Quantity("V", 0, 1e5, "carrier amplitude without modulation")]
+    carrier: Annotated[Number, _FREQUENCY]
+    modulation: Annotated[Number, _FREQUENCY]
+    depth: Annotated[Number, _DEPTH]
+
+    def parts(self) -> tuple[Tones, ...]:
+        """Give carrier and sidebands."""
+        if self.depth == 1:
+            frequencies = self.carrier + self.modulation * np.array([-0.5, 0.5])
+            return (_cosines(frequencies, self.amplitude * np.array([1, 1]) / math.sqrt(2)),)
+        series = _root_series(self.depth)
+        orders = np.arange(len(series))
+        frequencies = np.concatenate([self.carrier + self.modulation * orders, self.carrier - self.modulation * orders])
+        weights = np.concatenate([series, series]) / 2
+        negative = frequencies < 0  # cos(-x) = cos(x)
+        return (_cosines(np.where(negative, -frequencies, frequencies), self.amplitude * weights),)
+
+    @property
+    def period(self) -> float | None:
+        """Common period of carrier and modulation."""
+        modulation = self.modulation / 2 if self.depth == 1 else self.modulation
+        return _common_period(modulation, self.carrier)
+
+    @property
+    def duration(self) -> float:
+        """Three periods of the modulation."""
+        return 3 / self.modulation
+
+
+def _root_series(depth: float) -> Real:
+    """Cosine coefficients of sqrt(1 + m cos), whose ratio tends to (1 - sqrt(1 - m^2))/m."""
+    if depth == 0:
+        return np.array([1.0])
+    ratio = depth / (1 + math.sqrt(1 - depth**2))
+    count = min(1 << 16, max(8, math.ceil(-36 / math.log(ratio)) + 1))
+    size = 1 << math.ceil(math.log2(4 * count))
+    angle = 2 * np.pi * np.arange(size) / size
+    series = np.fft.rfft(np.sqrt(1 + depth * np.cos(angle))).real / size
+    series[1:] *= 2
+    kept = np.abs(series[:count]) > 1e-16
+    return np.asarray(series[:count][: int(np.max(np.nonzero(kept))) + 1])
+
+
+def _cosines(frequencies: Real, amplitudes: Real) -> Tones:
+    return Tones(np.asarray(frequencies, float), np.asarray(amplitudes, complex))
+
+
+class Chirp(Drive):
+    """A sine whose frequency runs evenly from one value to another."""
+
+    example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "first": 10, "last": 1000, "length": 0.2}
+
+    amplitude: Annotated[Number, _AMPLITUDE]
+    first: Annotated[Number, Quantity("Hz", 0, 1e8, "frequency at the beginning")]
+    last: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "frequency at the end")]
+    length: Annotated[Number, Quantity("s", 1e-6, 1e4, "time the chirp takes")]
+
+    def _phase(self, time: Real) -> Real:
+        rate = (self.last - self.first) / self.length
+        return 2 * np.pi * (self.first * time + rate * time**2 / 2)
+
+    def _formula(self, time: Real) -> Real:
+        return self.amplitude * np.sin(self._phase(time))
+
+    def _derivative(self, time: Real) -> Real:
+        now = self.first + (self.last - self.first) * time / self.length
+        return 2 * np.pi * now * self.amplitude * np.cos(self._phase(time))
+
+    def parts(self) -> tuple[Smooth, ...]:
+        """Give the formula."""
+        highest = max(self.first, self.last)
+        return (Smooth(self._formula, self._derivative, 0.0, self.length, highest),)
+
+    @property
+    def period(self) -> None:
+        """A chirp does not repeat."""
+
+    @property
+    def duration(self) -> float:
+        """The length of the chirp."""
+        return self.length

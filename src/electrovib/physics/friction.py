@@ -1,0 +1,48 @@
+"""From normal force to lateral force."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from electrovib.core.model import Model
+from electrovib.core.quantity import Number, Quantity
+
+
+class Load(Model):
+    """How the finger is pressed on the plate."""
+
+    example: ClassVar[Mapping[str, Any]] = {"normal_force": 0.5}
+
+    normal_force: Annotated[Number, Quantity("N", 0, 1e3, "force with which the finger is pressed")]
+
+
+class Friction(Model, family=True):
+    """Friction of a sliding finger."""
+
+    @abstractmethod
+    def lateral_force(
+        self, normal_force: NDArray[np.float64], electrostatic_force: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Friction force [N] from load and attraction [N], scalars or arrays of one shape."""
+
+
+class Coulomb(Friction):
+    """Friction in proportion to the whole normal force."""
+
+    equation: ClassVar[Mapping[str, str]] = {
+        "lateral_force": "coefficient*(normal_force + electrostatic_force)"
+    }
+    example: ClassVar[Mapping[str, Any]] = {"coefficient": 0.5}
+
+    coefficient: Annotated[Number, Quantity("1", 0, 100, "coefficient of friction of the sliding finger")]
+
+    def lateral_force(
+        self, normal_force: NDArray[np.float64], electrostatic_force: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Friction force [N]."""
+        return self.coefficient * (normal_force + electrostatic_force)

@@ -1,0 +1,135 @@
+"""Layers in series between the plate and the finger, and what a force law may know of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any, ClassVar, Protocol, Self, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import Field, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError, ValidationError
+
+from electrovib.core.constants import VACUUM_PERMITTIVITY
+from electrovib.core.model import Model
+from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.material import Complex, Constant, Material
+
+Linear: TypeAlias = Any
+"""Something linear in the drive: phasors over frequency, or a transfer function in poles and gains.
+
+Both add, subtract and multiply, so a law is written once for both.
+"""
+
+
+class Layer(Model):
+    """One slab of the stack."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "thickness": 90e-6,
+        "material": {"model": "Constant", "permittivity": 3.35},
+    }
+
+    thickness: Annotated[Number, Quantity("m", 1e-10, 1e-1, "thickness of the layer")]
+    material: Material = Constant(permittivity=1.0)
+    initial_charge: Annotated[
+        Number, Quantity("C/m2", -1, 1, "free charge at time 0 on the face towards the finger")
+    ] = 0.0
+    breakdown_field: Annotated[
+        Number | None, Quantity("V/m", 1e4, 1e10, "field at which the layer breaks down, if known")
+    ] = None
+
+    def impedance(self, frequency: ArrayLike) -> Complex:
+        """Impedance times area, T/(j w eps0 eps*) [ohm m2], at frequencies in Hz."""
+        axis = 2j * np.pi * np.asarray(frequency, dtype=float)
+        permittivity = VACUUM_PERMITTIVITY * self.material.complex_permittivity(frequency)
+        total: Complex = self.thickness / (axis * permittivity)
+        return total
+
+
+class Stack(Model):
+    """The layers, in the order of the file: from the plate to the finger.
+
+    Notes
+    -----
+    Each layer has the name of its table. Laws look for ``insulator``, ``gap`` and ``stratum_corneum``.
+    """
+
+    model_config = Model.model_config | {"extra": "allow"}  # type: ignore[assignment]
+    __pydantic_extra__: dict[str, Layer] = Field(init=False)
+
+    example: ClassVar[dict[str, Any]] = {"insulator": Layer.example}
+
+    @model_validator(mode="after")
+    def _has_layers(self) -> Self:
+        if not self.layers:
+            raise PydanticCustomError("layers", "{why}", {"why": "a stack needs at least one layer"})
+        if any(layer.initial_charge for layer in [*self.layers.values()][-1:]):
+            why = f"initial_charge of the last layer '{[*self.layers][-1]}' would sit on the conducting finger"
+            raise PydanticCustomError("charge", "{why}", {"why": why})
+        wrong = [name for name in self.layers if not name.isidentifier() or hasattr(Model, name)]
+        if wrong:
+            why = f"'{wrong[0]}' cannot name a layer: letters, digits and _ only"
+            details = [InitErrorDetails(type=PydanticCustomError("layer", "{why}", {"why": why}), input=wrong[0])]
+            raise ValidationError.from_exception_data("Stack", details)
+        return self
+
+    @property
+    def layers(self) -> dict[str, Layer]:
+        """Name to layer, plate to finger."""
+        return dict(self.__pydantic_extra__ or {})
+
+    def __iter__(self) -> Iterator[tuple[str, Any]]:  # type: ignore[override]
+        """Walk over name and layer."""
+        return iter(self.layers.items())
+
+    @property
+    def thickness(self) -> float:
+        """Sum of the thicknesses [m]."""
+        return sum(layer.thickness for layer in self.layers.values())
+
+
+class LayerState(Protocol):
+    """What a force law may know of one layer."""
+
+    @property
+    def thickness(self) -> float:
+        """Thickness [m]."""
+
+    @property
+    def material(self) -> Material:
+        """What fills it."""
+
+    @property
+    def field(self) -> Linear:
+        """Electric field E, towards the finger [V/m per volt of the drive]."""
+
+    @property
+    def displacement(self) -> Linear:
+        """Bound displacement D = eps0 eps_pol E [C/m2 per volt]: conduction is not in it."""
+
+
+class Section(Protocol):
+    """A cut through the stack: every layer's state, as phasors or as transfer functions."""
+
+    @property
+    def frequency(self) -> Linear:
+        """Frequencies of the phasors [Hz]; a transfer function has none and raises."""
+
+    @property
+    def voltage(self) -> Linear:
+        """Voltage across all layers."""
+
+    @property
+    def current_density(self) -> Linear:
+        """Total current density, displacement current included [A/m2 per volt]."""
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Layers from the plate to the finger."""
+
+    def __getitem__(self, name: str) -> LayerState:
+        """Look up a layer by name."""
+
+    def inverse_root_thickness(self, names: Sequence[str]) -> Linear:
+        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2], a causal filter."""

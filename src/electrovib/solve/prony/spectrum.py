@@ -1,0 +1,65 @@
+"""The spectrum to be reduced, and what a fit of it consists of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Real = npt.NDArray[np.float64]
+Complex = npt.NDArray[np.complex128]
+
+
+class Terms(NamedTuple):
+    """Debye terms as arrays, sorted from fast to slow."""
+
+    high: float
+    strengths: Real
+    times: Real
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Samples of a polarisation spectrum and the range allowed for relaxation times.
+
+    Parameters
+    ----------
+    angular : ndarray
+        Angular frequency, rad/s, shape (N,), rising.
+    target : ndarray of complex
+        Relative permittivity without conduction, 1, shape (N,).
+    fastest, slowest : float
+        Limits of the relaxation times, s, 0 < fastest < slowest.
+    """
+
+    angular: Real
+    target: Complex
+    fastest: float
+    slowest: float
+
+    def grid_limits(self) -> tuple[float, float]:
+        """Give the range of starting times: one decade beyond the band, within the limits."""
+        first, last = 0.1 / self.angular[-1], 10 / self.angular[0]
+        # Just inside: the map of polish.py has no slope at the limits themselves.
+        return max(float(first), 1.01 * self.fastest), min(float(last), self.slowest / 1.01)
+
+    def smallest(self) -> float:
+        """Give the smallest modulus of the permittivity in the band."""
+        return float(np.abs(self.target).min())
+
+    def relative_error(self, terms: Terms) -> Complex:
+        """Give fit/target - 1 at the samples, shape (N,)."""
+        response = terms.high + debye_responses(self.angular, terms.times) @ terms.strengths
+        return np.asarray(response / self.target - 1)
+
+
+def debye_responses(angular: Real, times: Real) -> Complex:
+    """Give 1/(1 + j w tau), shape (N, M)."""
+    return np.asarray(1 / (1 + 1j * angular[:, np.newaxis] * times))
+
+
+def stacked(values: Complex) -> Real:
+    """Put real parts above imaginary parts, shape (2N, ...)."""
+    return np.concatenate([values.real, values.imag])

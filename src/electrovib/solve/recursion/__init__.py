@@ -1,0 +1,77 @@
+"""Exact recursion of relaxing modes driven by one voltage of straight pieces."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from electrovib.solve.recursion.blocks import march_even
+from electrovib.solve.recursion.hold import hold_weights
+from electrovib.solve.recursion.jittered import march_jittered
+from electrovib.solve.recursion.loop import march_loop
+from electrovib.solve.recursion.record import gather
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["hold_weights", "march", "march_loop"]
+
+
+def march(  # noqa: PLR0917 - one drive through one set of modes, in the order of the formula
+    poles: ArrayLike,
+    gains: ArrayLike,
+    direct: ArrayLike,
+    starts: ArrayLike,
+    ends: ArrayLike,
+    steps: ArrayLike,
+    initial_state: ArrayLike,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Follow relaxing modes through a drive of straight pieces, exactly at any step.
+
+    Parameters
+    ----------
+    poles : array_like, (poles,)
+        Rates [1/s], negative. May be empty.
+    gains : array_like, (outputs, poles)
+        Share of every mode in every output [-].
+    direct : array_like, (outputs,)
+        Share of the drive itself in every output [-].
+    starts, ends : array_like, (pieces,)
+        Drive just after the beginning and just before the end of each piece, finite, in the unit of the
+        outputs, usually [V]. For a drive ``v`` without jumps pass ``v[:-1]`` and ``v[1:]``, views of one
+        array: it is then read once.
+    steps : float or array_like, (pieces,)
+        Duration of every piece [s], zero or positive. Durations that are all equal count as one number;
+        for an even grid pass a number, since differences of time stamps are equal only up to rounding.
+    initial_state : array_like, (poles,)
+        State at the first point, in the unit of the drive; zeros for rest.
+
+    Returns
+    -------
+    output : ndarray, (outputs, pieces + 1)
+        Outputs at the points between the pieces and at both ends. Where the drive jumps, the value just
+        after the jump; at the last point the drive is ``ends[-1]``.
+    final_state : ndarray, (poles,)
+        State at the last point, the ``initial_state`` of whatever comes next.
+
+    Raises
+    ------
+    InputError
+        If shapes disagree, a pole is not negative, or a duration is negative or not finite.
+
+    Notes
+    -----
+    ``x_k' = p_k (x_k - v)``, ``y = direct v + sum_k gain_k x_k``, that is
+    ``H(s) = direct + sum_k gain_k (-p_k)/(s - p_k)``. Same result as ``march_loop`` up to rounding. A value
+    of the drive that is not finite spoils outputs before it too, within its block.
+
+    An even grid goes through matrix products over blocks of samples, an uneven one through a scan over
+    rows of pieces.
+
+    References
+    ----------
+    .. [1] G. E. Blelloch, "Prefix sums and their applications", Carnegie Mellon University,
+           CMU-CS-90-190, 1990.
+    """
+    modes, drive, state = gather(poles, gains, direct, starts, ends, steps, initial_state)
+    return march_jittered(modes, drive, state) if drive.steps.ndim else march_even(modes, drive, state)

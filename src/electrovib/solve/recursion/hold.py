@@ -1,0 +1,67 @@
+"""Weights that carry a relaxing mode exactly across one straight piece of drive."""
+
+from __future__ import annotations
+
+from math import factorial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+# 1/2!, 1/3!, ...: the first term left out is below 1e-17 of the sum for every |z| < 1
+_SERIES = [1.0 / factorial(order) for order in range(2, 19)]
+
+
+def hold_weights(z: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Weigh the old state and both ends of a straight piece of drive, for a mode that relaxes towards it.
+
+    Parameters
+    ----------
+    z : array_like of any shape
+        Pole times step [-], zero or negative.
+
+    Returns
+    -------
+    decay : ndarray, shape of ``z``
+        Weight of the state at the start of the step [-], between 0 and 1.
+    first : ndarray, shape of ``z``
+        Weight of the drive just after the start of the step [-], between 0 and 0.3.
+    last : ndarray, shape of ``z``
+        Weight of the drive just before the end of the step [-], between 0 and 1.
+
+    Raises
+    ------
+    Nothing.
+        A positive ``z`` is a growing mode and gives meaningless weights; ``march`` refuses it.
+
+    Notes
+    -----
+    For ``x' = p (x - v)``, ``z = p h`` and ``u = -z`` the step is
+    ``x(h) = decay x(0) + first v(0+) + last v(h-)`` with::
+
+        decay = exp(-u),  first = (1 - exp(-u))/u - exp(-u),  last = 1 - (1 - exp(-u))/u
+
+    Both differences cancel for small ``u``; there ``first = exp(-u) (u/2! + u^2/3! + ...)`` has positive
+    terms only and ``last`` is what is left of ``1 - exp(-u)``. Relative error about 1e-15 for every
+    ``z`` between -1e300 and -1e-300 (``decay`` itself fades into subnormal numbers below -708).
+
+    References
+    ----------
+    .. [1] M. Hochbruck, A. Ostermann, "Exponential integrators", Acta Numerica 19, 209-286, 2010,
+           doi:10.1017/S0962492910000048 (the phi functions).
+    """
+    fall = -np.asarray(z, dtype=np.float64)
+    decay = np.exp(-fall)
+    rise = -np.expm1(-fall)
+    small = np.minimum(fall, 1.0)
+    series = np.full_like(small, _SERIES[-1])
+    for term in _SERIES[-2::-1]:
+        series *= small
+        series += term
+    series *= small
+    mean = rise / np.maximum(fall, 1.0)
+    first = np.where(fall < 1.0, decay * series, mean - decay)
+    last = np.where(fall < 1.0, rise - first, 1.0 - mean)
+    return decay, first, last

@@ -1,0 +1,153 @@
+"""The two forms in which a force law sees the stack: phasors of the materials as declared, and modes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.debye_sum import DebyeSum
+from electrovib.physics.material import Material
+from electrovib.physics.stack import Layer
+from electrovib.solve.inverse_root import inverse_root_thickness
+from electrovib.solve.modes import Slab, StackModes, stack_modes
+from electrovib.solve.transfer import Complex, Real, Transfer
+
+
+@dataclass(frozen=True)
+class PhasorLayer:
+    """A layer's state as complex amplitudes per volt of the drive, shape (frequencies,)."""
+
+    thickness: float
+    material: Material
+    field: Complex
+    displacement: Complex
+
+
+@dataclass(frozen=True)
+class PhasorSection:
+    """The stack at given frequencies, exact for the materials as declared."""
+
+    frequency: Real
+    layers: dict[str, PhasorLayer]
+    voltage: Complex
+    current_density: Complex
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Layers from the plate to the finger."""
+        return tuple(self.layers)
+
+    def __getitem__(self, name: str) -> PhasorLayer:
+        """Look up a layer."""
+        return self.layers[name]
+
+    def inverse_root_thickness(self, names: Sequence[str]) -> Complex:
+        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2]."""
+        parts = [self[n].thickness / self[n].material.polarisation(self.frequency) for n in names]
+        total: Complex = np.sum(parts, axis=0) ** -0.5
+        return total
+
+
+def phasor_section(
+    layers: dict[str, Layer], *, area: float, element: SeriesElement, second: float, frequency: Real
+) -> PhasorSection:
+    """Divide the voltage over the impedances.
+
+    Parameters
+    ----------
+    layers : dict of str to Layer
+        From the plate to the finger.
+    area : float
+        Contact area [m2].
+    element : SeriesElement
+        Source and return path.
+    second : float
+        First contact area over that of a second, equal stack; 0 for none.
+    frequency : ndarray
+        Hz, above 0.
+
+    Returns
+    -------
+    PhasorSection
+        Per volt of the drive.
+    """
+    drops = {name: layer.impedance(frequency) for name, layer in layers.items()}
+    stack = np.sum(list(drops.values()), axis=0)
+    current = 1 / (stack * (1 + second) + area * element.impedance(frequency))
+    states = {}
+    for name, layer in layers.items():
+        field = drops[name] * current / layer.thickness
+        displacement = eps0 * layer.material.polarisation(frequency) * field
+        states[name] = PhasorLayer(layer.thickness, layer.material, field, displacement)
+    return PhasorSection(frequency, states, stack * current, current)
+
+
+@dataclass(frozen=True)
+class ModalLayer:
+    """A layer's state as transfer functions."""
+
+    thickness: float
+    material: Material
+    field: Transfer
+    displacement: Transfer
+
+
+@dataclass(frozen=True)
+class ModalSection:
+    """The stack as modes, for every drive."""
+
+    layers: dict[str, ModalLayer]
+    debye: dict[str, DebyeSum]
+    modes: StackModes
+
+    @property
+    def frequency(self) -> Real:
+        """Refuse: a law that asks for the frequency has no time-domain form."""
+        raise TypeError("modes have no single frequency")
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Layers from the plate to the finger."""
+        return tuple(self.layers)
+
+    def __getitem__(self, name: str) -> ModalLayer:
+        """Look up a layer."""
+        return self.layers[name]
+
+    @property
+    def voltage(self) -> Transfer:
+        """Voltage across all layers."""
+        drops = [layer.field * layer.thickness for layer in self.layers.values()]
+        return sum(drops[1:], start=drops[0])
+
+    @property
+    def current_density(self) -> Transfer:
+        """Total current density."""
+        return self.modes.current_density
+
+    def inverse_root_thickness(self, names: Sequence[str]) -> Transfer:
+        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter."""
+        slabs = [(self[name].thickness, self.debye[name]) for name in names]
+        return inverse_root_thickness(slabs, avoid=self.modes.rates)
+
+
+def modal_section(
+    layers: dict[str, Layer], debye: dict[str, DebyeSum], *, area: float, element: SeriesElement, second: float
+) -> ModalSection:
+    """Expand the stack in modes; arguments as `phasor_section`, polarisations reduced to Debye terms."""
+    slabs = [
+        Slab(layer.thickness, debye[name], layer.material.conductivity, layer.initial_charge)
+        for name, layer in layers.items()
+    ]
+    modes = stack_modes(slabs, area=area, element=element, second=second)
+    states = {
+        name: ModalLayer(layer.thickness, layer.material, field, displacement)
+        for (name, layer), field, displacement in zip(
+            layers.items(), modes.fields, modes.displacements, strict=True
+        )
+    }
+    return ModalSection(states, debye, modes)

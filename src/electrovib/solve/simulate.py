@@ -1,0 +1,289 @@
+"""One scenario, one Trace. The solver follows from what the models declare, never from an option."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import NotCausalError
+from electrovib.core.trace import make_trace
+from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.drive.parts import Linear
+from electrovib.physics.safety import lamps, peak
+from electrovib.solve.periodic import count_harmonics, spectrum
+from electrovib.solve.reduce import reduce_material
+from electrovib.solve.scenario import PeriodicState, Scenario
+from electrovib.solve.section import ModalSection, PhasorSection, modal_section, phasor_section
+from electrovib.solve.transfer import Complex, Real, Transfer
+from electrovib.solve.transient import transient
+
+if TYPE_CHECKING:
+    import xarray
+
+    from electrovib.physics.force import ForceLaw
+
+PHASES = 32
+"""Points of a period over which a force is averaged: exact for a pressure of second degree."""
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What of a scenario the sections need besides the layers."""
+
+    area: float
+    element: SeriesElement
+    second: float
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Surroundings:
+        """Collect contact and circuit."""
+        area = scenario.contact.gross_area()
+        second = scenario.circuit.return_path.second_contact(area)
+        return cls(area, scenario.circuit.element(), second)
+
+
+def phasors(scenario: Scenario, frequency: Real) -> PhasorSection:
+    """Give the scenario's stack at these frequencies [Hz], exact for the materials as declared."""
+    around = Surroundings.of(scenario)
+    return phasor_section(
+        scenario.stack.layers, area=around.area, element=around.element, second=around.second, frequency=frequency
+    )
+
+
+def modes(scenario: Scenario) -> tuple[ModalSection, float]:
+    """Give the scenario's stack as modes, and the largest error of a reduced polarisation."""
+    around, grid = Surroundings.of(scenario), scenario.frequency
+    reductions = {
+        name: reduce_material(layer.material, low=grid.low, high=grid.high)
+        for name, layer in scenario.stack.layers.items()
+    }
+    debye = {name: reduction.debye for name, reduction in reductions.items()}
+    section = modal_section(
+        scenario.stack.layers, debye, area=around.area, element=around.element, second=around.second
+    )
+    return section, max(reduction.largest_error for reduction in reductions.values())
+
+
+def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
+    """Compute what the drive does to the finger.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    time : ndarray, shape (n,), optional
+        Increasing, >= 0 [s]; by default what the scenario's time grid says.
+
+    Returns
+    -------
+    xarray.Dataset
+        A Trace: signals over time and over frequency, with solver, reason, errors, lamps and the scenario
+        itself in its attributes.
+
+    Raises
+    ------
+    NotCausalError
+        If the force law has no response in time but the drive is not one sine in its steady state.
+    InputError
+        If the force law does not find the layers it needs.
+
+    Notes
+    -----
+    Voltage drive, fixed gap, linear layers: the modes of the stack, marched exactly.
+    """
+    times = scenario.time.times(scenario.drive) if time is None else np.asarray(time, dtype=float)
+    frequency = scenario.frequency.frequencies()
+    at_frequency = phasors(scenario, frequency)
+    section, reduction_error = modes(scenario)
+    attributes = _provenance(scenario)
+    attributes["reduction_error"] = reduction_error
+    if scenario.force.causal:
+        signals, choice = _over_time(scenario, section, times)
+        attributes["transfer_error"] = _transfer_error(scenario.force, section, at_frequency)
+    else:
+        signals, choice = _one_sine(scenario, section, times)
+    attributes |= choice
+    variables: dict[str, Any] = {
+        "drive_voltage": (("time",), scenario.drive.voltage(times)),
+        **signals,
+        **_over_frequency(scenario, at_frequency),
+    }
+    attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in _lamps(scenario, variables)])
+    coordinates = {"time": times, "frequency": frequency, "layer": np.array(list(section.layers), dtype=object)}
+    return make_trace(variables, coordinates, attributes)
+
+
+def _provenance(scenario: Scenario) -> dict[str, Any]:
+    from electrovib import __version__
+
+    return {
+        "title": scenario.title,
+        "electrovib": __version__,
+        "scenario": scenario.to_json(),
+        "scenario_hash": scenario.digest(),
+        "dropped_samples": getattr(scenario.drive, "dropped", 0),
+    }
+
+
+def _linear_quantities(scenario: Scenario, section: ModalSection) -> dict[str, Transfer]:
+    wanted: dict[str, Transfer] = {
+        "stack_voltage": section.voltage,
+        "current": section.current_density * Surroundings.of(scenario).area,
+    }
+    for name in section.names:
+        wanted[f"field {name}"] = section[name].field
+        wanted[f"displacement {name}"] = section[name].displacement
+    return wanted
+
+
+def _over_time(scenario: Scenario, section: ModalSection, times: Real) -> tuple[dict[str, Any], dict[str, Any]]:
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    law = scenario.force
+    amplitudes: dict[str, Transfer] = law.amplitudes(section)
+    wanted = _linear_quantities(scenario, section)
+    effective = law.effective_voltage(section)
+    if effective is not None:
+        wanted["effective_voltage"] = effective
+    wanted |= {f"amplitude {name}": transfer for name, transfer in amplitudes.items()}
+    found = transient(wanted, scenario.drive, times, settled=settled)
+    given = {name: found[f"amplitude {name}"] for name in amplitudes}
+    return _signals(scenario, section, found, _force(scenario, given)), _choice(scenario, settled=settled)
+
+
+def _choice(scenario: Scenario, *, settled: bool) -> dict[str, Any]:
+    start = "the periodic state" if settled else "rest"
+    count = count_harmonics(scenario.drive) if settled else None
+    solver = "periodic" if settled else "transient"
+    how = f"its {count} harmonics exactly" if count else "straight pieces and sines exactly"
+    return {
+        "solver": solver,
+        "solver_reason": f"linear layers, fixed gap and a voltage drive: real modes from {start}, {how}",
+    }
+
+
+def _signals(
+    scenario: Scenario, section: ModalSection, found: dict[str, Real], force: Real
+) -> dict[str, Any]:
+    signals: dict[str, Any] = {"stack_voltage": (("time",), found["stack_voltage"])}
+    if "effective_voltage" in found:
+        signals["effective_voltage"] = (("time",), found["effective_voltage"])
+    for quantity in ("field", "displacement"):
+        rows = np.array([found[f"{quantity} {name}"] for name in section.names])
+        signals[quantity] = (("layer", "time"), rows)
+    signals["current"] = (("time",), found["current"])
+    signals["electrostatic_force"] = (("time",), force)
+    normal = np.full(len(force), scenario.load.normal_force)
+    signals["normal_force"] = (("time",), normal)
+    signals["lateral_force"] = (("time",), scenario.friction.lateral_force(normal, force))
+    return signals
+
+
+def _force(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
+    """Pressure times area; a second contact carries the same current through its own area."""
+    around = Surroundings.of(scenario)
+    total = around.area * scenario.force.pressure(**amplitudes)
+    if around.second:
+        denser = {name: values * around.second for name, values in amplitudes.items()}
+        total = total + around.area / around.second * scenario.force.pressure(**denser)
+    return np.asarray(total)
+
+
+def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Steady state under one sine by magnitudes, for a law without a time-domain form."""
+    law, drive = scenario.force, scenario.drive
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    if not settled or count_harmonics(drive) != 1:
+        raise NotCausalError(refusal(law, drive.__class__.__name__, settled=settled))
+    frequencies, tones = spectrum(drive, harmonics=1)
+    exact = phasors(scenario, frequencies)
+    wave = tones[0] * np.exp(2j * np.pi * frequencies[0] * times)
+    given = {name: np.real(value[0] * wave) for name, value in law.amplitudes(exact).items()}
+    found = transient(_linear_quantities(scenario, section), drive, times, settled=True)
+    effective = law.effective_voltage(exact)
+    if effective is not None:
+        found["effective_voltage"] = np.real(effective[0] * wave)
+    choice = {
+        "solver": "one sine",
+        "solver_reason": f"{type(law).__name__} gives magnitudes at one frequency only: one sine in its steady state",
+    }
+    return _signals(scenario, section, found, _force(scenario, given)), choice
+
+
+def refusal(law: ForceLaw, drive: str, *, settled: bool) -> str:
+    """Say why a law without a causal form cannot answer, and what to use instead."""
+    what = f"the harmonics of a {drive}" if settled else f"a {drive} from rest"
+    instead = getattr(law, "instead", "")
+    return (
+        f"force = {type(law).__name__}: it gives the size of a response at one frequency and is not causal: with a"
+        f" dispersive skin it would answer {what} before the drive begins. Use"
+        f" {instead or 'a causal law'}, or drive it with one Sine from"
+        ' time.initial_state = { model = "PeriodicState" }'
+    )
+
+
+def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any]:
+    law, area = scenario.force, scenario.contact.gross_area()
+    variables: dict[str, Any] = {}
+    effective = law.effective_voltage(section)
+    if effective is not None:
+        variables["effective_voltage_gain"] = (("frequency",), effective)
+    layers = section.layers.values()
+    gains = np.array([state.field * state.thickness for state in layers])
+    permittivities = np.array([state.material.complex_permittivity(section.frequency) for state in layers])
+    variables["field_gain"] = (("layer", "frequency"), gains)
+    variables["mean_force"] = (("frequency",), mean_force(scenario, section, _peak_voltage(scenario)))
+    variables["impedance"] = (("frequency",), 1 / (section.current_density * area))
+    variables["permittivity"] = (("layer", "frequency"), permittivities)
+    return variables
+
+
+def mean_force(scenario: Scenario, section: PhasorSection, amplitude: float) -> Real:
+    """Time mean of the attraction under one sine of this peak voltage, at each frequency of the section [N]."""
+    turns = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)[:, None]
+    phasor: dict[str, Complex] = scenario.force.amplitudes(section)
+    waves = {name: np.real(amplitude * value * turns) for name, value in phasor.items()}
+    return np.asarray(np.mean(_force(scenario, waves), axis=0))
+
+
+def _peak_voltage(scenario: Scenario) -> float:
+    drive = scenario.drive
+    grid = np.linspace(0, drive.duration, 4001)
+    corners = [np.abs(np.concatenate([p.before, p.after])) for p in drive.parts() if isinstance(p, Linear)]
+    return max([peak(drive.voltage(grid)), *(float(c.max()) for c in corners if len(drive.parts()) == 1)])
+
+
+def _transfer_error(law: ForceLaw, section: ModalSection, exact: PhasorSection) -> float:
+    """Largest error of the law's amplitudes after reduction, against their largest magnitude in the band."""
+    reduced, declared = law.amplitudes(section), law.amplitudes(exact)
+    errors = []
+    for name, value in declared.items():
+        scale = float(np.max(np.abs(value)))
+        errors.append(float(np.max(np.abs(reduced[name].at(exact.frequency) - value))) / (scale or 1.0))
+    return max(errors)
+
+
+def _lamps(scenario: Scenario, variables: dict[str, Any]) -> list[Any]:
+    layers = scenario.stack.layers
+    peaks = {name: peak(row) for name, row in zip(layers, variables["field"][1], strict=True)}
+    insulator = layers.get("insulator")
+    permittivity = insulator.material.polarisation(np.array(1e3)).real if insulator else None
+    return lamps(
+        peak_fields=peaks,
+        thicknesses={name: layer.thickness for name, layer in layers.items()},
+        breakdown_fields={name: layer.breakdown_field for name, layer in layers.items()},
+        peak_current=peak(variables["current"][1]),
+        jumps=any(isinstance(p, Linear) and _jumps(p) for p in scenario.drive.parts()),
+        peak_voltage=peak(variables["stack_voltage"][1]),
+        insulator_permittivity=None if permittivity is None else float(permittivity),
+        limits=scenario.limits,
+        return_path=type(scenario.circuit.return_path).__name__,
+    )
+
+
+def _jumps(part: Linear) -> bool:
+    heights = np.abs(part.after - part.before)[: -1 if part.period else None]
+    return bool(np.any(heights > 1e-9 * max(math.ulp(1.0), float(np.max(np.abs(part.after))))))

@@ -1,0 +1,103 @@
+"""A linear relation to the drive, in real poles: what the solvers march."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Real: TypeAlias = NDArray[np.float64]
+Complex: TypeAlias = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Transfer:
+    """H(s) = slope s + direct + sum gain rate/(s + rate), and a free part sum free exp(-rate t).
+
+    Parameters
+    ----------
+    rates : ndarray, shape (n,)
+        Minus the poles, >= 0 [1/s]; a rate of 0 is trapped charge, which the drive does not excite.
+    gains : ndarray, shape (n,)
+        What each mode adds to the response at zero frequency.
+    direct : float
+        Response at infinite frequency.
+    slope : float
+        Response to the drive's rate of change.
+    free : ndarray, shape (n,), optional
+        Amplitudes at time 0 of what initial charge leaves behind.
+
+    Notes
+    -----
+    A transfer without free part is a filter; two transfers multiply when at most one has a free part or a
+    slope, and no rate is common to both.
+    """
+
+    rates: Real
+    gains: Real
+    direct: float = 0.0
+    slope: float = 0.0
+    free: Real = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        """Fill an absent free part."""
+        if len(self.free) != len(self.rates):
+            object.__setattr__(self, "free", np.zeros(len(self.rates)))
+
+    def at(self, frequency: ArrayLike) -> Complex:
+        """Evaluate the forced part at frequencies in Hz, any shape."""
+        s = 2j * np.pi * np.asarray(frequency, dtype=float)
+        total = self.direct + self.slope * s
+        for rate, gain in zip(self.rates, self.gains, strict=True):
+            if gain:
+                total = total + gain * rate / (s + rate)
+        return np.asarray(total, dtype=complex)
+
+    def __add__(self, other: Transfer) -> Transfer:
+        """Add; transfers of one stack keep their common modes."""
+        if self.rates is other.rates or np.array_equal(self.rates, other.rates):
+            gains, free, rates = self.gains + other.gains, self.free + other.free, self.rates
+        else:
+            rates = np.concatenate([self.rates, other.rates])
+            gains = np.concatenate([self.gains, other.gains])
+            free = np.concatenate([self.free, other.free])
+        return Transfer(rates, gains, self.direct + other.direct, self.slope + other.slope, free)
+
+    def __sub__(self, other: Transfer) -> Transfer:
+        """Subtract."""
+        return self + other * -1.0
+
+    def __mul__(self, other: Transfer | float) -> Transfer:
+        """Scale, or filter by another transfer."""
+        if isinstance(other, Transfer):
+            return _product(self, other)
+        factor = float(other)
+        scaled = (self.direct * factor, self.slope * factor, self.free * factor)
+        return Transfer(self.rates, self.gains * factor, *scaled)
+
+    __rmul__ = __mul__
+
+
+def _product(filter_: Transfer, signal: Transfer) -> Transfer:
+    """Multiply by partial fractions: a residue of one times the other's value at that pole."""
+    if filter_.slope or np.any(filter_.free):
+        filter_, signal = signal, filter_
+    if filter_.slope or signal.slope or np.any(filter_.free):
+        raise ValueError("only one factor may have a free part, and none a slope")
+    if not len(filter_.rates):
+        return signal * filter_.direct
+    apart = filter_.rates[:, None] - signal.rates[None, :]  # filter rate minus signal rate
+    of_filter = filter_.direct + np.sum((filter_.gains * filter_.rates)[:, None] / apart, axis=0)
+    of_signal = signal.direct - np.sum((signal.gains * signal.rates)[None, :] / apart, axis=1)
+    free_here = signal.free * of_filter
+    weights = filter_.gains * filter_.rates
+    free_there = -weights * np.sum(signal.free[None, :] / apart, axis=1)
+    return Transfer(
+        np.concatenate([signal.rates, filter_.rates]),
+        np.concatenate([signal.gains * of_filter, filter_.gains * of_signal]),
+        filter_.direct * signal.direct,
+        0.0,
+        np.concatenate([free_here, free_there]),
+    )

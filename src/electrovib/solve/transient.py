@@ -1,0 +1,222 @@
+"""Response over time: exact for straight pieces and sines at any output times, from rest or a given state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.parts import Linear, Part, Smooth, Tones
+from electrovib.solve.recursion import hold_weights, march
+from electrovib.solve.smooth import smooth_states
+from electrovib.solve.transfer import Complex, Real, Transfer
+
+CHUNK = 1 << 16
+"""States held at once, so that a million samples need no gigabyte."""
+MANY_SAMPLES = 20_000
+"""From here on the block scan is faster than the closed form of each segment."""
+
+
+def transient(transfers: Mapping[str, Transfer], drive: Drive, time: Real, *, settled: bool = False) -> dict[str, Real]:
+    """Response of linear quantities to a drive.
+
+    Parameters
+    ----------
+    transfers : mapping of str to Transfer
+        What to compute.
+    drive : Drive
+        Off before time 0 when starting from rest.
+    time : ndarray, shape (n,)
+        Increasing, >= 0 [s]; need not be even.
+    settled : bool
+        Start from the periodic state instead of rest: the drive has been repeating for ever.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n,)
+        At a jump of the drive the value after it.
+
+    Raises
+    ------
+    InputError
+        If the drive has no period but its periodic state is asked for.
+
+    Notes
+    -----
+    x' = rate (v - x) for each mode; y = direct v + slope v' + sum gain x + sum free exp(-rate t).
+    """
+    if settled and drive.period is None and not _is_steady(drive):
+        raise InputError(
+            f"time.initial_state = PeriodicState: {type(drive).__name__} does not repeat. Give it a period,"
+            " or start from rest: AtRest"
+        )
+    result: dict[str, Real] = {}
+    voltage = drive.voltage(time)
+    slope = drive.slope(time) if any(transfer.slope for transfer in transfers.values()) else None
+    for names, rates in _groups(transfers):
+        gains = np.array([transfers[name].gains for name in names])
+        free = np.array([transfers[name].free for name in names])
+        modal = np.zeros((len(names), len(time)))
+        active = np.any(gains != 0, axis=0) & (rates > 0)
+        if np.any(active):
+            for part in drive.parts():
+                modal += _part_response(part, rates[active], gains[:, active], time, drive, settled=settled)
+        kept = free * (rates == 0) if settled else free  # only trapped charge outlasts for ever
+        if np.any(kept):
+            modal += kept @ np.exp(-np.outer(rates, time))
+        for name, row in zip(names, modal, strict=True):
+            result[name] = row + transfers[name].direct * voltage
+            if transfers[name].slope and slope is not None:
+                result[name] = result[name] + transfers[name].slope * slope
+    return result
+
+
+def _groups(transfers: Mapping[str, Transfer]) -> list[tuple[list[str], Real]]:
+    """Collect quantities with the same modes, so that they are marched once."""
+    groups: list[tuple[list[str], Real]] = []
+    for name, transfer in transfers.items():
+        for names, rates in groups:
+            if np.array_equal(rates, transfer.rates):
+                names.append(name)
+                break
+        else:
+            groups.append(([name], transfer.rates))
+    return groups
+
+
+def _is_steady(drive: Drive) -> bool:
+    return all(_is_step(part) for part in drive.parts())
+
+
+def _is_step(part: Part) -> bool:
+    return isinstance(part, Linear) and len(part.times) == 1
+
+
+def _part_response(
+    part: Part, rates: Real, gains: Real, time: Real, drive: Drive, *, settled: bool
+) -> Real:
+    if isinstance(part, Tones):
+        return _tones(part, rates, gains, time, settled=settled)
+    if isinstance(part, Smooth):
+        return gains @ smooth_states(part, rates, time)
+    if settled and _is_step(part):
+        return np.outer(gains.sum(axis=1), np.full(len(time), part.after[0]))
+    start = periodic_state(part, rates) if settled else np.zeros(len(rates))
+    if settled and drive.period is None:
+        raise AssertionError("a settled drive has a period")
+    return straight_response(part, rates, gains, time, start)
+
+
+def periodic_state(part: Linear, rates: Real) -> Real:
+    """State of each mode at the beginning of a period of a drive that has been repeating for ever.
+
+    Notes
+    -----
+    x0 = (state after one period from rest)/(1 - exp(-rate period)).
+    """
+    assert part.period is not None
+    one = part.until(part.period)
+    end = _break_states(one, rates, np.zeros(len(rates)))[:, -1]
+    state: Real = end / -np.expm1(-rates * part.period)
+    return state
+
+
+def _break_states(part: Linear, rates: Real, state: Real) -> Real:
+    """States at the breaks, shape (modes, breaks)."""
+    if len(part.times) == 1:
+        return state[:, None]
+    identity = np.eye(len(rates))
+    steps = np.diff(part.times)
+    states, _ = march(-rates, identity, np.zeros(len(rates)), part.after[:-1], part.before[1:], steps, state)
+    return states
+
+
+def straight_response(part: Linear, rates: Real, gains: Real, time: Real, state: Real) -> Real:
+    """Response of modes to straight pieces at any times.
+
+    Parameters
+    ----------
+    part : Linear
+        The pieces.
+    rates : ndarray, shape (modes,)
+        1/s, > 0.
+    gains : ndarray, shape (outputs, modes)
+        What each output takes of each mode.
+    time : ndarray, shape (n,)
+        Increasing, from 0 on [s].
+    state : ndarray, shape (modes,)
+        At time 0.
+
+    Returns
+    -------
+    ndarray, shape (outputs, n)
+        Without the direct part.
+    """
+    pieces = part.until(float(time[-1]))
+    even = _even_step(pieces, time)
+    if even is not None:
+        before, after = _sides(pieces, time)
+        zero = np.zeros(len(gains))
+        output, _ = march(-rates, gains, zero, after[:-1], before[1:], even, state)
+        return output
+    states = _break_states(pieces, rates, state)
+    index = np.clip(np.searchsorted(pieces.times, time, side="right") - 1, 0, len(pieces.times) - 1)
+    now = pieces.value(time)
+    result = np.empty((len(gains), len(time)))
+    length = max(1, CHUNK // len(rates))
+    for first in range(0, len(time), length):
+        piece = slice(first, first + length)
+        elapsed = time[piece] - pieces.times[index[piece]]
+        decay, begin, end = hold_weights(-rates[:, None] * elapsed)
+        began = pieces.after[index[piece]]
+        result[:, piece] = gains @ (decay * states[:, index[piece]] + begin * began + end * now[piece])
+    return result
+
+
+def _even_step(part: Linear, time: Real) -> float | None:
+    """Give the step of an even grid that begins at 0 and holds every break, if there are many samples."""
+    if len(time) < MANY_SAMPLES or time[0] != 0:
+        return None
+    step = float(time[-1]) / (len(time) - 1)
+    places = part.times[part.times <= time[-1]] / step
+    on_grid = np.all(np.abs(places - np.round(places)) < 1e-9 * np.maximum(places, 1))
+    even = np.all(np.abs(np.diff(time) / step - 1) < 1e-6)
+    return step if on_grid and even else None
+
+
+def _sides(part: Linear, time: Real) -> tuple[Real, Real]:
+    """Drive just before and just after each time of a grid that holds every break."""
+    step = float(time[-1]) / (len(time) - 1)
+    after = part.value(time)
+    before = after.copy()
+    inside = part.times <= time[-1] * (1 + 1e-12)
+    places = np.round(part.times[inside] / step).astype(int)
+    before[places], after[places] = part.before[inside], part.after[inside]
+    return before, after
+
+
+def _tones(part: Tones, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
+    """Steady state of each tone, minus what it had to be at the switching times, decaying since."""
+    angular = 2 * np.pi * part.frequencies
+    response = rates[:, None] / (rates[:, None] + 1j * angular)  # of each mode to each tone
+    steady = np.zeros((len(gains), len(time)))
+    start = part.start if settled and np.isinf(part.start) else max(part.start, 0.0)
+    on = (time >= start) & (time < part.stop)
+    for tone, amplitude in enumerate(part.amplitudes):
+        wave = amplitude * np.exp(1j * angular[tone] * time)
+        steady += np.where(on, ((gains @ response[:, tone])[:, None] * wave).real, 0.0)
+    if np.isfinite(start):
+        steady -= gains @ _fading(part, response, rates, time, start)
+    if np.isfinite(part.stop):
+        steady += gains @ _fading(part, response, rates, time, part.stop)
+    return steady
+
+
+def _fading(part: Tones, response: Complex, rates: Real, time: Real, switched: float) -> Real:
+    """Steady state at a switching time, decaying since then."""
+    phasors = part.amplitudes * np.exp(2j * np.pi * part.frequencies * switched)
+    then = (response @ phasors).real
+    since = np.maximum(time - switched, 0.0)
+    return np.where(time >= switched, then[:, None] * np.exp(-rates[:, None] * since), 0.0)

@@ -1,0 +1,179 @@
+"""What a paper states against what its equations give: rows, panels and words, as data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from electrovib.core.units import KINDS
+
+Real: TypeAlias = NDArray[np.float64]
+
+VERDICTS: Final = ("reproduced", "consistent", "open")
+SHOWN_UNITS: Final = {"pF": 1e-12, "nF": 1e-9, "mN": 1e-3, "ms": 1e-3}
+"""Units of a row besides SI, and their size."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number of a paper against ours.
+
+    Parameters
+    ----------
+    id : str
+        Name for programs.
+    what : str
+        Name for people.
+    paper : float, tuple of float or None
+        What is printed, in `unit`; None where nothing is.
+    ours : float or tuple of float
+        Our number, or the lowest and highest over skins and planes.
+    unit : str
+        SI, or one of `SHOWN_UNITS`.
+    verdict : str
+        ``reproduced`` only where the paper prints a number; ``consistent``; ``open``, then the note says what
+        the paper does not give.
+    note : str
+        In plain words.
+    """
+
+    id: str
+    what: str
+    paper: float | tuple[float, float] | None
+    ours: float | tuple[float, float]
+    unit: str
+    verdict: str
+    note: str
+
+    def __post_init__(self) -> None:
+        """Refuse a verdict that the row does not bear."""
+        if self.verdict not in VERDICTS or (self.unit not in SHOWN_UNITS and self.unit not in KINDS):
+            msg = f"row {self.id}: verdict '{self.verdict}' or unit '{self.unit}' is not allowed"
+            raise ValueError(msg)
+        if self.verdict == "reproduced" and self.paper is None:
+            msg = f"row {self.id}: only a printed number can be reproduced"
+            raise ValueError(msg)
+        if self.verdict == "open" and not self.note:
+            msg = f"row {self.id}: an open verdict needs a note on what the paper does not give"
+            raise ValueError(msg)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give what goes into numbers.json."""
+        plain = {"paper": self.paper, "ours": self.ours}
+        shown = {key: list(value) if isinstance(value, tuple) else value for key, value in plain.items()}
+        return {
+            "id": self.id,
+            "what": self.what,
+            "paper": shown["paper"],
+            "ours": shown["ours"],
+            "unit": self.unit,
+            "verdict": self.verdict,
+            "note": self.note,
+        }
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A line, or a band when `upper` is given.
+
+    Parameters
+    ----------
+    label : str
+        For the legend.
+    x, y : ndarray, shape (n,)
+        In the units of the panel's axes, SI.
+    upper : ndarray, shape (n,), optional
+        Upper edge; `y` is then the lower one.
+    kind : str
+        ``"line"``, ``"dashed"``, ``"points"`` or ``"band"``.
+    """
+
+    label: str
+    x: Real
+    y: Real
+    upper: Real | None = None
+    kind: str = "line"
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One figure as data.
+
+    Parameters
+    ----------
+    id : str
+        File name without suffix.
+    title, caption : str
+        Words.
+    x, y : tuple of str
+        Axis label and SI unit.
+    curves : tuple of Curve
+        In drawing order.
+    log_x, log_y : bool
+        Logarithmic axes.
+    """
+
+    id: str
+    title: str
+    caption: str
+    x: tuple[str, str]
+    y: tuple[str, str]
+    curves: tuple[Curve, ...]
+    log_x: bool = False
+    log_y: bool = False
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table in words."""
+
+    title: str
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page of plain words: paragraphs."""
+
+    title: str
+    paragraphs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """Everything a reproduction of one paper shows.
+
+    Parameters
+    ----------
+    paper : str
+        ``author_year``.
+    citation : str
+        As in a list of references.
+    rows : tuple of Row
+        For numbers.json and the first table.
+    panels : tuple of Panel
+        Figures.
+    pages : tuple of Page
+        What is left open.
+    tables : tuple of Table
+        Further tables.
+    equations : mapping of str to str
+        Number to mathtext.
+    references : tuple of str
+        Sources used.
+    """
+
+    paper: str
+    citation: str
+    rows: tuple[Row, ...]
+    panels: tuple[Panel, ...]
+    pages: tuple[Page, ...] = ()
+    tables: tuple[Table, ...] = ()
+    equations: Mapping[str, str] = field(default_factory=dict)
+    references: tuple[str, ...] = ()

@@ -1,0 +1,319 @@
+"""Roots of sums of poles against long arithmetic, closed forms and eigenvalues."""
+
+from __future__ import annotations
+
+import dataclasses
+from fractions import Fraction
+from itertools import pairwise
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from electrovib.solve.secular import Roots, secular_roots
+
+# rounding of the sums, 2e-16, times the worst conditioning that is left to 53 bits, with room
+TOLERANCE = 1e-13
+# terms of 1e50 may cancel down to 1e-50 and less: the reference needs more digits than all of that
+DIGITS = 200
+
+
+def balance(nodes, weights, constant, origin, offset):
+    """Give the sum minus the constant at ``nodes[origin] + offset``, and minus its derivative."""
+    place = mpmath.mpf(float(nodes[origin])) + offset
+    apart = [place - mpmath.mpf(float(node)) for node in nodes]
+    weights = [mpmath.mpf(float(weight)) for weight in weights]
+    value = mpmath.fsum(weight / step for weight, step in zip(weights, apart, strict=True)) - constant
+    slope = mpmath.fsum(weight / step**2 for weight, step in zip(weights, apart, strict=True))
+    return value, slope
+
+
+def brackets_root(case, origin, offset, tolerance=TOLERANCE):
+    """Say whether the sum, which falls, changes sign within ``tolerance`` of the offset."""
+    near = balance(*case, origin, mpmath.mpf(float(offset)) * (1 - mpmath.mpf(tolerance)))[0]
+    far = balance(*case, origin, mpmath.mpf(float(offset)) * (1 + mpmath.mpf(tolerance)))[0]
+    return bool((near - far) * np.sign(offset) > 0 and near * far < 0)
+
+
+def check(case) -> Roots:
+    """Compare every number of the answer with long arithmetic on the same inputs."""
+    nodes, _, constant = case
+    roots = secular_roots(*case)
+    count = len(nodes) - (constant == 0)
+    assert roots.values.shape == roots.origin.shape == roots.offset.shape == roots.slope.shape == (count,)
+    differences = roots.differences()
+    assert differences.shape == (count, len(nodes))
+    with mpmath.workdps(DIGITS):
+        for row, (origin, offset) in enumerate(zip(roots.origin, roots.offset, strict=True)):
+            assert origin == row if offset > 0 else origin == row + 1
+            exact = [mpmath.mpf(float(nodes[origin])) + mpmath.mpf(float(offset)) - float(n) for n in nodes]
+            assert exact[row] > 0
+            assert row + 1 == len(nodes) or exact[row + 1] < 0
+            # with the bracket known, the change of sign is a proof: the sum falls from pole to pole
+            assert brackets_root(case, origin, offset)
+            assert all(abs(d / e - 1) < TOLERANCE for d, e in zip(differences[row], exact, strict=True))
+            assert (
+                abs(roots.slope[row] / balance(*case, origin, mpmath.mpf(float(offset)))[1] - 1) < TOLERANCE
+            )
+            value = mpmath.mpf(float(nodes[origin])) + mpmath.mpf(float(offset))
+            assert abs(roots.values[row] / value - 1) < 1e-15  # a single rounding
+    assert_interlacing(roots, nodes)
+    return roots
+
+
+def assert_interlacing(roots, nodes):
+    count = len(roots.values)
+    assert (roots.values >= nodes[:count]).all()
+    assert (roots.values[: len(nodes) - 1] <= nodes[1:]).all()
+    gap = np.diff(nodes)
+    assert (np.abs(roots.offset[: len(gap)]) <= gap / 2 * (1 + 1e-14)).all()  # from the nearer end
+
+
+def distinct(nodes):
+    nodes = np.unique(nodes)
+    return nodes[np.concatenate([[True], np.diff(nodes) >= 1e-30])]
+
+
+def hard_nodes(random, count):
+    kind = random.integers(5)
+    if kind == 0:
+        return 10.0 ** random.uniform(-12, 16, count)
+    if kind == 1:
+        return 10.0 ** random.uniform(-3, 3, count)
+    if kind == 2:  # clusters of neighbours one to a few roundings apart
+        centre = 10.0 ** random.uniform(-12, 16, 3)[random.integers(3, size=count)]
+        return centre * (1 + 2.3e-16 * random.integers(0, 40, count))
+    if kind == 3:
+        return np.arange(count) * 1.0
+    half = 10.0 ** random.uniform(-12, 16, (count + 1) // 2)
+    return np.concatenate([half, np.nextafter(half, np.inf)])
+
+
+def hard_case(random, longest=14):
+    nodes = distinct(hard_nodes(random, int(random.integers(1, longest + 1))))
+    if random.random() < 0.3:
+        nodes[0] = 0
+    decades = random.choice([0, 1, 10, 40])
+    weights = 10.0 ** random.uniform(-decades, decades, nodes.size)
+    return nodes, weights, float(random.choice([0, 1, 10.0 ** random.uniform(-40, 40)]))
+
+
+@pytest.mark.parametrize("seed", range(15))
+def test_hard_sets(seed):
+    random = np.random.default_rng(seed)
+    for _ in range(10):
+        check(hard_case(random))
+
+
+@pytest.mark.parametrize("decades", [1, 40])
+def test_eighty_nodes(decades):
+    random = np.random.default_rng(80 + decades)
+    nodes, weights = (
+        np.sort(10.0 ** random.uniform(-12, 16, 80)),
+        10.0 ** random.uniform(-decades, decades, 80),
+    )
+    check((nodes, weights, 1.0))
+
+
+@pytest.mark.parametrize("faint", [1e-3, 1e-10, 1e-17, 1e-25, 1e-40])
+def test_balanced_poles_leave_a_faint_one_its_root(faint):
+    """Strong poles cancel exactly where a faint one sits, so 53 bits see nothing of the root beside it."""
+    check((np.array([0.0, 1, 2]), np.array([1, faint, 1]), 0.0))
+    check((np.array([0.0, 1, 3]), np.array([1, faint, faint]), 1.0))
+    roots = check((np.array([0.0, 1]), np.array([1, faint]), 1.0))
+    # x - 1 = t:  t**2 - faint*t = faint, above and below the node
+    upper = faint / 2 + np.sqrt(faint**2 / 4 + faint)
+    assert roots.offset[1] == pytest.approx(upper, rel=1e-14)
+    expected = -faint / upper if roots.origin[0] == 1 else 1 - faint / upper
+    assert roots.offset[0] == pytest.approx(expected, rel=1e-14)
+
+
+def test_balance_decides_on_which_side_of_the_middle():
+    """Between two faint neighbours all strong poles cancel to rounding: 53 bits may take the wrong end."""
+    random = np.random.default_rng(3)
+    nodes = np.array([0, 0.25, 0.5, 0.75, 1, np.nextafter(1, 2)])
+    middle = Fraction(1) + Fraction(float(np.spacing(1.0))) / 2
+    for _ in range(20):
+        weights = np.append(random.uniform(1, 2, 4), [1e-30, 1e-30])
+        terms = [
+            Fraction(w) / (middle - Fraction(n))
+            for n, w in zip(nodes.tolist(), weights.tolist(), strict=True)
+        ]
+        check((nodes, weights, float(sum(terms))))
+
+
+def test_symmetric_poles_have_a_root_in_the_middle():
+    roots = check((np.array([0.0, 1, 2, 3]), np.array([1, 1e-30, 1e-30, 1]), 0.0))
+    assert roots.values[1] == pytest.approx(1.5, rel=1e-15)
+
+
+def test_bisection_in_long_arithmetic_agrees():
+    """The same, by a search that knows nothing of the answer."""
+    random = np.random.default_rng(7)
+    for _ in range(4):
+        case = hard_case(random, longest=5)
+        roots = secular_roots(*case)
+        for row, (origin, offset) in enumerate(zip(roots.origin, roots.offset, strict=True)):
+            found = bisect(case, row, origin)
+            assert abs(float(offset / found - 1)) < TOLERANCE
+            assert abs(float(offset * (1 + 3 * TOLERANCE) / found - 1)) > TOLERANCE
+
+
+def bisect(case, row, origin):
+    """Give the offset from ``nodes[origin]``; geometric, because it may be decades below the gap."""
+    nodes, weights, constant = case
+    with mpmath.workdps(DIGITS):
+        if row + 1 == len(nodes):
+            high = mpmath.fsum(float(weight) for weight in weights) / mpmath.mpf(constant)
+        else:
+            high = mpmath.mpf(float(nodes[row + 1])) - mpmath.mpf(float(nodes[row]))
+        sign = 1 if origin == row else -1
+        low = high * mpmath.mpf("1e-130")
+        while high / low > 1 + mpmath.mpf("1e-17"):
+            middle = mpmath.sqrt(low * high)
+            inside = balance(*case, origin, sign * middle)[0] * sign > 0
+            low, high = (middle, high) if inside else (low, middle)
+        return sign * low
+
+
+exponents = st.floats(-40, 40)
+
+
+@st.composite
+def cases(draw):
+    size = draw(st.integers(1, 6))
+    simple = st.integers(0, 40).map(float)
+    spread = st.floats(-12, 16).map(lambda power: 10.0**power)
+    nodes = distinct(draw(st.lists(simple | spread, min_size=size, max_size=size)))
+    weight = exponents.map(lambda power: 10.0**power) | st.sampled_from([1.0, 2.0, 1e-40, 1e-20])
+    weights = np.array(draw(st.lists(weight, min_size=nodes.size, max_size=nodes.size)))
+    return nodes, weights, draw(st.sampled_from([0.0, 1.0, 0.5]) | weight)
+
+
+@settings(deadline=None, max_examples=60)
+@given(cases())
+def test_any_set(case):
+    check(case)
+
+
+@settings(deadline=None, max_examples=60)
+@given(cases())
+def test_residues_of_the_inverse_sum_to_those_at_infinity(case):
+    """-1/f has residues 1/slope at the roots; with c > 0 these add up to sum(w)/c**2."""
+    _, weights, constant = case
+    if constant == 0:
+        return
+    roots = secular_roots(*case)
+    with mpmath.workdps(DIGITS):
+        expected = mpmath.fsum(float(w) for w in weights) / mpmath.mpf(constant) ** 2
+        total = mpmath.fsum(1 / mpmath.mpf(float(slope)) for slope in roots.slope)
+        assert abs(total / expected - 1) < TOLERANCE
+        assert abs(total * (1 + 3 * TOLERANCE) / expected - 1) > TOLERANCE
+
+
+@pytest.mark.parametrize("node", [0.0, 1e-12, 3.0, 1e16])
+def test_one_node(node):
+    roots = secular_roots([node], [3.0], 7.0)
+    assert roots.offset == pytest.approx([3 / 7], rel=1e-15)
+    assert roots.values[0] == node + roots.offset[0]
+    assert roots.slope == pytest.approx([49 / 3], rel=2e-15)
+    assert secular_roots([node], [3.0], 0.0).differences().shape == (0, 1)
+
+
+def test_two_nodes():
+    first, second, low, high, constant = 0.5, 4.0, 2.0, 3.0, 0.25
+    inner = secular_roots([first, second], [low, high], 0.0)
+    assert inner.values == pytest.approx([(low * second + high * first) / (low + high)], rel=1e-15)
+    both = secular_roots([first, second], [low, high], constant)
+    # constant*(x - first)*(x - second) = low*(x - second) + high*(x - first)
+    assert both.values.sum() == pytest.approx(first + second + (low + high) / constant, rel=2e-15)
+    assert both.values.prod() == pytest.approx(
+        first * second + (low * second + high * first) / constant, rel=2e-15
+    )
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_eigenvalues_of_a_rank_one_update(seed):
+    """diag(nodes) + z z' has these roots with weights z**2; eigh is accurate to the largest only."""
+    random = np.random.default_rng(seed)
+    nodes, vector = np.sort(random.uniform(1, 10, 12)), random.uniform(0.2, 2, 12)
+    expected = np.linalg.eigvalsh(np.diag(nodes) + np.outer(vector, vector))
+    roots = secular_roots(nodes, vector**2, 1.0)
+    assert roots.values == pytest.approx(expected, rel=1e-13)
+    assert roots.values * (1 + 1e-12) != pytest.approx(expected, rel=1e-13)
+
+
+def test_root_closer_than_rounding_keeps_its_offset():
+    roots = check((np.array([1.0, 2.0]), np.array([1e-40, 1.0]), 0.0))
+    assert roots.values[0] == 1.0
+    assert roots.offset[0] == pytest.approx(1e-40, rel=1e-15)
+    assert roots.differences()[0] == pytest.approx([1e-40, -1.0], rel=1e-15)
+
+
+def test_limits_raise_no_floating_point_error():
+    random = np.random.default_rng(11)
+    with np.errstate(all="raise"):
+        for _ in range(60):
+            nodes = distinct(10.0 ** random.integers(-29, 21, 30))
+            weights = 10.0 ** random.choice([-50, 0, 50], nodes.size)
+            for constant in (0.0, 1e-50, 1.0, 1e50):
+                roots = secular_roots(nodes, weights, constant)
+                assert (roots.slope > 0).all()
+                assert (roots.offset != 0).all()
+                assert_interlacing(roots, nodes)
+
+
+def test_more_weight_pushes_every_root_away():
+    """Weight on the first node, which lies below all roots."""
+    nodes = np.array([0.0, 1.0, 1.5, 9.0])
+    trail = [secular_roots(nodes, [first, 2.0, 1.0, 1.0], 1.0).values for first in (0.1, 1.0, 10.0)]
+    assert all((after > before).all() for before, after in pairwise(trail))
+
+
+@pytest.mark.parametrize(
+    ("nodes", "weights", "constant", "named"),
+    [
+        ([1, 1], [1, 1], 0.0, "merge equal nodes"),
+        ([2, 1], [1, 1], 0.0, "strictly increasing"),
+        ([-1, 1], [1, 1], 0.0, "nodes"),
+        ([0, np.inf], [1, 1], 0.0, "nodes"),
+        ([0, np.nan], [1, 1], 0.0, "nodes"),
+        ([0, 1e21], [1, 1], 0.0, "nodes"),
+        ([0, 1], [1, 0], 0.0, "weights"),
+        ([0, 1], [1, -1], 0.0, "weights"),
+        ([0, 1], [1, np.nan], 0.0, "weights"),
+        ([0, 1], [1, 1e51], 0.0, "weights"),
+        ([0, 1], [1, 1], -1.0, "constant"),
+        ([0, 1], [1, 1], np.nan, "constant"),
+        ([0, 1], [1, 1], np.inf, "constant"),
+        ([0, 1], [1, 1], 1e-60, "constant"),
+        ([0, 1], [1], 0.0, "shapes"),
+        ([], [], 0.0, "shapes"),
+        ([[0, 1]], [[1, 1]], 0.0, "shapes"),
+    ],
+)
+def test_refuses(nodes, weights, constant, named):
+    with pytest.raises(ValueError, match=named):
+        secular_roots(nodes, weights, constant)
+
+
+def test_answer_is_frozen_and_leaves_the_input_alone():
+    nodes = np.array([0.0, 1.0])
+    roots = secular_roots(nodes, np.ones(2), 1.0)
+    assert nodes.flags.writeable
+    for name in ("nodes", "values", "origin", "offset", "slope"):
+        assert not getattr(roots, name).flags.writeable
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        roots.values = nodes
+
+
+def test_check_refuses_a_shifted_offset():
+    case = (np.array([0.0, 1, 2]), np.array([1.0, 2, 3]), 1.0)
+    roots = secular_roots(*case)
+    with mpmath.workdps(DIGITS):
+        for origin, offset in zip(roots.origin, roots.offset, strict=True):
+            assert brackets_root(case, origin, offset)
+            assert not brackets_root(case, origin, offset * (1 + 3 * TOLERANCE))
+            assert not brackets_root(case, origin, offset * (1 - 3 * TOLERANCE))
