@@ -377,7 +377,7 @@ def _from_npy(path: Path, columns: Sequence[str | int]) -> dict[str | int, _Colu
     fields = array.dtype.names or ()
     if array.ndim != (1 if fields else 2):
         raise DataFileError(
-            f"{path}: holds an array of shape {array.shape}; a row per sample and a column per signal is needed."
+            f"{path}: holds an array of shape {array.shape}, not a row per sample and a column per signal."
         )
     width = len(fields) or array.shape[1]
     found: dict[str | int, _Column] = {}

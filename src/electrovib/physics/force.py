@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.model import Model
+from electrovib.physics.material import Material
 from electrovib.physics.stack import LayerState, Linear, Section
 
 
@@ -31,6 +32,7 @@ class ForceLaw(Model, family=True):
 
     plane: ClassVar[str] = "gap"
     causal: ClassVar[bool] = True
+    instead: ClassVar[str] = ""
     needs: ClassVar[tuple[str, ...]] = ()
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
@@ -56,6 +58,11 @@ class ForceLaw(Model, family=True):
         """Give the part of the voltage that pulls, where the law has such a notion."""
         del section
         return None
+
+    def remarks(self, materials: Mapping[str, Material]) -> tuple[str, ...]:
+        """Say what a user should know of this law with these materials; shown as warnings."""
+        del materials
+        return ()
 
 
 def layer_of(section: Section, name: str) -> LayerState:
@@ -87,7 +94,7 @@ class GapPlane(ForceLaw):
     limit of a vanishing, non-conducting gap, E = D/eps0.
     """
 
-    reference: ClassVar[str] = "doi:10.1063/1.5020393"
+    reference: ClassVar[str] = "virtual work at fixed voltage"
     status: ClassVar[str] = "derived"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
     plane: ClassVar[str] = "gap"
@@ -154,7 +161,7 @@ class EffectiveMediumPlane(ForceLaw):
     charge is ever lost in it.
     """
 
-    reference: ClassVar[str] = "doi:10.1109/TBME.2006.881804"
+    reference: ClassVar[str] = "Vezzoli et al., Electrovibration modeling analysis, EuroHaptics 2014, equation (1)"
     status: ClassVar[str] = "full text"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
     plane: ClassVar[str] = "effective medium"

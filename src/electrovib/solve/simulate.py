@@ -13,7 +13,7 @@ from electrovib.core.errors import NotCausalError
 from electrovib.core.trace import make_trace
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.drive.parts import Linear
-from electrovib.physics.safety import lamps, peak
+from electrovib.physics.safety import Lamp, lamps, peak
 from electrovib.solve.periodic import count_harmonics, spectrum
 from electrovib.solve.reduce import reduce_material
 from electrovib.solve.scenario import PeriodicState, Scenario
@@ -216,11 +216,10 @@ def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> tuple[d
 def refusal(law: ForceLaw, drive: str, *, settled: bool) -> str:
     """Say why a law without a causal form cannot answer, and what to use instead."""
     what = f"the harmonics of a {drive}" if settled else f"a {drive} from rest"
-    instead = getattr(law, "instead", "")
     return (
         f"force = {type(law).__name__}: it gives the size of a response at one frequency and is not causal: with a"
         f" dispersive skin it would answer {what} before the drive begins. Use"
-        f" {instead or 'a causal law'}, or drive it with one Sine from"
+        f" {law.instead or 'a causal law'}, or drive it with one Sine from"
         ' time.initial_state = { model = "PeriodicState" }'
     )
 
@@ -266,12 +265,14 @@ def _transfer_error(law: ForceLaw, section: ModalSection, exact: PhasorSection) 
     return max(errors)
 
 
-def _lamps(scenario: Scenario, variables: dict[str, Any]) -> list[Any]:
+def _lamps(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
     layers = scenario.stack.layers
+    remarks = scenario.force.remarks({name: layer.material for name, layer in layers.items()})
+    spoken = [Lamp("force law", "warning", text) for text in remarks]
     peaks = {name: peak(row) for name, row in zip(layers, variables["field"][1], strict=True)}
     insulator = layers.get("insulator")
     permittivity = insulator.material.polarisation(np.array(1e3)).real if insulator else None
-    return lamps(
+    return spoken + lamps(
         peak_fields=peaks,
         thicknesses={name: layer.thickness for name, layer in layers.items()},
         breakdown_fields={name: layer.breakdown_field for name, layer in layers.items()},

@@ -1,0 +1,380 @@
+"""A Trace on disk, without loss: netCDF, or CSV with one dimension a file."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import itertools
+import json
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any, Final, TextIO
+
+import numpy as np
+
+from electrovib.core.errors import DataFileError, InputError
+from electrovib.core.trace import FORMAT, stamp
+from electrovib.data.atomic import writing
+from electrovib.data.columns import DAMAGE, Table, check_file, damaged, read_table
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+    from pathlib import Path
+
+    import xarray
+    from numpy.typing import NDArray
+
+TABLES: Final = ("time", "frequency")
+"""Dimensions that a CSV file may run over, the one of the main file first."""
+
+_LONG_TEXT: Final = 8000  # HDF5 refuses attributes beyond 64 kB, and keeps smaller ones together in one block
+_BLOCK: Final = 65536
+
+
+def save_nc(trace: xarray.Dataset, path: Path) -> list[Path]:
+    """Write a Trace as netCDF.
+
+    Parameters
+    ----------
+    trace : xarray.Dataset
+        Any Trace; units are stamped again.
+    path : Path
+        The output; replaced as a whole.
+
+    Returns
+    -------
+    list of Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or the Trace holds what netCDF cannot.
+
+    Notes
+    -----
+    Texts too long for an attribute become scalar variables ``long_attribute_0``, ... .
+    """
+    stored = prepared(trace, path).drop_encoding()
+    attributes, stored.attrs = stored.attrs, {}
+    for name, value in attributes.items():
+        if isinstance(value, str) and len(value) > _LONG_TEXT:
+            stored[f"long_attribute_{len(stored.variables)}"] = ((), value, {"attribute": name})
+        else:
+            stored.attrs[name] = int(value) if isinstance(value, bool) else value  # netCDF knows no booleans
+    no_fill: dict[Any, Any] = {name: {"_FillValue": None} for name in stored.variables}
+    with writing(path) as temporary:
+        try:
+            stored.to_netcdf(temporary, engine="h5netcdf", encoding=no_fill)
+        except (ValueError, TypeError) as error:
+            raise InputError(f"{path}: this Trace cannot be written as netCDF: {error}") from error
+    return [path]
+
+
+def load_nc(path: Path) -> xarray.Dataset:
+    """Read a Trace from netCDF.
+
+    Parameters
+    ----------
+    path : Path
+        Written by `save_nc`.
+
+    Returns
+    -------
+    xarray.Dataset
+        In memory, identical to what was saved.
+
+    Raises
+    ------
+    DataFileError
+        If the file is damaged or is not a Trace.
+    """
+    import xarray
+
+    check_file(path)
+    try:
+        with xarray.open_dataset(
+            path, engine="h5netcdf", decode_times=False, decode_timedelta=False, mask_and_scale=False
+        ) as opened:
+            if opened.attrs.get("format") != FORMAT:
+                raise not_a_trace(path)
+            return _as_saved(opened.load())
+    except DAMAGE as error:
+        raise damaged(path, "a netCDF file", error) from None
+
+
+def _as_saved(loaded: xarray.Dataset) -> xarray.Dataset:
+    """Undo what netCDF does to texts and to numbers among the attributes."""
+    trace = loaded.drop_encoding()
+    for name, variable in list(trace.variables.items()):
+        if str(name).startswith("long_attribute_"):
+            trace.attrs[variable.attrs["attribute"]] = str(variable.values)
+            trace = trace.drop_vars(str(name))
+        elif variable.dtype.kind not in "fc":
+            trace[name] = variable.astype(str if variable.dtype.kind in "OT" else variable.dtype)
+    for attrs in (trace.attrs, *(variable.attrs for variable in trace.variables.values())):
+        attrs.update({name: value.item() for name, value in attrs.items() if isinstance(value, np.generic)})
+    return trace
+
+
+# --------------------------------------------------------------------------- what every format shares
+
+
+def not_a_trace(path: Path) -> DataFileError:
+    """Make the error for a file that holds something else."""
+    return DataFileError(f"{path}: is not a Trace ('{FORMAT}'); was it written by another program?")
+
+
+def prepared(trace: xarray.Dataset, path: Path) -> xarray.Dataset:
+    """Stamp the units and check that attributes are texts and numbers.
+
+    Raises
+    ------
+    InputError
+        If an attribute is something else.
+    """
+    stamped = stamp(trace)
+    stamped.attrs = {"format": FORMAT, **trace.attrs}
+    problems = []
+    for owner, carrier in (
+        ("", stamped),
+        *((f"{name}.", stamped[name].variable) for name in stamped.variables),
+    ):
+        carrier.attrs = {str(name): _plain(value) for name, value in carrier.attrs.items()}
+        problems += [
+            f"{path}: attribute '{owner}{name}' is of type {type(value).__name__}, not a text or a number."
+            for name, value in carrier.attrs.items()
+            if not isinstance(value, (str, int, float))
+        ]
+    if problems:
+        raise InputError(problems)
+    return stamped
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, (np.generic, np.ndarray)) and np.ndim(value) == 0 else value
+
+
+def structure_of(path: Path, trace: xarray.Dataset, elsewhere: Collection[str]) -> dict[str, Any]:
+    """Describe a prepared Trace for JSON, without the numbers that the file holds elsewhere.
+
+    Raises
+    ------
+    InputError
+        If a variable holds neither numbers nor texts.
+    """
+    variables = []
+    for name, variable in trace.variables.items():
+        kind = {**dict.fromkeys("fiub", "real"), "c": "complex", **dict.fromkeys("UOT", "text")}.get(
+            variable.dtype.kind
+        )
+        if kind is None:
+            raise InputError(f"{path}: '{name}' holds '{variable.dtype}', neither numbers nor texts.")
+        entry: dict[str, Any] = {"name": str(name), "dims": list(variable.dims), "kind": kind}
+        entry |= {"coordinate": name in trace.coords, "attributes": dict(variable.attrs)}
+        if name not in elsewhere:
+            values = variable.values.astype(str) if kind == "text" else variable.values
+            parts = [values.real, values.imag] if kind == "complex" else [values]
+            entry["values"] = [part.tolist() for part in parts]
+        variables.append(entry)
+    return {"sizes": {str(name): size for name, size in trace.sizes.items()}, "variables": variables}
+
+
+def rebuilt(
+    structure: Mapping[str, Any], attributes: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]
+) -> xarray.Dataset:
+    """Make the Trace that `structure_of` described, from the numbers held elsewhere."""
+    import xarray
+
+    parts: dict[bool, dict[str, Any]] = {True: {}, False: {}}
+    for entry in structure["variables"]:
+        shape = tuple(structure["sizes"][name] for name in entry["dims"])
+        if "values" in entry:
+            dtype = str if entry["kind"] == "text" else np.float64
+            values = [np.array(part, dtype=dtype).reshape(shape) for part in entry["values"]]
+            array = joined(*values) if entry["kind"] == "complex" else values[0]
+        else:
+            array = arrays[entry["name"]].reshape(shape)
+        parts[bool(entry["coordinate"])][entry["name"]] = (tuple(entry["dims"]), array, entry["attributes"])
+    return xarray.Dataset(parts[False], parts[True], dict(attributes))
+
+
+def joined(real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Put complex numbers together; adding ``1j`` times a part would spread NaN and lose -0."""
+    whole = np.empty(np.shape(real), np.complex128)
+    whole.real, whole.imag = real, imaginary
+    return whole
+
+
+# ------------------------------------------------------------------------------------------------ CSV
+
+
+def csv_files(sizes: Mapping[Any, int], path: Path) -> dict[Path, str]:
+    """Tell which CSV files a Trace of these sizes makes, and what each runs over.
+
+    Raises
+    ------
+    InputError
+        If the Trace has a sweep, or neither time nor frequency.
+    """
+    sweeps = [str(name) for name in sizes if name not in (*TABLES, "layer")]
+    tables = [name for name in TABLES if name in sizes]
+    if sweeps or not tables:
+        also = f"also runs over {', '.join(sweeps)}" if sweeps else "has neither time nor frequency"
+        raise InputError(
+            f"{path}: a CSV file holds one dimension, but this Trace {also}; save as .nc or .mat."
+        )
+    return {path.with_suffix(f".{name}{path.suffix}") if i else path: name for i, name in enumerate(tables)}
+
+
+def save_csv(trace: xarray.Dataset, path: Path) -> list[Path]:
+    """Write a Trace as CSV: one file over time, another over frequency.
+
+    Parameters
+    ----------
+    trace : xarray.Dataset
+        A Trace without sweeps; units are stamped again.
+    path : Path
+        The main file, over time where there is time.
+
+    Returns
+    -------
+    list of Path
+        The files; all are complete before the first takes its place.
+
+    Raises
+    ------
+    InputError
+        If the Trace has a sweep, or a file cannot be written.
+
+    Notes
+    -----
+    A column per layer; complex numbers as two columns; each number with the digits that give the float back.
+    """
+    stored = prepared(trace, path)
+    files = csv_files(stored.sizes, path)
+    inside = {str(name) for name, variable in stored.variables.items() if set(TABLES) & set(variable.dims)}
+    both = [name for name in sorted(inside) if set(TABLES) <= set(stored[name].dims)]
+    if both:
+        raise InputError(
+            f"{path}: a CSV file holds one dimension, but '{both[0]}' has two; save as .nc or .mat."
+        )
+    structure = structure_of(path, stored, inside)
+    said = f"# attributes: {_json(stored.attrs)}\n# structure: {_json(structure)}\n"
+    key = hashlib.sha256(said.encode())
+    for name in sorted(inside):
+        key.update(stored[name].values.tobytes())
+    with ExitStack() as complete:
+        for file, over in files.items():
+            about = f"# table: {_json({'over': over, 'key': key.hexdigest()[:16]})}\n"
+            temporary = complete.enter_context(writing(file))
+            with temporary.open("w", encoding="utf-8", newline="") as out:
+                out.write(f"# {FORMAT}\n{said if file == path else ''}{about}")
+                _write_table(out, stored, structure, over)
+    return list(files)
+
+
+def _json(content: Mapping[str, Any]) -> str:
+    return json.dumps(content, ensure_ascii=False)
+
+
+def _headings(structure: Mapping[str, Any], entry: Mapping[str, Any]) -> list[str]:
+    """Name the columns of a variable: ``field[gap] [V/m]``, ``impedance.real [ohm]``."""
+    labels = [""]
+    if "layer" in entry["dims"]:
+        listed = [e["values"][0] for e in structure["variables"] if e["name"] == "layer" and "values" in e]
+        labels = [f"[{label}]" for label in (listed[0] if listed else range(structure["sizes"]["layer"]))]
+    parts = (".real", ".imag") if entry["kind"] == "complex" else ("",)
+    unit = f" [{entry['attributes']['units']}]" if "units" in entry["attributes"] else ""
+    return [f"{entry['name']}{label}{part}{unit}" for label in labels for part in parts]
+
+
+def _write_table(out: TextIO, trace: xarray.Dataset, structure: Mapping[str, Any], over: str) -> None:
+    headings: list[str] = []
+    columns: list[NDArray[np.float64]] = []
+    for entry in structure["variables"]:
+        if over in entry["dims"]:
+            headings += (own := _headings(structure, entry))
+            values = trace[entry["name"]].transpose(over, ...).values
+            values = np.ascontiguousarray(values, np.complex128 if entry["kind"] == "complex" else np.float64)
+            columns += list(values.view(np.float64).reshape(len(values), len(own)).T)
+    csv.writer(out, lineterminator="\n").writerow(headings)
+    for start in range(0, trace.sizes[over], _BLOCK):
+        block = [column[start : start + _BLOCK].tolist() for column in columns]
+        out.writelines(",".join(map(repr, row)) + "\n" for row in zip(*block, strict=True))
+
+
+def load_csv(path: Path) -> xarray.Dataset:
+    """Read a Trace from CSV, with the file over frequency that belongs to it.
+
+    Parameters
+    ----------
+    path : Path
+        The main file, written by `save_csv`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Identical to what was saved.
+
+    Raises
+    ------
+    DataFileError
+        If a file is damaged, changed, missing, of another save, or not a Trace.
+    """
+    table, about = _read_part(path)
+    if "structure" not in about or "attributes" not in about:
+        raise DataFileError(f"{path}: is one part of a Trace; load the file it belongs to instead.")
+    structure = about["structure"]
+    arrays: dict[str, NDArray[Any]] = {}
+    try:
+        for file, over in csv_files(structure["sizes"], path).items():
+            part, key = (table, about) if file == path else _read_part(file)
+            if key["table"] != {"over": over, "key": about["table"]["key"]}:
+                raise DataFileError(
+                    f"{file}: does not belong to '{path.name}'; the two are of different saves."
+                )
+            arrays |= _read_arrays(part, structure, over)
+        return rebuilt(structure, about["attributes"], arrays)
+    except DataFileError:
+        raise
+    except (*DAMAGE, InputError) as error:
+        raise damaged(path, "a Trace", error) from None
+
+
+def _read_part(path: Path) -> tuple[Table, dict[str, Any]]:
+    """Split a file into its table and the comments before it."""
+    check_file(path)
+    with path.open("rb") as file:
+        if file.readline(len(FORMAT) + 4).decode(errors="replace").strip() != f"# {FORMAT}":
+            raise not_a_trace(path)
+    table = read_table(path, delimiter=",")
+    comments = [
+        line[2:].partition(": ") for line in itertools.takewhile(lambda line: line[:1] == "#", table.lines)
+    ]
+    try:
+        about = {name: json.loads(content) for name, _, content in comments[1:]}
+        return table, about | {"table": about["table"]}
+    except DAMAGE as error:
+        raise damaged(path, "a Trace", error) from None
+
+
+def _read_arrays(table: Table, structure: Mapping[str, Any], over: str) -> dict[str, NDArray[Any]]:
+    """Read the variables over one dimension."""
+    entries = [entry for entry in structure["variables"] if over in entry["dims"]]
+    headings = [_headings(structure, entry) for entry in entries]
+    if list(table.headings) != list(itertools.chain(*headings)):
+        raise DataFileError(
+            f"{table.path}: its columns are not those that were saved; leave them as they are."
+        )
+    numbers, size = table.numbers(range(table.width)), structure["sizes"][over]
+    if len(numbers) != size:
+        raise DataFileError(f"{table.path}: holds {len(numbers)} rows over {over}, but {size} were saved.")
+    arrays: dict[str, NDArray[Any]] = {}
+    start = 0
+    for entry, own in zip(entries, headings, strict=True):
+        values = np.ascontiguousarray(numbers[:, start : start + len(own)])
+        start += len(own)
+        others = [structure["sizes"][name] for name in entry["dims"] if name != over]
+        whole = values.view(np.complex128) if entry["kind"] == "complex" else values
+        arrays[entry["name"]] = np.moveaxis(whole.reshape(size, *others), 0, entry["dims"].index(over))
+    return arrays

@@ -1,0 +1,86 @@
+"""Palmar skin admittance of 48 healthy persons, Med. Biol. Eng. Comput. 1995, doi:10.1007/bf02510531.
+
+PMID 7666695 (authors not read), with Qiao, Morkrid, Vollestad 1994, doi:10.1007/BF02518913.
+
+Claims: below 354 Hz the admittance of palmar skin is G0 + Q (j w)^alpha, alpha 0.8025 in women and 0.7545 in
+men; sweating raises G0 and hardly moves alpha. Does not claim: a thickness, a permittivity, anything above
+1 kHz. Here Q is anchored so that the capacitance at 100 Hz is the founding paper's 6.9 nF per cm2, and G0 is a
+skin conductance level of 2 to 20 uS taken as 1 cm2.
+"""
+
+from __future__ import annotations
+
+from electrovib.core.checks import Check
+from electrovib.core.constants import VACUUM_PERMITTIVITY
+from electrovib.physics.material import ConstantPhase
+from electrovib.physics.skin import Skin, time_constant
+
+CITATION = (
+    "Med. Biol. Eng. Comput. (1995), doi:10.1007/bf02510531 (abstract); Z. G. Qiao, L. Morkrid, N. K. Vollestad,"
+    " Med. Biol. Eng. Comput. 32, 161 (1994), doi:10.1007/BF02518913 (abstract)"
+)
+STATUS = "abstract"
+
+WOMEN, MEN = 0.8025, 0.7545
+"""Exponent alpha of the admittance."""
+THICKNESS = 200e-6
+"""Assumed, to turn an admittance per area into a permittivity [m]."""
+AREA = 1e-4
+"""Assumed electrode area of the conductance levels [m2]."""
+ANCHOR = 6.9e-9
+"""Capacitance at 100 Hz, from the founding paper [F]."""
+
+
+def palmar(*, exponent: float, conductance: float) -> ConstantPhase:
+    """Palmar skin of an exponent and a sweat conductance.
+
+    Parameters
+    ----------
+    exponent : float
+        alpha of the admittance.
+    conductance : float
+        G0 over 1 cm2 [S].
+
+    Returns
+    -------
+    ConstantPhase
+        With the conductance as its conductivity.
+    """
+    return ConstantPhase(
+        permittivity=ANCHOR * THICKNESS / (VACUUM_PERMITTIVITY * AREA),
+        reference_frequency=100.0,
+        exponent=exponent,
+        conductivity=conductance * THICKNESS / AREA,
+    )
+
+
+def skins() -> dict[str, Skin]:
+    """Give palmar skin from dry (2 uS) to moist (20 uS)."""
+    found = {}
+    for who, exponent in (("men", MEN), ("women", WOMEN)):
+        for word, conductance in (("dry", 2e-6), ("medium", 10e-6), ("moist", 20e-6)):
+            name = f"palmar {who} {conductance * 1e6:.0f} uS"
+            note = "alpha from the abstract; 6.9 nF at 100 Hz, 1 cm2 and 200 um assumed; G0 from skin conductance levels"
+            material = palmar(exponent=exponent, conductance=conductance)
+            found[f"{word}_{who}"] = Skin(name, material, "derived", CITATION, note)
+    return found
+
+
+CHECKS = (
+    Check(
+        "tau of palmar skin, alpha 0.7545, 2 uS, at 100 Hz",
+        expect=1.84e-3,
+        rtol=3e-3,
+        source="evaluated apart from this code, table of skin values",
+        compute=lambda: float(time_constant(palmar(exponent=MEN, conductance=2e-6), 100.0)),
+        status="derived",
+    ),
+    Check(
+        "tau of palmar skin, alpha 0.8025, 20 uS, at 10 kHz",
+        expect=0.0366e-3,
+        rtol=5e-3,
+        source="evaluated apart from this code, table of skin values",
+        compute=lambda: float(time_constant(palmar(exponent=WOMEN, conductance=20e-6), 1e4)),
+        status="derived",
+    ),
+)

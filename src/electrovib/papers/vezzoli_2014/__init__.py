@@ -1,0 +1,25 @@
+"""E. Vezzoli, M. Amberg, F. Giraud, B. Lemaire-Semail, "Electrovibration modeling analysis", EuroHaptics 2014.
+
+Claims: the attraction of a finger fades after a voltage step and grows with frequency because the stratum
+corneum conducts, with electrical values that depend on frequency; charge that has crossed it no longer pulls.
+Does not claim: a return path, a ramp time, a coefficient of friction, electrical values of skin at more than
+one frequency, anything on the mechanics of finger and sensor. What it leaves open is in `open_questions`.
+"""
+
+from __future__ import annotations
+
+from electrovib.papers.vezzoli_2014.laws import Vezzoli2014Causal, Vezzoli2014PerFrequency
+from electrovib.papers.vezzoli_2014.reproduction import reproduce
+from electrovib.papers.vezzoli_2014.scenarios import scenarios
+from electrovib.papers.vezzoli_2014.values import CHECKS, CITATION, STATUS, skins
+
+__all__ = [
+    "CHECKS",
+    "CITATION",
+    "STATUS",
+    "Vezzoli2014Causal",
+    "Vezzoli2014PerFrequency",
+    "reproduce",
+    "scenarios",
+    "skins",
+]

@@ -1,0 +1,140 @@
+"""The paper's lost charge, in the two readings its frequency-dependent skin allows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.core.errors import InputError
+from electrovib.physics.force import ForceLaw, equivalent_field, layer_of
+from electrovib.physics.material import Material
+from electrovib.physics.stack import LayerState, Linear, Section
+
+_LAYERS = ("insulator", "stratum_corneum")
+_REFERENCE = "Vezzoli et al., Electrovibration modeling analysis, EuroHaptics 2014, hal-01253573"
+
+
+def insulator_permittivity(film: LayerState) -> float:
+    """Relative permittivity of the insulator, which the paper takes as a constant.
+
+    Raises
+    ------
+    InputError
+        If the insulator is dispersive.
+    """
+    exact = film.material.debye()
+    if exact is None or any(exact.strengths):
+        kind = type(film.material).__name__
+        raise InputError(
+            f"stack.insulator.material = {kind}: the law of Vezzoli 2014 has one permittivity for the"
+            ' insulator; use { model = "Constant", permittivity = ... }, or force.model = GapPlane'
+        )
+    return exact.high
+
+
+class Vezzoli2014Causal(ForceLaw):
+    """The founding force with only direct conduction as lost charge: causal, for any drive.
+
+    Notes
+    -----
+    The charge lost to the insulator's surface is Q_i = D_insulator - D_skin, the conducted one, so
+    v_e = v - Q_i/C_i, that is H = 1 - (sigma/T_s)/(Y_s + j w C_i) with Y_s = j w eps0 eps_s*/T_s. All
+    polarisation of the skin is bound charge. Without dispersion it is equation (5) of the paper, with
+    dispersion within 8 % of the magnitude of the other reading. It stands on the conductivity alone, which
+    has to be declared. The paper's factor 1/K(w) acts before the square, as K^(-1/2) inside the filter.
+    """
+
+    reference: ClassVar[str] = _REFERENCE
+    status: ClassVar[str] = "full text"
+    equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
+    plane: ClassVar[str] = "effective medium"
+    needs: ClassVar[tuple[str, ...]] = _LAYERS
+
+    def effective_voltage(self, section: Section) -> Linear:
+        """Voltage minus what the lost charge takes on the insulator."""
+        film, skin = (layer_of(section, name) for name in _LAYERS)
+        lost = film.displacement - skin.displacement
+        return section.voltage - lost * (film.thickness / (eps0 * insulator_permittivity(film)))
+
+    def amplitudes(self, section: Section) -> dict[str, Linear]:
+        """Give the equivalent field v_e/sqrt(K (T_i + T_s))."""
+        return {"E": equivalent_field(section, self.effective_voltage(section))}
+
+    def pressure(self, E: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Attraction per area from the equivalent field [V/m]."""
+        return eps0 * E**2 / 2
+
+    def remarks(self, materials: Mapping[str, Material]) -> tuple[str, ...]:
+        """Warn when nothing conducts."""
+        if materials["stratum_corneum"].conductivity > 0:
+            return ()
+        return ("the stratum corneum has conductivity 0: no charge is ever lost, the force never fades",)
+
+
+class Vezzoli2014PerFrequency(ForceLaw):
+    """The founding force as printed, with the skin's values at the frequency: magnitudes of one sine only.
+
+    Notes
+    -----
+    H = j w (C_i + C_s)/(G_s + j w (C_i + C_s)) with real C_s(w) = eps0 eps'/T_s and G_s(w) = w eps0 eps''/T_s.
+    Real capacitances that depend on frequency times j w are not causal: with dispersive skins v_e reaches 8
+    to 30 % of its peak 1 ms before a 20 ms ramp begins. The factor 1/K takes the real permittivity at w.
+    """
+
+    reference: ClassVar[str] = _REFERENCE
+    status: ClassVar[str] = "full text"
+    equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
+    plane: ClassVar[str] = "effective medium"
+    causal: ClassVar[bool] = False
+    needs: ClassVar[tuple[str, ...]] = _LAYERS
+    instead: ClassVar[str] = "Vezzoli2014Causal"
+
+    def effective_voltage(self, section: Section) -> Linear:
+        """Equation (5) with the values at each frequency."""
+        film, skin = (layer_of(section, name) for name in _LAYERS)
+        return section.voltage * literal_response(
+            section.frequency,
+            insulator=eps0 * insulator_permittivity(film) / film.thickness,
+            skin=eps0 * skin.material.complex_permittivity(section.frequency) / skin.thickness,
+        )
+
+    def amplitudes(self, section: Section) -> dict[str, Linear]:
+        """Give the equivalent field, 1/K with the real permittivity at the frequency."""
+        film, skin = (layer_of(section, name) for name in _LAYERS)
+        permittivity = skin.material.polarisation(section.frequency).real
+        electrical = film.thickness / insulator_permittivity(film) + skin.thickness / permittivity
+        length = film.thickness + skin.thickness
+        return {"E": self.effective_voltage(section) * (electrical * length) ** -0.5}
+
+    def pressure(self, E: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Attraction per area from the equivalent field [V/m]."""
+        return eps0 * E**2 / 2
+
+
+def literal_response(
+    frequency: NDArray[np.float64], *, insulator: float, skin: NDArray[np.complex128]
+) -> NDArray[np.complex128]:
+    """Equation (5) with real frequency-dependent capacitance and conductance.
+
+    Parameters
+    ----------
+    frequency : ndarray
+        Hz, above 0.
+    insulator : float
+        Capacitance per area [F/m2].
+    skin : ndarray of complex
+        Complex capacitance per area, conduction included [F/m2].
+
+    Returns
+    -------
+    ndarray of complex
+        v_e/v.
+    """
+    angular = 2 * np.pi * frequency
+    charging = 1j * angular * (insulator + skin.real)
+    response: NDArray[np.complex128] = charging / (-angular * skin.imag + charging)
+    return response

@@ -1,0 +1,119 @@
+"""Numbers of the paper, printed or open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from electrovib.core.checks import Check
+from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.papers.palmar_1995 import MEN, WOMEN
+from electrovib.physics.material import Constant, ConstantPhase
+from electrovib.physics.skin import Skin
+
+CITATION = (
+    "E. Vezzoli, M. Amberg, F. Giraud, B. Lemaire-Semail, Electrovibration modeling analysis, EuroHaptics 2014,"
+    " hal-01253573"
+)
+STATUS = "full text"
+
+AREA = 1e-4
+FILM_THICKNESS, FILM_PERMITTIVITY = 90e-6, 3.35
+SKIN_THICKNESS, SKIN_PERMITTIVITY = 200e-6, 1560.0
+VOLTAGE = 1000.0
+TAU_MODEL, TAU_MEASURED = 7.7e-3, 6e-3
+PRINTED_C_I, PRINTED_C_S = 32e-12, 6.9e-9
+FORCE_MODEL, FORCE_MEASURED = 2.5e-3, (2e-3, 5e-3)
+
+CONDUCTIVITY = eps0 * SKIN_PERMITTIVITY / TAU_MODEL
+"""What 7.7 ms would need at eps 1560: the inverse of the printed time constant, not a measurement [S/m]."""
+RAMP = 36e-3
+"""The paper prints no ramp; with 7.7 ms and law (1) this one gives its 2.5 mN [s]."""
+COAT_THICKNESS, COAT_PERMITTIVITY = 1e-6, 3.9
+"""Of the thin coat of figure 7 the paper says only that C_i is comparable with C_s: a choice of ours."""
+
+
+def capacitance(*, permittivity: float, thickness: float, area: float) -> float:
+    """Capacitance of a slab, equation (3) of the paper: C = eps0 eps A/T.
+
+    Parameters
+    ----------
+    permittivity, thickness, area : float
+        1, m, m2.
+
+    Returns
+    -------
+    float
+        F.
+    """
+    return eps0 * permittivity * area / thickness
+
+
+def static_force(*, voltage: float, skin_thickness: float = SKIN_THICKNESS) -> float:
+    """Static force of the paper's film, equation (1), in N, from volts and metres."""
+    electrical = FILM_THICKNESS / FILM_PERMITTIVITY + skin_thickness / SKIN_PERMITTIVITY
+    return eps0 * AREA * voltage**2 / (2 * electrical * (skin_thickness + FILM_THICKNESS))
+
+
+def insulator_capacitance() -> float:
+    """C_i of the film [F]."""
+    return capacitance(permittivity=FILM_PERMITTIVITY, thickness=FILM_THICKNESS, area=AREA)
+
+
+def skin_capacitance() -> float:
+    """C_s of the stratum corneum [F]."""
+    return capacitance(permittivity=SKIN_PERMITTIVITY, thickness=SKIN_THICKNESS, area=AREA)
+
+
+def surrogate(exponent: float) -> ConstantPhase:
+    """Constant-phase skin through the point eps 1560, tau 7.7 ms; constructed, and conducts nothing.
+
+    Parameters
+    ----------
+    exponent : float
+        n of the admittance.
+
+    Returns
+    -------
+    ConstantPhase
+        tau(f) = tan(n pi/2)/(2 pi f) equals 7.7 ms where eps' is 1560.
+    """
+    anchor = math.tan(exponent * math.pi / 2) / (2 * math.pi * TAU_MODEL)
+    return ConstantPhase(
+        permittivity=SKIN_PERMITTIVITY, reference_frequency=anchor, exponent=exponent, conductivity=0.0
+    )
+
+
+def skins() -> dict[str, Skin]:
+    """Give the paper's one point as a constant, and constant-phase skins through it."""
+    point = Constant(permittivity=SKIN_PERMITTIVITY, conductivity=CONDUCTIVITY)
+    note = "eps 1560 is printed; the conductivity is the inverse of the printed 7.7 ms, at a frequency not printed"
+    found = {"point": Skin("paper point", point, "derived", CITATION, note)}
+    for exponent in (MEN, WOMEN, 0.85):
+        found[f"surrogate_{exponent}"] = Skin(
+            f"constant phase {exponent}",
+            surrogate(exponent),
+            "derived",
+            f"{CITATION}; exponents of palmar skin, doi:10.1007/bf02510531",
+            "constructed through the paper's point, not measured; conducts nothing, so only its tau is shown",
+            reproduces_force=False,
+        )
+    return found
+
+
+def _check(name: str, expect: float, rtol: float, source: str, compute: Callable[[], float], status: str) -> Check:
+    return Check(name, expect=expect, rtol=rtol, source=source, compute=compute, status=status)
+
+
+CHECKS = (
+    _check("C_s", PRINTED_C_S, 8e-3, "section 3.1, two digits", skin_capacitance, "full text"),
+    _check("C_i", PRINTED_C_I, 32e-3, "section 3.1, two digits, truncated", insulator_capacitance, "full text"),
+    _check(
+        "static force at 1000 V",
+        56.55e-3,
+        1e-4,
+        "equation (1) with the printed inputs, computed apart from this code",
+        lambda: static_force(voltage=VOLTAGE),
+        "derived",
+    ),
+)

@@ -1,0 +1,66 @@
+"""A published set of electrical values of skin, with how far it can be believed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from electrovib.core.checks import STATUSES
+from electrovib.physics.material import Material
+
+
+@dataclass(frozen=True)
+class Skin:
+    """Electrical values of stratum corneum, or of what stands in for it.
+
+    Parameters
+    ----------
+    name : str
+        For legends.
+    material : Material
+        Permittivity and conductivity.
+    status : str
+        How the source was read, one of `electrovib.core.checks.STATUSES`.
+    source : str
+        Citation.
+    note : str
+        Site, assumptions, what it is not.
+    reproduces_force : bool
+        False for a set that must not be used to predict a force, only to show its time constant.
+    """
+
+    name: str
+    material: Material
+    status: str
+    source: str
+    note: str
+    reproduces_force: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse an unknown status."""
+        if self.status not in STATUSES:
+            msg = f"skin '{self.name}': status '{self.status}' is not one of {', '.join(STATUSES)}"
+            raise ValueError(msg)
+
+
+def time_constant(material: Material, frequency: ArrayLike) -> NDArray[np.float64]:
+    """Relaxation time constant eps0 eps' rho of a dielectric at a frequency: tau = eps'/(w eps'').
+
+    Parameters
+    ----------
+    material : Material
+        Conduction included.
+    frequency : array_like
+        Hz, above 0.
+
+    Returns
+    -------
+    ndarray
+        s, same shape.
+    """
+    permittivity = material.complex_permittivity(frequency)
+    angular = 2 * np.pi * np.asarray(frequency, dtype=float)
+    result: NDArray[np.float64] = permittivity.real / (-permittivity.imag * angular)
+    return result
