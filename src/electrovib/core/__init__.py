@@ -1,1 +1,1 @@
-""""""
+"""What a number, a model and a result are."""

@@ -1,17 +1,18 @@
-"""Models and papers are found, never listed: the folder `papers/`, other packages' entry points, subclasses."""
+"""Models and papers are found, never listed: subclasses, the folder `papers/`, entry points of others."""
 
 from __future__ import annotations
 
 import functools
 import importlib
 import pkgutil
-from collections.abc import Mapping
 from types import ModuleType
 from typing import TYPE_CHECKING, TypeVar
 
 from electrovib.core.errors import ElectrovibError, InputError, nearest
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from electrovib.core.model import Model
 
 ENTRY_POINT_GROUP = "electrovib.models"

@@ -13,7 +13,6 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.quantity import Quantity
 
-
 M = TypeVar("M", bound="Model")
 
 
@@ -85,7 +84,7 @@ class Model(BaseModel):
                     why = f"missing: {cls._describe(str(loc[0]))}"
                     fault = PydanticCustomError("missing_parameter", "{why}", {"why": why})
                 else:
-                    fault = PydanticCustomError(kind, "{why}", {"why": item["msg"]})  # type: ignore[arg-type]
+                    fault = PydanticCustomError(kind, "{why}", {"why": item["msg"]})
                 lines.append(InitErrorDetails(type=fault, loc=loc, input=item["input"]))
             raise ValidationError.from_exception_data(cls.__name__, lines) from None
 
@@ -102,7 +101,7 @@ class Model(BaseModel):
 
         if not isinstance(name, str):
             known = ", ".join(sorted(find_members(cls)))
-            why = f"needs a name, for instance model = \"...\", one of: {known}"
+            why = f'needs a name, for instance model = "...", one of: {known}'
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         members = find_members(cls, wanted=name)
         if name not in members:
@@ -131,7 +130,9 @@ class Model(BaseModel):
 
     def __eq__(self, other: object) -> bool:
         """Compare the canonical JSON."""
-        return isinstance(other, Model) and type(self) is type(other) and self.canonical() == other.canonical()
+        return (
+            isinstance(other, Model) and type(self) is type(other) and self.canonical() == other.canonical()
+        )
 
     def __hash__(self) -> int:
         """Hash the canonical JSON."""

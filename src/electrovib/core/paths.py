@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.model import Model, quantity_of
-from electrovib.core.quantity import Quantity
 from electrovib.core.samples import Samples
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from electrovib.core.quantity import Quantity
 
 
 def replaced(model: Model, changes: Mapping[str, Any]) -> dict[str, Any]:

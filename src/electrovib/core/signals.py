@@ -49,9 +49,13 @@ SIGNALS: Final = {
     # over frequency
     "effective_voltage_gain": Signal("1", "v_e/v", "effective voltage per volt of the drive, complex"),
     "field_gain": Signal("1", "E T/v", "voltage across a layer per volt of the drive, complex"),
-    "mean_force": Signal("N", r"\langle f_e \rangle", "mean attraction under a sine of the drive's peak voltage"),
+    "mean_force": Signal(
+        "N", r"\langle f_e \rangle", "mean attraction under a sine of the drive's peak voltage"
+    ),
     "impedance": Signal("ohm", "Z", "impedance seen by the drive, complex"),
-    "permittivity": Signal("1", r"\varepsilon^*", "relative permittivity of a layer, conduction included, complex"),
+    "permittivity": Signal(
+        "1", r"\varepsilon^*", "relative permittivity of a layer, conduction included, complex"
+    ),
 }
 
 

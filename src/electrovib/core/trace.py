@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from electrovib.core.signals import SIGNALS, signal
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     import xarray
 
 FORMAT = "electrovib trace 1"

@@ -143,13 +143,13 @@ def _own_unit_pattern(unit: str) -> re.Pattern[str]:
     if unit == "1":
         return re.compile(rf"\s*{_NUMBER}\s*()(%?)\s*")
     parts = []
-    for index, token in enumerate(re.split(r"([ /])", unit)):
-        if token == " ":
+    for index, piece in enumerate(re.split(r"([ /])", unit)):
+        if piece == " ":
             parts.append(r"\s*[\s·*]\s*")
-        elif token == "/":
+        elif piece == "/":
             parts.append(r"\s*/\s*")
         else:
-            symbol, power = _first_symbol(token)
+            symbol, power = _first_symbol(piece)
             written = "(?:ohm|Ohm|Ω|Ω)" if symbol == "ohm" else symbol
             exponent = rf"(?:\^|\*\*)?{power}" if power else ""
             if power in ("2", "3"):

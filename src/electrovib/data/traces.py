@@ -135,10 +135,8 @@ def prepared(trace: xarray.Dataset, path: Path) -> xarray.Dataset:
     stamped = stamp(trace)
     stamped.attrs = {"format": FORMAT, **trace.attrs}
     problems = []
-    for owner, carrier in (
-        ("", stamped),
-        *((f"{name}.", stamped[name].variable) for name in stamped.variables),
-    ):
+    carriers: dict[str, Any] = {f"{name}.": variable for name, variable in stamped.variables.items()}
+    for owner, carrier in {"": stamped, **carriers}.items():
         carrier.attrs = {str(name): _plain(value) for name, value in carrier.attrs.items()}
         problems += [
             f"{path}: attribute '{owner}{name}' is of type {type(value).__name__}, not a text or a number."
@@ -277,6 +275,12 @@ def _json(content: Mapping[str, Any]) -> str:
     return json.dumps(content, ensure_ascii=False)
 
 
+def _entries(structure: Mapping[str, Any], over: str) -> list[Any]:
+    """List the variables over one dimension, itself first."""
+    found = [entry for entry in structure["variables"] if over in entry["dims"]]
+    return sorted(found, key=lambda entry: bool(entry["name"] != over))
+
+
 def _headings(structure: Mapping[str, Any], entry: Mapping[str, Any]) -> list[str]:
     """Name the columns of a variable: ``field[gap] [V/m]``, ``impedance.real [ohm]``."""
     labels = [""]
@@ -291,12 +295,11 @@ def _headings(structure: Mapping[str, Any], entry: Mapping[str, Any]) -> list[st
 def _write_table(out: TextIO, trace: xarray.Dataset, structure: Mapping[str, Any], over: str) -> None:
     headings: list[str] = []
     columns: list[NDArray[np.float64]] = []
-    for entry in structure["variables"]:
-        if over in entry["dims"]:
-            headings += (own := _headings(structure, entry))
-            values = trace[entry["name"]].transpose(over, ...).values
-            values = np.ascontiguousarray(values, np.complex128 if entry["kind"] == "complex" else np.float64)
-            columns += list(values.view(np.float64).reshape(len(values), len(own)).T)
+    for entry in _entries(structure, over):
+        headings += (own := _headings(structure, entry))
+        values = trace[entry["name"]].transpose(over, ...).values
+        values = np.ascontiguousarray(values, np.complex128 if entry["kind"] == "complex" else np.float64)
+        columns += list(values.view(np.float64).reshape(len(values), len(own)).T)
     csv.writer(out, lineterminator="\n").writerow(headings)
     for start in range(0, trace.sizes[over], _BLOCK):
         block = [column[start : start + _BLOCK].tolist() for column in columns]
@@ -328,11 +331,8 @@ def load_csv(path: Path) -> xarray.Dataset:
     arrays: dict[str, NDArray[Any]] = {}
     try:
         for file, over in csv_files(structure["sizes"], path).items():
-            part, key = (table, about) if file == path else _read_part(file)
-            if key["table"] != {"over": over, "key": about["table"]["key"]}:
-                raise DataFileError(
-                    f"{file}: does not belong to '{path.name}'; the two are of different saves."
-                )
+            part, belongs = (table, about) if file == path else _read_part(file)
+            _check_same_save(file, belongs["table"], {"over": over, "key": about["table"]["key"]})
             arrays |= _read_arrays(part, structure, over)
         return rebuilt(structure, about["attributes"], arrays)
     except DataFileError:
@@ -358,9 +358,16 @@ def _read_part(path: Path) -> tuple[Table, dict[str, Any]]:
         raise damaged(path, "a Trace", error) from None
 
 
+def _check_same_save(file: Path, found: object, expected: object) -> None:
+    if found != expected:
+        raise DataFileError(
+            f"{file}: is of another save than the file over time; the two do not belong together."
+        )
+
+
 def _read_arrays(table: Table, structure: Mapping[str, Any], over: str) -> dict[str, NDArray[Any]]:
     """Read the variables over one dimension."""
-    entries = [entry for entry in structure["variables"] if over in entry["dims"]]
+    entries = _entries(structure, over)
     headings = [_headings(structure, entry) for entry in entries]
     if list(table.headings) != list(itertools.chain(*headings)):
         raise DataFileError(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import keyword
 import re
 import struct
 import zlib
@@ -24,8 +23,11 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import NDArray
 
-_OWN: Final = ("trace", "units", "dimensions")
-_KEYWORDS: Final = {"case", "catch", "end", "function", "otherwise", "parfor", "persistent", "spmd", "switch"}
+_OWN: Final = ("trace_json", "units", "dimensions")
+_KEYWORDS: Final = re.compile(
+    "break|case|catch|classdef|continue|else|elseif|end|for|function|global|if|otherwise|parfor|persistent"
+    "|return|spmd|switch|try|while"
+)
 _COMPRESSED: Final = 15  # element type of the format
 
 
@@ -52,8 +54,8 @@ def save_mat(trace: xarray.Dataset, path: Path) -> list[Path]:
     Notes
     -----
     Names become MATLAB names (``drive.rise`` is ``drive_rise``). Beside the signals the file has the structs
-    ``units`` and ``dimensions`` with a text per variable, and ``trace``, a JSON text with everything else:
-    ``jsondecode(trace).attributes.scenario``.
+    ``units`` and ``dimensions`` with a text per variable, and the JSON text ``trace_json`` with all the rest:
+    ``jsondecode(trace_json).attributes.scenario``.
     """
     import scipy.io
 
@@ -70,7 +72,7 @@ def save_mat(trace: xarray.Dataset, path: Path) -> list[Path]:
     content["units"] = {names[entry["name"]]: entry["attributes"].get("units", "") for entry in entries}
     content["dimensions"] = {names[entry["name"]]: ", ".join(entry["dims"]) for entry in entries}
     about = {"format": FORMAT, "attributes": stored.attrs, "structure": structure, "names": names}
-    content["trace"] = json.dumps(about)
+    content["trace_json"] = json.dumps(about)
     with writing(path) as temporary:
         try:
             with temporary.open("wb") as file:
@@ -98,7 +100,7 @@ def matlab_names(names: Iterable[str]) -> dict[str, str]:
     found: dict[str, str] = {}
     for name in names:
         plain = re.sub(r"[^A-Za-z0-9_]", "_", name)[:55]
-        if not plain[:1].isalpha() or plain in _KEYWORDS or keyword.iskeyword(plain):
+        if not plain[:1].isalpha() or _KEYWORDS.fullmatch(plain):
             plain = f"x{plain}"
         taken = {*_OWN, *found.values()}
         free = (f"{plain}_{number}" if number else plain for number in range(len(taken) + 1))
@@ -136,10 +138,10 @@ def load_mat(path: Path) -> xarray.Dataset:
     try:
         _check_elements(path, path.read_bytes())
         names = [name for name, _, _ in scipy.io.whosmat(path, appendmat=False)]
-        if "trace" not in names:
+        if "trace_json" not in names:
             raise not_a_trace(path)
         content = scipy.io.loadmat(path, appendmat=False)
-        text = content["trace"]
+        text = content["trace_json"]
         about = json.loads(str(text.item())) if text.size == 1 and text.dtype.kind == "U" else {}
         if not isinstance(about, dict) or about.get("format") != FORMAT:
             raise not_a_trace(path)

@@ -1,1 +1,1 @@
-""""""
+"""Formulas and models only: no files, no plots, no fits."""

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
-from electrovib.physics.material import Complex
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import ArrayLike
+
+    from electrovib.physics.material import Complex
 
 _RESISTANCE = Quantity("ohm", 0, 1e12, "resistance")
 
@@ -92,7 +96,9 @@ class SecondElectrode(ReturnPath):
     example: ClassVar[Mapping[str, Any]] = {"area": 0.5e-4}
 
     area: Annotated[Number, Quantity("m2", 1e-9, 1, "contact area on the second electrode")]
-    resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "through the finger between the contacts")] = 1000.0
+    resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "through the finger between the contacts")] = (
+        1000.0
+    )
 
     def element(self) -> SeriesElement:
         """Give the resistance through the finger."""

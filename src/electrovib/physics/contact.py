@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 
 class Contact(Model, family=True):

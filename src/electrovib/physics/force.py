@@ -1,23 +1,26 @@
 """From fields to attraction: at which plane the finger is cut free.
 
 The published static formulas are one displacement divided by the permittivity of different planes, 3.4 to
-1650 times apart. Each is a law with a name. The finger can separate from the plate only in the gap, so the gap
-plane is the physical one; inside a lossy dielectric a Maxwell stress is a convention.
+1650 times apart. Each is a law with a name. The finger can separate from the plate only in the gap, so the
+gap plane is the physical one; inside a lossy dielectric a Maxwell stress is a convention.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
-from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.model import Model
-from electrovib.physics.material import Material
-from electrovib.physics.stack import LayerState, Linear, Section
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from electrovib.physics.material import Material
+    from electrovib.physics.stack import LayerState, Linear, Section
 
 
 class ForceLaw(Model, family=True):
@@ -161,7 +164,9 @@ class EffectiveMediumPlane(ForceLaw):
     charge is ever lost in it.
     """
 
-    reference: ClassVar[str] = "Vezzoli et al., Electrovibration modeling analysis, EuroHaptics 2014, equation (1)"
+    reference: ClassVar[str] = (
+        "Vezzoli et al., Electrovibration modeling analysis, EuroHaptics 2014, equation (1)"
+    )
     status: ClassVar[str] = "full text"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
     plane: ClassVar[str] = "effective medium"

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Self, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +15,9 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.debye_sum import DebyeSum
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 Complex: TypeAlias = NDArray[np.complex128]
 
@@ -55,7 +57,9 @@ class Material(Model, family=True):
     def complex_permittivity(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity with conduction, same conventions as `polarisation`."""
         angular = 2 * np.pi * np.asarray(frequency, dtype=float)
-        total: Complex = self.polarisation(frequency) + self.conductivity / (1j * angular * VACUUM_PERMITTIVITY)
+        total: Complex = self.polarisation(frequency) + self.conductivity / (
+            1j * angular * VACUUM_PERMITTIVITY
+        )
         return total
 
     def debye(self) -> DebyeSum | None:
@@ -175,7 +179,9 @@ class ColeColeTerm(Model):
 
     def polarisation(self, frequency: ArrayLike) -> Complex:
         """Contribution to the relative permittivity."""
-        part: Complex = self.strength / (1 + (_axis(frequency) * self.relaxation_time) ** (1 - self.broadening))
+        part: Complex = self.strength / (
+            1 + (_axis(frequency) * self.relaxation_time) ** (1 - self.broadening)
+        )
         return part
 
 
@@ -240,7 +246,7 @@ class HavriliakNegami(Material):
     def _has_distribution(self) -> Self:
         product = self.broadness * self.skewness
         if product > 1:
-            why = f"broadness * skewness is {product:g}, but only up to 1 is a sum of relaxations: lower skewness"
+            why = f"broadness * skewness is {product:g}: only up to 1 is it a sum of relaxations; lower one"
             raise PydanticCustomError("skewness", "{why}", {"why": why})
         return self
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.core.constants import eps0
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.units import format_quantity
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 PASCHEN_A = 112.50 * 1e-3 * 1e2
 """Ionisation constant of air [1/(Pa m)]: 112.50 /(kPa cm)."""
@@ -86,12 +88,12 @@ def paschen_voltage(gap: float) -> float:
     return PASCHEN_B * product / denominator if denominator > 0 else math.inf
 
 
-def electrowetting_voltage(thickness: float, permittivity: float) -> float:
+def electrowetting_voltage(*, thickness: float, permittivity: float) -> float:
     """Voltage at which Young-Lippmann would change cos(theta) by 1: menisci are saturated above [V]."""
     return math.sqrt(2 * SURFACE_TENSION * thickness / (eps0 * permittivity))
 
 
-def _against(name: str, value: float, limit: float, unit: str, what: str, why: str) -> Lamp:
+def _against(name: str, value: float, limit: float, unit: str, *, what: str, why: str) -> Lamp:
     state = "warning" if value > limit else "ok"
     word = "above" if state == "warning" else "within"
     shown, bound = format_quantity(value, unit, digits=3), format_quantity(limit, unit, digits=3)
@@ -138,9 +140,8 @@ def lamps(
     for name, limit in breakdown_fields.items():
         if name != "gap" and limit is not None:
             what = f"the field in '{name}'"
-            found.append(
-                _against("film strength", peak_fields[name], limit, "V/m", what, "its declared breakdown field")
-            )
+            why = "its declared breakdown field"
+            found.append(_against("film strength", peak_fields[name], limit, "V/m", what=what, why=why))
     if "insulator" in thicknesses and breakdown_fields.get("insulator") is None:
         shown = format_quantity(peak_fields["insulator"], "V/m", digits=3)
         text = f"the insulator's field reaches {shown}; no breakdown_field is declared for it"
@@ -151,11 +152,14 @@ def lamps(
         voltage = peak_fields["stratum_corneum"] * thicknesses["stratum_corneum"]
         why = "up to there skin conducts in proportion"
         what = "the voltage across the stratum corneum"
-        found.append(_against("linear skin", voltage, LINEAR_SKIN, "V", what, why))
+        found.append(_against("linear skin", voltage, LINEAR_SKIN, "V", what=what, why=why))
     if insulator_permittivity is not None:
-        limit = electrowetting_voltage(thicknesses["insulator"], insulator_permittivity)
+        limit = electrowetting_voltage(
+            thickness=thicknesses["insulator"], permittivity=insulator_permittivity
+        )
         why = "where sweat menisci saturate and a V^2 law fails"
-        found.append(_against("electrowetting", peak_voltage, limit, "V", "the voltage across the stack", why))
+        what = "the voltage across the stack"
+        found.append(_against("electrowetting", peak_voltage, limit, "V", what=what, why=why))
     found.append(_current(peak_current, limits, jumps=jumps))
     if return_path == "Floating":
         text = "the body is not grounded: part of the voltage drops between body and ground"
@@ -166,11 +170,14 @@ def lamps(
 def _air(field: float, gap: float) -> list[Lamp]:
     if gap >= SMALLEST_PASCHEN_GAP:
         why = "where air breaks down by Paschen's law (its secondary emission is a recalled value)"
-        paschen = _against("Paschen", field * gap, paschen_voltage(gap), "V", "the voltage across the gap", why)
+        what = "the voltage across the gap"
+        paschen = _against("Paschen", field * gap, paschen_voltage(gap), "V", what=what, why=why)
     else:
-        paschen = Lamp("Paschen", "unknown", f"a gap of {format_quantity(gap, 'm')} is below the law's reach, 5 um")
+        paschen = Lamp(
+            "Paschen", "unknown", f"a gap of {format_quantity(gap, 'm')} is below the law's reach, 5 um"
+        )
     why = "where micro-gaps break down by field emission (recalled value)"
-    return [paschen, _against("field emission", field, FIELD_EMISSION, "V/m", "the gap field", why)]
+    return [paschen, _against("field emission", field, FIELD_EMISSION, "V/m", what="the gap field", why=why)]
 
 
 def _current(peak: float, limits: Limits, *, jumps: bool) -> Lamp:
@@ -181,7 +188,7 @@ def _current(peak: float, limits: Limits, *, jumps: bool) -> Lamp:
         )
         return Lamp("current", "warning", text)
     why = "the declared limit (limits.current)"
-    return _against("current", peak, limits.current, "A", "the current into the contact", why)
+    return _against("current", peak, limits.current, "A", what="the current into the contact", why=why)
 
 
 def peak(values: NDArray[np.float64]) -> float:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from electrovib.core.checks import STATUSES
-from electrovib.physics.material import Material
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from electrovib.physics.material import Material
 
 
 @dataclass(frozen=True)

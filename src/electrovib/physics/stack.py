@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Annotated, Any, ClassVar, Protocol, Self, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Protocol, Self, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError, ValidationError
 
@@ -14,6 +12,11 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.material import Complex, Constant, Material
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import ArrayLike
 
 Linear: TypeAlias = Any
 """Something linear in the drive: phasors over frequency, or a transfer function in poles and gains.
@@ -55,7 +58,7 @@ class Stack(Model):
     Each layer has the name of its table. Laws look for ``insulator``, ``gap`` and ``stratum_corneum``.
     """
 
-    model_config = Model.model_config | {"extra": "allow"}  # type: ignore[assignment]
+    model_config = Model.model_config | {"extra": "allow"}
     __pydantic_extra__: dict[str, Layer] = Field(init=False)
 
     example: ClassVar[dict[str, Any]] = {"insulator": Layer.example}
@@ -65,12 +68,16 @@ class Stack(Model):
         if not self.layers:
             raise PydanticCustomError("layers", "{why}", {"why": "a stack needs at least one layer"})
         if any(layer.initial_charge for layer in [*self.layers.values()][-1:]):
-            why = f"initial_charge of the last layer '{[*self.layers][-1]}' would sit on the conducting finger"
+            why = (
+                f"initial_charge of the last layer '{[*self.layers][-1]}' would sit on the conducting finger"
+            )
             raise PydanticCustomError("charge", "{why}", {"why": why})
         wrong = [name for name in self.layers if not name.isidentifier() or hasattr(Model, name)]
         if wrong:
             why = f"'{wrong[0]}' cannot name a layer: letters, digits and _ only"
-            details = [InitErrorDetails(type=PydanticCustomError("layer", "{why}", {"why": why}), input=wrong[0])]
+            details = [
+                InitErrorDetails(type=PydanticCustomError("layer", "{why}", {"why": why}), input=wrong[0])
+            ]
             raise ValidationError.from_exception_data("Stack", details)
         return self
 

@@ -149,7 +149,13 @@ def stack_modes(slabs: list[Slab], *, area: float, element: SeriesElement, secon
 
 
 def _assemble(
-    slabs: list[Slab], nodes: Real, layers: Real, total: Real, shared: np.ndarray, resistance: float, roots: Roots | None
+    slabs: list[Slab],
+    nodes: Real,
+    layers: Real,
+    total: Real,
+    shared: np.ndarray,
+    resistance: float,
+    roots: Roots | None,
 ) -> StackModes:
     driven = np.zeros(0) if roots is None else roots.values
     slopes = np.zeros(0) if roots is None else roots.slope
@@ -171,7 +177,9 @@ def _assemble(
             Transfer(rates, np.append(forced / driven, idle), direct, 0.0, np.append(free, free_idle))
         )
         bound = _bound(slab, driven, forced, -1 / slopes)
-        bound_free = np.append(_bound(slab, driven, free, charged / slopes), _bound_idle(slab, nodes[shared], free_idle))
+        bound_free = np.append(
+            _bound(slab, driven, free, charged / slopes), _bound_idle(slab, nodes[shared], free_idle)
+        )
         displacements.append(
             Transfer(rates, np.append(bound / driven, idle), eps0 * slab.debye.high * direct, 0.0, bound_free)
         )
@@ -184,7 +192,9 @@ def _bound(slab: Slab, rates: Real, field: Real, current: Real) -> Real:
     conducted = slab.conductivity * field
     relaxations, strengths = merged_terms(slab.debye)
     with np.errstate(divide="ignore", invalid="ignore"):
-        polarisation = slab.debye.high + np.sum(strengths * relaxations / (relaxations - rates[:, None]), axis=1)
+        polarisation = slab.debye.high + np.sum(
+            strengths * relaxations / (relaxations - rates[:, None]), axis=1
+        )
         by_field = eps0 * polarisation * field
     by_current = (conducted - current) / rates
     return np.where(np.abs(conducted) <= 0.5 * np.abs(current), by_current, by_field)
@@ -197,7 +207,9 @@ def _bound_idle(slab: Slab, rates: Real, field: Real) -> Real:
     return np.where(rates > 0, slab.conductivity * field / safe, static * field)
 
 
-def _current(rates: Real, nodes: Real, total: Real, resistance: float, driven: Real, slopes: Real) -> Transfer:
+def _current(
+    rates: Real, nodes: Real, total: Real, resistance: float, driven: Real, slopes: Real
+) -> Transfer:
     gains = np.append(-1 / (slopes * driven), np.zeros(len(rates) - len(driven)))
     if resistance > 0:
         return Transfer(rates, gains, 1 / resistance)

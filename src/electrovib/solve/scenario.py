@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 from pydantic import model_validator
 
 from electrovib.core.discovery import paper
-from electrovib.core.errors import DataFileError, InputError, nearest
+from electrovib.core.errors import InputError, nearest
 from electrovib.core.files import relative_to
 from electrovib.core.model import Model, read_model
 from electrovib.core.quantity import Number, Quantity
@@ -217,10 +218,12 @@ def scenario_of(trace: xarray.Dataset) -> Scenario:
 
 
 def _load_trace(path: Path) -> xarray.Dataset:
-    if path.suffix == ".mat":
-        raise DataFileError(f"{path}: a .mat Trace is for MATLAB; load the .nc or .csv of the same run")
     from electrovib.data.traces import load_csv, load_nc
 
+    if path.suffix == ".mat":
+        reader = importlib.import_module("electrovib.export.matlab")  # found late: a door, not a part
+        found: xarray.Dataset = reader.load_mat(path)
+        return found
     return load_nc(path) if path.suffix == ".nc" else load_csv(path)
 
 

@@ -136,7 +136,12 @@ class ModalSection:
 
 
 def modal_section(
-    layers: dict[str, Layer], debye: dict[str, DebyeSum], *, area: float, element: SeriesElement, second: float
+    layers: dict[str, Layer],
+    debye: dict[str, DebyeSum],
+    *,
+    area: float,
+    element: SeriesElement,
+    second: float,
 ) -> ModalSection:
     """Expand the stack in modes; arguments as `phasor_section`, polarisations reduced to Debye terms."""
     slabs = [

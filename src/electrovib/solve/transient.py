@@ -19,7 +19,9 @@ MANY_SAMPLES = 20_000
 """From here on the block scan is faster than the closed form of each segment."""
 
 
-def transient(transfers: Mapping[str, Transfer], drive: Drive, time: Real, *, settled: bool = False) -> dict[str, Real]:
+def transient(
+    transfers: Mapping[str, Transfer], drive: Drive, time: Real, *, settled: bool = False
+) -> dict[str, Real]:
     """Response of linear quantities to a drive.
 
     Parameters
@@ -94,9 +96,7 @@ def _is_step(part: Part) -> bool:
     return isinstance(part, Linear) and len(part.times) == 1
 
 
-def _part_response(
-    part: Part, rates: Real, gains: Real, time: Real, drive: Drive, *, settled: bool
-) -> Real:
+def _part_response(part: Part, rates: Real, gains: Real, time: Real, drive: Drive, *, settled: bool) -> Real:
     if isinstance(part, Tones):
         return _tones(part, rates, gains, time, settled=settled)
     if isinstance(part, Smooth):

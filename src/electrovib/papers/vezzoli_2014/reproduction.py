@@ -1,1 +1,77 @@
-def reproduce(skin=None): ...
+"""Everything the paper states, in one object."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from electrovib.papers.vezzoli_2014.values import CITATION
+from electrovib.study.reproduction import Reproduction, Table
+
+EQUATIONS: Final[Mapping[str, str]] = {
+    "1": r"$f_e = \frac{\varepsilon_0 A v^2}{2 (T_i/\varepsilon_i + T_s/\varepsilon_s)(T_s + T_i)}$",
+    "2": r"$v_{sc} = \frac{C_i}{C_i + C_s} \frac{\tau s}{1 + \tau s} v, \quad \tau = (C_i + C_s) R_s$",
+    "3": r"$C = \varepsilon_0 \varepsilon A/T, \quad R = \rho T/A, \quad \tau \approx \varepsilon_0 \varepsilon_s \rho_s$",
+    "4": r"$v = \frac{Q_s}{C_e} + \frac{Q_i}{C_i}, \quad C_e = \frac{C_i C_s}{C_i + C_s}$",
+    "5": r"$v_e = \frac{Q_s}{C_e} = \frac{\tau s}{1 + \tau s} v$",
+    "6": r"$f_e = \frac{\varepsilon_0 A v_e^2}{2 (T_i/\varepsilon_i + T_s/\varepsilon_s)(T_s + T_i)},"
+    r" \quad f_t = \mu (f_n + f_e)$",
+}
+
+
+def reproduce(*, skin: str | None = None) -> Reproduction:
+    """Compute everything the founding paper states.
+
+    Parameters
+    ----------
+    skin : str, optional
+        A table of one's own skin, columns frequency, permittivity and resistivity; drawn beside the others.
+
+    Returns
+    -------
+    Reproduction
+        Rows, panels and words; nothing is drawn.
+
+    Raises
+    ------
+    InputError
+        If the table cannot be read or is not a passive dielectric.
+    """
+    from electrovib.papers.vezzoli_2014 import compute, figures, numbers, open_questions
+
+    own = None if skin is None else _own_skin(skin)
+    rows = numbers.rows()
+    return Reproduction(
+        "vezzoli_2014",
+        CITATION,
+        rows,
+        figures.panels(own),
+        (open_questions.page(rows),),
+        (_skin_table(compute.all_skins(), own),),
+        EQUATIONS,
+        tuple(sorted({found.source for found in compute.all_skins().values()})),
+    )
+
+
+def _own_skin(file: str) -> Any:
+    from electrovib.core.model import read_model
+    from electrovib.physics.tabulated import Tabulated
+
+    return read_model(Tabulated, {"file": file, "loss": {"model": "Resistivity"}, "conductivity": 0.0})
+
+
+def _skin_table(skins: Mapping[str, Any], own: Any) -> Table:
+    from electrovib.papers.vezzoli_2014 import compute, numbers
+    from electrovib.physics.skin import time_constant
+
+    lines = []
+    for key, skin in skins.items():
+        shape = numbers.verdict(*compute.rise_and_saturation(skin.material)) if skin.reproduces_force else "not used"
+        taus = (float(time_constant(skin.material, frequency)) for frequency in (100.0, 1e3, 1e4))
+        lines.append((skin.name, key, *(f"{tau / 1e-3:.3g}" for tau in taus), shape, skin.status, skin.note))
+    if own is not None:
+        shape = numbers.verdict(*compute.rise_and_saturation(own))
+        taus = (float(time_constant(own, frequency)) for frequency in (100.0, 1e3, 1e4))
+        lines.append(("your table", own.file, *(f"{tau / 1e-3:.3g}" for tau in taus), shape, "your own", ""))
+    headings = ("skin", "path", "tau 100 Hz [ms]", "1 kHz", "10 kHz", "figure 7", "how read", "what it is")
+    return Table("The skins used, and how far each can be believed", headings, tuple(lines))

@@ -58,7 +58,9 @@ class Burst(Drive):
     @model_validator(mode="after")
     def _has_cycles(self) -> Self:
         if not 1 <= self.cycles <= 10**9:
-            raise PydanticCustomError("cycles", "{why}", {"why": "cycles must be a whole number from 1 to 1e9"})
+            raise PydanticCustomError(
+                "cycles", "{why}", {"why": "cycles must be a whole number from 1 to 1e9"}
+            )
         return self
 
     def parts(self) -> tuple[Tones, ...]:
@@ -89,7 +91,12 @@ def _common_period(first: float, second: float) -> float | None:
 class AmplitudeModulation(Drive):
     """A carrier whose amplitude follows 1 + m cos: force at the modulation frequency and its double."""
 
-    example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "carrier": 3000, "modulation": 100, "depth": 0.8}
+    example: ClassVar[Mapping[str, Any]] = {
+        "amplitude": 100,
+        "carrier": 3000,
+        "modulation": 100,
+        "depth": 0.8,
+    }
 
     amplitude: Annotated[Number, Quantity("V", 0, 1e5, "carrier amplitude without modulation")]
     carrier: Annotated[Number, _FREQUENCY]
@@ -121,7 +128,12 @@ class SquareRootModulation(Drive):
     smooth branch sqrt(2) cos(theta/2) is used instead; the square is the same.
     """
 
-    example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "carrier": 3000, "modulation": 100, "depth": 0.8}
+    example: ClassVar[Mapping[str, Any]] = {
+        "amplitude": 100,
+        "carrier": 3000,
+        "modulation": 100,
+        "depth": 0.8,
+    }
 
     amplitude: Annotated[Number, Quantity("V", 0, 1e5, "carrier amplitude without modulation")]
     carrier: Annotated[Number, _FREQUENCY]
@@ -135,7 +147,9 @@ class SquareRootModulation(Drive):
             return (_cosines(frequencies, self.amplitude * np.array([1, 1]) / math.sqrt(2)),)
         series = _root_series(self.depth)
         orders = np.arange(len(series))
-        frequencies = np.concatenate([self.carrier + self.modulation * orders, self.carrier - self.modulation * orders])
+        frequencies = np.concatenate(
+            [self.carrier + self.modulation * orders, self.carrier - self.modulation * orders]
+        )
         weights = np.concatenate([series, series]) / 2
         negative = frequencies < 0  # cos(-x) = cos(x)
         return (_cosines(np.where(negative, -frequencies, frequencies), self.amplitude * weights),)

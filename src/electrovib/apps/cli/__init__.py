@@ -1,0 +1,43 @@
+"""The command line: each command parses, and calls the public function of its name."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from electrovib.core.errors import ElectrovibError, InputError
+
+app = typer.Typer(
+    name="electrovib",
+    help="Electrovibration: the force between a finger and a charged plate, from drive voltage to friction.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+
+
+def main() -> None:
+    """Run the command line; a user's mistake gives one line each and exit code 2."""
+    from electrovib.apps.cli import init, report, reproduce, run, version
+
+    for module in (run, report, reproduce, init, version):
+        module.register(app)
+    try:
+        app()
+    except InputError as error:
+        _stop(*error.problems)
+    except ElectrovibError as error:
+        _stop(str(error))
+    except KeyboardInterrupt:
+        print("electrovib: interrupted, nothing was left half written", file=sys.stderr)
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.exit(1)
+
+
+def _stop(*lines: str) -> None:
+    for line in lines:
+        print(f"electrovib: {line}", file=sys.stderr)
+    sys.exit(2)

@@ -1,0 +1,24 @@
+"""``electrovib report``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("report")(command)
+
+
+def command(
+    traces: Annotated[list[str], typer.Argument(help="Trace files, overlaid in one report.")],
+    output: Annotated[str, typer.Option("--output", "-o", help="The HTML file to write.")] = "report.html",
+) -> None:
+    """Draw one report of any Traces."""
+    from electrovib.apps.progress import tracked
+    from electrovib.view.report import report
+
+    with tracked("drawing the report"):
+        print(f"written: {report(traces, output)}")

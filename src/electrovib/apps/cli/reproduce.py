@@ -1,0 +1,37 @@
+"""``electrovib reproduce``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("reproduce")(command)
+
+
+def command(
+    paper: Annotated[str, typer.Argument(help="author_year")] = "vezzoli_2014",
+    output: Annotated[str, typer.Option("--output", "-o", help="Folder to write to.")] = "reproduction",
+    skin: Annotated[
+        str | None, typer.Option(help="A table of your own skin: frequency, permittivity, resistivity (.csv).")
+    ] = None,
+) -> None:
+    """Compute everything a paper states: report.html, numbers.json and figures."""
+    from electrovib.apps.progress import tracked
+    from electrovib.view.reproduce import reproduce
+
+    with tracked(f"reproducing {paper}"):
+        found = reproduce(paper, output, skin=skin)
+    for row in found.rows:
+        print(f"{row.verdict:<11} {row.what}: {shown(row.ours)} {row.unit} (paper: {shown(row.paper)})")
+    print(f"written: {output}/report.html")
+
+
+def shown(value: float | tuple[float, float] | None) -> str:
+    """Write a number or an interval."""
+    if value is None:
+        return "not given"
+    return f"{value:.4g}" if isinstance(value, (int, float)) else f"{value[0]:.3g} to {value[1]:.3g}"

@@ -1,0 +1,31 @@
+"""``electrovib --version``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+
+def register(app: typer.Typer) -> None:
+    """Add the option."""
+    app.callback()(command)
+
+
+def _show(wanted: bool) -> None:
+    if wanted:
+        from electrovib.core.versions import versions
+
+        for name, number in versions().items():
+            print(f"{name} {number}")
+        raise typer.Exit
+
+
+def command(
+    version: Annotated[
+        bool,
+        typer.Option("--version", help="Show the versions of electrovib and its parts.", callback=_show, is_eager=True),
+    ] = False,
+) -> None:
+    """Electrovibration: the force between a finger and a charged plate, from drive voltage to friction."""
+    del version

@@ -1,0 +1,42 @@
+"""A scenario to start from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from electrovib.solve.scenario import DEFAULT, load_scenario
+
+
+def init(scenario: str | Path = DEFAULT, *, output: str | Path | None = None) -> str:
+    """Give a scenario as a commented TOML file.
+
+    Parameters
+    ----------
+    scenario : str or Path
+        A paper's scenario, a TOML file, or a Trace file.
+    output : str or Path, optional
+        Where to write it.
+
+    Returns
+    -------
+    str
+        The text.
+
+    Raises
+    ------
+    InputError
+        If there is no such scenario.
+    ElectrovibError
+        If the output exists already or cannot be written.
+    """
+    from electrovib.solve.toml import to_toml
+
+    text = to_toml(load_scenario(scenario))
+    if output is not None:
+        from electrovib.core.errors import ElectrovibError
+        from electrovib.data.atomic import write_text
+
+        if Path(output).exists():
+            raise ElectrovibError(f"{output} exists already: give another name, or remove it first")
+        write_text(Path(output), text)
+    return text

@@ -1,0 +1,62 @@
+"""A sign of life for anything that takes longer than a second."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+PATIENCE = 1.0
+"""Seconds before anything is shown."""
+
+
+@contextmanager
+def tracked(title: str) -> Iterator[Callable[[int, int], None]]:
+    """Show progress on the error output if the block takes longer than a second and a person is watching.
+
+    Parameters
+    ----------
+    title : str
+        What is being done.
+
+    Yields
+    ------
+    callable
+        Takes how many are done and how many there are; need not be called.
+    """
+    state: dict[str, Any] = {"done": 0, "total": None, "bar": None, "over": False}
+    lock = threading.Lock()
+
+    def update(done: int, total: int) -> None:
+        with lock:
+            state.update(done=done, total=total)
+            if state["bar"] is not None:
+                state["bar"].update(state["task"], completed=done, total=total)
+
+    def show() -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+        with lock:
+            if state["over"]:
+                return
+            columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+            bar = Progress(*columns, console=Console(stderr=True), transient=True)
+            state["task"] = bar.add_task(title, total=state["total"], completed=state["done"])
+            bar.start()
+            state["bar"] = bar
+
+    timer = threading.Timer(PATIENCE, show)
+    timer.daemon = True
+    if sys.stderr.isatty():
+        timer.start()
+    try:
+        yield update
+    finally:
+        timer.cancel()
+        with lock:
+            state["over"] = True
+            if state["bar"] is not None:
+                state["bar"].stop()

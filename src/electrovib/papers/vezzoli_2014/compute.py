@@ -1,0 +1,177 @@
+"""The paper's quantities for a skin and a law, without drawing or words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.core.discovery import papers
+from electrovib.papers.vezzoli_2014 import values
+from electrovib.papers.vezzoli_2014.laws import literal_response
+from electrovib.papers.vezzoli_2014.scenarios import scenarios
+from electrovib.physics.drive.edges import Trapezium
+from electrovib.physics.material import Material
+from electrovib.physics.skin import Skin
+from electrovib.solve.scenario import Scenario
+from electrovib.solve.simulate import mean_force, phasors, simulate
+from electrovib.solve.transfer import Real
+
+LEAKY_GAPS = {"gap plane, leaky gap 1 um": 1e-6, "gap plane, leaky gap 5 um": 5e-6}
+
+
+def all_skins() -> dict[str, Skin]:
+    """Collect every published skin, the paper's own point first."""
+    own = {f"vezzoli_2014/{key}": skin for key, skin in values.skins().items()}
+    others = {
+        f"{name}/{key}": skin
+        for name, module in papers().items()
+        if hasattr(module, "skins") and name != "vezzoli_2014"
+        for key, skin in module.skins().items()
+    }
+    return own | others
+
+
+def force_skins() -> dict[str, Skin]:
+    """Collect the skins that may predict a force, under their short names."""
+    return {skin.name: skin for skin in all_skins().values() if skin.reproduces_force}
+
+
+def with_skin(scenario: Scenario, material: Material) -> Scenario:
+    """Put another skin into a scenario."""
+    return scenario.replace({"stack.stratum_corneum.material": material})
+
+
+def leaky_gap(thickness: float) -> Scenario:
+    """Figure 6 with a gap that leaks with 7.7 ms, cut in the gap: tau = eps0 rho (1 + C_i/C_g)."""
+    ratio = values.FILM_PERMITTIVITY * thickness / values.FILM_THICKNESS  # C_i/C_g
+    conductivity = eps0 * (1 + ratio) / values.TAU_MODEL
+    changes = {"stack.gap.thickness": thickness, "stack.gap.material.conductivity": conductivity}
+    return scenarios()["fig6_gap"].replace(changes)
+
+
+def figure_6_cases() -> dict[str, Scenario]:
+    """Give figure 6 for every skin under the causal law, and for leaky gaps cut in the gap."""
+    causal = scenarios()["fig6"]
+    found = {name: with_skin(causal, skin.material) for name, skin in force_skins().items()}
+    return found | {name: leaky_gap(gap) for name, gap in LEAKY_GAPS.items()}
+
+
+def peak_force(scenario: Scenario, *, ramp: float) -> float:
+    """Attraction at the end of the rising ramp, where it is largest for a skin that conducts [N]."""
+    changed = scenario.replace({"drive.rise": ramp, "drive.fall": ramp})
+    return float(simulate(changed, time=np.array([0.0, ramp])).electrostatic_force[-1])
+
+
+def ramp_for(scenario: Scenario, force: float) -> float:
+    """Ramp time that gives this peak force [s]."""
+    return float(
+        np.exp(brentq(lambda x: np.log(peak_force(scenario, ramp=np.exp(x)) / force), np.log(1e-6), np.log(30.0), xtol=1e-4))
+    )
+
+
+def edge_ratio(scenario: Scenario) -> float:
+    """Peak attraction after the falling edge over that after the rising edge."""
+    drive = scenario.drive
+    assert isinstance(drive, Trapezium)
+    ends = np.array([0.0, drive.rise, drive.rise + drive.hold + drive.fall])
+    force = simulate(scenario, time=ends).electrostatic_force.values
+    return float(force[2] / force[1])
+
+
+def frequency_force(material: Material, frequency: Real, *, thickness: float = values.SKIN_THICKNESS) -> Real:
+    """Mean attraction on the thin coat of figure 7 under a 100 V sine [N], by the law as printed.
+
+    Notes
+    -----
+    Without the body's resistance, as in the paper: above 10 kHz a body would take part of the voltage.
+    """
+    changes: dict[str, Any] = {
+        "stack.stratum_corneum.material": material,
+        "stack.stratum_corneum.thickness": thickness,
+        "circuit.return_path.resistance": 0.0,
+    }
+    scenario = scenarios()["fig7"].replace(changes)
+    return mean_force(scenario, phasors(scenario, frequency), 100.0)
+
+
+def rise_and_saturation(material: Material) -> tuple[float, float, float]:
+    """Measure figure 7: F(10 kHz)/F(100 Hz), F(10 kHz)/largest F, and F(5 kHz)/F(10 kHz)."""
+    frequency = np.geomspace(100.0, 1e4, 161)
+    force = frequency_force(material, frequency)
+    half = float(np.interp(np.log(5e3), np.log(frequency), force))
+    return float(force[-1] / force[0]), float(force[-1] / force.max()), half / float(force[-1])
+
+
+def floating_factor(scenario: Scenario, capacitance: float) -> float:
+    """Static attraction with the body floating over that with the body grounded."""
+    static = scenario.replace(
+        {"drive": {"model": "Constant", "level": 1.0}, "force.model": "EffectiveMediumPlane"}
+    ).replace({"stack.stratum_corneum.material": {"model": "Constant", "permittivity": values.SKIN_PERMITTIVITY}})
+    time = np.array([0.0, 1e-3])
+    afloat = static.replace({"circuit.return_path": {"model": "Floating", "capacitance": capacitance}})
+    forces = [float(simulate(case, time=time).electrostatic_force[-1]) for case in (afloat, static)]
+    return forces[0] / forces[1]
+
+
+def causality_residual(material: Material, *, ramp: float = 20e-3, before: float = 1e-3) -> float:
+    """Size of the literal law's answer before a ramp begins, as a share of its peak.
+
+    Parameters
+    ----------
+    material : Material
+        Skin.
+    ramp : float
+        Time the ramp takes [s].
+    before : float
+        How long before the ramp one looks [s].
+
+    Returns
+    -------
+    float
+        |v_e(-before)|/max |v_e|; 0 for a causal law.
+
+    Notes
+    -----
+    By a discrete Fourier transform over a period long against skin and ramp, 0.2 s after 4 s at 0 V.
+    """
+    period, count = 8.0, 1 << 20
+    time = np.arange(count) * period / count - period / 2
+    drive = Trapezium(high=1.0, rise=ramp, hold=0.2, fall=ramp)
+    spectrum = np.fft.rfft(drive.voltage(time))
+    frequency = np.fft.rfftfreq(count, period / count)[1:]
+    film = eps0 * values.FILM_PERMITTIVITY / values.FILM_THICKNESS
+    skin = eps0 * material.complex_permittivity(frequency) / values.SKIN_THICKNESS
+    spectrum[0] = 0.0  # the law gives nothing at zero frequency
+    spectrum[1:] *= literal_response(frequency, insulator=film, skin=skin)
+    answer = np.fft.irfft(spectrum, count)
+    early: NDArray[np.float64] = np.interp([-before], time, answer)
+    return float(abs(early[0]) / np.max(np.abs(answer)))
+
+
+def thickness_spread() -> dict[str, tuple[float, float]]:
+    """Force at full voltage for skins of 100 and 400 um, under law (1) and in the gap [N]."""
+    found = {}
+    for name, law in (("law (1)", "EffectiveMediumPlane"), ("gap plane", "GapPlane")):
+        base = scenarios()["fig6_static"].replace({"force.model": law, "drive": {"model": "Constant", "level": 1000.0}})
+        base = base.replace({"stack.stratum_corneum.material.conductivity": 0.0})
+        cases = [base.replace({"stack.stratum_corneum.thickness": t}) for t in (100e-6, 400e-6)]
+        thin, thick = (float(simulate(c, time=np.array([0.0, 1e-3])).electrostatic_force[-1]) for c in cases)
+        found[name] = (thin, thick)
+    return found
+
+
+def suspended_constancy(conductivity: float) -> float:
+    """Figure 2: attraction at the end of the hold over that at its beginning."""
+    scenario = scenarios()["fig2"]
+    if conductivity:
+        leaky = {"model": "Constant", "permittivity": 1.0, "conductivity": conductivity}
+        scenario = scenario.replace({"stack.gap.material": leaky})
+    drive = scenario.drive
+    assert isinstance(drive, Trapezium)
+    ends = np.array([0.0, drive.rise, drive.rise + drive.hold])
+    force = simulate(scenario, time=ends).electrostatic_force.values
+    return float(force[2] / force[1])

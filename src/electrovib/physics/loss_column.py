@@ -1,0 +1,117 @@
+"""What a measured table of a dielectric may tell of its loss: four ways to write the same number."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from electrovib.core.constants import VACUUM_PERMITTIVITY
+from electrovib.core.model import Model
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Real = NDArray[np.float64]
+
+
+class LossColumn(Model, family=True):
+    """Which column of a table tells the loss, and as what.
+
+    Notes
+    -----
+    The whole loss, conduction included. Rows with NaN are refused by the table.
+    """
+
+    noun: ClassVar[str] = "loss"
+    needs: ClassVar[str] = "0 or more"
+
+    column: str | int
+    unit: str
+
+    def allowed(self, values: Real) -> NDArray[np.bool_]:
+        """Tell which values a passive dielectric may have."""
+        passive: NDArray[np.bool_] = values >= 0
+        return passive
+
+    @abstractmethod
+    def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
+        """Turn the column into eps''.
+
+        Parameters
+        ----------
+        frequency : ndarray, shape (N,)
+            Hz.
+        permittivity : ndarray, shape (N,)
+            Relative permittivity eps', 1.
+        values : ndarray, shape (N,)
+            The column, SI.
+
+        Returns
+        -------
+        ndarray, shape (N,)
+            Relative loss factor eps'', 1.
+        """
+
+
+class LossFactor(LossColumn):
+    """The column is eps'' itself."""
+
+    noun: ClassVar[str] = "loss factor"
+
+    column: str | int = "loss"
+    unit: str = "1"
+
+    def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
+        """Take the column as it is."""
+        del frequency, permittivity
+        return values
+
+
+class LossTangent(LossColumn):
+    """The column is tan delta = eps''/eps'."""
+
+    noun: ClassVar[str] = "loss tangent"
+
+    column: str | int = "loss_tangent"
+    unit: str = "1"
+
+    def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
+        """Give eps' tan delta."""
+        del frequency
+        return permittivity * values
+
+
+class Conductivity(LossColumn):
+    """The column is the whole conductivity, w eps0 eps''."""
+
+    noun: ClassVar[str] = "conductivity"
+
+    column: str | int = "conductivity"
+    unit: str = "S/m"
+
+    def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
+        """Give sigma/(w eps0)."""
+        del permittivity
+        return values / (2 * np.pi * frequency * VACUUM_PERMITTIVITY)
+
+
+class Resistivity(LossColumn):
+    """The column is the resistivity, 1/(w eps0 eps'')."""
+
+    noun: ClassVar[str] = "resistivity"
+    needs: ClassVar[str] = "above 0"
+
+    column: str | int = "resistivity"
+    unit: str = "ohm m"
+
+    def allowed(self, values: Real) -> NDArray[np.bool_]:
+        """Tell which values a passive dielectric may have; 0 would be an infinite loss."""
+        passive: NDArray[np.bool_] = values > 0
+        return passive
+
+    def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
+        """Give 1/(w eps0 rho)."""
+        del permittivity
+        return 1 / (2 * np.pi * frequency * VACUUM_PERMITTIVITY * values)

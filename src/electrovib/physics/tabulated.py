@@ -1,0 +1,269 @@
+"""A measured dielectric: a table of permittivity and loss over frequency."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+
+import numpy as np
+from pydantic import ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from electrovib.core.constants import VACUUM_PERMITTIVITY
+from electrovib.core.errors import InputError
+from electrovib.core.files import read_columns
+from electrovib.core.quantity import Number, Quantity
+from electrovib.core.samples import Samples
+from electrovib.core.units import format_quantity
+from electrovib.physics.kramers_kronig import kramers_kronig_residual
+from electrovib.physics.loss_column import LossColumn, LossFactor
+from electrovib.physics.material import Complex, Material
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from numpy.typing import ArrayLike, NDArray
+
+    Real = NDArray[np.float64]
+
+FEWEST = 4
+"""Rows of the shortest table: fewer do not even bend."""
+NOISE = 0.05
+"""Share of the loss by which noise may bring a row below the declared conduction."""
+RESOLUTION = 1e-3
+"""Loss tangent below which an ordinary bridge sees nothing."""
+
+
+class Tabulated(Material):
+    r"""A measured dielectric.
+
+    Notes
+    -----
+    The conductivity at zero frequency is declared, because a table does not give it: polarisation slower
+    than its lowest frequency looks the same. `conduction_bounds` tells between which values it may be
+    declared; all answers that stand on it lie between those of the two.
+
+    Between rows the logarithm of eps', and eps'' itself, are straight over the logarithm of the frequency.
+    Beyond the rows nothing was measured: there the edge value goes on as one Debye relaxation, below the band
+    with the time :math:`1/(2\pi f_\mathrm{min})`, above it with :math:`1/(2\pi f_\mathrm{max})` or, where the
+    loss at the edge exceeds half of eps', so much more that eps' stays positive. That is passive and
+    continuous, and no more than a way to have an answer; `band` tells where the table ends.
+
+    Where the declared conduction exceeds the loss of a row by no more than noise (5 % of it, or 0.001 as loss
+    tangent), the polarisation has no loss there.
+    """
+
+    example: ClassVar[Mapping[str, Any]] = {
+        "frequency_samples": [10, 21.54, 46.42, 100, 215.4, 464.2, 1e3, 2154, 4642, 1e4, 21540, 46420, 1e5],
+        "permittivity_samples": [
+            1270,
+            905.5,
+            580.1,
+            354,
+            219.5,
+            144.5,
+            103.3,
+            80.4,
+            67.49,
+            60.12,
+            55.88,
+            53.43,
+            52,
+        ],
+        "loss_samples": [4186, 2272, 1284, 730.4, 412.2, 231, 129.2, 72.4, 40.7, 23, 13.05, 7.443, 4.262],
+        "conductivity": 2e-6,
+    }
+
+    file: str = ""
+    frequency_column: str | int = "frequency"
+    frequency_unit: str = "Hz"
+    permittivity_column: str | int = "permittivity"
+    loss: LossColumn = LossFactor()
+    conductivity: Annotated[
+        Number, Quantity("S/m", 0, 1e3, "conductivity at zero frequency, at most the smallest of the table")
+    ]
+    frequency_samples: Samples = Samples([])
+    permittivity_samples: Samples = Samples([])
+    loss_samples: Samples = Samples([])
+
+    @classmethod
+    def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
+        """Read the file's columns unless the samples came along."""
+        if not content.get("file") or "frequency_samples" in content:
+            return content
+        default = {name: cls.model_fields[name].default for name in cls.model_fields} | content
+        try:
+            loss = LossColumn.model_validate(default["loss"])
+        except ValidationError:  # told when the field itself is read
+            return content
+        wanted = {
+            "frequency_samples": (default["frequency_column"], default["frequency_unit"]),
+            "permittivity_samples": (default["permittivity_column"], "1"),
+            "loss_samples": (loss.column, loss.unit),
+        }
+        return content | read_columns(str(content["file"]), wanted)
+
+    @model_validator(mode="after")
+    def _is_passive(self) -> Self:
+        for why in self._faults():
+            raise PydanticCustomError("table", "{why}", {"why": why})
+        return self
+
+    def _faults(self) -> Iterator[str]:
+        """Say what is wrong with the table; each sentence relies on those before it not being said."""
+        columns = {
+            "frequency": self.frequency_samples.values,
+            "permittivity": self.permittivity_samples.values,
+            self.loss.noun: self.loss_samples.values,
+        }
+        sizes = {name: len(values) for name, values in columns.items()}
+        if not any(sizes.values()):
+            yield 'holds no rows: name the measured table, for instance file = "skin.csv"'
+        if len(set(sizes.values())) > 1:
+            yield "columns differ in length: " + ", ".join(f"{name} {size}" for name, size in sizes.items())
+        if sizes["frequency"] < FEWEST:
+            yield f"a table needs at least {FEWEST} rows, not {sizes['frequency']}"
+        for name, values in columns.items():
+            if not np.isfinite(values).all():
+                row = int(np.argmin(np.isfinite(values)))
+                yield f"row {row} (first is 0): {name} = {values[row]} is not a finite number"
+        yield from self._disorder(columns["frequency"])
+        rules = {
+            "permittivity": (columns["permittivity"] > 0, "above 0"),
+            self.loss.noun: (self.loss.allowed(columns[self.loss.noun]), self._passive_needs()),
+        }
+        for name, (allowed, needs) in rules.items():
+            if not allowed.all():
+                row = int(np.argmin(allowed))
+                yield f"{self._place(row)}: {name} = {columns[name][row]:.6g} must be {needs}"
+        if not np.isfinite(self._loss() + self._conduction()).all():
+            row = int(np.argmin(np.isfinite(self._loss() + self._conduction())))
+            yield f"{self._place(row)}: the loss is too large to be one; check units"
+        yield from self._overdrawn()
+
+    def _disorder(self, frequency: Real) -> Iterator[str]:
+        if frequency.min() <= 0:
+            row = int(np.argmax(frequency <= 0))
+            yield f"{self._place(row)}: frequency must be above 0 Hz"
+        falls = np.flatnonzero(np.diff(frequency) <= 0) + 1
+        if falls.size:
+            row = int(falls[0])
+            word = "repeats" if frequency[row] == frequency[row - 1] else "comes after"
+            yield (
+                f"frequency must rise from row to row, but {self._place(row)}, {word}"
+                f" {frequency[row - 1]:.6g} Hz; sort the table and keep one row of each frequency"
+            )
+
+    def _passive_needs(self) -> str:
+        return (
+            f"{self.loss.needs}: with Im eps* > 0 the dielectric is active, it would give energy away;"
+            " check the sign of the column, and leave out rows that the instrument could not resolve"
+        )
+
+    def _overdrawn(self) -> Iterator[str]:
+        """Refuse a declared conduction that the table's loss has no room for."""
+        loss, conduction = self._loss(), self._conduction()
+        missing = (1 - NOISE) * conduction - loss - RESOLUTION * self.permittivity_samples.values
+        if (missing > 0).any():
+            row = int(np.argmax(missing / conduction))
+            declared, most = (
+                format_quantity(s, "S/m", digits=4) for s in (self.conductivity, self.conduction_bounds()[1])
+            )
+            yield (
+                f"conductivity = {declared} alone has eps'' = {conduction[row]:.4g} at {self._place(row)},"
+                f" but the table's whole loss there is {loss[row]:.4g}; declare from 0 to {most}"
+            )
+
+    def _place(self, row: int) -> str:
+        return f"row {row} (first is 0), {self.frequency_samples.values[row]:.6g} Hz"
+
+    def _loss(self) -> Real:
+        frequency, permittivity = self.frequency_samples.values, self.permittivity_samples.values
+        with np.errstate(over="ignore"):  # refused once as not finite
+            return self.loss.loss_factor(frequency, permittivity, self.loss_samples.values)
+
+    def _conduction(self) -> Real:
+        """Give eps'' of the declared conduction at the rows."""
+        with np.errstate(over="ignore", divide="ignore"):
+            loss: Real = self.conductivity / (2 * np.pi * self.frequency_samples.values * VACUUM_PERMITTIVITY)
+        return loss
+
+    def table(self) -> tuple[Real, Complex]:
+        """Give the rows without the declared conduction.
+
+        Returns
+        -------
+        frequency : ndarray, shape (N,)
+            Hz, rising.
+        polarisation : ndarray of complex, shape (N,)
+            Relative permittivity of the bound charge alone, 1, passive.
+        """
+        loss = np.maximum(self._loss() - self._conduction(), 0.0)
+        return self.frequency_samples.values, self.permittivity_samples.values - 1j * loss
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Lowest and highest frequency of the table [Hz]."""
+        frequency = self.frequency_samples.values
+        return float(frequency[0]), float(frequency[-1])
+
+    def polarisation(self, frequency: ArrayLike) -> Complex:
+        """Relative permittivity of the bound charge alone.
+
+        Parameters
+        ----------
+        frequency : array_like
+            Hz, above 0, any shape; NaN gives NaN.
+
+        Returns
+        -------
+        ndarray of complex
+            Same shape; measured within `band` only.
+        """
+        asked = np.asarray(frequency, dtype=float)
+        hertz, rows = self.table()
+        low, high = self.band
+        place, places = np.log(np.clip(asked, low, high)), np.log(hertz)
+        real = np.exp(np.interp(place, places, np.log(rows.real)))
+        inside = real - 1j * np.interp(place, places, -rows.imag)
+        above = max(1.0, -2 * rows[-1].imag / rows[-1].real)
+        slower = _relaxation_through(rows[0], np.where(asked < low, asked / low, 1.0), 1.0)
+        faster = _relaxation_through(rows[-1], np.where(asked > high, asked / high, 1.0), above)
+        return np.where(asked < low, slower, np.where(asked > high, faster, inside))
+
+    @property
+    def slowest_relaxation(self) -> float:
+        """Longest relaxation time that the lowest frequency shows, 1/(2 pi f_min) [s]."""
+        return float(1 / (2 * np.pi * self.frequency_samples.values[0]))
+
+    def conduction_bounds(self) -> tuple[float, float]:
+        """Give the least and the most conductivity at zero frequency that the table allows.
+
+        Returns
+        -------
+        tuple of float
+            0, when all loss is slow polarisation, and the smallest conductivity w eps0 eps'' of all rows,
+            when that is all conduction [S/m].
+
+        Notes
+        -----
+        The conductivity of a passive dielectric never falls with frequency, so its value at zero frequency is
+        at most the smallest in the table; without noise that is the one of the first row.
+        """
+        angular = 2 * np.pi * self.frequency_samples.values
+        return 0.0, float(np.min(angular * VACUUM_PERMITTIVITY * self._loss()))
+
+    @property
+    def kramers_kronig(self) -> float:
+        """Relative misfit of the Kramers-Kronig relations, rms, 1; NaN if there are too few rows to tell."""
+        frequency = self.frequency_samples.values
+        conductivity = 2 * np.pi * frequency * VACUUM_PERMITTIVITY * self._loss()
+        try:
+            return kramers_kronig_residual(frequency, self.permittivity_samples.values, conductivity)
+        except InputError:
+            return float("nan")
+
+
+def _relaxation_through(edge: complex, ratio: Real, place: float) -> Complex:
+    """Give the Debye relaxation that has this value at w = place/tau, at w ratio times as high."""
+    fast = edge.real + edge.imag / place
+    return np.asarray(fast + (edge.real - fast) * (1 + place**2) / (1 + 1j * place * ratio))

@@ -1,0 +1,37 @@
+"""Plots: functions of one Trace or several; each draws into Axes and gives them back, nothing else."""
+
+from electrovib.view.plots.layers import stack
+from electrovib.view.plots.over_frequency import (
+    frequency_response,
+    gain,
+    gain_phase,
+    impedance,
+    impedance_phase,
+)
+from electrovib.view.plots.over_time import (
+    current,
+    drive,
+    effective_voltage,
+    field,
+    force,
+    lateral_force,
+    layer_voltages,
+)
+from electrovib.view.plots.reproduced import panel
+
+__all__ = [
+    "current",
+    "drive",
+    "effective_voltage",
+    "field",
+    "force",
+    "frequency_response",
+    "gain",
+    "gain_phase",
+    "impedance",
+    "impedance_phase",
+    "lateral_force",
+    "layer_voltages",
+    "panel",
+    "stack",
+]

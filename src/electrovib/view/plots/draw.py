@@ -1,0 +1,94 @@
+"""From lines to Axes: the one place where a curve is drawn, labelled and explained by a legend."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.view.envelope import envelope
+from electrovib.view.units import label_axis
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+
+    from electrovib.view.lines import Line
+
+_MANY = 5
+"""From this many entries on, a legend stands beside the plot and not in it."""
+_WIDE = 30.0
+"""Ratio of largest to smallest value from which an axis is logarithmic."""
+
+
+def draw(ax: Axes, drawn: Sequence[Line]) -> None:
+    """Draw lines; long records as the envelope of their points.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where.
+    drawn : sequence of Line
+        Real values; NaN leaves a gap.
+    """
+    for line in drawn:
+        x, y = envelope(line.x, np.asarray(line.y, dtype=float))
+        ax.plot(x, y, color=line.colour, linestyle=line.dash, label=line.label or "_nolegend_")
+
+
+def finish(ax: Axes, *, x: tuple[str, str], y: tuple[str, str], hidden: int = 0) -> None:
+    """Label the axes, in words and SI unit, and explain the lines.
+
+    Parameters
+    ----------
+    ax : Axes
+        With everything drawn.
+    x, y : tuple of str
+        Words and SI unit.
+    hidden : int
+        Lines left out of a sweep, told in the legend.
+    """
+    label_axis(ax.xaxis, *x)
+    label_axis(ax.yaxis, *y)
+    if not np.all(np.isfinite(ax.dataLim.intervaly)):
+        ax.text(0.5, 0.5, "no numbers to draw", transform=ax.transAxes, ha="center", va="center")
+    elif ax.get_xscale() == "linear":
+        ax.margins(x=0.01)
+    legend(ax, hidden=hidden)
+
+
+def legend(ax: Axes, *, hidden: int = 0) -> None:
+    """Explain the lines, in the plot where they are few, else at its right."""
+    handles, labels = ax.get_legend_handles_labels()
+    if not labels:
+        return
+    common, short = shared_words(labels)
+    title = common
+    if hidden:
+        title = f"{common}\n".lstrip() + f"{len(labels)} of {len(labels) + hidden} lines"
+    place: dict[str, Any] = {"loc": "best"}
+    if len(labels) >= _MANY:
+        place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
+    shown = ax.legend(handles, short, title=title or None, alignment="left", **place)
+    shown.set_in_layout(True)
+
+
+def shared_words(labels: list[str]) -> tuple[str, list[str]]:
+    """Split ``drive.rise = 5 ms`` when all labels begin with the same path: it becomes the legend's title."""
+    starts = {label.partition(" = ")[0] for label in labels if " = " in label}
+    if len(labels) > 1 and len(starts) == 1 and all(label.count(" = ") == 1 for label in labels):
+        start = starts.pop()
+        return start, [label.removeprefix(f"{start} = ") for label in labels]
+    return "", labels
+
+
+def logarithmic_if_wide(ax: Axes) -> None:
+    """Take a logarithmic vertical axis for positive values that span more than a factor of 30, else start at 0."""
+    low, high = (float(bound) for bound in ax.yaxis.get_data_interval())
+    if not (np.isfinite(low) and np.isfinite(high)) or low < 0 or high == 0:
+        return
+    if low > 0 and high > _WIDE * low:
+        ax.set_yscale("log")
+    else:
+        ax.set_ylim(0, 1.06 * high)

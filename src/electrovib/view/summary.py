@@ -1,0 +1,159 @@
+"""What a Trace says of itself, as texts for people: lamps, key numbers, how it was computed."""
+
+from __future__ import annotations
+
+import json
+import platform
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.core.samples import Samples
+from electrovib.core.signals import signal
+from electrovib.view.lines import swept_paths, swept_units
+from electrovib.view.units import pretty_quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import xarray
+
+    from electrovib.solve.scenario import Scenario
+
+PARTS: Final = ("electrovib", "numpy", "scipy", "xarray", "pydantic", "matplotlib")
+_TOLD_ELSEWHERE: Final = frozenset({"format", "title", "scenario", "lamps"})
+_WORDS: Final = {
+    "electrovib": "computed by electrovib",
+    "scenario_hash": "hash of the scenario",
+    "solver": "solver",
+    "solver_reason": "why this solver",
+    "reduction_error": "largest error of a material reduced to relaxations",
+    "transfer_error": "largest error of the transfer to the force after reduction",
+    "dropped_samples": "samples of the measured drive that were dropped",
+}
+_LONGEST: Final = 400
+
+
+def scenario_or_none(trace: xarray.Dataset) -> Scenario | None:
+    """Give the scenario a Trace carries; None for a measurement, or for one that cannot be read any more."""
+    from electrovib.solve.scenario import scenario_of
+
+    try:
+        return scenario_of(trace)
+    except (InputError, ValueError):
+        return None
+
+
+def lamps(trace: xarray.Dataset) -> list[dict[str, str]]:
+    """Read the validity lamps.
+
+    Returns
+    -------
+    list of dict
+        ``name``, ``state`` and ``text`` of each; empty where there are none.
+    """
+    try:
+        found = json.loads(trace.attrs.get("lamps", "[]"))
+        return [{key: str(lamp[key]) for key in ("name", "state", "text")} for lamp in found]
+    except (TypeError, ValueError, KeyError):
+        return []
+
+
+def key_numbers(trace: xarray.Dataset) -> dict[str, str]:
+    """Give the numbers one looks for first; of a sweep, their range.
+
+    Returns
+    -------
+    dict of str to str
+        What, and how much with its unit.
+    """
+    peaks = {
+        "drive_voltage": "largest drive voltage",
+        "effective_voltage": "largest effective voltage",
+        "electrostatic_force": "largest electrostatic force",
+        "lateral_force": "largest lateral force",
+        "current": "largest current",
+    }
+    found = {}
+    for name, words in peaks.items():
+        if name in trace:
+            found[words] = _range(_largest(np.abs(trace[name]), "time"), signal(name).unit)
+        if name == "electrostatic_force" and name in trace:
+            found["mean electrostatic force over the record"] = _range(_mean(trace[name]), "N")
+    if "field" in trace:
+        for layer in trace["layer"].values:
+            largest = _largest(np.abs(trace["field"].sel(layer=layer)), "time")
+            found[f"largest field, {str(layer).replace('_', ' ')}"] = _range(largest, "V/m")
+    return found
+
+
+def _largest(values: xarray.DataArray, along: str) -> xarray.DataArray:
+    return values.max(along, skipna=True)
+
+
+def _mean(values: xarray.DataArray) -> xarray.DataArray:
+    """Average over time, missing samples left out, uneven stamps weighted by their distance."""
+    time = values["time"]
+    if time.size < 2:
+        return values.mean("time")
+    weights = np.gradient(np.asarray(time.values, dtype=float))
+    weights[[0, -1]] /= 2
+    return values.weighted(time.copy(data=weights)).mean("time", skipna=True)
+
+
+def _range(values: xarray.DataArray, unit: str) -> str:
+    numbers = np.asarray(values.values, dtype=float).ravel()
+    numbers = numbers[np.isfinite(numbers)]
+    if not numbers.size:
+        return "no numbers"
+    low, high = (pretty_quantity(float(bound), unit, digits=4) for bound in (numbers.min(), numbers.max()))
+    return low if low == high else f"{low} … {high}"
+
+
+def swept_texts(trace: xarray.Dataset) -> dict[str, str]:
+    """Write what was swept: dotted path to first and last value and how many."""
+    units = swept_units(trace)
+    texts = {}
+    for path in swept_paths(trace):
+        values = trace[path].values
+        ends = [
+            pretty_quantity(float(value), units.get(path, ""), digits=4) if np.issubdtype(values.dtype, np.number) else str(value)
+            for value in (values[0], values[-1])
+        ]
+        texts[path] = f"{ends[0]} … {ends[1]} ({len(values)} values)"
+    return texts
+
+
+def provenance(trace: xarray.Dataset) -> dict[str, str]:
+    """Tell how a Trace came to be: solver, errors, hash, and every other attribute.
+
+    Returns
+    -------
+    dict of str to str
+        Words to text.
+    """
+    found = {}
+    for name in [*_WORDS, *(key for key in trace.attrs if key not in _WORDS)]:
+        value = trace.attrs.get(name)
+        if value is None or name in _TOLD_ELSEWHERE or (name == "dropped_samples" and not value):
+            continue
+        text = f"{100 * float(value):.2g} %" if name.endswith("_error") else str(value)
+        found[_WORDS.get(str(name), str(name))] = text if len(text) <= _LONGEST else f"{text[:_LONGEST]} …"
+    return found
+
+
+def versions() -> dict[str, str]:
+    """Give the versions of what made this page."""
+    return {"Python": platform.python_version()} | {name: version(name) for name in PARTS}
+
+
+def scenario_text(scenario: Scenario) -> str:
+    """Write a scenario as indented JSON; measured samples stand as their number."""
+
+    def plain(value: Any) -> str:
+        return f"{len(value)} samples, left out here" if isinstance(value, Samples) else str(value)
+
+    content: Mapping[str, Any] = {"schema": 1} | scenario.to_dict()
+    return json.dumps(content, indent=2, default=plain, ensure_ascii=False)

@@ -1,0 +1,71 @@
+"""Figures as text: the same figure gives the same bytes, and nothing in it asks another computer."""
+
+from __future__ import annotations
+
+import re
+from io import BytesIO, StringIO
+from typing import TYPE_CHECKING, Any, Final
+
+from electrovib.view.style import style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_NO_METADATA: Final[dict[str, Any]] = {"Date": None, "Creator": None, "Format": None, "Type": None}
+
+
+def to_svg(figure: Figure, *, tight: bool = False) -> str:
+    """Write a figure as an SVG file.
+
+    Parameters
+    ----------
+    figure : Figure
+        Complete.
+    tight : bool
+        Cut to what is drawn.
+
+    Returns
+    -------
+    str
+        Without date, creator or random names.
+    """
+    text = StringIO()
+    box: dict[str, Any] = {"bbox_inches": "tight", "pad_inches": 0.02} if tight else {}
+    with style():
+        figure.savefig(text, format="svg", metadata=_NO_METADATA, **box)
+    return re.sub(r"\s*<metadata>.*?</metadata>", "", text.getvalue(), flags=re.DOTALL)
+
+
+def to_png(figure: Figure, *, resolution: float = 150.0) -> bytes:
+    """Write a figure as a PNG file at this many dots per inch."""
+    content = BytesIO()
+    with style():
+        figure.savefig(content, format="png", dpi=resolution, metadata={"Software": None})
+    return content.getvalue()
+
+
+def inline(svg: str, *, name: str, words: str) -> str:
+    """Turn an SVG file into an element of an HTML page.
+
+    Parameters
+    ----------
+    svg : str
+        From `to_svg`.
+    name : str
+        Letters, digits and ``-``; put before every identifier, because two figures share one page.
+    words : str
+        What the figure shows, for readers who cannot see it.
+
+    Returns
+    -------
+    str
+        ``<svg>`` without the declarations of a file: HTML knows the namespaces itself.
+    """
+    body = svg[svg.index("<svg") :]
+    body = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", body)
+    body = body.replace("xlink:href=", "href=")
+    body = re.sub(r'\bid="', f'id="{name}-', body)
+    body = re.sub(r'\bhref="#', f'href="#{name}-', body)
+    body = re.sub(r"url\(#", f"url(#{name}-", body)
+    label = words.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
+    return body.replace("<svg", f'<svg role="img" aria-label="{label}"', 1)

@@ -1,0 +1,167 @@
+"""What a scenario is made of, as rows for people: parameters with their sources, models, references."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from electrovib.core.model import Model
+from electrovib.view.units import pretty_quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from electrovib.solve.scenario import Scenario
+
+DEFAULT: Final = "default"
+NOT_GIVEN: Final = "not given"
+
+
+@dataclass(frozen=True)
+class ParameterRow:
+    """One physical parameter of one or several scenarios.
+
+    Parameters
+    ----------
+    path : str
+        Dotted path.
+    values : tuple of str
+        One a scenario, with prefix and unit; a dash where it has none.
+    meaning : str
+        From its declaration.
+    sources : tuple of str
+        Where each value is from, equal ones once.
+    """
+
+    path: str
+    values: tuple[str, ...]
+    meaning: str
+    sources: tuple[str, ...]
+
+    @property
+    def differs(self) -> bool:
+        """Whether the scenarios disagree."""
+        return len(set(self.values)) > 1
+
+
+@dataclass(frozen=True)
+class ModelRow:
+    """One model chosen in a scenario: where, which, what it says of itself."""
+
+    path: str
+    name: str
+    meaning: str
+    facts: tuple[str, ...]
+    equations: tuple[str, ...]
+    reference: str
+
+
+def parameter_rows(scenarios: Mapping[str, Scenario], swept: Mapping[str, Mapping[str, str]]) -> list[ParameterRow]:
+    """Collect the parameters of all scenarios, in the order of the first file that has them.
+
+    Parameters
+    ----------
+    scenarios : mapping of str to Scenario
+        Label to scenario.
+    swept : mapping of str to mapping
+        Label to the text that stands for the values of each swept path.
+
+    Returns
+    -------
+    list of ParameterRow
+        One row a path.
+    """
+    found: dict[str, dict[str, tuple[str, str]]] = {}
+    meanings: dict[str, str] = {}
+    for label, scenario in scenarios.items():
+        for path, value, quantity in scenario.parameters():
+            shown = swept.get(label, {}).get(path) or pretty_quantity(value, quantity.unit, digits=8)
+            source = "swept" if path in swept.get(label, {}) else source_of(scenario, path, value)
+            found.setdefault(path, {})[label] = (shown, source)
+            meanings.setdefault(path, quantity.doc)
+    rows = []
+    for path, by_label in found.items():
+        values = tuple(by_label.get(label, ("–", ""))[0] for label in scenarios)
+        sources = tuple(dict.fromkeys(source for _, source in by_label.values()))
+        rows.append(ParameterRow(path, values, meanings[path], sources))
+    return rows
+
+
+def source_of(scenario: Scenario, path: str, value: float | None) -> str:
+    """Say where a value is from: what the file says of it or of its table, else whether it is the default."""
+    parts = path.split(".")
+    for length in range(len(parts), 0, -1):
+        told = scenario.sources.get(".".join(parts[:length]))
+        if told:
+            return told
+    owner: Any = scenario
+    for part in parts[:-1]:
+        owner = owner[int(part)] if isinstance(owner, tuple) else getattr(owner, part)
+    return DEFAULT if type(owner).model_fields[parts[-1]].default == value else NOT_GIVEN
+
+
+def walk_models(model: Model, prefix: str = "") -> Iterator[tuple[str, Model]]:
+    """Walk over all models inside a model, with their dotted paths."""
+    for name, value in model:
+        path = f"{prefix}{name}"
+        items = [(path, value)] if not isinstance(value, tuple) else [(f"{path}.{i}", v) for i, v in enumerate(value)]
+        for where, item in items:
+            if isinstance(item, Model):
+                yield where, item
+                yield from walk_models(item, f"{where}.")
+
+
+def model_rows(scenario: Scenario) -> list[ModelRow]:
+    """List the models that were chosen where another could stand: drive, law, materials, way back.
+
+    Returns
+    -------
+    list of ModelRow
+        In the order of the file.
+    """
+    rows = []
+    for path, model in walk_models(scenario):
+        kind = type(model)
+        if kind.__mro__[1] is Model:
+            continue
+        facts = [f"evaluated at the plane: {kind.plane}"] if hasattr(kind, "plane") else []
+        facts += [f"known from: {kind.status}"] if kind.status else []
+        equations = tuple(f"{name} = {readable_equation(text)}" for name, text in kind.equation.items())
+        meaning = (kind.__doc__ or "").strip().partition("\n")[0]
+        rows.append(ModelRow(path, kind.__name__, meaning, tuple(facts), equations, kind.reference))
+    return rows
+
+
+def readable_equation(text: str) -> str:
+    """Write a formula of the code as a person would: raised powers, Greek letters, dots."""
+    for word, letter in {"eps0": "ε₀", "pi": "π", "I": "j"}.items():
+        text = re.sub(rf"\b{word}\b", letter, text)
+    text = re.sub(r"\*\*([23])(?![\d.])", lambda match: "²³"[int(match[1]) - 2], text)
+    return text.replace("**", "^").replace("*", "·")
+
+
+def references(scenarios: Mapping[str, Scenario]) -> list[tuple[str, str]]:
+    """Collect what the models cite.
+
+    Parameters
+    ----------
+    scenarios : mapping of str to Scenario
+        Label to scenario.
+
+    Returns
+    -------
+    list of tuple of str
+        Reference, and the models that cite it; then the sources of values, with their number of values.
+    """
+    cited: dict[str, list[str]] = {}
+    for scenario in scenarios.values():
+        for _, model in walk_models(scenario):
+            name = type(model).__name__
+            if model.reference and name not in cited.setdefault(model.reference, []):
+                cited[model.reference].append(name)
+    found = [(reference, ", ".join(names)) for reference, names in cited.items()]
+    told: dict[str, int] = {}
+    for source in (text for scenario in scenarios.values() for text in scenario.sources.values()):
+        told[source] = told.get(source, 0) + 1
+    return found + [(source, f"{count} value{'s' if count > 1 else ''}") for source, count in told.items()]
