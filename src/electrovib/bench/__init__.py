@@ -1,1 +1,1 @@
-""""""
+"""Real instruments; nothing yet."""

@@ -1,1 +1,1 @@
-""""""
+"""Files: measured tables and Traces."""

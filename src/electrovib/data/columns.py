@@ -395,6 +395,8 @@ def _from_netcdf(path: Path, columns: Sequence[str | int]) -> dict[str | int, _C
     with path.open("rb") as file:
         engine = "scipy" if file.read(3) == b"CDF" else "h5netcdf"
     try:
+        if engine == "h5netcdf":
+            check_hdf5(path)
         with xarray.open_dataset(path, engine=engine, decode_times=False, decode_timedelta=False) as data:
             found = {column: _variable(path, data, column) for column in columns}
     except DAMAGE as error:
@@ -403,6 +405,13 @@ def _from_netcdf(path: Path, columns: Sequence[str | int]) -> dict[str | int, _C
         sizes = ", ".join(f"{column.label} {len(column.values)}" for column in found.values())
         raise DataFileError(f"{path}: the columns differ in length: {sizes}.")
     return found
+
+
+def check_hdf5(path: Path) -> None:
+    """Open and close once: h5netcdf prints a traceback for a file that HDF5 cannot open."""
+    import h5py
+
+    h5py.File(path, "r").close()
 
 
 def _variable(path: Path, data: xarray.Dataset, column: str | int) -> _Column:

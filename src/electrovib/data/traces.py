@@ -14,7 +14,7 @@ import numpy as np
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.trace import FORMAT, stamp
 from electrovib.data.atomic import writing
-from electrovib.data.columns import DAMAGE, Table, check_file, damaged, read_table
+from electrovib.data.columns import DAMAGE, Table, check_file, check_hdf5, damaged, read_table
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -92,6 +92,7 @@ def load_nc(path: Path) -> xarray.Dataset:
 
     check_file(path)
     try:
+        check_hdf5(path)
         with xarray.open_dataset(
             path, engine="h5netcdf", decode_times=False, decode_timedelta=False, mask_and_scale=False
         ) as opened:

@@ -1,1 +1,1 @@
-""""""
+"""For other programs."""

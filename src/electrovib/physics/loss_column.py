@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 
+from electrovib.core.column_unit import column_unit
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.model import Model
 
@@ -61,7 +62,7 @@ class LossFactor(LossColumn):
     noun: ClassVar[str] = "loss factor"
 
     column: str | int = "loss"
-    unit: str = "1"
+    unit: Annotated[str, column_unit("1")] = "1"
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
         """Take the column as it is."""
@@ -75,7 +76,7 @@ class LossTangent(LossColumn):
     noun: ClassVar[str] = "loss tangent"
 
     column: str | int = "loss_tangent"
-    unit: str = "1"
+    unit: Annotated[str, column_unit("1")] = "1"
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
         """Give eps' tan delta."""
@@ -89,7 +90,7 @@ class Conductivity(LossColumn):
     noun: ClassVar[str] = "conductivity"
 
     column: str | int = "conductivity"
-    unit: str = "S/m"
+    unit: Annotated[str, column_unit("S/m")] = "S/m"
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
         """Give sigma/(w eps0)."""
@@ -104,7 +105,7 @@ class Resistivity(LossColumn):
     needs: ClassVar[str] = "above 0"
 
     column: str | int = "resistivity"
-    unit: str = "ohm m"
+    unit: Annotated[str, column_unit("ohm m")] = "ohm m"
 
     def allowed(self, values: Real) -> NDArray[np.bool_]:
         """Tell which values a passive dielectric may have; 0 would be an infinite loss."""

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
+from electrovib.core.column_unit import column_unit, is_unit_of
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.errors import InputError
 from electrovib.core.files import read_columns
@@ -54,28 +55,14 @@ class Tabulated(Material):
 
     example: ClassVar[Mapping[str, Any]] = {
         "frequency_samples": [10, 21.54, 46.42, 100, 215.4, 464.2, 1e3, 2154, 4642, 1e4, 21540, 46420, 1e5],
-        "permittivity_samples": [
-            1270,
-            905.5,
-            580.1,
-            354,
-            219.5,
-            144.5,
-            103.3,
-            80.4,
-            67.49,
-            60.12,
-            55.88,
-            53.43,
-            52,
-        ],
-        "loss_samples": [4186, 2272, 1284, 730.4, 412.2, 231, 129.2, 72.4, 40.7, 23, 13.05, 7.443, 4.262],
+        "permittivity_samples": [1270, 906, 580, 354, 220, 144, 103, 80.4, 67.5, 60.1, 55.9, 53.4, 52],
+        "loss_samples": [4186, 2272, 1284, 730, 412, 231, 129, 72.4, 40.7, 23, 13.1, 7.44, 4.26],
         "conductivity": 2e-6,
     }
 
     file: str = ""
     frequency_column: str | int = "frequency"
-    frequency_unit: str = "Hz"
+    frequency_unit: Annotated[str, column_unit("Hz")] = "Hz"
     permittivity_column: str | int = "permittivity"
     loss: LossColumn = LossFactor()
     conductivity: Annotated[
@@ -94,6 +81,8 @@ class Tabulated(Material):
         try:
             loss = LossColumn.model_validate(default["loss"])
         except ValidationError:  # told when the field itself is read
+            return content
+        if not is_unit_of("Hz", default["frequency_unit"]):
             return content
         wanted = {
             "frequency_samples": (default["frequency_column"], default["frequency_unit"]),
@@ -178,12 +167,12 @@ class Tabulated(Material):
 
     def _loss(self) -> Real:
         frequency, permittivity = self.frequency_samples.values, self.permittivity_samples.values
-        with np.errstate(over="ignore"):  # refused once as not finite
+        with np.errstate(all="ignore"):  # what overflows is refused as not finite
             return self.loss.loss_factor(frequency, permittivity, self.loss_samples.values)
 
     def _conduction(self) -> Real:
         """Give eps'' of the declared conduction at the rows."""
-        with np.errstate(over="ignore", divide="ignore"):
+        with np.errstate(all="ignore"):
             loss: Real = self.conductivity / (2 * np.pi * self.frequency_samples.values * VACUUM_PERMITTIVITY)
         return loss
 

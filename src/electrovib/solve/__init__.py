@@ -1,1 +1,1 @@
-""""""
+"""The scenario, and everything numerical."""

@@ -9,14 +9,19 @@ routine would lose the slow modes against the fast ones.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.physics.circuit import SeriesElement
-from electrovib.physics.debye_sum import DebyeSum
+from electrovib.core.constants import eps0
 from electrovib.solve.secular import Roots, secular_roots
 from electrovib.solve.transfer import Real, Transfer
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from electrovib.physics.circuit import SeriesElement
+    from electrovib.physics.debye_sum import DebyeSum
 
 
 @dataclass(frozen=True)
@@ -126,92 +131,91 @@ def stack_modes(slabs: list[Slab], *, area: float, element: SeriesElement, secon
     Notes
     -----
     E_k T_k = z_k V/Z. Charge Q_k, summed over the interfaces on the plate's side of layer k and put there at
-    time 0, adds z_k (Q_k - sum_j z_j Q_j/Z).
+    time 0, adds z_k (Q_k - sum_j z_j Q_j/Z) to it, and -sum_j z_j Q_j/Z to the current density: the charge
+    then moves into the electrodes at once, which as a jump is not part of the current.
     """
+    expansion = _expand(slabs, area, element, second)
+    nodes, resistance = expansion.nodes, expansion.resistance
+    roots = secular_roots(nodes, expansion.total, resistance) if len(nodes) > 1 or resistance > 0 else None
+    return _assemble(slabs, expansion, roots)
+
+
+@dataclass(frozen=True)
+class _Expansion:
+    """Impedances times area as sums over common nodes, z = sum residue/(s + node) + resistance."""
+
+    nodes: Real
+    layers: Real  # (layers, nodes), of z_k
+    bound: Real  # (layers, nodes), of eps0 eps_pol z_k/T_k: displacement per current
+    total: Real  # (nodes,), of the whole
+    shared: NDArray[np.bool_]  # (nodes,), where more than one part has a pole
+    resistance: float
+
+
+def _expand(slabs: list[Slab], area: float, element: SeriesElement, second: float) -> _Expansion:
     expanded = [slab_impedance(slab) for slab in slabs]
     everything = [rates for rates, _ in expanded]
     if element.elastance > 0:
         everything.append(np.array([element.rate]))
     nodes = np.unique(np.concatenate(everything))
-    layers = np.zeros((len(slabs), len(nodes)))
-    for row, (rates, residues) in zip(layers, expanded, strict=True):
-        row[np.searchsorted(nodes, rates)] = residues
+    layers, bound = np.zeros((2, len(slabs), len(nodes)))
+    for k, (slab, (rates, residues)) in enumerate(zip(slabs, expanded, strict=True)):
+        places = np.searchsorted(nodes, rates)
+        layers[k, places] = residues
+        bound[k, places] = _bound(slab, rates, residues)
     total = layers.sum(axis=0) * (1 + second)
     sharing = np.count_nonzero(layers, axis=0) * (2 if second else 1)
     if element.elastance > 0:
-        total[np.searchsorted(nodes, element.rate)] += area * element.elastance
-        sharing[np.searchsorted(nodes, element.rate)] += 1
-    resistance = area * element.resistance
-    roots = None
-    if len(nodes) > 1 or resistance > 0:
-        roots = secular_roots(nodes, total, resistance)
-    return _assemble(slabs, nodes, layers, total, sharing > 1, resistance, roots)
+        place = np.searchsorted(nodes, element.rate)
+        total[place] += area * element.elastance
+        sharing[place] += 1
+    return _Expansion(nodes, layers, bound, total, sharing > 1, area * element.resistance)
 
 
-def _assemble(
-    slabs: list[Slab],
-    nodes: Real,
-    layers: Real,
-    total: Real,
-    shared: np.ndarray,
-    resistance: float,
-    roots: Roots | None,
-) -> StackModes:
+def _bound(slab: Slab, rates: Real, residues: Real) -> Real:
+    """Residues of displacement per current, all >= 0: eps0 eps_pol rate = conductivity at each rate."""
+    if slab.conductivity > 0:
+        return slab.conductivity * residues / (slab.thickness * rates)
+    return np.where(rates == 0, 1.0, 0.0)  # without conduction the displacement is the charge
+
+
+def _assemble(slabs: list[Slab], expansion: _Expansion, roots: Roots | None) -> StackModes:
+    nodes, shared = expansion.nodes, expansion.shared
     driven = np.zeros(0) if roots is None else roots.values
     slopes = np.zeros(0) if roots is None else roots.slope
     apart = np.zeros((0, len(nodes))) if roots is None else roots.differences()
     rates = np.concatenate([driven, nodes[shared]])
-    idle = np.zeros(int(np.count_nonzero(shared)))
     held = np.concatenate([[0.0], np.cumsum([slab.charge for slab in slabs])[:-1]])  # Q_k
-    drops = -(layers @ (1 / apart).T)  # z_k at the zeros of Z, shape (layers, modes)
-    charged = held @ drops  # sum_j z_j Q_j there
-    trapped = layers[:, shared] * (held[:, None] - (held @ layers[:, shared]) / total[shared])
-    limit = np.zeros(len(slabs)) if resistance > 0 else layers.sum(axis=1) / total.sum()
+    drops = -(expansion.layers @ (1 / apart).T)  # z_k at the zeros of Z, shape (layers, modes)
+    bound = -(expansion.bound @ (1 / apart).T)
+    forced = -1 / slopes  # residues of 1/Z
+    charged = -(held @ drops) * forced  # those of the current that charge leaves behind
+    shares = held @ expansion.layers[:, shared] / expansion.total[shared]
+    limit = expansion.layers.sum(axis=1) / expansion.total.sum() * (expansion.resistance == 0)
     fields, displacements = [], []
     for k, slab in enumerate(slabs):
-        forced = -drops[k] / slopes / slab.thickness
-        free = drops[k] * charged / slopes / slab.thickness
-        free_idle = trapped[k] / slab.thickness
+        idle = held[k] - shares
         direct = float(limit[k]) / slab.thickness
-        fields.append(
-            Transfer(rates, np.append(forced / driven, idle), direct, 0.0, np.append(free, free_idle))
-        )
-        bound = _bound(slab, driven, forced, -1 / slopes)
-        bound_free = np.append(
-            _bound(slab, driven, free, charged / slopes), _bound_idle(slab, nodes[shared], free_idle)
-        )
-        displacements.append(
-            Transfer(rates, np.append(bound / driven, idle), eps0 * slab.debye.high * direct, 0.0, bound_free)
-        )
-    current = _current(rates, nodes, total, resistance, driven, slopes)
+        free = np.append(drops[k] * charged, expansion.layers[k, shared] * idle) / slab.thickness
+        gains = _gains(drops[k] * forced / slab.thickness, rates)
+        fields.append(Transfer(rates, gains, direct, 0.0, free))
+        free = np.append(bound[k] * charged, expansion.bound[k, shared] * idle)
+        gains = _gains(bound[k] * forced, rates)
+        displacements.append(Transfer(rates, gains, eps0 * slab.debye.high * direct, 0.0, free))
+    free = np.append(charged, np.zeros(len(rates) - len(driven)))
+    current = _current(expansion, rates, _gains(forced, rates), free)
     return StackModes(rates, tuple(fields), tuple(displacements), current, len(driven))
 
 
-def _bound(slab: Slab, rates: Real, field: Real, current: Real) -> Real:
-    """Residues of D from those of E and J: D = eps0 eps_pol E = (J - sigma E)/s, whichever cancels less."""
-    conducted = slab.conductivity * field
-    relaxations, strengths = merged_terms(slab.debye)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        polarisation = slab.debye.high + np.sum(
-            strengths * relaxations / (relaxations - rates[:, None]), axis=1
-        )
-        by_field = eps0 * polarisation * field
-    by_current = (conducted - current) / rates
-    return np.where(np.abs(conducted) <= 0.5 * np.abs(current), by_current, by_field)
+def _gains(residues: Real, rates: Real) -> Real:
+    """Divide by the rates of the driven modes; the others are not driven."""
+    return np.append(residues / rates[: len(residues)], np.zeros(len(rates) - len(residues)))
 
 
-def _bound_idle(slab: Slab, rates: Real, field: Real) -> Real:
-    """Residues of D at modes in which no outer current flows: sigma E = rate D there."""
-    static = eps0 * (slab.debye.high + sum(slab.debye.strengths))
-    safe = np.where(rates > 0, rates, 1.0)
-    return np.where(rates > 0, slab.conductivity * field / safe, static * field)
-
-
-def _current(
-    rates: Real, nodes: Real, total: Real, resistance: float, driven: Real, slopes: Real
-) -> Transfer:
-    gains = np.append(-1 / (slopes * driven), np.zeros(len(rates) - len(driven)))
-    if resistance > 0:
-        return Transfer(rates, gains, 1 / resistance)
-    elastance = float(total.sum())
-    return Transfer(rates, gains, float(total @ nodes) / elastance**2, 1 / elastance)
+def _current(expansion: _Expansion, rates: Real, gains: Real, free: Real) -> Transfer:
+    """Give the current density; without resistance it has a part in the drive's rate of change."""
+    if expansion.resistance > 0:
+        return Transfer(rates, gains, 1 / expansion.resistance, 0.0, free)
+    elastance = float(expansion.total.sum())
+    direct = float(expansion.total @ expansion.nodes) / elastance**2
+    return Transfer(rates, gains, direct, 1 / elastance, free)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.parts import Linear, Part, Tones
-from electrovib.solve.transfer import Complex, Real
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from electrovib.physics.drive.base import Drive
+    from electrovib.solve.transfer import Complex, Real
 
 
 def periodic(
@@ -74,13 +78,13 @@ def count_harmonics(drive: Drive) -> int | None:
 
 
 def _is_tones(part: Part) -> bool:
-    return isinstance(part, Tones) or (isinstance(part, Linear) and len(part.times) == 1)
+    return isinstance(part, Tones) or (isinstance(part, Linear) and part.is_step)
 
 
 def _part_spectrum(part: Part, harmonics: int) -> tuple[Real, Complex]:
     if isinstance(part, Tones):
         return part.frequencies, part.amplitudes
-    if isinstance(part, Linear) and len(part.times) == 1:
+    if isinstance(part, Linear) and part.is_step:
         return np.zeros(1), part.after.astype(complex)
     if isinstance(part, Linear) and part.period is not None:
         return _straight_spectrum(part, part.period, harmonics)

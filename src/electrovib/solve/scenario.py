@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError, nearest
@@ -47,7 +47,9 @@ class PeriodicState(InitialState):
 class TimeGrid(Model):
     """When the result is wanted."""
 
-    duration: Annotated[Number | None, Quantity("s", 1e-9, 1e5, "how long; the drive's own length if absent")] = None
+    duration: Annotated[
+        Number | None, Quantity("s", 1e-9, 1e5, "how long; the drive's own length if absent")
+    ] = None
     samples: int | None = None
     initial_state: InitialState = AtRest()
 
@@ -111,7 +113,7 @@ class Scenario(Model):
     time: TimeGrid = TimeGrid()
     frequency: FrequencyGrid = FrequencyGrid()
     limits: Limits = Limits()
-    sources: dict[str, str] = {}
+    sources: dict[str, str] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _law_finds_its_layers(self) -> Self:
@@ -148,10 +150,14 @@ class Scenario(Model):
         kept = {
             path: text
             for path, text in self.sources.items()
-            if not any(path == change or path.startswith(f"{change.removesuffix('.model')}.") for change in changes)
+            if not any(
+                path == change or path.startswith(f"{change.removesuffix('.model')}.") for change in changes
+            )
         }
         paths = [path for path, _, _ in changed.parameters()]
-        theirs = {p: "set by the user" for p in paths if any(p == c or p.startswith(f"{c}.") for c in changes)}
+        theirs = {
+            p: "set by the user" for p in paths if any(p == c or p.startswith(f"{c}.") for c in changes)
+        }
         return changed.model_copy(update={"sources": kept | theirs})
 
     def to_json(self) -> str:
@@ -186,7 +192,9 @@ def load(source: str | Path | Mapping[str, Any], *, changes: Mapping[str, Any] |
         path = Path(source)
         if path.suffix in {".nc", ".csv", ".mat"}:
             return _load_trace(path)
-        scenario = _load_toml(path) if path.suffix == ".toml" or path.exists() else paper_scenario(str(source))
+        scenario = (
+            _load_toml(path) if path.suffix == ".toml" or path.exists() else paper_scenario(str(source))
+        )
     return scenario.replace(changes) if changes else scenario
 
 
@@ -233,7 +241,9 @@ def _load_toml(path: Path) -> Scenario:
     try:
         text = path.read_text(encoding="utf-8")
     except OSError as error:
-        raise InputError(f"{path}: {error.strerror or error}. Give a .toml file or a paper, for instance {DEFAULT}") from None
+        raise InputError(
+            f"{path}: {error.strerror or error}. Give a .toml file or a paper, for instance {DEFAULT}"
+        ) from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file; a scenario is TOML") from None
     if not text.strip():
@@ -249,7 +259,9 @@ def _load_toml(path: Path) -> Scenario:
 def _without_schema(content: dict[str, Any]) -> dict[str, Any]:
     schema = content.pop("schema", None)
     if schema != SCHEMA:
-        raise InputError(f"schema = {schema!r}: this version reads 'schema = {SCHEMA}'; write it as the first line")
+        raise InputError(
+            f"schema = {schema!r}: this version reads 'schema = {SCHEMA}'; write it as the first line"
+        )
     return content
 
 

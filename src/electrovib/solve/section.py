@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.physics.circuit import SeriesElement
-from electrovib.physics.debye_sum import DebyeSum
-from electrovib.physics.material import Material
-from electrovib.physics.stack import Layer
+from electrovib.core.constants import eps0
 from electrovib.solve.inverse_root import inverse_root_thickness
 from electrovib.solve.modes import Slab, StackModes, stack_modes
-from electrovib.solve.transfer import Complex, Real, Transfer
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from electrovib.physics.circuit import SeriesElement
+    from electrovib.physics.debye_sum import DebyeSum
+    from electrovib.physics.material import Material
+    from electrovib.physics.stack import Layer
+    from electrovib.solve.transfer import Complex, Real, Transfer
 
 
 @dataclass(frozen=True)

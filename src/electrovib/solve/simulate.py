@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -50,7 +51,11 @@ def phasors(scenario: Scenario, frequency: Real) -> PhasorSection:
     """Give the scenario's stack at these frequencies [Hz], exact for the materials as declared."""
     around = Surroundings.of(scenario)
     return phasor_section(
-        scenario.stack.layers, area=around.area, element=around.element, second=around.second, frequency=frequency
+        scenario.stack.layers,
+        area=around.area,
+        element=around.element,
+        second=around.second,
+        frequency=frequency,
     )
 
 
@@ -113,16 +118,18 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
         **_over_frequency(scenario, at_frequency),
     }
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in _lamps(scenario, variables)])
-    coordinates = {"time": times, "frequency": frequency, "layer": np.array(list(section.layers), dtype=object)}
+    coordinates = {
+        "time": times,
+        "frequency": frequency,
+        "layer": np.array(list(section.layers), dtype=object),
+    }
     return make_trace(variables, coordinates, attributes)
 
 
 def _provenance(scenario: Scenario) -> dict[str, Any]:
-    from electrovib import __version__
-
     return {
         "title": scenario.title,
-        "electrovib": __version__,
+        "electrovib": version("electrovib"),
         "scenario": scenario.to_json(),
         "scenario_hash": scenario.digest(),
         "dropped_samples": getattr(scenario.drive, "dropped", 0),
@@ -140,7 +147,9 @@ def _linear_quantities(scenario: Scenario, section: ModalSection) -> dict[str, T
     return wanted
 
 
-def _over_time(scenario: Scenario, section: ModalSection, times: Real) -> tuple[dict[str, Any], dict[str, Any]]:
+def _over_time(
+    scenario: Scenario, section: ModalSection, times: Real
+) -> tuple[dict[str, Any], dict[str, Any]]:
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     law = scenario.force
     amplitudes: dict[str, Transfer] = law.amplitudes(section)
@@ -192,7 +201,9 @@ def _force(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
     return np.asarray(total)
 
 
-def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> tuple[dict[str, Any], dict[str, Any]]:
+def _one_sine(
+    scenario: Scenario, section: ModalSection, times: Real
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """Steady state under one sine by magnitudes, for a law without a time-domain form."""
     law, drive = scenario.force, scenario.drive
     settled = isinstance(scenario.time.initial_state, PeriodicState)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import functools
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from electrovib.physics.drive.parts import Smooth
-from electrovib.solve.transfer import Real
+if TYPE_CHECKING:
+    from electrovib.physics.drive.parts import Smooth
+    from electrovib.solve.transfer import Real
 
 DEGREE = 6
 RADIANS_PER_STEP = 0.3
@@ -58,7 +63,7 @@ def _grid(part: Smooth, times: Real) -> Real:
     ends = ends[(ends >= 0) & (ends <= times[-1])]
     longest = RADIANS_PER_STEP / (2 * np.pi * part.highest_frequency)
     pieces = [ends[:1]]
-    for first, last in zip(ends[:-1], ends[1:], strict=True):
+    for first, last in pairwise(ends):
         count = max(1, int(np.ceil((last - first) / longest)))
         pieces.append(np.append(first + (last - first) * np.arange(1, count) / count, last))
     return np.concatenate(pieces)
@@ -74,14 +79,20 @@ def _weights(z: Real) -> tuple[Real, Real]:
     """
     moments = np.empty((len(z), DEGREE + 1))
     small = z < 16
-    points, gauss = np.polynomial.legendre.leggauss(32)
-    s = (points + 1) / 2
-    kernel = np.exp(-z[small, None] * (1 - s)) * z[small, None] * gauss / 2
-    moments[small] = kernel @ s[:, None] ** np.arange(DEGREE + 1)
+    s, gauss, powers, to_values = _rules()
+    moments[small] = (np.exp(-z[small, None] * (1 - s)) * z[small, None] * gauss) @ powers
     fast = z[~small]
     moment = -np.expm1(-fast)
     for k in range(DEGREE + 1):
         moment = moment if k == 0 else 1 - k * moment / fast
         moments[~small, k] = moment
-    powers = (np.arange(DEGREE + 1) / DEGREE)[:, None] ** np.arange(DEGREE + 1)
-    return np.exp(-z), moments @ np.linalg.inv(powers)
+    return np.exp(-z), moments @ to_values
+
+
+@functools.cache
+def _rules() -> tuple[Real, Real, Real, Real]:
+    """Gauss points and weights on 0 to 1, powers of the points, and coefficients from values at the nodes."""
+    points, gauss = np.polynomial.legendre.leggauss(32)
+    s, orders = (points + 1) / 2, np.arange(DEGREE + 1)
+    to_values = np.asarray(np.linalg.inv((orders / DEGREE)[:, None] ** orders), float)
+    return s, gauss / 2, s[:, None] ** orders, to_values

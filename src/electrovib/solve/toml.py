@@ -49,7 +49,7 @@ def _table(model: Model) -> Any:
         table.add("model", tomlkit.item(type(model).__name__))
     nested = []
     for name, value in model:
-        if value is None or isinstance(value, Samples) and _field(model, "file"):
+        if value is None or (isinstance(value, Samples) and _field(model, "file")):
             continue
         if isinstance(value, Model):
             nested.append((name, value))

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.parts import Linear, Part, Smooth, Tones
 from electrovib.solve.recursion import hold_weights, march
 from electrovib.solve.smooth import smooth_states
-from electrovib.solve.transfer import Complex, Real, Transfer
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.physics.drive.base import Drive
+    from electrovib.solve.transfer import Complex, Real, Transfer
 
 CHUNK = 1 << 16
 """States held at once, so that a million samples need no gigabyte."""
 MANY_SAMPLES = 20_000
 """From here on the block scan is faster than the closed form of each segment."""
+ROUNDING = 8 * float(np.finfo(float).eps)
+"""How far, over the last time, a grid may be off and still count as even."""
 
 
 def transient(
@@ -64,7 +70,7 @@ def transient(
         active = np.any(gains != 0, axis=0) & (rates > 0)
         if np.any(active):
             for part in drive.parts():
-                modal += _part_response(part, rates[active], gains[:, active], time, drive, settled=settled)
+                modal += _part_response(part, rates[active], gains[:, active], time, settled=settled)
         kept = free * (rates == 0) if settled else free  # only trapped charge outlasts for ever
         if np.any(kept):
             modal += kept @ np.exp(-np.outer(rates, time))
@@ -89,23 +95,17 @@ def _groups(transfers: Mapping[str, Transfer]) -> list[tuple[list[str], Real]]:
 
 
 def _is_steady(drive: Drive) -> bool:
-    return all(_is_step(part) for part in drive.parts())
+    return all(isinstance(part, Linear) and part.is_step for part in drive.parts())
 
 
-def _is_step(part: Part) -> bool:
-    return isinstance(part, Linear) and len(part.times) == 1
-
-
-def _part_response(part: Part, rates: Real, gains: Real, time: Real, drive: Drive, *, settled: bool) -> Real:
+def _part_response(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
     if isinstance(part, Tones):
         return _tones(part, rates, gains, time, settled=settled)
     if isinstance(part, Smooth):
         return gains @ smooth_states(part, rates, time)
-    if settled and _is_step(part):
+    if settled and part.is_step:
         return np.outer(gains.sum(axis=1), np.full(len(time), part.after[0]))
     start = periodic_state(part, rates) if settled else np.zeros(len(rates))
-    if settled and drive.period is None:
-        raise AssertionError("a settled drive has a period")
     return straight_response(part, rates, gains, time, start)
 
 
@@ -125,7 +125,7 @@ def periodic_state(part: Linear, rates: Real) -> Real:
 
 def _break_states(part: Linear, rates: Real, state: Real) -> Real:
     """States at the breaks, shape (modes, breaks)."""
-    if len(part.times) == 1:
+    if part.is_step:
         return state[:, None]
     identity = np.eye(len(rates))
     steps = np.diff(part.times)
@@ -162,14 +162,13 @@ def straight_response(part: Linear, rates: Real, gains: Real, time: Real, state:
         output, _ = march(-rates, gains, zero, after[:-1], before[1:], even, state)
         return output
     states = _break_states(pieces, rates, state)
-    index = np.clip(np.searchsorted(pieces.times, time, side="right") - 1, 0, len(pieces.times) - 1)
+    index, elapsed = pieces.locate(time)
     now = pieces.value(time)
     result = np.empty((len(gains), len(time)))
     length = max(1, CHUNK // len(rates))
     for first in range(0, len(time), length):
         piece = slice(first, first + length)
-        elapsed = time[piece] - pieces.times[index[piece]]
-        decay, begin, end = hold_weights(-rates[:, None] * elapsed)
+        decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
         began = pieces.after[index[piece]]
         result[:, piece] = gains @ (decay * states[:, index[piece]] + begin * began + end * now[piece])
     return result
@@ -179,11 +178,12 @@ def _even_step(part: Linear, time: Real) -> float | None:
     """Give the step of an even grid that begins at 0 and holds every break, if there are many samples."""
     if len(time) < MANY_SAMPLES or time[0] != 0:
         return None
-    step = float(time[-1]) / (len(time) - 1)
-    places = part.times[part.times <= time[-1]] / step
-    on_grid = np.all(np.abs(places - np.round(places)) < 1e-9 * np.maximum(places, 1))
-    even = np.all(np.abs(np.diff(time) / step - 1) < 1e-6)
-    return step if on_grid and even else None
+    end = float(time[-1])
+    step, rounding = end / (len(time) - 1), ROUNDING * end
+    breaks = part.times[part.times <= end + rounding]
+    off = np.max(np.abs(breaks - step * np.round(breaks / step)))
+    uneven = np.max(np.abs(time - step * np.arange(len(time))))
+    return step if max(off, uneven) <= rounding else None
 
 
 def _sides(part: Linear, time: Real) -> tuple[Real, Real]:
@@ -191,7 +191,7 @@ def _sides(part: Linear, time: Real) -> tuple[Real, Real]:
     step = float(time[-1]) / (len(time) - 1)
     after = part.value(time)
     before = after.copy()
-    inside = part.times <= time[-1] * (1 + 1e-12)
+    inside = part.times <= time[-1] * (1 + ROUNDING)
     places = np.round(part.times[inside] / step).astype(int)
     before[places], after[places] = part.before[inside], part.after[inside]
     return before, after
@@ -200,7 +200,7 @@ def _sides(part: Linear, time: Real) -> tuple[Real, Real]:
 def _tones(part: Tones, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
     """Steady state of each tone, minus what it had to be at the switching times, decaying since."""
     angular = 2 * np.pi * part.frequencies
-    response = rates[:, None] / (rates[:, None] + 1j * angular)  # of each mode to each tone
+    response = np.asarray(rates[:, None] / (rates[:, None] + 1j * angular), complex)  # of mode to tone
     steady = np.zeros((len(gains), len(time)))
     start = part.start if settled and np.isinf(part.start) else max(part.start, 0.0)
     on = (time >= start) & (time < part.stop)

@@ -1,1 +1,1 @@
-""""""
+"""Many scenarios."""

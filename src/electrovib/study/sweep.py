@@ -67,7 +67,9 @@ def _parse_one(scenario: Scenario, text: str) -> tuple[str, Real]:
     path, count = match[1].strip(), int(match[4])
     quantity = quantity_at(scenario, path)
     if path.startswith(("time.", "frequency.")):
-        raise InputError(f"--over {path}: the grids of time and frequency are common to all values; use --set")
+        raise InputError(
+            f"--over {path}: the grids of time and frequency are common to all values; use --set"
+        )
     if not 2 <= count <= 10**5:
         raise InputError(f"--over {text}: n must be a whole number from 2 to 100000")
     ends = []
@@ -78,7 +80,8 @@ def _parse_one(scenario: Scenario, text: str) -> tuple[str, Real]:
             raise InputError(f"--over {path}: '{end}': {expected(quantity.unit)}") from None
     if match[5] and min(ends) <= 0:
         raise InputError(f"--over {text}: a logarithmic range needs both ends above 0")
-    return path, np.geomspace(*ends, count) if match[5] else np.linspace(*ends, count)
+    spacing = np.geomspace if match[5] else np.linspace
+    return path, spacing(ends[0], ends[1], count)
 
 
 def sweep(

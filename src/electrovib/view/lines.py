@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -34,9 +34,11 @@ class Line:
     x, y : ndarray, shape (n,)
         SI; y may be complex.
     label : str
-        For the legend; empty where there is nothing to tell apart.
+        What its colour stands for; empty where there is nothing to tell apart.
     colour : str
         Hexadecimal.
+    kind : str
+        What its dash stands for; empty where all dashes are alike.
     dash : str or tuple
         As matplotlib takes it.
     """
@@ -45,7 +47,8 @@ class Line:
     y: NDArray[Any]
     label: str
     colour: str
-    dash: Any
+    kind: str = ""
+    dash: Any = "-"
 
 
 def labelled(traces: Traces) -> dict[str, xarray.Dataset]:
@@ -108,11 +111,11 @@ def lines(traces: Traces, name: str, along: str) -> list[Line]:
     if not arrays:
         have = sorted({str(found) for trace in known.values() for found in trace.data_vars})
         raise InputError(f"no Trace has the signal '{name}'. There are: {', '.join(have) or 'none'}.")
-    return lines_of(arrays, along, units={label: swept_units(known[label]) for label in arrays})
+    return lines_of(arrays, along, known)
 
 
 def lines_of(
-    arrays: Mapping[str, xarray.DataArray], along: str, *, units: Mapping[str, Mapping[str, str]]
+    arrays: Mapping[str, xarray.DataArray], along: str, known: Mapping[str, xarray.Dataset]
 ) -> list[Line]:
     """Find the lines of labelled arrays, as `lines` does for a signal.
 
@@ -122,8 +125,8 @@ def lines_of(
         Label to values over `along`, and over layers and swept paths where there are any.
     along : str
         Dimension of the horizontal axis.
-    units : mapping of str to mapping
-        Label to unit of each swept path.
+    known : mapping of str to Trace
+        All Traces of the plot, by label: a Trace keeps its colour where another has nothing to show.
 
     Returns
     -------
@@ -131,22 +134,24 @@ def lines_of(
         In the order of the arrays.
     """
     found: list[Line] = []
-    for number, (label, array) in enumerate(arrays.items()):
-        alone = len(arrays) == 1
+    labels = list(known)
+    for label, array in arrays.items():
         paths = [str(dim) for dim in array.dims if dim not in _AXES]
-        layered = "layer" in array.dims
-        names = [str(value) for value in array["layer"].values] if layered else [""]
-        ordered = array.transpose(*paths, *(["layer"] if layered else []), along)
-        x = np.asarray(ordered[along].values, dtype=float)
-        chosen = _chosen([ordered.sizes[path] for path in paths], most=MOST_LINES // len(names))
+        names = [str(value) for value in array["layer"].values] if "layer" in array.dims else []
+        ordered = array.transpose(*paths, *(["layer"] if names else []), along)
+        units = swept_units(known[label])
+        most = MOST_LINES // max(1, len(names)) // len(labels)
+        chosen = _chosen([ordered.sizes[path] for path in paths], most=most)
         for order, pick in enumerate(chosen):
-            words = [] if alone else [label]
-            words += [_words(ordered, path, place, units[label]) for path, place in zip(paths, pick, strict=True)]
-            for layer, name in enumerate(names):
-                y = np.asarray(ordered.values[(*pick, layer) if layered else pick])
-                place = _Place(None if alone else number, order if paths else None, len(chosen), layer, names)
-                parts = [*words, _readable(name)] if layered else words
-                found.append(Line(x, y, ", ".join(parts), *_look(place)))
+            value = ", ".join(_words(ordered, path, at, units) for path, at in zip(paths, pick, strict=True))
+            for layer, name in enumerate(names or [""]):
+                looks = _looks(
+                    trace=(label, labels.index(label)) if len(labels) > 1 else None,
+                    value=(value, order, len(chosen)) if paths else None,
+                    layer=(name, layer, names) if names else None,
+                )
+                y = np.asarray(ordered.values[(*pick, layer) if names else pick])
+                found.append(Line(np.asarray(ordered[along].values, dtype=float), y, *looks))
     return found
 
 
@@ -157,34 +162,39 @@ def _chosen(sizes: list[int], *, most: int) -> list[tuple[int, ...]]:
     return [combinations[place] for place in np.unique(even)]
 
 
-@dataclass(frozen=True)
-class _Place:
-    """Where a line stands among the others: which Trace, which swept value of how many, which layer."""
-
-    trace: int | None
-    value: int | None
-    values: int
-    layer: int
-    layers: list[str]
-
-
-def _look(place: _Place) -> tuple[str, Any]:
-    """Choose colour and dash."""
-    if place.trace is not None:
-        inner = place.layer if place.value is None else place.value
-        return COLOURS[place.trace % len(COLOURS)], DASHES[inner % len(DASHES)]
-    if place.value is not None:
-        return sequence(place.values)[place.value], DASHES[place.layer % len(DASHES)]
-    if place.layers != [""]:
-        return layer_colours(place.layers)[place.layers[place.layer]], "-"
-    return COLOURS[0], "-"
+def _looks(
+    *,
+    trace: tuple[str, int] | None,
+    value: tuple[str, int, int] | None,
+    layer: tuple[str, int, list[str]] | None,
+) -> tuple[str, str, str, Any]:
+    """Choose what colour and dash stand for: the first of Trace, swept value and layer takes the colour."""
+    keys: list[tuple[str, str, int]] = []
+    if trace is not None:
+        keys.append((trace[0], COLOURS[trace[1] % len(COLOURS)], trace[1]))
+    if value is not None:
+        keys.append((value[0], sequence(value[2])[value[1]], value[1]))
+    if layer is not None:
+        keys.append((_readable(layer[0]), layer_colours(layer[2])[layer[0]], layer[1]))
+    if not keys:
+        return "", COLOURS[0], "", "-"
+    words, colour, _ = keys[0]
+    kind = ", ".join(key[0] for key in keys[1:])
+    order = sum(key[2] for key in keys[1:])
+    return words, colour, kind, DASHES[order % len(DASHES)]
 
 
 def _words(array: xarray.DataArray, path: str, place: int, units: Mapping[str, str]) -> str:
     """Write one value of a swept path."""
     value = array[path].values[place] if path in array.coords else place
-    number = isinstance(value, (int, float, np.integer, np.floating))
-    return f"{path} = {pretty_quantity(float(value), units.get(path, ''), digits=4) if number else value}"
+    return f"{path} = {shown_value(value, units.get(path, ''))}"
+
+
+def shown_value(value: object, unit: str) -> str:
+    """Write a value of a sweep: a number with its unit, or a word."""
+    if isinstance(value, (int, float, np.integer, np.floating)):
+        return pretty_quantity(float(value), unit, digits=4)
+    return str(value)
 
 
 def _readable(name: str) -> str:
@@ -211,7 +221,12 @@ def swept_units(trace: xarray.Dataset) -> dict[str, str]:
     return found
 
 
-def total_lines(traces: Traces, name: str) -> int:
+def signals(traces: Traces, name: str) -> list[xarray.DataArray]:
+    """Give one signal of all Traces that have it."""
+    return [trace[name] for trace in labelled(traces).values() if name in trace]
+
+
+def total_lines(arrays: Iterable[xarray.DataArray]) -> int:
     """Count the lines there would be if every value of a sweep were drawn."""
-    arrays = [trace[name] for trace in labelled(traces).values() if name in trace]
-    return sum(math.prod(size for dim, size in array.sizes.items() if dim not in {"time", "frequency"}) for array in arrays)
+    flat = {"time", "frequency"}
+    return sum(math.prod(size for dim, size in array.sizes.items() if dim not in flat) for array in arrays)

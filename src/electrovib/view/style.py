@@ -48,6 +48,8 @@ _RULES: Final[dict[str, Any]] = {
     "lines.linewidth": 1.4,
     "lines.solid_capstyle": "butt",
     "figure.constrained_layout.use": True,
+    "figure.constrained_layout.wspace": 0.04,
+    "figure.constrained_layout.hspace": 0.07,
     "figure.dpi": 100.0,
     "savefig.dpi": 150.0,
     "path.simplify": True,

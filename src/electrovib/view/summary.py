@@ -4,26 +4,24 @@ from __future__ import annotations
 
 import json
 import platform
+import re
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.core.samples import Samples
 from electrovib.core.signals import signal
-from electrovib.view.lines import swept_paths, swept_units
+from electrovib.view.lines import shown_value, swept_paths, swept_units
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import xarray
 
     from electrovib.solve.scenario import Scenario
 
 PARTS: Final = ("electrovib", "numpy", "scipy", "xarray", "pydantic", "matplotlib")
-_TOLD_ELSEWHERE: Final = frozenset({"format", "title", "scenario", "lamps"})
+_TOLD_ELSEWHERE: Final = frozenset({"format", "title", "scenario", "lamps", "over"})
 _WORDS: Final = {
     "electrovib": "computed by electrovib",
     "scenario_hash": "hash of the scenario",
@@ -118,11 +116,8 @@ def swept_texts(trace: xarray.Dataset) -> dict[str, str]:
     texts = {}
     for path in swept_paths(trace):
         values = trace[path].values
-        ends = [
-            pretty_quantity(float(value), units.get(path, ""), digits=4) if np.issubdtype(values.dtype, np.number) else str(value)
-            for value in (values[0], values[-1])
-        ]
-        texts[path] = f"{ends[0]} … {ends[1]} ({len(values)} values)"
+        first, last = (shown_value(value, units.get(path, "")) for value in (values[0], values[-1]))
+        texts[path] = f"{first} … {last} ({len(values)} values)"
     return texts
 
 
@@ -150,10 +145,7 @@ def versions() -> dict[str, str]:
 
 
 def scenario_text(scenario: Scenario) -> str:
-    """Write a scenario as indented JSON; measured samples stand as their number."""
+    """Write a scenario as the TOML file that repeats it; long packed samples are cut out."""
+    from electrovib.solve.toml import to_toml
 
-    def plain(value: Any) -> str:
-        return f"{len(value)} samples, left out here" if isinstance(value, Samples) else str(value)
-
-    content: Mapping[str, Any] = {"schema": 1} | scenario.to_dict()
-    return json.dumps(content, indent=2, default=plain, ensure_ascii=False)
+    return re.sub(r'"zlib\+base64:[^"]{80,}"', '"(measured samples, left out here)"', to_toml(scenario))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -47,13 +48,14 @@ class ParameterRow:
 
 @dataclass(frozen=True)
 class ModelRow:
-    """One model chosen in a scenario: where, which, what it says of itself."""
+    """One model chosen in a scenario: where it stands, which it is, and what it says of itself."""
 
     path: str
     name: str
     meaning: str
     facts: tuple[str, ...]
     equations: tuple[str, ...]
+    notes: str
     reference: str
 
 
@@ -76,16 +78,27 @@ def parameter_rows(scenarios: Mapping[str, Scenario], swept: Mapping[str, Mappin
     meanings: dict[str, str] = {}
     for label, scenario in scenarios.items():
         for path, value, quantity in scenario.parameters():
-            shown = swept.get(label, {}).get(path) or pretty_quantity(value, quantity.unit, digits=8)
+            shown = swept.get(label, {}).get(path) or pretty_quantity(value, quantity.unit, digits=6)
             source = "swept" if path in swept.get(label, {}) else source_of(scenario, path, value)
             found.setdefault(path, {})[label] = (shown, source)
             meanings.setdefault(path, quantity.doc)
-    rows = []
+    rows = _model_choices(scenarios)
     for path, by_label in found.items():
         values = tuple(by_label.get(label, ("–", ""))[0] for label in scenarios)
         sources = tuple(dict.fromkeys(source for _, source in by_label.values()))
         rows.append(ParameterRow(path, values, meanings[path], sources))
     return rows
+
+
+def _model_choices(scenarios: Mapping[str, Scenario]) -> list[ParameterRow]:
+    """Write as rows where the scenarios choose different models."""
+    chosen = [{row.path: row.name for row in model_rows(scenario)} for scenario in scenarios.values()]
+    paths = dict.fromkeys(path for names in chosen for path in names)
+    rows = [
+        ParameterRow(f"{path}.model", tuple(names.get(path, "–") for names in chosen), "which model", ())
+        for path in paths
+    ]
+    return [row for row in rows if row.differs]
 
 
 def source_of(scenario: Scenario, path: str, value: float | None) -> str:
@@ -128,8 +141,9 @@ def model_rows(scenario: Scenario) -> list[ModelRow]:
         facts = [f"evaluated at the plane: {kind.plane}"] if hasattr(kind, "plane") else []
         facts += [f"known from: {kind.status}"] if kind.status else []
         equations = tuple(f"{name} = {readable_equation(text)}" for name, text in kind.equation.items())
-        meaning = (kind.__doc__ or "").strip().partition("\n")[0]
-        rows.append(ModelRow(path, kind.__name__, meaning, tuple(facts), equations, kind.reference))
+        meaning, _, rest = inspect.cleandoc(kind.__doc__ or "").partition("\n")
+        notes = " ".join(rest.partition("Notes\n-----\n")[2].replace("``", "").split())
+        rows.append(ModelRow(path, kind.__name__, meaning, tuple(facts), equations, notes, kind.reference))
     return rows
 
 

@@ -50,6 +50,13 @@ def pretty_quantity(value: float | None, unit: str, *, digits: int = 6) -> str:
     return f"{number} {pretty_unit(symbol)}".strip() if symbol else number
 
 
+def typeset(text: str) -> str:
+    """Write the units inside a sentence with their proper letters: ``250 uA`` as 250 µA, ``V^2`` as V²."""
+    text = re.sub(r"(?<=\d )u(?=(?:[AVFCNSms]|ohm)(?:\b|/))", "µ", text)
+    text = re.sub(r"(?<=\d )([kMGTmµ]?)ohm\b", r"\1Ω", text)
+    return re.sub(r"(?<=\w)\^2\b", "²", text)
+
+
 def prefix_for(largest: float, unit: str) -> tuple[str, float]:
     """Choose the prefix under which the largest number of an axis lies from 1 to 1000.
 

@@ -6,6 +6,7 @@ import sys
 
 import typer
 
+from electrovib.apps.cli import init, report, reproduce, run, version
 from electrovib.core.errors import ElectrovibError, InputError
 
 app = typer.Typer(
@@ -18,12 +19,12 @@ app = typer.Typer(
 )
 
 
+for _command in (run, report, reproduce, init, version):
+    _command.register(app)
+
+
 def main() -> None:
     """Run the command line; a user's mistake gives one line each and exit code 2."""
-    from electrovib.apps.cli import init, report, reproduce, run, version
-
-    for module in (run, report, reproduce, init, version):
-        module.register(app)
     try:
         app()
     except InputError as error:

@@ -16,7 +16,8 @@ def command(
     paper: Annotated[str, typer.Argument(help="author_year")] = "vezzoli_2014",
     output: Annotated[str, typer.Option("--output", "-o", help="Folder to write to.")] = "reproduction",
     skin: Annotated[
-        str | None, typer.Option(help="A table of your own skin: frequency, permittivity, resistivity (.csv).")
+        str | None,
+        typer.Option(help="A table of your own skin: frequency, permittivity, resistivity (.csv)."),
     ] = None,
 ) -> None:
     """Compute everything a paper states: report.html, numbers.json and figures."""

@@ -16,7 +16,10 @@ def register(app: typer.Typer) -> None:
 
 def command(
     scenario: Annotated[
-        str, typer.Argument(help="A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace to repeat.")
+        str,
+        typer.Argument(
+            help="A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace to repeat."
+        ),
     ] = "vezzoli_2014/fig6",
     changes: Annotated[
         list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a parameter; repeatable.")
@@ -68,10 +71,16 @@ def summary(trace: Any, output: str | None, report: str | None) -> list[str]:
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
     for name in ("electrostatic_force", "lateral_force"):
-        low, high = (format_quantity(float(edge), "N", digits=4) for edge in (trace[name].min(), trace[name].max()))
+        low, high = (
+            format_quantity(float(edge), "N", digits=4) for edge in (trace[name].min(), trace[name].max())
+        )
         lines.append(f"{name.replace('_', ' ')}: {low} to {high}")
     lines.append(f"solver: {trace.attrs['solver']} ({trace.attrs['solver_reason']})")
-    lines += [f"{lamp['state']}: {lamp['text']}" for lamp in json.loads(trace.attrs["lamps"]) if lamp["state"] == "warning"]
+    lines += [
+        f"{lamp['state']}: {lamp['text']}"
+        for lamp in json.loads(trace.attrs["lamps"])
+        if lamp["state"] == "warning"
+    ]
     if trace.attrs["dropped_samples"]:
         lines.append(f"warning: {trace.attrs['dropped_samples']} samples of the drive were dropped")
     return lines + [f"written: {path}" for path in (output, report) if path]

@@ -24,7 +24,9 @@ def _show(wanted: bool) -> None:
 def command(
     version: Annotated[
         bool,
-        typer.Option("--version", help="Show the versions of electrovib and its parts.", callback=_show, is_eager=True),
+        typer.Option(
+            "--version", help="Show the versions of electrovib and its parts.", callback=_show, is_eager=True
+        ),
     ] = False,
 ) -> None:
     """Electrovibration: the force between a finger and a charged plate, from drive voltage to friction."""

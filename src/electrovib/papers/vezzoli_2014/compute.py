@@ -69,7 +69,14 @@ def peak_force(scenario: Scenario, *, ramp: float) -> float:
 def ramp_for(scenario: Scenario, force: float) -> float:
     """Ramp time that gives this peak force [s]."""
     return float(
-        np.exp(brentq(lambda x: np.log(peak_force(scenario, ramp=np.exp(x)) / force), np.log(1e-6), np.log(30.0), xtol=1e-4))
+        np.exp(
+            brentq(
+                lambda x: np.log(peak_force(scenario, ramp=np.exp(x)) / force),
+                np.log(1e-6),
+                np.log(30.0),
+                xtol=1e-4,
+            )
+        )
     )
 
 
@@ -110,7 +117,9 @@ def floating_factor(scenario: Scenario, capacitance: float) -> float:
     """Static attraction with the body floating over that with the body grounded."""
     static = scenario.replace(
         {"drive": {"model": "Constant", "level": 1.0}, "force.model": "EffectiveMediumPlane"}
-    ).replace({"stack.stratum_corneum.material": {"model": "Constant", "permittivity": values.SKIN_PERMITTIVITY}})
+    ).replace(
+        {"stack.stratum_corneum.material": {"model": "Constant", "permittivity": values.SKIN_PERMITTIVITY}}
+    )
     time = np.array([0.0, 1e-3])
     afloat = static.replace({"circuit.return_path": {"model": "Floating", "capacitance": capacitance}})
     forces = [float(simulate(case, time=time).electrostatic_force[-1]) for case in (afloat, static)]
@@ -156,7 +165,9 @@ def thickness_spread() -> dict[str, tuple[float, float]]:
     """Force at full voltage for skins of 100 and 400 um, under law (1) and in the gap [N]."""
     found = {}
     for name, law in (("law (1)", "EffectiveMediumPlane"), ("gap plane", "GapPlane")):
-        base = scenarios()["fig6_static"].replace({"force.model": law, "drive": {"model": "Constant", "level": 1000.0}})
+        base = scenarios()["fig6_static"].replace(
+            {"force.model": law, "drive": {"model": "Constant", "level": 1000.0}}
+        )
         base = base.replace({"stack.stratum_corneum.material.conductivity": 0.0})
         cases = [base.replace({"stack.stratum_corneum.thickness": t}) for t in (100e-6, 400e-6)]
         thin, thick = (float(simulate(c, time=np.array([0.0, 1e-3])).electrostatic_force[-1]) for c in cases)

@@ -17,7 +17,14 @@ SHOWN = ("paper point", "palmar men 2 uS", "palmar men 20 uS", "1963 impedance",
 
 def panels(own: Material | None) -> tuple[Panel, ...]:
     """Give all figures; `own` is a user's skin, drawn beside the published ones."""
-    return (figure_2(), figure_4(own), figure_6(), figure_6_ramps(), figure_7_skins(own), figure_7_thickness())
+    return (
+        figure_2(),
+        figure_4(own),
+        figure_6(),
+        figure_6_ramps(),
+        figure_7_skins(own),
+        figure_7_thickness(),
+    )
 
 
 def figure_2() -> Panel:
@@ -48,10 +55,18 @@ def figure_4(own: Material | None) -> Panel:
     frequency = np.geomspace(10.0, 1e6, 201)
     skins = compute.all_skins()
     taus = {
-        key: time_constant(skin.material, frequency) for key, skin in skins.items() if key != "vezzoli_2014/point"
+        key: time_constant(skin.material, frequency)
+        for key, skin in skins.items()
+        if key != "vezzoli_2014/point"
     }
     curves = [
-        Curve("all cited sets", frequency, np.min([*taus.values()], axis=0), np.max([*taus.values()], axis=0), "band")
+        Curve(
+            "all cited sets",
+            frequency,
+            np.min([*taus.values()], axis=0),
+            np.max([*taus.values()], axis=0),
+            "band",
+        )
     ]
     for key, skin in skins.items():
         if skin.name in SHOWN and key != "vezzoli_2014/point":
@@ -88,7 +103,10 @@ def figure_6() -> Panel:
     }
     skins = compute.force_skins()
     for name in SHOWN[1:4]:
-        cases[f"dispersive causal, {name}"] = (compute.with_skin(scenarios()["fig6"], skins[name].material), "line")
+        cases[f"dispersive causal, {name}"] = (
+            compute.with_skin(scenarios()["fig6"], skins[name].material),
+            "line",
+        )
     curves = []
     for label, (scenario, kind) in cases.items():
         trace = simulate(scenario)

@@ -120,7 +120,7 @@ def _trapezium() -> tuple[Row, ...]:
     residuals = [
         compute.causality_residual(skin.material)
         for name, skin in compute.force_skins().items()
-        if name.startswith(("palmar", "1963"))
+        if name.startswith(("palmar", "1963", "Gabriel wet"))
     ]
     return (
         Row("trapezium_force", "peak force under a 0 to 1000 V trapezium", 2.5, _range(force), "mN", "open",
@@ -147,7 +147,9 @@ def values_in_mn() -> tuple[float, float]:
 
 
 def _figure_7() -> tuple[Row, ...]:
-    measured = {name: compute.rise_and_saturation(skin.material) for name, skin in compute.force_skins().items()}
+    measured = {
+        name: compute.rise_and_saturation(skin.material) for name, skin in compute.force_skins().items()
+    }
     rise = {name: value[0] for name, value in measured.items()}
     saturation = {name: value[1] for name, value in measured.items()}
     shapes = "; ".join(f"{name}: {verdict(*value)}" for name, value in measured.items())
@@ -187,7 +189,10 @@ def verdict(rise: float, saturation: float, before: float) -> str:
 
 
 def _surroundings() -> tuple[Row, ...]:
-    film, coat = scenarios()["fig6_static"], scenarios()["fig7"].replace({"force.model": "EffectiveMediumPlane"})
+    film, coat = (
+        scenarios()["fig6_static"],
+        scenarios()["fig7"].replace({"force.model": "EffectiveMediumPlane"}),
+    )
     found = []
     for name, scenario in (("film", film), ("coat", coat)):
         factors = tuple(compute.floating_factor(scenario, capacitance) for capacitance in (100e-12, 400e-12))

@@ -66,7 +66,11 @@ def _skin_table(skins: Mapping[str, Any], own: Any) -> Table:
 
     lines = []
     for key, skin in skins.items():
-        shape = numbers.verdict(*compute.rise_and_saturation(skin.material)) if skin.reproduces_force else "not used"
+        shape = (
+            numbers.verdict(*compute.rise_and_saturation(skin.material))
+            if skin.reproduces_force
+            else "not used"
+        )
         taus = (float(time_constant(skin.material, frequency)) for frequency in (100.0, 1e3, 1e4))
         lines.append((skin.name, key, *(f"{tau / 1e-3:.3g}" for tau in taus), shape, skin.status, skin.note))
     if own is not None:

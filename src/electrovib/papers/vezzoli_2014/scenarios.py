@@ -47,7 +47,13 @@ def _common(title: str) -> dict[str, Any]:
 
 
 def _trapezium() -> dict[str, Any]:
-    return {"model": "Trapezium", "high": values.VOLTAGE, "rise": values.RAMP, "hold": 0.1, "fall": values.RAMP}
+    return {
+        "model": "Trapezium",
+        "high": values.VOLTAGE,
+        "rise": values.RAMP,
+        "hold": 0.1,
+        "fall": values.RAMP,
+    }
 
 
 _TRAPEZIUM_SOURCES = {
@@ -78,7 +84,10 @@ def _figure_6_gap() -> dict[str, Any]:
         "title": "Vezzoli 2014, figure 6 as a stack with a leaky gap, cut in the gap",
         "force": {"model": "GapPlane"},
     }
-    gap = {"thickness": 1e-6, "material": {"model": "Constant", "permittivity": 1.0, "conductivity": 1 / 8.7e8}}
+    gap = {
+        "thickness": 1e-6,
+        "material": {"model": "Constant", "permittivity": 1.0, "conductivity": 1 / 8.7e8},
+    }
     content["stack"] = {"insulator": _film(), "gap": gap, "stratum_corneum": _skin()}
     content["sources"] |= {
         "stack.gap.thickness": "not in the paper; of the order of skin roughness",
@@ -93,7 +102,9 @@ def _figure_2() -> dict[str, Any]:
         "drive": _trapezium() | {"hold": 1.0},
     }
     content["stack"] = content["stack"] | {"gap": {"thickness": 100e-6}}
-    content["sources"] |= {"stack.gap.thickness": "not printed: the finger was held close to the plate by hand"}
+    content["sources"] |= {
+        "stack.gap.thickness": "not printed: the finger was held close to the plate by hand"
+    }
     return content
 
 

@@ -101,13 +101,17 @@ def skins() -> dict[str, Skin]:
     return found
 
 
-def _check(name: str, expect: float, rtol: float, source: str, compute: Callable[[], float], status: str) -> Check:
+def _check(
+    name: str, expect: float, rtol: float, source: str, compute: Callable[[], float], status: str
+) -> Check:
     return Check(name, expect=expect, rtol=rtol, source=source, compute=compute, status=status)
 
 
 CHECKS = (
     _check("C_s", PRINTED_C_S, 8e-3, "section 3.1, two digits", skin_capacitance, "full text"),
-    _check("C_i", PRINTED_C_I, 32e-3, "section 3.1, two digits, truncated", insulator_capacitance, "full text"),
+    _check(
+        "C_i", PRINTED_C_I, 32e-3, "section 3.1, two digits, truncated", insulator_capacitance, "full text"
+    ),
     _check(
         "static force at 1000 V",
         56.55e-3,

@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from fractions import Fraction
+from math import lcm
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from electrovib.core.model import Model
-from electrovib.physics.drive.parts import Part, Real
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike
+
+    from electrovib.physics.drive.parts import Part, Real
+
+
+_MOST_CYCLES = 100_000
+"""Of one oscillation in as many of another: beyond it two periods count as having nothing in common."""
 
 
 class Drive(Model, family=True):
@@ -52,9 +64,36 @@ class Drive(Model, family=True):
             V, same shape; at a jump the value after it.
         """
         times = np.asarray(time, dtype=float)
-        return np.sum([part.value(times) for part in self.parts()], axis=0)
+        total: Real = np.sum([part.value(times) for part in self.parts()], axis=0)
+        return total
 
     def slope(self, time: ArrayLike) -> Real:
         """Rate of change of the voltage just after these times [V/s]; jumps are not in it."""
         times = np.asarray(time, dtype=float)
-        return np.sum([part.slope(times) for part in self.parts()], axis=0)
+        total: Real = np.sum([part.slope(times) for part in self.parts()], axis=0)
+        return total
+
+
+def common_period(periods: Sequence[float]) -> float | None:
+    """Find the shortest time that holds a whole number of each of some periods.
+
+    Parameters
+    ----------
+    periods : sequence of float
+        s, > 0.
+
+    Returns
+    -------
+    float or None
+        s; None for no periods, or for periods whose ratio is not one of whole numbers up to 100 000.
+    """
+    if not periods:
+        return None
+    first = periods[0]
+    ratios = [Fraction(period / first).limit_denominator(_MOST_CYCLES) for period in periods]
+    if any(
+        abs(float(ratio) * first / period - 1) > 1e-12 for ratio, period in zip(ratios, periods, strict=True)
+    ):
+        return None
+    common = lcm(*(ratio.denominator for ratio in ratios))
+    return first * lcm(*(int(ratio * common) for ratio in ratios)) / common

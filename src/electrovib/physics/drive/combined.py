@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from fractions import Fraction
-from math import lcm
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
 from electrovib.core.quantity import Number, Quantity
-from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.base import Drive, common_period
 from electrovib.physics.drive.parts import Linear, Part
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 
 class Offset(Drive):
@@ -59,18 +59,17 @@ class Sum(Drive):
 
     @property
     def period(self) -> float | None:
-        """Shortest time that holds a whole number of periods of each."""
-        found = [drive.period for drive in self.drives]
-        periods = [period for period in found if period is not None]
-        if len(periods) < len(found) or not periods:
-            return None
-        ratios = [Fraction(period / periods[0]).limit_denominator(1000) for period in periods]
-        if any(abs(float(r) * periods[0] / p - 1) > 1e-12 for r, p in zip(ratios, periods, strict=True)):
-            return None
-        common = lcm(*(ratio.denominator for ratio in ratios))
-        return periods[0] * lcm(*(int(ratio * common) for ratio in ratios)) / common
+        """Shortest time that holds a whole number of periods of each; constants have any."""
+        moving = [drive for drive in self.drives if not all(_is_step(part) for part in drive.parts())]
+        periods = [drive.period for drive in moving]
+        known = [period for period in periods if period is not None]
+        return common_period(known) if len(known) == len(periods) else None
 
     @property
     def duration(self) -> float:
         """The longest of them."""
         return max(drive.duration for drive in self.drives)
+
+
+def _is_step(part: Part) -> bool:
+    return isinstance(part, Linear) and part.is_step

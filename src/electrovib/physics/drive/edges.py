@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -13,8 +12,18 @@ from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.parts import Linear
 
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
 _VOLTAGE = Quantity("V", -1e5, 1e5, "voltage")
 _EDGE = Quantity("s", 0, 1e3, "time an edge takes; 0 for a jump")
+_ROUNDED = 1 - 1e-12
+"""Times that add up to a period may miss it by rounding."""
+
+
+def _within(time: float, end: float) -> float:
+    """Give the time, or the end if it comes that close."""
+    return end if time > end * _ROUNDED else time
 
 
 def _pieces(points: list[tuple[float, float]], period: float | None = None) -> Linear:
@@ -68,7 +77,7 @@ class Trapezium(Drive):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         length = self.delay + self.rise + self.hold + self.fall
-        if self.repeat is not None and self.repeat < length:
+        if self.repeat is not None and self.repeat < length * _ROUNDED:
             why = f"repeat must be at least delay + rise + hold + fall = {length:g} s"
             raise PydanticCustomError("period", "{why}", {"why": why})
         return self
@@ -78,9 +87,10 @@ class Trapezium(Drive):
         ends = np.cumsum([self.delay, self.rise, self.hold, self.fall]).tolist()
         voltages = [self.low, self.high, self.high, self.low]
         points = [(0.0, self.low), *zip(ends, voltages, strict=True)]
-        if self.repeat is not None:
-            points.append((self.repeat, self.low))
-        return (_pieces(points, self.repeat),)
+        if self.repeat is None:
+            return (_pieces(points),)
+        points = [(_within(time, self.repeat), voltage) for time, voltage in points]
+        return (_pieces([*points, (self.repeat, self.low)], self.repeat),)
 
     @property
     def period(self) -> float | None:
@@ -105,7 +115,7 @@ class Square(Drive):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        if self.edge > 0.5 / self.frequency:
+        if self.edge * _ROUNDED > 0.5 / self.frequency:
             why = f"edge must fit in half a period, {0.5 / self.frequency:g} s"
             raise PydanticCustomError("edge", "{why}", {"why": why})
         return self
@@ -138,7 +148,7 @@ class PulseTrain(Drive):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        if self.edge > self.width or self.width + self.edge > 1 / self.frequency:
+        if self.edge > self.width or (self.width + self.edge) * _ROUNDED > 1 / self.frequency:
             why = f"edge <= width and width + edge <= period = {1 / self.frequency:g} s are needed"
             raise PydanticCustomError("width", "{why}", {"why": why})
         return self
@@ -159,9 +169,8 @@ class PulseTrain(Drive):
 
 
 def _train(low: float, high: float, width: float, period: float, edge: float) -> Linear:
-    points = [(0.0, low), (edge, high), (width, high), (width + edge, low)]
+    width, end = _within(width, period), _within(width + edge, period)
+    points = [(0.0, low), (_within(edge, width), high), (width, high), (end, low), (period, low)]
     if edge == 0:
         points[0] = (0.0, high)
-    if width + edge < period:
-        points.append((period, low))
     return _pieces(points, period)

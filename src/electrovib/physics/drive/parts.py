@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
 Real: TypeAlias = NDArray[np.float64]
 Complex: TypeAlias = NDArray[np.complex128]
+Indices: TypeAlias = NDArray[np.intp]
+
+_SLACK = 8 * float(np.finfo(float).eps)
+"""A time this close to a break, relative, counts as at it: time stamps are rounded."""
 
 
 @dataclass(frozen=True)
@@ -33,32 +39,40 @@ class Linear:
     after: Real
     period: float | None = None
 
+    @property
+    def is_step(self) -> bool:
+        """Tell whether it is switched on at time 0 and then held for ever."""
+        return len(self.times) == 1
+
+    def locate(self, time: Real) -> tuple[Indices, Real]:
+        """Give the piece in which each time lies, the later one at a break, and the time since it began."""
+        slack = _SLACK * np.abs(time)
+        inside = time
+        if self.period is not None:
+            inside = np.mod(time, self.period)
+            inside = np.where(inside > self.period - slack, 0.0, inside)
+        index = np.clip(np.searchsorted(self.times, inside + slack, side="right") - 1, 0, len(self.times) - 1)
+        return index, np.maximum(inside - self.times[index], 0.0)
+
     def value(self, time: Real) -> Real:
         """Voltage at these times; at a jump the later value; NaN passes."""
-        inside = np.mod(time, self.period) if self.period else time
-        index = np.clip(np.searchsorted(self.times, inside, side="right") - 1, 0, len(self.times) - 1)
-        last = index == len(self.times) - 1
-        following = np.minimum(index + 1, len(self.times) - 1)
-        span = np.where(last, 1.0, self.times[following] - self.times[index])
-        share = np.where(last, 0.0, (inside - self.times[index]) / span)
-        value = self.after[index] + share * (self.before[following] - self.after[index])
-        return np.where(np.isnan(time), np.nan, np.where((time < 0) & (self.period is None), 0.0, value))
+        index, elapsed = self.locate(time)
+        value = self.after[index] + np.where(np.isnan(time), np.nan, elapsed) * self._slopes()[index]
+        return np.where((time < 0) & (self.period is None), 0.0, value)
 
     def slope(self, time: Real) -> Real:
         """Rate of change just after these times [V/s]."""
-        inside = np.mod(time, self.period) if self.period else time
-        index = np.clip(np.searchsorted(self.times, inside, side="right") - 1, 0, len(self.times) - 1)
-        last = index == len(self.times) - 1
-        following = np.minimum(index + 1, len(self.times) - 1)
-        span = np.where(last, 1.0, self.times[following] - self.times[index])
-        rate = (self.before[following] - self.after[index]) / span
-        return np.where(last | ((time < 0) & (self.period is None)), 0.0, rate)
+        return np.where((time < 0) & (self.period is None), 0.0, self._slopes()[self.locate(time)[0]])
+
+    def _slopes(self) -> Real:
+        """Rate of change in each piece, 0 after the last break."""
+        return np.append((self.before[1:] - self.after[:-1]) / np.diff(self.times), 0.0)
 
     def until(self, end: float) -> Linear:
         """Write the repeated pieces out up to a time; without a period, the same pieces."""
         if self.period is None:
             return self
-        count = max(1, math.ceil(end / self.period - 1e-9))
+        count = max(1, math.ceil(end / self.period * (1 - _SLACK)))
         starts = np.arange(count) * self.period
         times = (starts[:, None] + self.times[:-1]).ravel()
         before = np.tile(self.before[:-1], count)

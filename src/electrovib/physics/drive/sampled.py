@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
+from electrovib.core.column_unit import column_unit, is_unit_of
 from electrovib.core.files import read_columns
 from electrovib.core.model import Model
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.parts import Linear, Real
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
 
 
 class StampTreatment(Model, family=True):
@@ -36,15 +40,21 @@ class Refuse(StampTreatment):
             first = int(faults[0])
             word = "repeats" if time[first] == time[first - 1] else "goes back"
             raise ValueError(
-                f"time must increase, but {len(faults)} of {len(time)} stamps do not: sample {first} ({time[first]:.9g} s)"
-                f" {word} after {time[first - 1]:.9g} s. To drop such samples add"
+                f"time must increase, but {len(faults)} of {len(time)} stamps do not: sample {first}"
+                f" ({time[first]:.9g} s) {word} after {time[first - 1]:.9g} s. To drop such samples add"
                 ' stamps = { model = "KeepIncreasing" } to the drive'
             )
         return np.ones(len(time), bool)
 
 
 class KeepIncreasing(StampTreatment):
-    """Drop every sample whose stamp is not later than all before it; the first of equal stamps stays."""
+    """Drop every sample whose stamp is not later than all before it; the first of equal stamps stays.
+
+    Notes
+    -----
+    Safe against repeats and short steps back. One stamp that is far too late drops all after it: the Trace
+    says how many samples were dropped.
+    """
 
     def keep(self, time: Real) -> NDArray[np.bool_]:
         """Keep the samples that are later than all before them."""
@@ -65,12 +75,12 @@ class Sampled(Drive):
 
     file: str = ""
     time_column: str | int = "time"
-    time_unit: str = "s"
+    time_unit: Annotated[str, column_unit("s")] = "s"
     voltage_column: str | int = "voltage"
-    voltage_unit: str = "V"
+    voltage_unit: Annotated[str, column_unit("V")] = "V"
     stamps: StampTreatment = Refuse()
-    time_samples: Samples
-    voltage_samples: Samples
+    time_samples: Samples = Samples([])
+    voltage_samples: Samples = Samples([])
 
     @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
@@ -78,6 +88,8 @@ class Sampled(Drive):
         if "file" not in content or "time_samples" in content or not content["file"]:
             return content
         default = {name: cls.model_fields[name].default for name in cls.model_fields} | content
+        if not (is_unit_of("s", default["time_unit"]) and is_unit_of("V", default["voltage_unit"])):
+            return content  # told when the field itself is read
         wanted = {
             "time_samples": (default["time_column"], default["time_unit"]),
             "voltage_samples": (default["voltage_column"], default["voltage_unit"]),
@@ -88,7 +100,9 @@ class Sampled(Drive):
     def _is_a_record(self) -> Self:
         time, voltage = self.time_samples.values, self.voltage_samples.values
         why = ""
-        if len(time) != len(voltage):
+        if not len(time) and not len(voltage):
+            why = 'holds no samples: name the record, for instance file = "record.csv"'
+        elif len(time) != len(voltage):
             why = f"{len(time)} time stamps but {len(voltage)} voltages"
         elif len(time) < 2:
             why = f"a drive needs at least 2 samples, not {len(time)}"

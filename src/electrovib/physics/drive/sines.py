@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from fractions import Fraction
-from typing import Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.quantity import Number, Quantity
-from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.base import Drive, common_period
 from electrovib.physics.drive.parts import Real, Smooth, Tones
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 _AMPLITUDE = Quantity("V", 0, 1e5, "peak voltage")
 _FREQUENCY = Quantity("Hz", 1e-3, 1e8, "frequency")
@@ -80,14 +81,6 @@ class Burst(Drive):
         return self.delay + 2 * self.cycles / self.frequency
 
 
-def _common_period(first: float, second: float) -> float | None:
-    """Find the shortest time that holds a whole number of both cycles."""
-    ratio = Fraction(first / second).limit_denominator(1000)
-    if abs(float(ratio) * second / first - 1) > 1e-12:
-        return None
-    return ratio.numerator / first
-
-
 class AmplitudeModulation(Drive):
     """A carrier whose amplitude follows 1 + m cos: force at the modulation frequency and its double."""
 
@@ -111,7 +104,7 @@ class AmplitudeModulation(Drive):
     @property
     def period(self) -> float | None:
         """Common period of carrier and modulation."""
-        return _common_period(self.modulation, self.carrier)
+        return common_period([1 / self.modulation, 1 / self.carrier])
 
     @property
     def duration(self) -> float:
@@ -151,14 +144,13 @@ class SquareRootModulation(Drive):
             [self.carrier + self.modulation * orders, self.carrier - self.modulation * orders]
         )
         weights = np.concatenate([series, series]) / 2
-        negative = frequencies < 0  # cos(-x) = cos(x)
-        return (_cosines(np.where(negative, -frequencies, frequencies), self.amplitude * weights),)
+        return (_cosines(frequencies, self.amplitude * weights),)
 
     @property
     def period(self) -> float | None:
         """Common period of carrier and modulation."""
         modulation = self.modulation / 2 if self.depth == 1 else self.modulation
-        return _common_period(modulation, self.carrier)
+        return common_period([1 / modulation, 1 / self.carrier])
 
     @property
     def duration(self) -> float:
@@ -181,7 +173,8 @@ def _root_series(depth: float) -> Real:
 
 
 def _cosines(frequencies: Real, amplitudes: Real) -> Tones:
-    return Tones(np.asarray(frequencies, float), np.asarray(amplitudes, complex))
+    """Give tones of no phase; a sideband below 0 Hz is one above, because cos(-x) = cos(x)."""
+    return Tones(np.abs(frequencies), np.asarray(amplitudes, complex))
 
 
 class Chirp(Drive):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["hold_weights", "march", "march_loop"]
 
 
-def march(  # noqa: PLR0917 - one drive through one set of modes, in the order of the formula
+def march(
     poles: ArrayLike,
     gains: ArrayLike,
     direct: ArrayLike,

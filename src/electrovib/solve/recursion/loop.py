@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 
-def march_loop(  # noqa: PLR0917 - one drive through one set of modes, in the order of the formula
+def march_loop(
     poles: ArrayLike,
     gains: ArrayLike,
     direct: ArrayLike,

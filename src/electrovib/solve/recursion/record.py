@@ -58,7 +58,7 @@ def _same_memory(one: Array, other: Array) -> bool:
     return bool(one.__array_interface__["data"][0] == other.__array_interface__["data"][0])
 
 
-def gather(  # noqa: PLR0917 - one drive through one set of modes, in the order of the formula
+def gather(
     poles: ArrayLike,
     gains: ArrayLike,
     direct: ArrayLike,

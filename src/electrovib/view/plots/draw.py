@@ -34,10 +34,13 @@ def draw(ax: Axes, drawn: Sequence[Line]) -> None:
     """
     for line in drawn:
         x, y = envelope(line.x, np.asarray(line.y, dtype=float))
-        ax.plot(x, y, color=line.colour, linestyle=line.dash, label=line.label or "_nolegend_")
+        label = ", ".join(part for part in (line.label, line.kind) if part)
+        ax.plot(x, y, color=line.colour, linestyle=line.dash, label=label or "_nolegend_")
 
 
-def finish(ax: Axes, *, x: tuple[str, str], y: tuple[str, str], hidden: int = 0) -> None:
+def finish(
+    ax: Axes, *, x: tuple[str, str], y: tuple[str, str], drawn: Sequence[Line] = (), hidden: int = 0
+) -> None:
     """Label the axes, in words and SI unit, and explain the lines.
 
     Parameters
@@ -46,6 +49,8 @@ def finish(ax: Axes, *, x: tuple[str, str], y: tuple[str, str], hidden: int = 0)
         With everything drawn.
     x, y : tuple of str
         Words and SI unit.
+    drawn : sequence of Line
+        Where colours and dashes both stand for something, they are explained one by one.
     hidden : int
         Lines left out of a sweep, told in the legend.
     """
@@ -55,29 +60,38 @@ def finish(ax: Axes, *, x: tuple[str, str], y: tuple[str, str], hidden: int = 0)
         ax.text(0.5, 0.5, "no numbers to draw", transform=ax.transAxes, ha="center", va="center")
     elif ax.get_xscale() == "linear":
         ax.margins(x=0.01)
-    legend(ax, hidden=hidden)
+    handles, labels = _colours_and_dashes(drawn) or ax.get_legend_handles_labels()
+    if labels:
+        _legend(ax, handles, labels, f"{len(drawn)} of {len(drawn) + hidden} lines" if hidden else "")
 
 
-def legend(ax: Axes, *, hidden: int = 0) -> None:
-    """Explain the lines, in the plot where they are few, else at its right."""
-    handles, labels = ax.get_legend_handles_labels()
-    if not labels:
-        return
+def _colours_and_dashes(drawn: Sequence[Line]) -> tuple[list[Any], list[str]] | None:
+    """Explain colours, then dashes, instead of every pair of them; None where a line has only one meaning."""
+    from matplotlib.lines import Line2D
+
+    colours = {line.label: line.colour for line in drawn if line.label}
+    dashes = {line.kind: line.dash for line in drawn if line.kind}
+    if not (colours and dashes):
+        return None
+    handles = [Line2D([], [], color=colour) for colour in colours.values()]
+    handles += [Line2D([], [], color="#555555", linestyle=dash) for dash in dashes.values()]
+    return handles, [*colours, *dashes]
+
+
+def _legend(ax: Axes, handles: Sequence[Any], labels: list[str], note: str) -> None:
+    """Put the legend into the plot where it is short, else at its right."""
     common, short = shared_words(labels)
-    title = common
-    if hidden:
-        title = f"{common}\n".lstrip() + f"{len(labels)} of {len(labels) + hidden} lines"
+    title = "\n".join(part for part in (common, note) if part)
     place: dict[str, Any] = {"loc": "best"}
     if len(labels) >= _MANY:
-        place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
-    shown = ax.legend(handles, short, title=title or None, alignment="left", **place)
-    shown.set_in_layout(True)
+        place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2, "labelspacing": 0.25}
+    ax.legend(handles, short, title=title or None, alignment="left", **place)
 
 
 def shared_words(labels: list[str]) -> tuple[str, list[str]]:
     """Split ``drive.rise = 5 ms`` when all labels begin with the same path: it becomes the legend's title."""
     starts = {label.partition(" = ")[0] for label in labels if " = " in label}
-    if len(labels) > 1 and len(starts) == 1 and all(label.count(" = ") == 1 for label in labels):
+    if len(labels) > 1 and len(starts) == 1 and not any(label.count(" = ") > 1 for label in labels):
         start = starts.pop()
         return start, [label.removeprefix(f"{start} = ") for label in labels]
     return "", labels

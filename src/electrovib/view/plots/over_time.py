@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from electrovib.core.errors import InputError
 from electrovib.core.signals import signal
-from electrovib.view.lines import Line, Traces, labelled, lines, lines_of, swept_units, total_lines
+from electrovib.view.lines import Line, Traces, labelled, lines, lines_of, signals, total_lines
 from electrovib.view.plots.draw import draw, finish
 from electrovib.view.style import drawing
 
@@ -163,11 +163,13 @@ def layer_voltages(traces: Traces, *, ax: Axes | None = None) -> Axes:
     InputError
         If no Trace has both.
     """
-    arrays = {label: found for label, trace in labelled(traces).items() if (found := _voltages(trace)) is not None}
+    known = labelled(traces)
+    arrays = {label: found for label, trace in known.items() if (found := _voltages(trace)) is not None}
     if not arrays:
         raise InputError("no Trace has both the signal 'field' and a scenario with the thicknesses of its layers")
-    units = {label: swept_units(labelled(traces)[label]) for label in arrays}
-    return _draw(lines_of(arrays, "time", units=units), "layer voltage", "V", ax)
+    drawn = lines_of(arrays, "time", known)
+    hidden = total_lines(arrays.values()) - len(drawn)
+    return _draw(drawn, "layer voltage", "V", ax, hidden=hidden)
 
 
 def _voltages(trace: xarray.Dataset) -> xarray.DataArray | None:
@@ -191,11 +193,12 @@ def _over_time(traces: Traces, name: str, ax: Axes | None) -> Axes:
     drawn = lines(traces, name, "time")
     known = signal(name)
     words = f"{name.replace('_', ' ')} ${known.symbol}$"
-    return _draw(drawn, words, known.unit, ax, hidden=total_lines(traces, name) - len(drawn))
+    hidden = total_lines(signals(traces, name)) - len(drawn)
+    return _draw(drawn, words, known.unit, ax, hidden=hidden)
 
 
 def _draw(drawn: list[Line], words: str, unit: str, ax: Axes | None, *, hidden: int = 0) -> Axes:
     with drawing(ax) as axes:
         draw(axes, drawn)
-        finish(axes, x=_TIME, y=(words, unit), hidden=hidden)
+        finish(axes, x=_TIME, y=(words, unit), drawn=drawn, hidden=hidden)
         return axes

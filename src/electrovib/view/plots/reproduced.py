@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.view.plots.draw import finish
-from electrovib.view.style import COLOURS, drawing
+from electrovib.view.style import COLOURS, DASHES, drawing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,16 +43,17 @@ def panel(panel: Panel, *, ax: Axes | None = None) -> Axes:
         if panel.log_y:
             axes.set_yscale("log")
         for number, curve in enumerate(panel.curves):
-            _draw(axes, curve, COLOURS[number % len(COLOURS)])
+            dash = DASHES[number // len(COLOURS) % len(DASHES)]
+            _draw(axes, curve, COLOURS[number % len(COLOURS)], dash)
         finish(axes, x=panel.x, y=panel.y)
         axes.set_title(panel.title)
         return axes
 
 
-def _draw(ax: Axes, curve: Curve, colour: str) -> None:
+def _draw(ax: Axes, curve: Curve, colour: str, dash: Any) -> None:
     x, y = (np.asarray(values, dtype=float) for values in (curve.x, curve.y))
     if curve.upper is None:
-        ax.plot(x, y, color=colour, label=curve.label, **_KINDS.get(curve.kind, {}))
+        ax.plot(x, y, color=colour, label=curve.label, **{"linestyle": dash} | _KINDS.get(curve.kind, {}))
         return
     upper = np.asarray(curve.upper, dtype=float)
     ax.fill_between(x, y, upper, color=colour, alpha=0.22, linewidth=0, label=curve.label)

@@ -1,0 +1,19 @@
+"""How the gap-plane force of a 5 um gap depends on the insulator."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import electrovib as ev
+
+
+def main() -> np.ndarray:
+    """Give the peak force for five insulators from 1 to 90 um."""
+    scenario = ev.load("vezzoli_2014/fig2").replace({"stack.gap.thickness": "5 um", "drive.high": "100 V"})
+    trace = ev.sweep(scenario, {"stack.insulator.thickness": np.geomspace(1e-6, 90e-6, 5)})
+    return trace.electrostatic_force.max("time").values
+
+
+if __name__ == "__main__":
+    for force in main():
+        print(f"{1e3 * force:.3f} mN")

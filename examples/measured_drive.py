@@ -1,0 +1,32 @@
+"""A drive measured with jittered time stamps, from a file, through the same path as any other."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import electrovib as ev
+
+
+def main() -> float:
+    """Give the peak force of a measured 300 V pulse."""
+    random = np.random.default_rng(1)
+    time = np.cumsum(random.uniform(77e-6, 79e-6, 2000))
+    voltage = 300.0 * ((time > 0.05) & (time < 0.1))
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "drive.csv"
+        np.savetxt(
+            file,
+            np.column_stack([time * 1e6, voltage]),
+            delimiter=",",
+            header="time [us],voltage [V]",
+            comments="",
+        )
+        trace = ev.run("vezzoli_2014/fig6", set={"drive": {"model": "Sampled", "file": str(file)}})
+    return float(trace.electrostatic_force.max())
+
+
+if __name__ == "__main__":
+    print(f"{1e3 * main():.3f} mN")

@@ -1,0 +1,47 @@
+"""The unit of a file's column, as a scenario names it."""
+
+from __future__ import annotations
+
+import functools
+
+from pydantic import AfterValidator
+from pydantic_core import PydanticCustomError
+
+from electrovib.core.units import KINDS, parse_quantity
+
+
+def column_unit(kind: str) -> AfterValidator:
+    """Declare that a text has to be a unit of this kind, for instance ``"us"`` for ``"s"``.
+
+    Parameters
+    ----------
+    kind : str
+        SI unit, one of `electrovib.core.units.KINDS`.
+
+    Returns
+    -------
+    AfterValidator
+        For ``Annotated[str, column_unit("s")]``.
+    """
+    return AfterValidator(functools.partial(_checked, kind))
+
+
+def is_unit_of(kind: str, text: object) -> bool:
+    """Tell whether a text is a unit of this kind, prefixes included; ``"1"`` and ``"-"`` stand for none."""
+    if kind == "1" and text in ("1", "-"):
+        return True
+    if not isinstance(text, str) or not text.strip() or text.strip()[0].isdigit():
+        return False
+    try:
+        parse_quantity(f"1 {text}", kind)
+    except ValueError:
+        return False
+    return True
+
+
+def _checked(kind: str, text: str) -> str:
+    if not is_unit_of(kind, text):
+        what = "no unit" if kind == "1" else KINDS[kind][0]
+        why = f"the column holds {what}: expected a unit such as '{kind}'"
+        raise PydanticCustomError("unit", "{why}", {"why": why})
+    return text

@@ -1,0 +1,59 @@
+"""HTML pages from templates: everything inside one file, nothing fetched from anywhere."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING, Any
+
+from electrovib.view.units import typeset
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+    from markupsafe import Markup
+
+
+def page(template: str, **content: Any) -> str:
+    """Fill a template.
+
+    Parameters
+    ----------
+    template : str
+        Name of a file in the folder ``templates``.
+    **content
+        What the template names; texts are escaped, figures from `markup` are not.
+
+    Returns
+    -------
+    str
+        A whole HTML file.
+    """
+    return _environment().get_template(template).render(**content)
+
+
+def breakable(path: str) -> Markup:
+    """Let a long dotted path break after its dots and underscores."""
+    from markupsafe import Markup, escape
+
+    return Markup(str(escape(path)).replace(".", ".<wbr>").replace("_", "_<wbr>"))  # noqa: S704 - escaped
+
+
+def markup(svg: str) -> Markup:
+    """Mark an inline figure as safe to put into a page as it is."""
+    from markupsafe import Markup
+
+    return Markup(svg)  # noqa: S704 - made by matplotlib, with its texts escaped
+
+
+@functools.cache
+def _environment() -> Environment:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("electrovib.view"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"breakable": breakable, "typeset": typeset}
+    return environment

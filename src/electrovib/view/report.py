@@ -1,0 +1,163 @@
+"""The report of one run or several: one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.data.atomic import check_writable, write_text
+from electrovib.view.report_figures import figures
+
+if TYPE_CHECKING:
+    import xarray
+
+    from electrovib.solve.scenario import Scenario
+
+Source: TypeAlias = "xarray.Dataset | Scenario | str | Path"
+
+
+def report(
+    traces: Source | Sequence[Source] | Mapping[str, Source], path: str | Path, *, title: str | None = None
+) -> Path:
+    """Write a report: what was assumed, what came out, and how far it can be believed.
+
+    Parameters
+    ----------
+    traces : Trace, file name, sequence of these, or mapping of label to these
+        Computed or measured; several are overlaid. A file name may also be a scenario, which is simulated.
+    path : str or Path
+        The HTML file; replaced as a whole.
+    title : str, optional
+        Of the page; by default that of the Trace.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If something is not a Trace, or if the file cannot be written; nothing has been written then.
+    """
+    output = Path(path)
+    check_writable([output])
+    known = collect(traces)
+    write_text(output, page_of(known, title=title))
+    return output
+
+
+def collect(traces: Any) -> dict[str, xarray.Dataset]:
+    """Load what is named and give each Trace a label: the caller's, its title, or its file name.
+
+    Raises
+    ------
+    InputError
+        For everything that cannot be loaded, all at once.
+    """
+    import xarray
+
+    from electrovib.view.lines import labelled
+
+    if isinstance(traces, Mapping) and not isinstance(traces, xarray.Dataset):  # a Dataset is a mapping too
+        named = {str(label): item for label, item in traces.items()}
+    else:
+        items = list(traces) if isinstance(traces, (list, tuple)) else [traces]
+        named = {}
+        for number, item in enumerate(items, start=1):
+            label = _label(item) or f"Trace {number}"
+            named[label if label not in named else f"{label} ({number})"] = item
+    found: dict[str, xarray.Dataset] = {}
+    problems: list[str] = []
+    for label, item in named.items():
+        try:
+            found[label] = _trace(item)
+        except ElectrovibError as error:
+            problems += getattr(error, "problems", [str(error)])
+    if problems:
+        raise InputError(problems)
+    return labelled(found)
+
+
+def _label(item: Any) -> str:
+    if isinstance(item, (str, Path)):
+        return Path(item).stem
+    return str(getattr(item, "title", "") or getattr(item, "attrs", {}).get("title", ""))
+
+
+def _trace(item: Any) -> xarray.Dataset:
+    """Load a file name and simulate a scenario; a Trace stays what it is."""
+    from electrovib.solve.scenario import Scenario, load
+    from electrovib.solve.simulate import simulate
+
+    found = load(item) if isinstance(item, (str, Path)) else item
+    trace: xarray.Dataset = simulate(found) if isinstance(found, Scenario) else found
+    return trace
+
+
+def page_of(traces: Mapping[str, xarray.Dataset], *, title: str | None = None) -> str:
+    """Write the page.
+
+    Parameters
+    ----------
+    traces : mapping of str to Trace
+        Label to Trace.
+    title : str, optional
+        Of the page.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
+    from electrovib.view import summary, tables
+    from electrovib.view.pages import page
+
+    scenarios = {label: found for label, trace in traces.items() if (found := summary.scenario_or_none(trace))}
+    swept = {label: texts for label, trace in traces.items() if (texts := summary.swept_texts(trace))}
+    return page(
+        "report.html.jinja",
+        title=title or _title(traces),
+        labels=list(traces),
+        lamps={label: shown for label, trace in traces.items() if (shown := summary.lamps(trace))},
+        unreadable=[label for label, trace in traces.items() if "scenario" in trace.attrs and label not in scenarios],
+        numbers=side_by_side([summary.key_numbers(trace) for trace in traces.values()]),
+        swept=swept,
+        figures=figures(traces, scenarios),
+        rows=tables.parameter_rows(scenarios, swept),
+        with_scenario=list(scenarios),
+        models={label: tables.model_rows(scenario) for label, scenario in _different(scenarios).items()},
+        provenance=side_by_side([summary.provenance(trace) for trace in traces.values()]),
+        scenarios={label: summary.scenario_text(scenario) for label, scenario in scenarios.items()},
+        references=tables.references(scenarios),
+        versions=summary.versions(),
+    )
+
+
+def _title(traces: Mapping[str, xarray.Dataset]) -> str:
+    if len(traces) == 1:
+        label, trace = next(iter(traces.items()))
+        return str(trace.attrs.get("title") or label)
+    return f"{len(traces)} Traces compared"
+
+
+def _different(scenarios: Mapping[str, Scenario]) -> dict[str, Scenario]:
+    """Leave out scenarios whose models are the same as those of one before."""
+    from electrovib.view.tables import model_rows
+
+    found: dict[str, Scenario] = {}
+    seen: dict[str, list[str]] = {}
+    for label, scenario in scenarios.items():
+        key = str(model_rows(scenario))
+        seen.setdefault(key, []).append(label)
+        if len(seen[key]) == 1:
+            found[label] = scenario
+    return {", ".join(next(group for group in seen.values() if group[0] == label)): found[label] for label in found}
+
+
+def side_by_side(columns: Sequence[Mapping[str, str]]) -> dict[str, tuple[str, ...]]:
+    """Put the texts of several Traces beside each other; a dash where one has none."""
+    words = dict.fromkeys(word for column in columns for word in column)
+    return {word: tuple(column.get(word, "–") for column in columns) for word in words}

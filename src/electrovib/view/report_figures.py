@@ -1,0 +1,154 @@
+"""The figures of a report: the stack, small multiples over time, the response over frequency."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from electrovib.view import plots
+from electrovib.view.lines import has
+from electrovib.view.pages import markup
+from electrovib.view.style import new_figure, style
+from electrovib.view.svg import inline, to_svg
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    import xarray
+    from markupsafe import Markup
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from electrovib.solve.scenario import Scenario
+
+_WIDTH: Final = 9.4
+"""Of a figure that fills the page [inch]; with it the letters come out at their size."""
+_LETTER: Final = 0.072
+"""Width of a letter in a legend [inch]."""
+_MOST_STACKS: Final = 4
+
+
+@dataclass(frozen=True)
+class PageFigure:
+    """A figure in a page: heading, inline SVG, words below."""
+
+    title: str
+    svg: Markup
+    caption: str
+
+
+def figures(traces: Mapping[str, xarray.Dataset], scenarios: Mapping[str, Scenario]) -> list[PageFigure]:
+    """Draw all figures for which the Traces have something to show.
+
+    Parameters
+    ----------
+    traces : mapping of str to Trace
+        Label to Trace.
+    scenarios : mapping of str to Scenario
+        Label to scenario, of those that have one.
+
+    Returns
+    -------
+    list of PageFigure
+        In the order of the page.
+    """
+    return [*_stacks(scenarios), *_over_time(traces), *_over_frequency(traces)]
+
+
+def _stacks(scenarios: Mapping[str, Scenario]) -> list[PageFigure]:
+    """Draw each different stack once."""
+    found: dict[tuple[str, str, str], list[str]] = {}
+    for label, scenario in scenarios.items():
+        drawn_from = (scenario.stack.canonical(), scenario.circuit.canonical(), scenario.force.plane)
+        found.setdefault(drawn_from, []).append(label)
+    groups = list(found.values())
+    drawn = []
+    for number, labels in enumerate(groups[:_MOST_STACKS]):
+        scenario = scenarios[labels[0]]
+        figure = new_figure((_WIDTH, max(2.6, 0.9 + 0.46 * len(scenario.stack.layers))))
+        with style():
+            plots.stack(scenario, ax=figure.add_subplot())
+        caption = f"Of {', '.join(labels)}." if len(groups) > 1 else ""
+        words = f"Layers from the plate to the finger: {', '.join(scenario.stack.layers)}."
+        drawn.append(PageFigure("Stack", _inline(figure, f"stack{number}", words), caption))
+    if len(groups) > _MOST_STACKS:
+        last, left = drawn[-1], ", ".join(labels[0] for labels in groups[_MOST_STACKS:])
+        drawn[-1] = PageFigure(last.title, last.svg, f"{last.caption} Not drawn: {left}.")
+    return drawn
+
+
+def _over_time(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
+    """Draw the small multiples: drive, what pulls, attraction, friction."""
+    wanted: list[tuple[str, Callable[..., Axes]]] = []
+    if has(traces, "drive_voltage"):
+        wanted.append(("drive", plots.drive))
+    if has(traces, "effective_voltage"):
+        wanted.append(("effective voltage", plots.effective_voltage))
+    elif any("field" in trace and "scenario" in trace.attrs for trace in traces.values()):
+        wanted.append(("voltage across each layer", plots.layer_voltages))
+    if has(traces, "electrostatic_force"):
+        wanted.append(("electrostatic force", plots.force))
+    if has(traces, "lateral_force"):
+        wanted.append(("lateral force", plots.lateral_force))
+    return _multiples(traces, wanted, "Over time", "time")
+
+
+def _over_frequency(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
+    """Draw force and gain over frequency."""
+    wanted: list[tuple[str, Callable[..., Axes]]] = []
+    if has(traces, "mean_force"):
+        wanted.append(("frequency response of the force", plots.frequency_response))
+    if has(traces, "effective_voltage_gain") or has(traces, "field_gain"):
+        wanted.append(("gain", plots.gain))
+    figure = _multiples(traces, wanted, "Over frequency", "frequency")
+    if figure and has(traces, "mean_force"):
+        caption = "Mean force under one sine with the peak voltage of the drive, after everything has settled."
+        return [PageFigure(figure[0].title, figure[0].svg, caption)]
+    return figure
+
+
+def _multiples(
+    traces: Mapping[str, xarray.Dataset], wanted: Sequence[tuple[str, Callable[..., Axes]]], title: str, name: str
+) -> list[PageFigure]:
+    """Draw plots in two columns, with one legend for what they share."""
+    if not wanted:
+        return []
+    rows = -(-len(wanted) // 2)
+    columns = min(2, len(wanted))
+    figure = new_figure((_WIDTH, 2.75 * rows))
+    with style():
+        axes = figure.subplots(rows, columns, squeeze=False).ravel()
+        for ax in axes[len(wanted) :]:
+            ax.remove()
+        for (words, plot), ax in zip(wanted, axes[: len(wanted)], strict=True):
+            plot(traces, ax=ax)
+            ax.set_title(words)
+        _share_legend(figure, list(axes[: len(wanted)]))
+    words = ", ".join(words for words, _ in wanted)
+    return [PageFigure(title, _inline(figure, name, f"{title}: {words}"), "")]
+
+
+def _share_legend(figure: Figure, axes: Sequence[Axes]) -> None:
+    """Move a legend that several plots have in common above them."""
+    legends = [legend for ax in axes if (legend := ax.get_legend()) is not None]
+    entries = [tuple(text.get_text() for text in legend.get_texts()) for legend in legends]
+    common = next((texts for texts in entries if entries.count(texts) > 1), None)
+    if common is None:
+        return
+    shared = [legend for legend, texts in zip(legends, entries, strict=True) if texts == common]
+    title = shared[0].get_title().get_text().replace("\n", ", ")
+    room = _WIDTH / (0.5 + _LETTER * max(len(text) for text in common))
+    figure.legend(
+        shared[0].legend_handles,
+        common,
+        title=title or None,
+        loc="outside upper left",
+        ncols=max(1, min(len(common), int(room))),
+        alignment="left",
+    )
+    for legend in shared:
+        legend.remove()
+
+
+def _inline(figure: Figure, name: str, words: str) -> Markup:
+    return markup(inline(to_svg(figure), name=name, words=words))

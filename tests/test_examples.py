@@ -1,0 +1,70 @@
+"""Every example runs and one number of it is asserted; every Python block of the README runs."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+from types import ModuleType
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+
+def example(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, ROOT / "examples" / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_step_by_hand():
+    # 1e-12 of the 1000 V step: rounding of exp over 2000 samples
+    assert example("step_by_hand").main() < 1e-9
+
+
+def test_insulator_sweep():
+    force = example("insulator_sweep").main()
+    film = 1e-6 / 3.35 + 5e-6 + 200e-6 / 1560
+    # the conducting skin drops out during the 1 s hold: between skin as dielectric and skin as conductor
+    low = 8.8541878128e-12 * 1e-4 * 100**2 / 2 / film**2
+    high = 8.8541878128e-12 * 1e-4 * 100**2 / 2 / (film - 200e-6 / 1560) ** 2
+    assert low < force[0] <= high
+    assert np.all(np.diff(force) < 0)
+
+
+def test_measured_drive():
+    # static force at 300 V by law (1) is 5.0898 mN; the pulse rises within one sample of 78 us against 7.7 ms
+    assert 0.98 * 5.0898e-3 < example("measured_drive").main() < 5.0898e-3
+
+
+def test_every_example_is_tested():
+    tested = {name.removeprefix("test_") for name in globals() if name.startswith("test_")}
+    assert {path.stem for path in (ROOT / "examples").glob("*.py")} <= tested
+
+
+def test_the_python_blocks_of_the_readme_run(tmp_path, monkeypatch, capsys):
+    mpl.use("Agg")
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL)
+    assert blocks
+    for block in blocks:
+        exec(compile(block, "README.md", "exec"), {})
+    assert float(capsys.readouterr().out) == pytest.approx(1.0e-3, rel=0.5)
+    assert (tmp_path / "force.png").stat().st_size > 5000
+
+
+def test_the_scenario_of_the_readme_runs(tmp_path):
+    import electrovib as ev
+
+    block = re.search(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL)
+    assert block is not None
+    file = tmp_path / "readme.toml"
+    file.write_text(block[1])
+    # 2.56 mN at the end of a 36 ms ramp with tau 7.75 ms
+    assert float(ev.run(file).electrostatic_force.max()) == pytest.approx(2.57e-3, rel=1e-2)

@@ -1,0 +1,221 @@
+"""The command line as a person uses it, mistakes included."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+from electrovib.apps.cli import main
+
+GOOD = """
+schema = 1
+drive = { model = "Trapezium", high = "1 kV", rise = "36 ms", hold = "100 ms", fall = "36 ms" }
+force = { model = "Vezzoli2014Causal" }
+friction = { model = "Coulomb", coefficient = 0.5 }
+contact = { model = "FixedArea", area = "1 cm2" }
+[load]
+normal_force = "0.5 N"
+[circuit]
+return_path = { model = "Grounded", resistance = "1 kohm" }
+[stack.insulator]
+thickness = "90 um"
+material = { model = "Constant", permittivity = 3.35 }
+[stack.stratum_corneum]
+thickness = "200 um"
+material = { model = "Constant", permittivity = 1560, conductivity = "1.79 uS/m" }
+"""
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder to work in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def cli(here, capsys, monkeypatch):
+    """Run a command in this process; gives exit code, output and error output."""
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["electrovib", *arguments])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        out, err = capsys.readouterr()
+        return int(stop.value.code or 0), out, err
+
+    return call
+
+
+def test_main_job_writes_a_trace_and_says_what_came_out(cli, here):
+    code, out, err = cli("run", "-o", "out.nc")
+    assert (code, err) == (0, "")
+    assert "2.562 mN" in out
+    assert sorted(path.name for path in here.iterdir()) == ["out.nc"]
+
+
+def test_the_scenario_of_the_design_runs_from_a_file(cli, here):
+    (here / "touchscreen.toml").write_text(GOOD)
+    code, out, _ = cli("run", "touchscreen.toml", "-o", "out.csv")
+    assert code == 0
+    assert {path.name for path in here.iterdir()} == {"touchscreen.toml", "out.csv", "out.frequency.csv"}
+    assert "electrostatic force" in out
+
+
+def test_a_trace_repeats_its_run_and_its_sweep(cli):
+    assert cli("run", "--set", "drive.high=500 V", "--over", "drive.rise=5ms:50ms:3log", "-o", "a.nc")[0] == 0
+    assert cli("run", "a.nc", "-o", "b.nc")[0] == 0
+    with xarray.open_dataset("a.nc") as first, xarray.open_dataset("b.nc") as second:
+        xarray.testing.assert_equal(first, second)
+        np.testing.assert_allclose(first["drive.rise"], np.geomspace(5e-3, 50e-3, 3), rtol=1e-12)
+
+
+def test_init_prints_a_scenario_that_reads_back_equal(cli, here):
+    code, out, _ = cli("init", "vezzoli_2014/fig7")
+    assert code == 0
+    (here / "again.toml").write_text(out)
+    from electrovib import load
+
+    assert load("again.toml") == load("vezzoli_2014/fig7")
+
+
+def test_init_does_not_overwrite(cli, here):
+    (here / "mine.toml").write_text("precious")
+    code, _, err = cli("init", "-o", "mine.toml")
+    assert code == 2
+    assert "exists already" in err
+    assert (here / "mine.toml").read_text() == "precious"
+
+
+def test_version_names_the_parts(cli):
+    code, out, _ = cli("--version")
+    assert code == 0
+    assert {line.split()[0] for line in out.splitlines()} >= {
+        "electrovib",
+        "python",
+        "numpy",
+        "xarray",
+        "pydantic",
+    }
+
+
+TRAPEZIUM = 'model = "Trapezium", high = "1 kV", rise = "36 ms", hold = "100 ms", fall = "36 ms"'
+
+MISTAKES = {
+    "unknown key": (GOOD.replace('thickness = "90 um"', 'thicknes = "90 um"'), ["stack.insulator.thicknes", "'thickness'"]),
+    "misspelt model": (GOOD.replace("Trapezium", "Trapezum"), ["drive", "'Trapezum'", "Did you mean 'Trapezium'?"]),
+    "wrong unit": (GOOD.replace("90 um", "2 V"), ["stack.insulator.thickness = '2 V': expected a length, for instance '90 um'"]),
+    "tower of powers": (GOOD.replace("90 um", "9**9**9"), ["stack.insulator.thickness = '9**9**9': expected a length"]),
+    "negative thickness": (GOOD.replace("90 um", "-90 um"), ["stack.insulator.thickness", "between 100 pm and 100 mm"]),
+    "not a number": (GOOD.replace('"0.5 N"', "nan"), ["load.normal_force = nan", "finite"]),
+    "empty file": ("", ["empty", "electrovib init"]),
+    "broken TOML": (GOOD + "\n[stack", ["not valid TOML"]),
+    "no schema": (GOOD.replace("schema = 1", ""), ["schema = 1"]),
+    "table where a number belongs": (GOOD.replace('"90 um"', "{}"), ["stack.insulator.thickness", "expected a length"]),
+    "empty stack": (GOOD[: GOOD.index("[stack.insulator]")] + "[stack]\n", ["stack", "layer"]),
+    "layer missing for the law": (GOOD.replace("[stack.insulator]", "[stack.insulater]"), ["stack.insulator", "'insulater'"]),
+    "drive file missing": (
+        GOOD.replace(TRAPEZIUM, 'model = "Sampled", file = "none.csv"'),
+        ["drive", "none.csv"],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_in_a_file_is_told_in_one_line_and_nothing_is_written(mistake, cli, here):
+    text, words = MISTAKES[mistake]
+    (here / "bad.toml").write_text(text)
+    code, out, err = cli("run", "bad.toml", "-o", "out.nc", "--report", "out.html")
+    assert code == 2
+    assert out == ""
+    assert "Traceback" not in err
+    assert all(line.startswith("electrovib: ") for line in err.splitlines())
+    for word in words:
+        assert word in err
+    assert {path.name for path in here.iterdir()} == {"bad.toml"}
+
+
+def test_all_mistakes_of_a_file_are_listed_at_once(cli, here):
+    text = (
+        GOOD.replace("90 um", "2 V")
+        .replace("Trapezium", "Trapezum")
+        .replace("1 cm2", "-1 cm2")
+        .replace("0.5 N", "x")
+    )
+    (here / "bad.toml").write_text(text)
+    code, _, err = cli("run", "bad.toml")
+    assert code == 2
+    lines = err.splitlines()
+    assert len(lines) == 4
+    for path in ("drive", "contact.area", "load.normal_force", "stack.insulator.thickness"):
+        assert sum(line.startswith(f"electrovib: {path} =") for line in lines) == 1
+
+
+DRIVES = {
+    "text in a number column": ("time,voltage\n0,0\n1e-3,ten\n2e-3,0\n", ["ten"]),
+    "one row": ("time,voltage\n0,0\n", ["row"]),
+    "repeated stamp": ("time,voltage\n0,0\n1e-3,1\n1e-3,2\n2e-3,0\n", ["repeats", "KeepIncreasing"]),
+    "decreasing stamp": ("time,voltage\n0,0\n2e-3,1\n1e-3,2\n3e-3,0\n", ["goes back", "KeepIncreasing"]),
+    "empty": ("", ["empty"]),
+    "wrong column": ("t,voltage\n0,0\n1,1\n", ["time"]),
+}
+
+
+@pytest.mark.parametrize("fault", DRIVES)
+def test_a_faulty_drive_file_is_told_with_its_place(fault, cli, here):
+    content, words = DRIVES[fault]
+    (here / "drive.csv").write_text(content)
+    text = GOOD.replace(TRAPEZIUM, 'model = "Sampled", file = "drive.csv"')
+    (here / "bad.toml").write_text(text)
+    code, _, err = cli("run", "bad.toml", "-o", "out.nc")
+    assert code == 2
+    assert len(err.splitlines()) == 1
+    assert err.startswith("electrovib: drive = ")
+    for word in words:
+        assert word in err
+    assert not (here / "out.nc").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["run", "vezzoli_2014/fig5"], ["Did you mean 'fig"]),
+        (["run", "vezzoli_2013/fig6"], ["neither a file nor a paper", "vezzoli_2014"]),
+        (["run", "missing.toml"], ["missing.toml"]),
+        (["run", "--set", "drive.hihg=1"], ["drive.hihg", "Did you mean 'high'?"]),
+        (["run", "--set", "drive.high=2 mm"], ["drive.high = '2 mm': expected a voltage"]),
+        (["run", "--set", "drive.high"], ["PATH=VALUE"]),
+        (["run", "--over", "drive.rise=1ms:2ms"], ["PATH=FROM:TO:N"]),
+        (["run", "--over", "drive.rise=0:1ms:5log"], ["above 0"]),
+        (["run", "--over", "drive.rise=1V:2V:5"], ["expected a time"]),
+        (["run", "--over", "drive.rize=1ms:2ms:5"], ["drive.rise"]),
+        (["run", "-o", "nowhere/out.nc"], ["nowhere"]),
+        (["run", "-o", "out.xyz"], [".nc, .csv, .mat"]),
+        (["run", "--report", "out.pdf"], [".html"]),
+        (["run", "--over", "drive.rise=1ms:2ms:3", "-o", "out.csv"], [".nc"]),
+        (["run", "--set", "force.model=Vezzoli2014PerFrequency"], ["not causal", "Vezzoli2014Causal"]),
+        (["report", "missing.nc"], ["missing.nc"]),
+        (["reproduce", "vezzoli_2015"], ["vezzoli_2014"]),
+        (["init", "vezzoli_2014/figg6"], ["fig6"]),
+    ],
+)
+def test_a_mistake_in_an_option_is_told_in_one_line(arguments, words, cli, here):
+    code, _, err = cli(*arguments)
+    assert code == 2
+    assert "Traceback" not in err
+    for word in words:
+        assert word in err
+    assert list(here.iterdir()) == []
+
+
+def test_usage_errors_are_one_line_and_code_2():
+    result = subprocess.run(
+        [sys.executable, "-m", "electrovib", "run", "--nonsense"], capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 2
+    assert "Traceback" not in result.stderr
