@@ -49,9 +49,7 @@ def run(
     ElectrovibError
         For anything a user can mend; nothing has been written then.
     """
-    experiment, axes = _experiment(scenario)
-    if set:
-        experiment = experiment.replace(set)
+    experiment, axes = _experiment(scenario, set or {})
     if over:
         axes = _axes(experiment, over)
     _check_outputs(output, report, axes)
@@ -95,11 +93,17 @@ def _axes(experiment: Scenario, over: Sequence[str] | Mapping[str, Sequence[floa
     return dict(parse_over(experiment, over))
 
 
-def _experiment(source: str | Path | Scenario | Mapping[str, Any]) -> tuple[Scenario, dict[str, Any]]:
+def _experiment(
+    source: str | Path | Scenario | Mapping[str, Any], changes: Mapping[str, Any]
+) -> tuple[Scenario, dict[str, Any]]:
     """Find the scenario, and the sweep if a swept Trace is to be repeated."""
     if isinstance(source, Scenario):
-        return source, {}
-    found = load(source)
-    if isinstance(found, Scenario):
+        return source.replace(changes) if changes else source, {}
+    if isinstance(source, Mapping) or Path(source).suffix not in {".nc", ".csv", ".mat"}:
+        found = load(source, changes=changes)
+        assert isinstance(found, Scenario)
         return found, {}
-    return scenario_of(found), json.loads(found.attrs.get("over", "{}"))
+    trace = load(source)
+    experiment = scenario_of(trace)
+    axes = json.loads(trace.attrs.get("over", "{}"))
+    return experiment.replace(changes) if changes else experiment, axes

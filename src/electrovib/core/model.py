@@ -5,9 +5,17 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, Self, TypeVar, get_args
 
-from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from electrovib.core.errors import InputError, nearest
@@ -39,10 +47,10 @@ class Model(BaseModel):
     def __init_subclass__(cls, *, family: bool = False, **kwargs: Any) -> None:
         """Keep classes abstract or final."""
         super().__init_subclass__(**kwargs)
-        parent = cls.__mro__[1]
-        if issubclass(parent, Model) and not parent.is_family:
-            msg = f"{cls.__name__} subclasses the final class {parent.__name__}: wrap it instead"
-            raise TypeError(msg)
+        for parent in cls.__bases__:
+            if issubclass(parent, Model) and not parent.is_family:
+                msg = f"{cls.__name__} subclasses the final class {parent.__name__}: wrap it instead"
+                raise TypeError(msg)
         cls.is_family = family
 
     @model_validator(mode="wrap")
@@ -60,7 +68,17 @@ class Model(BaseModel):
         if name not in (None, cls.__name__):
             why = f"expected the model {cls.__name__}, not '{name}'"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
-        return cls._explain(cls.complete(content), handler)
+        return cls._build(content, handler)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _counts_are_no_booleans(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse yes and no where Python would take them for 1 and 0."""
+        if isinstance(value, bool) and info.field_name in cls.model_fields:
+            annotation = cls.model_fields[info.field_name].annotation
+            if int in (annotation, *get_args(annotation)):
+                raise PydanticCustomError("count", "{why}", {"why": "expected a whole number"})
+        return value
 
     @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
@@ -68,25 +86,42 @@ class Model(BaseModel):
         return content
 
     @classmethod
-    def _explain(cls, content: dict[str, Any], handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """Say for an unknown parameter of which class it was, and the nearest known one."""
+    def _build(cls, content: dict[str, Any], handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Complete and validate a table; a file that cannot be read does not hide the table's other mistakes."""
+        lines: list[InitErrorDetails] = []
+        complete = content
         try:
-            return handler(content)
+            complete = cls.complete(content)
+        except PydanticCustomError as fault:
+            lines.append(InitErrorDetails(type=fault, loc=(), input=cls._named(content)))
+        try:
+            built = handler(complete)
         except ValidationError as error:
-            lines = []
-            for item in error.errors(include_url=False):
-                kind, loc = item["type"], item["loc"]
-                if kind == "extra_forbidden" and len(loc) == 1:
-                    known = nearest(str(loc[0]), cls.model_fields)
-                    why = f"unknown parameter '{loc[0]}' of {cls.__name__}.{known}"
-                    fault: Any = PydanticCustomError("unknown", "{why}", {"why": why})
-                elif kind == "missing" and len(loc) == 1:
-                    why = f"missing: {cls._describe(str(loc[0]))}"
-                    fault = PydanticCustomError("missing_parameter", "{why}", {"why": why})
-                else:
-                    fault = PydanticCustomError(kind, "{why}", {"why": item["msg"]})
-                lines.append(InitErrorDetails(type=fault, loc=loc, input=item["input"]))
-            raise ValidationError.from_exception_data(cls.__name__, lines) from None
+            found = [cls._explained(item) for item in error.errors(include_url=False)]
+            lines += [line for line in found if line["loc"] or not lines]
+        if lines:
+            raise ValidationError.from_exception_data(cls.__name__, lines)
+        return built
+
+    @classmethod
+    def _explained(cls, item: Any) -> InitErrorDetails:
+        """Say for an unknown parameter of which class it was, and the nearest known one."""
+        kind, loc, shown = item["type"], item["loc"], item["input"]
+        if kind == "extra_forbidden" and len(loc) == 1:
+            known = nearest(str(loc[0]), cls.model_fields)
+            kind, why = "unknown", f"unknown parameter '{loc[0]}' of {cls.__name__}.{known}"
+        elif kind == "missing" and len(loc) == 1:
+            kind, why = "missing_parameter", f"missing: {cls._describe(str(loc[0]))}"
+        else:
+            why = item["msg"]
+        if not loc and isinstance(shown, Mapping):
+            shown = cls._named(shown)
+        return InitErrorDetails(type=PydanticCustomError(kind, "{why}", {"why": why}), loc=loc, input=shown)
+
+    @classmethod
+    def _named(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Put the name of the model back into a table, for messages."""
+        return {"model": cls.__name__, **content} if cls.__mro__[1] is not Model else dict(content)
 
     @classmethod
     def _describe(cls, field: str) -> str:
@@ -121,8 +156,14 @@ class Model(BaseModel):
         return content | {name: _plain(value) for name, value in self}
 
     def canonical(self) -> str:
-        """Write the canonical JSON: what equality, hash and the scenario's hash are made of."""
-        return json.dumps(self.to_dict(), sort_keys=True, separators=(",", ":"), default=_content)
+        """Write the canonical JSON: what equality, hash and the scenario's hash are made of.
+
+        Returns
+        -------
+        str
+            Parameters in the order of their declaration, layers in that of the stack, which is physics.
+        """
+        return json.dumps(self.to_dict(), separators=(",", ":"), default=_content)
 
     def digest(self) -> str:
         """Give the SHA-256 of the canonical JSON, hexadecimal."""
@@ -158,7 +199,14 @@ class Model(BaseModel):
         """
         from electrovib.core.paths import replaced
 
-        return read_model(type(self), replaced(self, changes))
+        content, problems = replaced(self, changes)
+        try:
+            changed = read_model(type(self), content)
+        except InputError as error:
+            problems += error.problems
+        if problems:
+            raise InputError(problems)
+        return changed
 
     def parameters(self) -> Iterator[tuple[str, float | None, Quantity]]:
         """Walk over the physical parameters: dotted path, value in SI, declaration."""

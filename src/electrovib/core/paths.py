@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from electrovib.core.quantity import Quantity
 
 
-def replaced(model: Model, changes: Mapping[str, Any]) -> dict[str, Any]:
+def replaced(model: Model, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
     """Put changes into the nested tables of a model; the result is not yet validated.
 
     Parameters
@@ -26,60 +26,108 @@ def replaced(model: Model, changes: Mapping[str, Any]) -> dict[str, Any]:
 
     Returns
     -------
-    dict
+    content : dict
         Nested tables.
-
-    Raises
-    ------
-    InputError
-        For every path that does not exist.
+    problems : list of str
+        One sentence for each path that does not exist.
     """
     content = model.to_dict()
-    problems = [problem for path, value in changes.items() if (problem := _put(content, path, value))]
-    if problems:
-        raise InputError(problems)
-    return content
+    return content, put(content, changes)
 
 
-def _put(content: dict[str, Any], path: str, value: Any) -> str | None:
+def put(content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = True) -> list[str]:
+    """Put changes into nested tables in place.
+
+    Parameters
+    ----------
+    content : dict
+        Nested tables.
+    changes : mapping of str to value
+        Dotted path to new value. A new ``model`` comes first and takes nothing over from the former one, so
+        its own parameters can be given along with it.
+    strict : bool
+        Refuse paths that are not there; else trust that validation follows, and make what is missing.
+
+    Returns
+    -------
+    list of str
+        One sentence for each path that does not exist.
+    """
+    ordered = sorted(changes, key=lambda path: not path.endswith(".model"))
+    fresh: list[Any] = []
+    problems = (_put(content, path, changes[path], fresh, strict=strict) for path in ordered)
+    return [problem for problem in problems if problem]
+
+
+def _put(content: dict[str, Any], path: str, value: Any, fresh: list[Any], *, strict: bool) -> str | None:
     *parents, last = path.split(".")
-    table: Any = content
+    tables: list[Any] = [content]
     for depth, key in enumerate(parents):
+        table = tables[-1]
         if isinstance(table, list) and key.isdigit() and int(key) < len(table):
-            table = table[int(key)]
-        elif isinstance(table, dict) and key in table and table[key] is not None:
-            table = table[key]
+            tables.append(table[int(key)])
+        elif isinstance(table, dict) and table.get(key) is not None:
+            tables.append(table[key])
+        elif isinstance(table, dict) and not strict:
+            tables.append(table.setdefault(key, {}))
         else:
             return _unknown(table, ".".join(parents[:depth]), key, path)
+    table = tables[-1]
     if isinstance(table, list) and last.isdigit() and int(last) < len(table):
         table[int(last)] = value
-    elif not isinstance(table, dict) or last not in table:
+    elif not isinstance(table, dict) or (strict and last not in table and not _among(table, fresh)):
         return _unknown(table, ".".join(parents), last, path)
-    elif last == "model" and table[last] != value:
-        # another model has other parameters: keep none but the name, so nothing is carried over silently
+    elif last == "model" and table.get(last) != value:
         table.clear()
         table["model"] = value
+        fresh.append(table)
     else:
         table[last] = value
-        if last == "file":  # numbers of the former file must not survive it
-            for key in [key for key, item in table.items() if isinstance(item, Samples)]:
-                del table[key]
+    if last in {"file", "model", "column", "unit"} or last.endswith(("_column", "_unit")):
+        _forget_samples(tables)
     return None
 
 
+def _among(table: Any, tables: list[Any]) -> bool:
+    return any(table is other for other in tables)
+
+
+def _forget_samples(tables: list[Any]) -> None:
+    """Numbers that were read from a file must not survive a change of how it is read."""
+    for table in tables:
+        if isinstance(table, dict) and table.get("file"):
+            for key in [key for key, item in table.items() if isinstance(item, Samples)]:
+                del table[key]
+
+
 def _unknown(table: Any, where: str, key: str, path: str) -> str:
-    known = nearest(key, table) if isinstance(table, dict) else ""
-    place = f" in '{where}'" if where else ""
-    return f"{path}: no parameter '{key}'{place}.{known}"
+    if isinstance(table, list):
+        return f"{path}: '{where}' has entries 0 to {len(table) - 1}"
+    if not isinstance(table, dict):
+        return f"{path}: '{where}' is a single value, without parameters of its own"
+    owner = f" of {table['model']}" if "model" in table else f" in '{where}'" if where else ""
+    return f"{path}: unknown parameter '{key}'{owner}.{nearest(key, table)}"
 
 
 def value_at(model: Model, path: str) -> Any:
-    """Look a dotted path up; raise InputError when there is none.
+    """Look a dotted path up.
+
+    Parameters
+    ----------
+    model : Model
+        Where to look.
+    path : str
+        Dotted path.
 
     Returns
     -------
     object
         A float in SI, a text, a nested table.
+
+    Raises
+    ------
+    InputError
+        If there is no such path; the message has the nearest name.
     """
     table: Any = model.to_dict()
     for depth, key in enumerate(parts := path.split(".")):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import numbers
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias, get_args
 
@@ -41,6 +42,12 @@ class Quantity:
         if self.unit not in KINDS:
             msg = f"unit {self.unit!r} of '{self.doc}' is not one of {', '.join(KINDS)}"
             raise TypeError(msg)
+        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low <= self.high):
+            msg = f"range of '{self.doc}' must be finite, low first: {self.low} to {self.high}"
+            raise TypeError(msg)
+        if not self.doc.strip():
+            msg = f"a parameter in {self.unit} needs a meaning"
+            raise TypeError(msg)
 
     def read(self, value: object) -> float:
         """Turn text or a number into a float in SI within the range.
@@ -55,9 +62,9 @@ class Quantity:
                 value = parse_quantity(value, self.unit)
             except ValueError as error:
                 raise PydanticCustomError("quantity", "{why}", {"why": str(error)}) from None
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
+        if isinstance(value, bool) or not isinstance(value, numbers.Real):
             raise PydanticCustomError("quantity", "{why}", {"why": expected(self.unit)})
-        number = float(value)
+        number = float(value) + 0.0  # one zero, not two
         if not math.isfinite(number):
             why = f"must be a finite number; {expected(self.unit)}"
             raise PydanticCustomError("quantity", "{why}", {"why": why})

@@ -50,12 +50,15 @@ KINDS: Final = {
 }
 """Every unit a parameter or a signal may have: what it is called and how it is written."""
 
-_NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)"
+_LONGEST: Final = 64
+"""Longer texts are no number with a unit; the bound keeps matching short."""
+_NUMBER = r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?)"
 _SYMBOL = re.compile(r"([A-Za-z]+)(\d?)")
-_PINT_TEXT = re.compile(rf"\s*{_NUMBER}\s*([A-Za-zµμΩΩ%°][A-Za-z0-9µμΩΩ ./*^·²³-]*)")
 _PINT_LENGTH: Final = 32
-_EXPONENT = re.compile(r"(?:\*\*|\^)")
-_PLAIN_EXPONENT = re.compile(r"[A-Za-zΩµ](?:\*\*|\^)-?\d(?![\d*^.])")
+_WORD = r"[A-Za-zµμΩΩ%°]+"
+_POWER = r"(?:(?:\*\*|\^)-?[1-9]|[23²³])"
+_PINT_UNIT = rf"{_WORD}{_POWER}?"
+_PINT_TEXT = re.compile(rf"\s*{_NUMBER}\s*({_PINT_UNIT}(?:(?:\s*[*/·]\s*|\s+){_PINT_UNIT})*)\s*")
 
 
 def parse_quantity(text: str, unit: str) -> float:
@@ -78,8 +81,9 @@ def parse_quantity(text: str, unit: str) -> float:
     ValueError
         If the text is not a finite number in that unit; the message says what was expected.
     """
-    exact = _parse_own_unit(text, unit)
-    value = exact if exact is not None else _parse_other_unit(text, unit)
+    value = _parse_own_unit(text, unit) if len(text) <= _LONGEST else None
+    if value is None:
+        value = _parse_other_unit(text, unit)
     if value is None or not math.isfinite(value):
         raise ValueError(expected(unit))
     return value
@@ -172,17 +176,25 @@ def _parse_own_unit(text: str, unit: str) -> float | None:
 
 def _parse_other_unit(text: str, unit: str) -> float | None:
     """Leave unusual unit texts to pint, which never returns from towers of powers: admit only short ones."""
-    if len(text) > _PINT_LENGTH or _PINT_TEXT.fullmatch(text) is None or unit == "1":
-        return None
-    if len(_EXPONENT.findall(text)) != len(_PLAIN_EXPONENT.findall(text)):
+    match = _PINT_TEXT.fullmatch(text) if len(text) <= _PINT_LENGTH and unit != "1" else None
+    if match is None:
         return None
     import pint
 
-    written = text.replace("²", "**2").replace("³", "**3").replace("·", "*")
     try:
-        return float(_registry().Quantity(written).to(unit.replace("m2", "m**2").replace(" ", "*")).magnitude)
+        quantity = _registry().Quantity(float(match[1]), _for_pint(match[2]))
+        if unit != "rad" and "radian" in str(quantity.to_root_units().units):
+            return None  # pint takes 1 rad/s for 1 Hz
+        return float(quantity.to(_for_pint(unit)).magnitude)
     except (pint.errors.PintError, ArithmeticError, ValueError, TypeError, AttributeError, AssertionError):
         return None
+
+
+def _for_pint(unit: str) -> str:
+    """Write powers with two stars and products with one."""
+    figures = str.maketrans("²³", "23", "*^")
+    powers = re.sub(_POWER, lambda power: f"**{power[0].translate(figures)}", unit)
+    return re.sub(r"\s*·\s*|(?<=[^\s*/])\s+(?=[^\s*/])", "*", powers)
 
 
 @functools.cache

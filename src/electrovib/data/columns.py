@@ -408,10 +408,11 @@ def _from_netcdf(path: Path, columns: Sequence[str | int]) -> dict[str | int, _C
 
 
 def check_hdf5(path: Path) -> None:
-    """Open and close once: h5netcdf prints a traceback for a file that HDF5 cannot open."""
+    """Fail early where h5netcdf would also print a traceback of its own."""
     import h5py
 
-    h5py.File(path, "r").close()
+    with h5py.File(path, "r") as file:
+        file.attrs.get("_nc3_strict")
 
 
 def _variable(path: Path, data: xarray.Dataset, column: str | int) -> _Column:

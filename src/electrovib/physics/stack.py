@@ -72,9 +72,9 @@ class Stack(Model):
                 f"initial_charge of the last layer '{[*self.layers][-1]}' would sit on the conducting finger"
             )
             raise PydanticCustomError("charge", "{why}", {"why": why})
-        wrong = [name for name in self.layers if not name.isidentifier() or hasattr(Model, name)]
+        wrong = [name for name in self.layers if not name.isidentifier() or hasattr(Stack, name)]
         if wrong:
-            why = f"'{wrong[0]}' cannot name a layer: letters, digits and _ only"
+            why = f"'{wrong[0]}' cannot name a layer: letters, digits and _, and no word of the program's own"
             details = [
                 InitErrorDetails(type=PydanticCustomError("layer", "{why}", {"why": why}), input=wrong[0])
             ]

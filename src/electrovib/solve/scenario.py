@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
@@ -15,6 +16,7 @@ from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.files import relative_to
 from electrovib.core.model import Model, read_model
+from electrovib.core.paths import put
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.circuit import Circuit
 from electrovib.physics.contact import Contact
@@ -174,12 +176,12 @@ def load(source: str | Path | Mapping[str, Any], *, changes: Mapping[str, Any] |
         A TOML file, a Trace file (``.nc``, ``.csv``, ``.mat``), a paper's scenario such as
         ``"vezzoli_2014/fig6"``, or nested tables.
     changes : mapping of str to value, optional
-        Dotted path to value, put into a scenario.
+        Dotted path to value, put into the scenario; a file named here is looked for from the working folder.
 
     Returns
     -------
     Scenario or xarray.Dataset
-        A Scenario from TOML, a paper or tables; a Trace from a Trace file.
+        A Scenario from TOML, a paper or tables; a Trace from a Trace file, or with `changes` its scenario.
 
     Raises
     ------
@@ -187,15 +189,39 @@ def load(source: str | Path | Mapping[str, Any], *, changes: Mapping[str, Any] |
         Every mistake of the file at once.
     """
     if isinstance(source, Mapping):
-        scenario = read_model(Scenario, _without_schema({"schema": SCHEMA} | dict(source)))
-    else:
-        path = Path(source)
-        if path.suffix in {".nc", ".csv", ".mat"}:
-            return _load_trace(path)
-        scenario = (
-            _load_toml(path) if path.suffix == ".toml" or path.exists() else paper_scenario(str(source))
-        )
+        return _read({"schema": SCHEMA} | dict(source), changes, Path())
+    path = Path(source)
+    if path.suffix in {".nc", ".csv", ".mat"}:
+        trace = _load_trace(path)
+        return scenario_of(trace).replace(changes) if changes else trace
+    if path.suffix == ".toml" or path.exists():
+        return _read(_tables(path), changes, path.parent)
+    scenario = paper_scenario(str(source))
     return scenario.replace(changes) if changes else scenario
+
+
+def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Path) -> Scenario:
+    """Build a scenario; changes may mend what is wrong in the tables."""
+    content = _without_schema(content)
+    try:
+        with relative_to(folder):
+            scenario = read_model(Scenario, content)
+    except InputError:
+        if not changes:
+            raise
+        put(content, _beside(changes, folder), strict=False)
+        with relative_to(folder):
+            return read_model(Scenario, content)
+    return scenario.replace(changes) if changes else scenario
+
+
+def _beside(changes: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Write files that the caller names as seen from the scenario's folder."""
+    found = dict(changes)
+    for path, value in changes.items():
+        if path.rpartition(".")[2] == "file" and isinstance(value, str):
+            found[path] = os.path.relpath(value, folder)
+    return found
 
 
 def load_scenario(source: str | Path | Mapping[str, Any] | Scenario) -> Scenario:
@@ -235,7 +261,7 @@ def _load_trace(path: Path) -> xarray.Dataset:
     return load_nc(path) if path.suffix == ".nc" else load_csv(path)
 
 
-def _load_toml(path: Path) -> Scenario:
+def _tables(path: Path) -> dict[str, Any]:
     import tomllib
 
     try:
@@ -249,11 +275,9 @@ def _load_toml(path: Path) -> Scenario:
     if not text.strip():
         raise InputError(f"{path}: the file is empty. 'electrovib init {DEFAULT}' prints one to start from")
     try:
-        content = tomllib.loads(text)
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
-    with relative_to(path.parent):
-        return read_model(Scenario, _without_schema(content))
 
 
 def _without_schema(content: dict[str, Any]) -> dict[str, Any]:

@@ -14,7 +14,9 @@ LONG: Final = 20_000
 BINS: Final = 2_000
 
 
-def envelope(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def envelope(
+    x: NDArray[np.float64], y: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Keep the lowest and the highest point of each stretch of a long record.
 
     Parameters

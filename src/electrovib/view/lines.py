@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.view.style import COLOURS, DASHES, layer_colours, sequence
+from electrovib.view.style import COLOURS, DASHES, between, layer_colours
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
     import xarray
     from numpy.typing import NDArray
+
+    from electrovib.solve.scenario import Scenario
 
 Traces: TypeAlias = "xarray.Dataset | Sequence[xarray.Dataset] | Mapping[str, xarray.Dataset]"
 """What every plot takes: one Trace, several, or several with labels."""
@@ -61,19 +63,17 @@ def labelled(traces: Traces) -> dict[str, xarray.Dataset]:
     """
     import xarray
 
-    if isinstance(traces, xarray.Dataset):
-        traces = [traces]
-    if isinstance(traces, Mapping):
-        found = {str(label): trace for label, trace in traces.items()}
+    given: Any = [traces] if isinstance(traces, xarray.Dataset) else traces
+    found: dict[str, Any] = {}
+    if isinstance(given, Mapping):
+        found = {str(label): trace for label, trace in given.items()}
     else:
-        found = {}
-        for number, trace in enumerate(traces, start=1):
+        for number, trace in enumerate(given, start=1):
             wanted = str(getattr(trace, "attrs", {}).get("title") or f"Trace {number}")
             found[wanted if wanted not in found else f"{wanted} ({number})"] = trace
-    wrong = [label for label, trace in found.items() if not isinstance(trace, xarray.Dataset)]
+    wrong = {label: type(it).__name__ for label, it in found.items() if not isinstance(it, xarray.Dataset)}
     if wrong:
-        kinds = {label: type(found[label]).__name__ for label in wrong}
-        raise InputError(f"{label}: expected a Trace, not {kind}" for label, kind in kinds.items())
+        raise InputError(f"{label}: expected a Trace, not {kind}" for label, kind in wrong.items())
     if not found:
         raise InputError("there is no Trace to draw: give at least one")
     return found
@@ -140,14 +140,16 @@ def lines_of(
         names = [str(value) for value in array["layer"].values] if "layer" in array.dims else []
         ordered = array.transpose(*paths, *(["layer"] if names else []), along)
         units = swept_units(known[label])
-        most = MOST_LINES // max(1, len(names)) // len(labels)
-        chosen = _chosen([ordered.sizes[path] for path in paths], most=most)
-        for order, pick in enumerate(chosen):
-            value = ", ".join(_words(ordered, path, at, units) for path, at in zip(paths, pick, strict=True))
+        every = list(itertools.product(*(range(ordered.sizes[path]) for path in paths)))
+        for order, at in enumerate(_even(len(every), _most(array, len(labels)))):
+            pick = every[at]
+            value = ", ".join(
+                _words(ordered, path, place, units) for path, place in zip(paths, pick, strict=True)
+            )
             for layer, name in enumerate(names or [""]):
                 looks = _looks(
                     trace=(label, labels.index(label)) if len(labels) > 1 else None,
-                    value=(value, order, len(chosen)) if paths else None,
+                    value=(value, order, at / max(1, len(every) - 1)) if paths else None,
                     layer=(name, layer, names) if names else None,
                 )
                 y = np.asarray(ordered.values[(*pick, layer) if names else pick])
@@ -155,17 +157,16 @@ def lines_of(
     return found
 
 
-def _chosen(sizes: list[int], *, most: int) -> list[tuple[int, ...]]:
-    """Choose evenly among all combinations of swept values."""
-    combinations = list(itertools.product(*(range(size) for size in sizes)))
-    even = np.linspace(0, len(combinations) - 1, min(max(2, most), len(combinations))).round().astype(int)
-    return [combinations[place] for place in np.unique(even)]
+def _even(count: int, most: int) -> list[int]:
+    """Choose evenly among the values of a sweep, the first and the last among them."""
+    even = np.linspace(0, count - 1, min(most, count)).round().astype(int)
+    return [int(place) for place in np.unique(even)]
 
 
 def _looks(
     *,
     trace: tuple[str, int] | None,
-    value: tuple[str, int, int] | None,
+    value: tuple[str, int, float] | None,
     layer: tuple[str, int, list[str]] | None,
 ) -> tuple[str, str, str, Any]:
     """Choose what colour and dash stand for: the first of Trace, swept value and layer takes the colour."""
@@ -173,7 +174,7 @@ def _looks(
     if trace is not None:
         keys.append((trace[0], COLOURS[trace[1] % len(COLOURS)], trace[1]))
     if value is not None:
-        keys.append((value[0], sequence(value[2])[value[1]], value[1]))
+        keys.append((value[0], between(value[2]), value[1]))
     if layer is not None:
         keys.append((_readable(layer[0]), layer_colours(layer[2])[layer[0]], layer[1]))
     if not keys:
@@ -201,6 +202,16 @@ def _readable(name: str) -> str:
     return name.replace("_", " ")
 
 
+def scenario_or_none(trace: xarray.Dataset) -> Scenario | None:
+    """Give the scenario a Trace carries; None for a measurement, or for one that cannot be read any more."""
+    from electrovib.solve.scenario import scenario_of
+
+    try:
+        return scenario_of(trace)
+    except (InputError, ValueError):
+        return None
+
+
 def swept_paths(trace: xarray.Dataset) -> list[str]:
     """List the dotted paths over which a Trace was swept."""
     return [str(dim) for dim in trace.dims if dim not in _AXES]
@@ -210,23 +221,26 @@ def swept_units(trace: xarray.Dataset) -> dict[str, str]:
     """Find the unit of each swept path: written at the coordinate, or declared by the scenario."""
     swept = swept_paths(trace)
     found = {path: str(trace[path].attrs["units"]) for path in swept if "units" in trace[path].attrs}
-    if len(found) < len(swept) and "scenario" in trace.attrs:
-        from electrovib.solve.scenario import scenario_of
-
-        try:
-            declared = {path: quantity.unit for path, _, quantity in scenario_of(trace).parameters()}
-        except (InputError, ValueError):
-            declared = {}
+    if len(found) < len(swept) and (scenario := scenario_or_none(trace)):
+        declared = {path: quantity.unit for path, _, quantity in scenario.parameters()}
         found = {path: declared[path] for path in swept if path in declared} | found
     return found
 
 
-def signals(traces: Traces, name: str) -> list[xarray.DataArray]:
-    """Give one signal of all Traces that have it."""
-    return [trace[name] for trace in labelled(traces).values() if name in trace]
+def left_out(traces: Traces, name: str) -> str:
+    """Say how many values of a sweep a plot of this signal shows; nothing where it shows all."""
+    known = labelled(traces)
+    notes = []
+    for trace in known.values():
+        if name not in trace:
+            continue
+        count = math.prod(trace.sizes[path] for path in swept_paths(trace))
+        shown = len(_even(count, _most(trace[name], len(known))))
+        if shown < count:
+            notes.append(f"{shown} of {count} values")
+    return ", ".join(dict.fromkeys(notes))
 
 
-def total_lines(arrays: Iterable[xarray.DataArray]) -> int:
-    """Count the lines there would be if every value of a sweep were drawn."""
-    flat = {"time", "frequency"}
-    return sum(math.prod(size for dim, size in array.sizes.items() if dim not in flat) for array in arrays)
+def _most(array: xarray.DataArray, traces: int) -> int:
+    """Share the lines a plot may have among Traces and layers."""
+    return max(2, MOST_LINES // array.sizes.get("layer", 1) // traces)

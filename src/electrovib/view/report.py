@@ -113,16 +113,19 @@ def page_of(traces: Mapping[str, xarray.Dataset], *, title: str | None = None) -
         HTML.
     """
     from electrovib.view import summary, tables
+    from electrovib.view.lines import scenario_or_none
     from electrovib.view.pages import page
 
-    scenarios = {label: found for label, trace in traces.items() if (found := summary.scenario_or_none(trace))}
+    scenarios = {label: found for label, trace in traces.items() if (found := scenario_or_none(trace))}
     swept = {label: texts for label, trace in traces.items() if (texts := summary.swept_texts(trace))}
     return page(
         "report.html.jinja",
         title=title or _title(traces),
         labels=list(traces),
         lamps={label: shown for label, trace in traces.items() if (shown := summary.lamps(trace))},
-        unreadable=[label for label, trace in traces.items() if "scenario" in trace.attrs and label not in scenarios],
+        unreadable=[
+            label for label, trace in traces.items() if "scenario" in trace.attrs and label not in scenarios
+        ],
         numbers=side_by_side([summary.key_numbers(trace) for trace in traces.values()]),
         swept=swept,
         figures=figures(traces, scenarios),
@@ -154,7 +157,10 @@ def _different(scenarios: Mapping[str, Scenario]) -> dict[str, Scenario]:
         seen.setdefault(key, []).append(label)
         if len(seen[key]) == 1:
             found[label] = scenario
-    return {", ".join(next(group for group in seen.values() if group[0] == label)): found[label] for label in found}
+    return {
+        ", ".join(next(group for group in seen.values() if group[0] == label)): found[label]
+        for label in found
+    }
 
 
 def side_by_side(columns: Sequence[Mapping[str, str]]) -> dict[str, tuple[str, ...]]:

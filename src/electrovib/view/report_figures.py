@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.view import plots
-from electrovib.view.lines import has
+from electrovib.view.lines import has, swept_paths
 from electrovib.view.pages import markup
+from electrovib.view.plots.over_time import has_layer_voltages
 from electrovib.view.style import new_figure, style
 from electrovib.view.svg import inline, to_svg
 
@@ -68,7 +69,7 @@ def _stacks(scenarios: Mapping[str, Scenario]) -> list[PageFigure]:
         figure = new_figure((_WIDTH, max(2.6, 0.9 + 0.46 * len(scenario.stack.layers))))
         with style():
             plots.stack(scenario, ax=figure.add_subplot())
-        caption = f"Of {', '.join(labels)}." if len(groups) > 1 else ""
+        caption = f"Stack of {', '.join(labels)}." if len(groups) > 1 else ""
         words = f"Layers from the plate to the finger: {', '.join(scenario.stack.layers)}."
         drawn.append(PageFigure("Stack", _inline(figure, f"stack{number}", words), caption))
     if len(groups) > _MOST_STACKS:
@@ -84,7 +85,7 @@ def _over_time(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
         wanted.append(("drive", plots.drive))
     if has(traces, "effective_voltage"):
         wanted.append(("effective voltage", plots.effective_voltage))
-    elif any("field" in trace and "scenario" in trace.attrs for trace in traces.values()):
+    elif any(has_layer_voltages(trace) for trace in traces.values()):
         wanted.append(("voltage across each layer", plots.layer_voltages))
     if has(traces, "electrostatic_force"):
         wanted.append(("electrostatic force", plots.force))
@@ -102,13 +103,18 @@ def _over_frequency(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
         wanted.append(("gain", plots.gain))
     figure = _multiples(traces, wanted, "Over frequency", "frequency")
     if figure and has(traces, "mean_force"):
-        caption = "Mean force under one sine with the peak voltage of the drive, after everything has settled."
+        caption = (
+            "Mean force under one sine with the peak voltage of the drive, after everything has settled."
+        )
         return [PageFigure(figure[0].title, figure[0].svg, caption)]
     return figure
 
 
 def _multiples(
-    traces: Mapping[str, xarray.Dataset], wanted: Sequence[tuple[str, Callable[..., Axes]]], title: str, name: str
+    traces: Mapping[str, xarray.Dataset],
+    wanted: Sequence[tuple[str, Callable[..., Axes]]],
+    title: str,
+    name: str,
 ) -> list[PageFigure]:
     """Draw plots in two columns, with one legend for what they share."""
     if not wanted:
@@ -123,30 +129,33 @@ def _multiples(
         for (words, plot), ax in zip(wanted, axes[: len(wanted)], strict=True):
             plot(traces, ax=ax)
             ax.set_title(words)
-        _share_legend(figure, list(axes[: len(wanted)]))
+        if len(traces) > 1 or any(swept_paths(trace) for trace in traces.values()):
+            _share_legend(figure, list(axes[: len(wanted)]))
     words = ", ".join(words for words, _ in wanted)
     return [PageFigure(title, _inline(figure, name, f"{title}: {words}"), "")]
 
 
 def _share_legend(figure: Figure, axes: Sequence[Axes]) -> None:
-    """Move a legend that several plots have in common above them."""
+    """Move what the legends of several plots explain above them, each thing once."""
     legends = [legend for ax in axes if (legend := ax.get_legend()) is not None]
-    entries = [tuple(text.get_text() for text in legend.get_texts()) for legend in legends]
-    common = next((texts for texts in entries if entries.count(texts) > 1), None)
-    if common is None:
+    entries: dict[str, Any] = {}
+    for legend in legends:
+        for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True):
+            entries.setdefault(text.get_text(), handle)
+    if not entries:
         return
-    shared = [legend for legend, texts in zip(legends, entries, strict=True) if texts == common]
-    title = shared[0].get_title().get_text().replace("\n", ", ")
-    room = _WIDTH / (0.5 + _LETTER * max(len(text) for text in common))
+    title = next((words for legend in legends if (words := legend.get_title().get_text())), "")
+    columns = max(1, int(_WIDTH / (0.5 + _LETTER * max(len(text) for text in entries))))
     figure.legend(
-        shared[0].legend_handles,
-        common,
-        title=title or None,
+        list(entries.values()),
+        list(entries),
+        title=title.replace("\n", ", ") or None,
         loc="outside upper left",
-        ncols=max(1, min(len(common), int(room))),
+        ncols=min(len(entries), columns),
         alignment="left",
     )
-    for legend in shared:
+    figure.set_figheight(figure.get_figheight() + 0.17 * (-(-len(entries) // columns) + bool(title)))
+    for legend in legends:
         legend.remove()
 
 

@@ -62,8 +62,10 @@ _RULES: Final[dict[str, Any]] = {
 def style() -> Iterator[None]:
     """Apply the look inside a ``with`` block; matplotlib's own settings come back after it."""
     import matplotlib as mpl
+    from matplotlib.rcsetup import cycler
 
-    with mpl.rc_context({**_RULES, "axes.prop_cycle": mpl.cycler(color=list(COLOURS))}):
+    rules: Any = {**_RULES, "axes.prop_cycle": cycler(color=list(COLOURS))}
+    with mpl.rc_context(rules):
         yield
 
 
@@ -119,10 +121,9 @@ def layer_colours(names: list[str]) -> dict[str, str]:
     return {name: LAYER_COLOURS.get(name) or given[name] for name in names}
 
 
-def sequence(count: int) -> list[str]:
-    """Give colours from dark to light for the values of a sweep; never too faint for white paper."""
+def between(part: float) -> str:
+    """Give the colour of a value of a sweep: from dark at 0 to light at 1, never too faint for white paper."""
     import matplotlib as mpl
     from matplotlib.colors import to_hex
 
-    scale = mpl.colormaps["viridis"]
-    return [to_hex(scale(0.85 * index / max(1, count - 1))) for index in range(count)]
+    return to_hex(mpl.colormaps["viridis"](0.85 * part))

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError
 from electrovib.core.signals import signal
 from electrovib.view.lines import shown_value, swept_paths, swept_units
 from electrovib.view.units import pretty_quantity
@@ -32,16 +31,6 @@ _WORDS: Final = {
     "dropped_samples": "samples of the measured drive that were dropped",
 }
 _LONGEST: Final = 400
-
-
-def scenario_or_none(trace: xarray.Dataset) -> Scenario | None:
-    """Give the scenario a Trace carries; None for a measurement, or for one that cannot be read any more."""
-    from electrovib.solve.scenario import scenario_of
-
-    try:
-        return scenario_of(trace)
-    except (InputError, ValueError):
-        return None
 
 
 def lamps(trace: xarray.Dataset) -> list[dict[str, str]]:
@@ -77,12 +66,12 @@ def key_numbers(trace: xarray.Dataset) -> dict[str, str]:
     found = {}
     for name, words in peaks.items():
         if name in trace:
-            found[words] = _range(_largest(np.abs(trace[name]), "time"), signal(name).unit)
+            found[words] = _range(_largest(abs(trace[name]), "time"), signal(name).unit)
         if name == "electrostatic_force" and name in trace:
             found["mean electrostatic force over the record"] = _range(_mean(trace[name]), "N")
     if "field" in trace:
         for layer in trace["layer"].values:
-            largest = _largest(np.abs(trace["field"].sel(layer=layer)), "time")
+            largest = _largest(abs(trace["field"].sel(layer=layer)), "time")
             found[f"largest field, {str(layer).replace('_', ' ')}"] = _range(largest, "V/m")
     return found
 

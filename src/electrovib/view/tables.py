@@ -59,7 +59,9 @@ class ModelRow:
     reference: str
 
 
-def parameter_rows(scenarios: Mapping[str, Scenario], swept: Mapping[str, Mapping[str, str]]) -> list[ParameterRow]:
+def parameter_rows(
+    scenarios: Mapping[str, Scenario], swept: Mapping[str, Mapping[str, str]]
+) -> list[ParameterRow]:
     """Collect the parameters of all scenarios, in the order of the first file that has them.
 
     Parameters
@@ -118,7 +120,11 @@ def walk_models(model: Model, prefix: str = "") -> Iterator[tuple[str, Model]]:
     """Walk over all models inside a model, with their dotted paths."""
     for name, value in model:
         path = f"{prefix}{name}"
-        items = [(path, value)] if not isinstance(value, tuple) else [(f"{path}.{i}", v) for i, v in enumerate(value)]
+        items = (
+            [(path, value)]
+            if not isinstance(value, tuple)
+            else [(f"{path}.{i}", v) for i, v in enumerate(value)]
+        )
         for where, item in items:
             if isinstance(item, Model):
                 yield where, item

@@ -116,7 +116,7 @@ def _open_up(axis: Axis) -> tuple[float, float]:
     if not (math.isfinite(low) and math.isfinite(high)):
         return 0.0, 1.0
     size = max(abs(low), abs(high))
-    if axis.axis_name == "y" and 0 <= high - low < _FLAT * size:
+    if axis is axis.axes.yaxis and 0 <= high - low < _FLAT * size:
         middle = (low + high) / 2
         axis.axes.set_ylim(middle - 0.2 * size, middle + 0.2 * size)
     return low, high

@@ -98,10 +98,10 @@ def test_interpolation_is_of_second_order():
         return np.max(np.abs(material.polarisation(fine) / BROAD.polarisation(fine) - 1))
 
     errors = [worst(21), worst(41), worst(81)]
-    # Halving the spacing quarters the error of straight lines; 0.15 % was measured at ten rows a decade.
+    # Halving the spacing quarters the error of straight lines; 0.20 % was measured at ten rows a decade.
     assert 3.5 < errors[0] / errors[1] < 4.5
     assert 3.5 < errors[1] / errors[2] < 4.5
-    assert errors[1] < 2e-3
+    assert 1e-3 < errors[1] < 3e-3
 
 
 def test_goes_on_as_one_relaxation_beyond_the_band():
@@ -167,7 +167,7 @@ def columns():
 def test_four_ways_to_write_the_loss(name):
     other = tabulated(loss={"model": name}, loss_samples=columns()[name])
     assert other.table()[1] == pytest.approx(tabulated().table()[1], rel=1e-14)
-    assert other.conduction_bounds() == pytest.approx(tabulated().conduction_bounds(), rel=1e-14)
+    assert other.conduction_bounds() == pytest.approx(tabulated().conduction_bounds(), rel=1e-14, abs=0)
 
 
 def write(path, headings, *arrays):
@@ -363,7 +363,7 @@ def test_bounds_hold_the_true_conductivity():
     assert least == 0
     # Without noise the smallest is the first: conduction plus the constant phase's own loss at 10 Hz.
     loss = -SKIN.complex_permittivity(10.0).imag
-    assert most == pytest.approx(2 * np.pi * 10 * VACUUM_PERMITTIVITY * loss, rel=1e-12)
+    assert most == pytest.approx(2 * np.pi * 10 * VACUUM_PERMITTIVITY * loss, rel=1e-12, abs=0)
     assert SKIN.conductivity < most < 2 * SKIN.conductivity
     assert table.replace({"conductivity": most}).conduction_bounds() == (least, most)
 
@@ -403,15 +403,16 @@ def test_reduction_follows_the_rows_and_states_its_error():
     assert material.slowest_relaxation == pytest.approx(1 / (2 * np.pi * 10), rel=1e-15)
     assert max(reduction.debye.relaxation_times) <= material.slowest_relaxation
     assert 0.03 < error[0] < 0.08
-    # A decade further up nothing is missing; 0.3 % was measured.
-    assert error[frequency > 100].max() < 0.006
+    # A decade further up little is missing; 0.6 % was measured.
+    assert error[frequency > 100].max() < 0.01
 
 
 def test_loss_that_is_left_out_of_the_declaration_is_stated_as_error():
     material = measured(SKIN, np.geomspace(10, 1e6, 51))
     errors = [reduce_material(material.replace({"conductivity": s})).largest_error for s in (4e-6, 2e-6, 0.0)]
-    # All terms are faster than the lowest row, so slow loss that is not declared finds no place: 6, 48, 59 %.
-    assert errors[0] < 0.08 < 0.3 < errors[1] < errors[2]
+    # All terms are faster than the lowest row, so slow loss that is not declared finds no place: 6, 53, 61 %.
+    assert errors[0] < 0.08
+    assert 0.3 < errors[1] < errors[2]
 
 
 def test_rows_beyond_the_band_do_not_cost_terms():
@@ -430,9 +431,10 @@ def test_noisy_table_is_reduced_to_its_noise():
     reduction = reduce_material(noisy)
     fine = np.geomspace(30, 1e6, 301)
     error = np.abs(reduction.debye.permittivity(fine) / BROAD.polarisation(fine) - 1)
-    # 1 % of the whole loss is up to 2 % of the polarisation; 14 free terms average little of it.
+    # 1 % of the whole loss is up to 2 % of the polarisation; the terms average a part of it: 1.1 % was measured.
     assert error.max() < 0.03
-    assert reduction.largest_error > 0.01
+    # Against the rows themselves the noise is all there, three times 1 % at one of 51 rows.
+    assert reduction.largest_error > 0.02
 
 
 # ------------------------------------------------------------------------------ a real table
@@ -461,7 +463,7 @@ def test_measured_whole_skin():
     assert material.kramers_kronig == pytest.approx(0.046, abs=0.01)
     # Between 355 Hz and 100 Hz the conductivity rises again, which no passive material does: its smallest is
     # the most that may be declared.
-    assert material.conduction_bounds()[1] == pytest.approx(1.7666e-4, rel=1e-4)
+    assert material.conduction_bounds()[1] == pytest.approx(1.7666e-4, rel=1e-4, abs=0)
     with pytest.raises(InputError, match=r"declare from 0 to 176\.7 uS/m"):
         gabriel(conductivity="190 uS/m")
 

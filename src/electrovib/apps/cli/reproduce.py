@@ -27,7 +27,8 @@ def command(
     with tracked(f"reproducing {paper}"):
         found = reproduce(paper, output, skin=skin)
     for row in found.rows:
-        print(f"{row.verdict:<11} {row.what}: {shown(row.ours)} {row.unit} (paper: {shown(row.paper)})")
+        unit = "" if row.unit == "1" else f" {row.unit}"
+        print(f"{row.verdict:<11} {row.what}: {shown(row.ours)}{unit} (paper: {shown(row.paper)})")
     print(f"written: {output}/report.html")
 
 

@@ -59,20 +59,20 @@ def figure_4(own: Material | None) -> Panel:
         for key, skin in skins.items()
         if key != "vezzoli_2014/point"
     }
+    measured = [taus[key] for key in taus if skins[key].reproduces_force]
+    made = [taus[key] for key in taus if not skins[key].reproduces_force]
     curves = [
+        Curve("all cited sets", frequency, np.min(measured, axis=0), np.max(measured, axis=0), "band"),
         Curve(
-            "all cited sets",
+            "constructed, constant phase",
             frequency,
-            np.min([*taus.values()], axis=0),
-            np.max([*taus.values()], axis=0),
+            np.min(made, axis=0),
+            np.max(made, axis=0),
             "band",
-        )
+        ),
     ]
-    for key, skin in skins.items():
-        if skin.name in SHOWN and key != "vezzoli_2014/point":
-            curves.append(Curve(skin.name, frequency, taus[key]))
-        elif not skin.reproduces_force:
-            curves.append(Curve(f"{skin.name} (constructed)", frequency, taus[key], kind="dashed"))
+    shown = [key for key in taus if skins[key].name in SHOWN]
+    curves += [Curve(skins[key].name, frequency, taus[key]) for key in shown]
     if own is not None:
         places = getattr(own, "band", (10.0, 1e6))
         inside = np.geomspace(places[0], places[1], 101)

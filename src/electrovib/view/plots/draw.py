@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _MANY = 5
 """From this many entries on, a legend stands beside the plot and not in it."""
+_LONG_LABEL = 44
 _WIDE = 30.0
 """Ratio of largest to smallest value from which an axis is logarithmic."""
 
@@ -34,12 +35,12 @@ def draw(ax: Axes, drawn: Sequence[Line]) -> None:
     """
     for line in drawn:
         x, y = envelope(line.x, np.asarray(line.y, dtype=float))
-        label = ", ".join(part for part in (line.label, line.kind) if part)
+        label = plain(", ".join(part for part in (line.label, line.kind) if part))
         ax.plot(x, y, color=line.colour, linestyle=line.dash, label=label or "_nolegend_")
 
 
 def finish(
-    ax: Axes, *, x: tuple[str, str], y: tuple[str, str], drawn: Sequence[Line] = (), hidden: int = 0
+    ax: Axes, *, x: tuple[str, str], y: tuple[str, str], drawn: Sequence[Line] = (), note: str = ""
 ) -> None:
     """Label the axes, in words and SI unit, and explain the lines.
 
@@ -51,8 +52,8 @@ def finish(
         Words and SI unit.
     drawn : sequence of Line
         Where colours and dashes both stand for something, they are explained one by one.
-    hidden : int
-        Lines left out of a sweep, told in the legend.
+    note : str
+        Told in the legend.
     """
     label_axis(ax.xaxis, *x)
     label_axis(ax.yaxis, *y)
@@ -62,7 +63,7 @@ def finish(
         ax.margins(x=0.01)
     handles, labels = _colours_and_dashes(drawn) or ax.get_legend_handles_labels()
     if labels:
-        _legend(ax, handles, labels, f"{len(drawn)} of {len(drawn) + hidden} lines" if hidden else "")
+        _legend(ax, handles, labels, note)
 
 
 def _colours_and_dashes(drawn: Sequence[Line]) -> tuple[list[Any], list[str]] | None:
@@ -75,17 +76,34 @@ def _colours_and_dashes(drawn: Sequence[Line]) -> tuple[list[Any], list[str]] | 
         return None
     handles = [Line2D([], [], color=colour) for colour in colours.values()]
     handles += [Line2D([], [], color="#555555", linestyle=dash) for dash in dashes.values()]
-    return handles, [*colours, *dashes]
+    return handles, [plain(label) for label in (*colours, *dashes)]
+
+
+def plain(label: str) -> str:
+    """Take from a label of a user what matplotlib would read as a formula or as the wish not to be shown."""
+    shown = label.replace("$", r"\$")
+    return f" {shown}" if shown.startswith("_") else shown
 
 
 def _legend(ax: Axes, handles: Sequence[Any], labels: list[str], note: str) -> None:
     """Put the legend into the plot where it is short, else at its right."""
     common, short = shared_words(labels)
+    short = [_cut(label) for label in short]
     title = "\n".join(part for part in (common, note) if part)
     place: dict[str, Any] = {"loc": "best"}
     if len(labels) >= _MANY:
-        place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2, "labelspacing": 0.25}
+        place = {
+            "loc": "upper left",
+            "bbox_to_anchor": (1.0, 1.0),
+            "borderaxespad": 0.2,
+            "labelspacing": 0.25,
+        }
     ax.legend(handles, short, title=title or None, alignment="left", **place)
+
+
+def _cut(label: str) -> str:
+    """Leave the middle out of a label that would push the plot aside."""
+    return label if len(label) <= _LONG_LABEL else f"{label[:28].rstrip()} … {label[-12:].lstrip()}"
 
 
 def shared_words(labels: list[str]) -> tuple[str, list[str]]:

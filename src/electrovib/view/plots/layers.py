@@ -83,7 +83,11 @@ def _surroundings(ax: Axes, scenario: Scenario, bottom: float, top: float) -> No
         middle = low + _STRIP * total / 2
         ax.text(_WIDTH / 2, middle, words, ha="center", va="center", color=text, fontsize=8)
     back = scenario.circuit.return_path
-    values = [f"{path} {pretty_quantity(value, q.unit)}" for path, value, q in back.parameters() if value is not None]
+    values = [
+        f"{path} {pretty_quantity(value, q.unit)}"
+        for path, value, q in back.parameters()
+        if value is not None
+    ]
     words = f"current returns by {type(back).__name__}" + (f": {', '.join(values)}" if values else "")
     ax.text(_WIDTH + 0.03, (top + total) / 2, words, va="center", fontsize=7.5, color="#555555")
 
@@ -101,7 +105,9 @@ def _slabs(ax: Axes, scenario: Scenario, scale: float) -> None:
         thin = layer.thickness * scale < _LINE
         colour = colours[name]
         ax.add_patch(
-            Rectangle((0, low), _WIDTH, layer.thickness, facecolor=colour, alpha=0.4, edgecolor="none", label=name)
+            Rectangle(
+                (0, low), _WIDTH, layer.thickness, facecolor=colour, alpha=0.4, edgecolor="none", label=name
+            )
         )
         if thin:
             ax.plot([0, _WIDTH], [middle, middle], color=colour, linewidth=_LINE)
@@ -110,7 +116,11 @@ def _slabs(ax: Axes, scenario: Scenario, scale: float) -> None:
         here = "  ·  force evaluated here" if scenario.force.plane == name else ""
         note = "  (thinner than the line that shows it)" if thin else ""
         title = f"{name.replace('_', ' ')}  {pretty_quantity(layer.thickness, 'm')}"
-        at: dict[str, Any] = {"xy": (_WIDTH + 0.095, height), "textcoords": "offset points", "color": "#222222"}
+        at: dict[str, Any] = {
+            "xy": (_WIDTH + 0.095, height),
+            "textcoords": "offset points",
+            "color": "#222222",
+        }
         ax.annotate(title + note, xytext=(0, 1.5), va="bottom", fontsize=8.5, fontweight="bold", **at)
         ax.annotate(values(layer, scenario) + here, xytext=(0, -1.5), va="top", fontsize=8, **at)
 

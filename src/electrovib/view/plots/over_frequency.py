@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.signals import signal
-from electrovib.view.lines import Line, Traces, has, lines, signals, total_lines
+from electrovib.view.lines import Line, Traces, has, left_out, lines
 from electrovib.view.plots.draw import draw, finish, logarithmic_if_wide
 from electrovib.view.style import drawing
 
@@ -152,6 +152,5 @@ def _over_frequency(
         axes.set_xscale("log")
         draw(axes, drawn)
         logarithmic_if_wide(axes)
-        hidden = total_lines(signals(traces, name)) - len(drawn)
-        finish(axes, x=_FREQUENCY, y=(words, unit), drawn=drawn, hidden=hidden)
+        finish(axes, x=_FREQUENCY, y=(words, unit), drawn=drawn, note=left_out(traces, name))
         return axes

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from electrovib.core.errors import InputError
 from electrovib.core.signals import signal
-from electrovib.view.lines import Line, Traces, labelled, lines, lines_of, signals, total_lines
+from electrovib.solve.scenario import scenario_of
+from electrovib.view.lines import Line, Traces, labelled, left_out, lines, lines_of, scenario_or_none
 from electrovib.view.plots.draw import draw, finish
 from electrovib.view.style import drawing
 
@@ -164,21 +165,26 @@ def layer_voltages(traces: Traces, *, ax: Axes | None = None) -> Axes:
         If no Trace has both.
     """
     known = labelled(traces)
-    arrays = {label: found for label, trace in known.items() if (found := _voltages(trace)) is not None}
+    arrays = {label: _voltages(trace) for label, trace in known.items() if has_layer_voltages(trace)}
     if not arrays:
-        raise InputError("no Trace has both the signal 'field' and a scenario with the thicknesses of its layers")
+        raise InputError(
+            "no Trace has both the signal 'field' and a scenario with the thicknesses of its layers"
+        )
     drawn = lines_of(arrays, "time", known)
-    hidden = total_lines(arrays.values()) - len(drawn)
-    return _draw(drawn, "layer voltage", "V", ax, hidden=hidden)
+    return _draw(drawn, "layer voltage", "V", ax, note=left_out(traces, "field"))
 
 
-def _voltages(trace: xarray.Dataset) -> xarray.DataArray | None:
+def has_layer_voltages(trace: xarray.Dataset) -> bool:
+    """Tell whether a Trace has fields and a scenario that knows all their layers."""
+    scenario = scenario_or_none(trace)
+    if "field" not in trace or scenario is None:
+        return False
+    return all(str(name) in scenario.stack.layers for name in trace["layer"].values)
+
+
+def _voltages(trace: xarray.Dataset) -> xarray.DataArray:
     """Multiply the field of each layer by its thickness, swept or fixed."""
-    if "field" not in trace or "scenario" not in trace.attrs:
-        return None
     import xarray
-
-    from electrovib.solve.scenario import scenario_of
 
     layers = scenario_of(trace).stack.layers
     parts = []
@@ -186,19 +192,19 @@ def _voltages(trace: xarray.Dataset) -> xarray.DataArray | None:
         path = f"stack.{name}.thickness"
         thickness = trace[path] if path in trace.dims else layers[str(name)].thickness
         parts.append(trace["field"].sel(layer=name) * thickness)
-    return xarray.concat(parts, dim="layer", coords="minimal", compat="override").assign_coords(layer=trace["layer"])
+    joined = xarray.concat(parts, dim="layer", coords="minimal", compat="override")
+    return joined.assign_coords(layer=trace["layer"])
 
 
 def _over_time(traces: Traces, name: str, ax: Axes | None) -> Axes:
     drawn = lines(traces, name, "time")
     known = signal(name)
     words = f"{name.replace('_', ' ')} ${known.symbol}$"
-    hidden = total_lines(signals(traces, name)) - len(drawn)
-    return _draw(drawn, words, known.unit, ax, hidden=hidden)
+    return _draw(drawn, words, known.unit, ax, note=left_out(traces, name))
 
 
-def _draw(drawn: list[Line], words: str, unit: str, ax: Axes | None, *, hidden: int = 0) -> Axes:
+def _draw(drawn: list[Line], words: str, unit: str, ax: Axes | None, *, note: str = "") -> Axes:
     with drawing(ax) as axes:
         draw(axes, drawn)
-        finish(axes, x=_TIME, y=(words, unit), drawn=drawn, hidden=hidden)
+        finish(axes, x=_TIME, y=(words, unit), drawn=drawn, note=note)
         return axes

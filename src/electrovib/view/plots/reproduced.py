@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from electrovib.view.plots.draw import finish
-from electrovib.view.style import COLOURS, DASHES, drawing
+from electrovib.view.style import COLOURS, drawing
+from electrovib.view.units import typeset
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.axes import Axes
 
     from electrovib.study.reproduction import Curve, Panel
 
 _SIZE = (6.4, 3.9)
-_KINDS: dict[str, dict[str, Any]] = {
-    "line": {},
-    "dashed": {"linestyle": "--"},
-    "points": {"linestyle": "none", "marker": "o", "markersize": 4.0},
-}
+_SOLID = ("-", "-.")
+_BROKEN = ("--", ":")
 
 
 def panel(panel: Panel, *, ax: Axes | None = None) -> Axes:
@@ -42,20 +42,35 @@ def panel(panel: Panel, *, ax: Axes | None = None) -> Axes:
             axes.set_xscale("log")
         if panel.log_y:
             axes.set_yscale("log")
-        for number, curve in enumerate(panel.curves):
-            dash = DASHES[number // len(COLOURS) % len(DASHES)]
-            _draw(axes, curve, COLOURS[number % len(COLOURS)], dash)
+        for curve, (colour, dash) in zip(panel.curves, _looks(panel.curves), strict=True):
+            _draw(axes, curve, colour, dash)
         finish(axes, x=panel.x, y=panel.y)
-        axes.set_title(panel.title)
+        axes.set_title(typeset(panel.title))
         return axes
 
 
-def _draw(ax: Axes, curve: Curve, colour: str, dash: Any) -> None:
+def _looks(curves: Sequence[Curve]) -> list[tuple[str, str]]:
+    """Give every curve its own colour; where there are too few, solid and broken ones are counted apart."""
+    few = len(curves) <= len(COLOURS)
+    drawn = {_SOLID: 0, _BROKEN: 0}
+    looks = []
+    for number, curve in enumerate(curves):
+        dashes = _BROKEN if curve.kind == "dashed" else _SOLID
+        turn, place = divmod(number if few else drawn[dashes], len(COLOURS))
+        looks.append((COLOURS[place], dashes[turn % len(dashes)]))
+        drawn[dashes] += 1
+    return looks
+
+
+def _draw(ax: Axes, curve: Curve, colour: str, dash: str) -> None:
     x, y = (np.asarray(values, dtype=float) for values in (curve.x, curve.y))
-    if curve.upper is None:
-        ax.plot(x, y, color=colour, label=curve.label, **{"linestyle": dash} | _KINDS.get(curve.kind, {}))
-        return
-    upper = np.asarray(curve.upper, dtype=float)
-    ax.fill_between(x, y, upper, color=colour, alpha=0.22, linewidth=0, label=curve.label)
-    for edge in (y, upper):
-        ax.plot(x, edge, color=colour, linewidth=0.7)
+    label = typeset(curve.label)
+    if curve.upper is not None:
+        upper = np.asarray(curve.upper, dtype=float)
+        ax.fill_between(x, y, upper, color=colour, alpha=0.22, linewidth=0, label=label)
+        for edge in (y, upper):
+            ax.plot(x, edge, color=colour, linewidth=0.7)
+    elif curve.kind == "points":
+        ax.plot(x, y, color=colour, label=label, linestyle="none", marker="o", markersize=4.0)
+    else:
+        ax.plot(x, y, color=colour, label=label, linestyle=dash)

@@ -1,0 +1,222 @@
+"""A reproduced paper as files: a page to read, numbers for programs, figures for slides."""
+
+from __future__ import annotations
+
+import json
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from electrovib.core.errors import InputError
+from electrovib.data.atomic import writing
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from matplotlib.figure import Figure
+
+    from electrovib.study.reproduction import Panel, Reproduction
+
+_PANEL_SIZE: Final = (8.2, 4.3)
+
+
+def reproduce(
+    paper: str = "vezzoli_2014", output: str | Path = "reproduction", *, skin: str | None = None
+) -> Reproduction:
+    """Compute everything a paper states and write it beside what the paper prints.
+
+    Parameters
+    ----------
+    paper : str
+        ``author_year``.
+    output : str or Path
+        Folder; made if it is not there. Files of the same names in it are replaced, others are left.
+    skin : str, optional
+        File with a table of one's own skin, for papers that can use one.
+
+    Returns
+    -------
+    Reproduction
+        Rows, panels and words, as they were written.
+
+    Raises
+    ------
+    InputError
+        If there is no such paper, if it has nothing to reproduce, if the table cannot be used, or if the folder
+        cannot be written; nothing has been written then.
+    """
+    folder = Path(output)
+    _check(folder)
+    found = _found(paper, skin)
+    _write(found, folder)
+    return found
+
+
+def _check(folder: Path) -> None:
+    """Tell before the work that the output is, or would lie in, a file."""
+    nearest = next((place for place in (folder, *folder.parents) if place.exists()), Path())
+    if not nearest.is_dir():
+        raise InputError(f"{folder}: '{nearest}' is a file, not a folder: give the name of a folder")
+
+
+def _found(paper: str, skin: str | None) -> Reproduction:
+    from electrovib.core.discovery import paper as find
+    from electrovib.core.discovery import papers
+
+    module = find(paper)
+    if not hasattr(module, "reproduce"):
+        able = ", ".join(name for name, other in papers().items() if hasattr(other, "reproduce"))
+        raise InputError(f"'{paper}' has nothing to reproduce. Papers that have: {able or 'none'}.")
+    found: Reproduction = module.reproduce(skin=skin)
+    return found
+
+
+def _write(found: Reproduction, folder: Path) -> None:
+    """Write all files of a reproduction, or none of them."""
+    contents = contents_of(found)
+    made = not folder.exists()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made: {error.strerror or error}.") from error
+    try:
+        with ExitStack() as stack:
+            places = {name: stack.enter_context(writing(folder / name)) for name in contents}
+            for name, place in places.items():
+                place.write_bytes(contents[name])
+    except BaseException:
+        if made:
+            with suppress(OSError):
+                folder.rmdir()
+        raise
+
+
+def contents_of(found: Reproduction) -> dict[str, bytes]:
+    """Make the files of a reproduction.
+
+    Parameters
+    ----------
+    found : Reproduction
+        Of any paper.
+
+    Returns
+    -------
+    dict of str to bytes
+        File name to content: every figure twice, ``numbers.json``, and ``report.html`` last.
+    """
+    from electrovib.view.svg import to_png, to_svg
+
+    contents: dict[str, bytes] = {}
+    drawings: dict[str, str] = {}
+    for panel in found.panels:
+        figure = _drawn(panel)
+        contents[f"{panel.id}.svg"] = to_svg(figure).encode()
+        contents[f"{panel.id}.png"] = to_png(figure)
+        figure.axes[0].set_title("", loc="left")  # on the page it is a heading
+        drawings[panel.id] = to_svg(figure)
+    numbers = json.dumps([row.to_dict() for row in found.rows], indent=2, ensure_ascii=False)
+    contents["numbers.json"] = f"{numbers}\n".encode()
+    contents["report.html"] = page_of(found, drawings).encode()
+    return contents
+
+
+def page_of(found: Reproduction, drawings: Mapping[str, str]) -> str:
+    """Write the page of a reproduction.
+
+    Parameters
+    ----------
+    found : Reproduction
+        Of any paper.
+    drawings : mapping of str to str
+        Name of each panel to its SVG.
+
+    Returns
+    -------
+    str
+        HTML that needs nothing else.
+    """
+    from electrovib.view import summary
+    from electrovib.view.pages import markup, page
+    from electrovib.view.report_figures import PageFigure
+    from electrovib.view.svg import inline
+
+    figures = [
+        PageFigure(
+            panel.title, markup(inline(drawings[panel.id], name=panel.id, words=panel.title)), panel.caption
+        )
+        for panel in found.panels
+    ]
+    rows = [
+        {
+            "verdict": row.verdict,
+            "what": row.what,
+            "paper": shown(row.paper, row.unit),
+            "ours": shown(row.ours, row.unit),
+            "note": row.note,
+        }
+        for row in found.rows
+    ]
+    return page(
+        "reproduction.html.jinja",
+        title=f"{found.paper}: the paper, reproduced",
+        found=found,
+        rows=rows,
+        equations={number: equation(text, number) for number, text in found.equations.items()},
+        figures=figures,
+        versions=summary.versions(),
+    )
+
+
+def _drawn(panel: Panel) -> Figure:
+    """Draw one panel, with its title."""
+    from electrovib.view import plots
+    from electrovib.view.style import new_figure, style
+
+    figure = new_figure(_PANEL_SIZE)
+    with style():
+        plots.panel(panel, ax=figure.add_subplot())
+    return figure
+
+
+def shown(value: float | tuple[float, float] | None, unit: str) -> str:
+    """Write a number or an interval of a row in the unit of the row."""
+    from electrovib.view.units import pretty_unit
+
+    if value is None:
+        return "not printed"
+    numbers = value if isinstance(value, tuple) else (value,)
+    digits = 3 if isinstance(value, tuple) else 4
+    text = " … ".join(f"{number:.{digits}g}" for number in numbers)
+    return f"{text} {pretty_unit(unit)}".strip()
+
+
+def equation(text: str, number: str) -> Any:
+    """Draw a formula written in mathtext; one that cannot be drawn is shown as it is written.
+
+    Parameters
+    ----------
+    text : str
+        With or without ``$``.
+    number : str
+        Of the equation, for readers who cannot see it.
+
+    Returns
+    -------
+    Markup or str
+        Inline SVG, or the text.
+    """
+    from electrovib.view.pages import markup
+    from electrovib.view.style import new_figure, style
+    from electrovib.view.svg import inline, to_svg
+
+    written = (text if "$" in text else f"${text}$").replace(
+        r"\frac", r"\dfrac"
+    )  # legible in a line of its own
+    figure = new_figure((6.0, 1.0))
+    try:
+        with style():
+            figure.text(0, 0.5, written, fontsize=13, math_fontfamily="stix", color="#222222")
+        svg = to_svg(figure, tight=True)
+    except ValueError:
+        return text
+    return markup(inline(svg, name=f"equation{number}", words=f"Equation {number}: {text}"))

@@ -1,0 +1,79 @@
+"""A finger on a plate, built in one line."""
+
+from __future__ import annotations
+
+import functools
+
+import pytest
+
+from electrovib.core.discovery import find_members, papers
+from electrovib.core.model import read_model
+from electrovib.physics.material import Material
+from electrovib.solve.scenario import Scenario
+
+AREA = 1e-4
+
+
+def film(thickness=90e-6, permittivity=3.35):
+    return {"thickness": thickness, "material": {"model": "Constant", "permittivity": permittivity}}
+
+
+def constant_skin(permittivity=1560.0, conductivity=0.0, thickness=200e-6):
+    material = {"model": "Constant", "permittivity": permittivity, "conductivity": conductivity}
+    return {"thickness": thickness, "material": material}
+
+
+def gap(thickness, conductivity=0.0):
+    return {
+        "thickness": thickness,
+        "material": {"model": "Constant", "permittivity": 1.0, "conductivity": conductivity},
+    }
+
+
+def build(*, drive, stack, force="GapPlane", resistance=0.0, return_path=None, settled=False, **more):
+    content = {
+        "drive": drive,
+        "force": {"model": force},
+        "friction": {"model": "Coulomb", "coefficient": 0.5},
+        "contact": {"model": "FixedArea", "area": AREA},
+        "load": {"normal_force": 0.5},
+        "circuit": {"return_path": return_path or {"model": "Grounded", "resistance": resistance}},
+        "stack": stack,
+        "time": {"initial_state": {"model": "PeriodicState" if settled else "AtRest"}},
+    }
+    return read_model(Scenario, content | more)
+
+
+class Finger:
+    """Layers and scenarios of the founding paper's finger, by name."""
+
+    AREA = AREA
+    film = staticmethod(film)
+    skin = staticmethod(constant_skin)
+    gap = staticmethod(gap)
+    build = staticmethod(build)
+
+
+@pytest.fixture(scope="session")
+def finger():
+    return Finger()
+
+
+@functools.cache
+def materials():
+    """Every shipped kind of material, and every skin of a paper, by name."""
+    found = {name: read_model(kind, kind.example) for name, kind in find_members(Material).items()}
+    for author_year, module in papers().items():
+        if hasattr(module, "skins"):
+            found |= {f"{author_year} {name}": skin.material for name, skin in module.skins().items()}
+    return found
+
+
+def pytest_generate_tests(metafunc):
+    """Run a test that takes `material`, `skin` or `conducting_skin` once for each of them."""
+    kinds = {name: one for name, one in materials().items() if " " not in name}
+    skins = {name.replace(" ", "-"): one for name, one in materials().items() if " " in name}
+    conducting = {name: one for name, one in skins.items() if one.conductivity > 0}
+    for wanted, found in (("material", kinds), ("skin", skins), ("conducting_skin", conducting)):
+        if wanted in metafunc.fixturenames:
+            metafunc.parametrize(wanted, found.values(), ids=found)

@@ -1,0 +1,219 @@
+"""The founding law of lost charge: closed forms in time, and the shape of its causal reading."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from electrovib.core.errors import NotCausalError
+from electrovib.core.model import read_model
+from electrovib.papers.vezzoli_2014 import Vezzoli2014Causal, Vezzoli2014PerFrequency
+from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.material import Prony
+from electrovib.physics.stack import Layer
+from electrovib.solve.reduce import reduce_material
+from electrovib.solve.section import modal_section, phasor_section
+from electrovib.solve.simulate import modes, phasors, simulate
+
+EPS0 = 8.8541878128e-12
+VOLTAGE = 1000.0
+CONDUCTIVITY = EPS0 * 1560 / 7.7e-3
+PRECISION = 1e-12  # of the peak: exp and the modes lose a few roundings, sums over breaks a few more
+FREQUENCY = np.geomspace(1e-2, 1e9, 45)
+
+
+def founding(finger, drive, *, conductivity=CONDUCTIVITY, settled=False, law="Vezzoli2014Causal"):
+    layers = {"insulator": finger.film(), "stratum_corneum": finger.skin(conductivity=conductivity)}
+    return finger.build(drive=drive, stack=layers, force=law, settled=settled)
+
+
+def time_constant(conductivity=CONDUCTIVITY):
+    """Give (C_i + C_s) R_s."""
+    film, skin = EPS0 * 3.35 / 90e-6, EPS0 * 1560 / 200e-6
+    return (film + skin) * 200e-6 / conductivity
+
+
+def ramp(time, tau):
+    """Response of tau s/(1 + tau s) to a ramp of 1 V/s from time 0."""
+    return -tau * np.expm1(-np.maximum(time, 0) / tau)
+
+
+def effective(scenario, time):
+    trace = simulate(scenario, time=time)
+    electrical = (90e-6 / 3.35 + 200e-6 / 1560) * 290e-6
+    voltage = trace["effective_voltage"].values
+    force = EPS0 * finger_area(scenario) * voltage**2 / (2 * electrical)
+    assert np.max(np.abs(trace["electrostatic_force"].values - force)) < PRECISION * np.max(force)
+    return voltage
+
+
+def finger_area(scenario):
+    return scenario.contact.gross_area()
+
+
+@pytest.fixture(params=[2001, 30_001], ids=["segments", "block scan"])
+def time(request):
+    return np.linspace(0, 0.3, request.param)
+
+
+def test_step(finger, time):
+    voltage = effective(founding(finger, {"model": "Constant", "level": VOLTAGE}), time)
+    expected = VOLTAGE * np.exp(-time / time_constant())
+    assert np.max(np.abs(voltage - expected)) < PRECISION * VOLTAGE
+    wrong = VOLTAGE * np.exp(-time / (time_constant() * (1 + 1e-11)))
+    assert np.max(np.abs(voltage - wrong)) > PRECISION * VOLTAGE
+
+
+def test_ramp(finger, time):
+    drive = {"model": "Trapezium", "high": VOLTAGE, "rise": 0.3, "hold": 0, "fall": 0}
+    voltage = effective(founding(finger, drive), time)
+    expected = VOLTAGE / 0.3 * ramp(time, time_constant())
+    expected[-1] -= VOLTAGE  # the jump back, at the last sample
+    assert np.max(np.abs(voltage - expected)) < PRECISION * VOLTAGE
+
+
+@pytest.mark.parametrize("conductivity", [CONDUCTIVITY, 100 * CONDUCTIVITY, 0.01 * CONDUCTIVITY])
+def test_trapezium(finger, time, conductivity):
+    drive = {"model": "Trapezium", "high": VOLTAGE, "rise": 36e-3, "hold": 0.1, "fall": 25e-3}
+    voltage = effective(founding(finger, drive, conductivity=conductivity), time)
+    tau = time_constant(conductivity)
+    rising, falling = (
+        ramp(time, tau) - ramp(time - 36e-3, tau),
+        ramp(time - 0.136, tau) - ramp(time - 0.161, tau),
+    )
+    expected = VOLTAGE * (rising / 36e-3 - falling / 25e-3)
+    assert np.max(np.abs(voltage - expected)) < PRECISION * np.max(np.abs(expected))
+
+
+def test_ramp_that_gives_the_force_of_the_paper(finger):
+    drive = {"model": "Trapezium", "high": VOLTAGE, "rise": 36.5e-3, "hold": 0.1, "fall": 36.5e-3}
+    force = simulate(founding(finger, drive), time=np.array([0, 36.5e-3]))["electrostatic_force"].values
+    assert force[1] == pytest.approx(2.5e-3, rel=3e-3)  # the ramp is known to three digits
+
+
+def test_falling_edge_of_a_single_trapezium(finger):
+    """Force ratio falling over rising is (1 - exp(-(hold + ramp)/tau))^2 for one time constant."""
+    drive = {"model": "Trapezium", "high": VOLTAGE, "rise": 20e-3, "hold": 18e-3, "fall": 20e-3}
+    time = np.array([20e-3, 58e-3])
+    rising, falling = simulate(founding(finger, drive), time=time)["electrostatic_force"].values
+    ratio = np.expm1(-38e-3 / time_constant()) ** 2
+    assert falling / rising == pytest.approx(ratio, rel=1e-11)
+    assert np.expm1(-38 / 7.7) ** 2 == pytest.approx(0.986, abs=5e-4)  # the paper's 7.7 ms, without C_i
+
+
+def test_repeated_trapezium_of_half_duty_gives_equal_pulses(finger, conducting_skin):
+    """H(0) = 0: v(t + T/2) = constant - v(t), so both pulses are the same whatever the dispersion."""
+    drive = {
+        "model": "Trapezium", "high": VOLTAGE, "rise": 5e-3, "hold": 20e-3, "fall": 5e-3, "repeat": 50e-3,
+    }  # fmt: skip
+    layers = {
+        "insulator": finger.film(),
+        "stratum_corneum": {"thickness": 200e-6, "material": conducting_skin},
+    }
+    scenario = finger.build(drive=drive, stack=layers, force="Vezzoli2014Causal", settled=True)
+    time = np.linspace(0, 50e-3, 801)
+    force = simulate(scenario, time=time)["electrostatic_force"].values
+    # squares of differences of two large parts: a few roundings of the force of the whole drive
+    assert np.max(np.abs(force[:400] - force[400:800])) < 1e-12 * 60e-3
+
+
+def test_readings_agree_without_dispersion(finger):
+    section = phasors(founding(finger, {"model": "Constant", "level": 1}), FREQUENCY)
+    causal = Vezzoli2014Causal().effective_voltage(section)
+    literal = Vezzoli2014PerFrequency().effective_voltage(section)
+    assert np.max(np.abs(causal - literal)) < PRECISION
+    s = 2j * np.pi * FREQUENCY
+    law = time_constant() * s / (1 + time_constant() * s)
+    assert np.max(np.abs(causal - law)) < PRECISION
+    assert np.max(np.abs(causal / law - 1)) < 1e-9  # relative, where the voltage is 5e-4 of the drive
+    modal = Vezzoli2014Causal().effective_voltage(
+        modes(founding(finger, {"model": "Constant", "level": 1}))[0]
+    )
+    assert np.max(np.abs(modal.at(FREQUENCY) - law)) < PRECISION
+
+
+def test_readings_differ_with_dispersion_by_less_than_a_tenth(finger, conducting_skin):
+    layers = {
+        "insulator": finger.film(),
+        "stratum_corneum": {"thickness": 200e-6, "material": conducting_skin},
+    }
+    section = phasors(
+        finger.build(drive={"model": "Constant", "level": 1}, stack=layers), np.geomspace(10, 1e4, 61)
+    )
+    causal = abs(Vezzoli2014Causal().effective_voltage(section))
+    literal = abs(Vezzoli2014PerFrequency().effective_voltage(section))
+    assert np.max(np.abs(literal / causal - 1)) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("drive", "settled"),
+    [
+        ({"model": "Trapezium", "high": 1, "rise": 1, "hold": 1, "fall": 1}, False),
+        ({"model": "Sine", "amplitude": 1, "frequency": 50}, False),
+        ({"model": "Square", "high": 1, "frequency": 50}, True),
+        ({"model": "Offset", "level": 1, "drive": {"model": "Sine", "amplitude": 1, "frequency": 50}}, True),
+    ],
+)
+def test_the_literal_reading_answers_one_sine_only(finger, drive, settled):
+    scenario = founding(finger, drive, settled=settled, law="Vezzoli2014PerFrequency")
+    with pytest.raises(NotCausalError, match="Use Vezzoli2014Causal"):
+        simulate(scenario)
+
+
+def causal_voltage(thickness, permittivity, debye, conductivity):
+    """Give the effective voltage on an insulator and a skin of Debye terms, nothing in series."""
+    terms = [
+        {"strength": s, "relaxation_time": t}
+        for s, t in zip(debye.strengths, debye.relaxation_times, strict=True)
+    ]
+    skin = read_model(Prony, {"permittivity_high": debye.high, "terms": terms, "conductivity": conductivity})
+    layers = {
+        "insulator": read_model(Layer, {"thickness": thickness, "material": {"model": "Constant", "permittivity": permittivity}}),
+        "stratum_corneum": read_model(Layer, {"thickness": 200e-6, "material": skin}),
+    }  # fmt: skip
+    sums = {name: layer.material.debye() for name, layer in layers.items()}
+    section = modal_section(layers, sums, area=1e-4, element=SeriesElement(), second=0.0)
+    exact = phasor_section(layers, area=1e-4, element=SeriesElement(), second=0.0, frequency=FREQUENCY)
+    law = Vezzoli2014Causal()
+    return law.effective_voltage(section), law.effective_voltage(exact)
+
+
+def check_stieltjes(voltage, exact, conductivity):
+    """1 - H has weights of one sign, so the step response falls from 1 to 0 without turning."""
+    assert np.max(np.abs(voltage.at(FREQUENCY) - exact)) < PRECISION
+    assert voltage.slope == 0
+    assert voltage.direct == pytest.approx(1, abs=PRECISION)
+    assert np.all(voltage.gains <= 1e-14)
+    assert voltage.direct + voltage.gains.sum() == pytest.approx(0 if conductivity else 1, abs=PRECISION)
+    time = np.concatenate([[0.0], np.geomspace(1e-12, 1e6, 400)])
+    step = voltage.direct - np.expm1(-np.outer(time, voltage.rates)) @ voltage.gains
+    assert np.max(step) <= 1 + PRECISION
+    assert np.max(np.diff(step)) <= 1e-14
+
+
+@pytest.mark.parametrize(("thickness", "permittivity"), [(90e-6, 3.35), (1e-6, 3.9)], ids=["film", "coat"])
+def test_step_response_falls_for_every_skin(skin, thickness, permittivity):
+    debye = reduce_material(skin).debye
+    voltage, exact = causal_voltage(thickness, permittivity, debye, skin.conductivity)
+    check_stieltjes(voltage, exact, skin.conductivity)
+
+
+def exponents(low, high):
+    return st.floats(low, high).map(lambda power: 10.0**power)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    thickness=exponents(-7, -3),
+    permittivity=exponents(0, 2),
+    high=exponents(0, 3),
+    terms=st.lists(st.tuples(exponents(-2, 6), exponents(-12, 1)), max_size=6),
+    conductivity=st.one_of(st.just(0.0), exponents(-12, 0)),
+)
+def test_step_response_falls_for_random_skins(thickness, permittivity, high, terms, conductivity):
+    from electrovib.physics.debye_sum import DebyeSum
+
+    debye = DebyeSum(high, tuple(s for s, _ in terms), tuple(t for _, t in terms))
+    check_stieltjes(*causal_voltage(thickness, permittivity, debye, conductivity), conductivity)

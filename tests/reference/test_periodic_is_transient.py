@@ -1,0 +1,201 @@
+"""The steady state through harmonics equals the one through modes that begin in their periodic state."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.core.model import read_model
+from electrovib.papers.vezzoli_2014 import Vezzoli2014Causal
+from electrovib.physics.drive.base import Drive
+from electrovib.physics.force import EffectiveMediumPlane
+from electrovib.solve.periodic import periodic
+from electrovib.solve.simulate import modes, phasors, simulate
+from electrovib.solve.transient import transient
+
+TONES = {
+    "sine": {"model": "Sine", "amplitude": 100, "frequency": 125, "phase": 0.4},
+    "offset": {"model": "Offset", "level": 60, "drive": {"model": "Sine", "amplitude": 50, "frequency": 40}},
+    "amplitude modulation": {
+        "model": "AmplitudeModulation", "amplitude": 100, "carrier": 3000, "modulation": 100, "depth": 0.8,
+    },
+    "overmodulation": {
+        "model": "AmplitudeModulation", "amplitude": 100, "carrier": 100, "modulation": 250, "depth": 1,
+    },
+    "square root modulation": {
+        "model": "SquareRootModulation", "amplitude": 100, "carrier": 3000, "modulation": 100, "depth": 0.8,
+    },
+    "sum": {
+        "model": "Sum",
+        "drives": [
+            {"model": "Sine", "amplitude": 50, "frequency": 100},
+            {"model": "Sine", "amplitude": 20, "frequency": 250},
+            {"model": "Constant", "level": 30},
+        ],
+    },
+}  # fmt: skip
+EDGES = {
+    "square": {"model": "Square", "high": 100, "low": -40, "frequency": 60},
+    "square with edges": {"model": "Square", "high": 100, "frequency": 60, "edge": 2e-3},
+    "pulses": {"model": "PulseTrain", "high": 100, "low": -10, "width": 1e-3, "frequency": 60},
+    "pulses with edges": {"model": "PulseTrain", "high": 100, "width": 3e-3, "frequency": 60, "edge": 1e-3},
+    "trapezium": {
+        "model": "Trapezium", "high": 100, "low": 20, "delay": 1e-3, "rise": 2e-3, "hold": 4e-3, "fall": 1e-3,
+        "repeat": 1 / 60,
+    },
+    "trapezium and square": {
+        "model": "Sum",
+        "drives": [
+            {"model": "Square", "high": 100, "frequency": 60, "edge": 1e-3},
+            {"model": "Trapezium", "high": 10, "rise": 1e-3, "hold": 1e-3, "fall": 2e-3, "repeat": 1 / 120},
+        ],
+    },
+}  # fmt: skip
+SURROUNDINGS = {
+    "nothing": {"return_path": {"model": "Grounded", "resistance": 0}},
+    "grounded": {"return_path": {"model": "Grounded", "resistance": 1000}},
+    "floating": {"return_path": {"model": "Floating", "capacitance": 150e-12}},
+    "leaking": {"return_path": {"model": "Floating", "capacitance": 150e-12, "leak": 1e8}},
+    "source": {"return_path": {"model": "Grounded", "resistance": 1000}, "source_resistance": 1e6},
+    "second": {"return_path": {"model": "SecondElectrode", "area": 0.5e-4}},
+}
+PRECISION = 1e-9  # demanded of drives with a closed form; measured 1e-12
+TIME = np.concatenate([np.linspace(0, 0.05, 211), [0.0501, 0.11, 0.7, 3.0]])
+
+
+def film_on(finger, material, surroundings, drive=None):
+    layers = {
+        "insulator": finger.film(),
+        "gap": finger.gap(1e-6, 1e-9),
+        "stratum_corneum": {"thickness": 200e-6, "material": material},
+    }
+    drive = drive or {"model": "Constant", "level": 1}
+    return finger.build(drive=drive, stack=layers, settled=True, circuit=SURROUNDINGS[surroundings])
+
+
+def quantities(section):
+    """Give every linear quantity: fields, displacements, current, and what the laws make of them."""
+    found = {"voltage": section.voltage, "current": section.current_density}
+    for name in section.names:
+        found[f"field {name}"], found[f"displacement {name}"] = (
+            section[name].field,
+            section[name].displacement,
+        )
+    for law in (EffectiveMediumPlane(), Vezzoli2014Causal()):
+        found[type(law).__name__] = law.amplitudes(section)["E"]
+    return found
+
+
+def check_steady_state(section, drive, time, exact=None):
+    """Compare every quantity; `exact` gives phasors at frequencies instead of the modes' own."""
+    drive = read_model(Drive, drive)
+    transfers = quantities(section)
+    marched = transient(transfers, drive, time, settled=True)
+    for name, transfer in transfers.items():
+
+        def response(frequency, name=name, transfer=transfer):
+            return transfer.at(frequency) if exact is None else quantities(exact(frequency))[name]
+
+        static = float(transfer.at(0.0).real)
+        steady = periodic(response, drive, time, static=static)
+        assert np.max(np.abs(marched[name] - steady)) < PRECISION * np.max(np.abs(steady)), name
+
+
+@pytest.mark.parametrize("drive", TONES.values(), ids=TONES)
+def test_drives_with_a_closed_form(finger, material, drive):
+    section, _ = modes(film_on(finger, material, "grounded"))
+    check_steady_state(section, drive, TIME)
+
+
+@pytest.mark.parametrize("surroundings", SURROUNDINGS)
+def test_every_way_back(finger, material, surroundings):
+    section, _ = modes(film_on(finger, material, surroundings))
+    for drive in ("sum", "amplitude modulation"):
+        check_steady_state(section, TONES[drive], TIME)
+
+
+@pytest.mark.parametrize("surroundings", SURROUNDINGS)
+def test_materials_as_declared(finger, material, surroundings):
+    """Debye sums are not reduced, so phasors of the material itself must give the same steady state."""
+    if material.debye() is None:
+        return
+    scenario = film_on(finger, material, surroundings)
+    section, error = modes(scenario)
+    assert error == 0
+    check_steady_state(section, TONES["sum"], TIME, exact=lambda frequency: phasors(scenario, frequency))
+
+
+def truncation(drive, harmonics, time):
+    """Bound what the harmonics left out can add to a response that no frequency amplifies.
+
+    |sum over n > N of exp(j n x)/n^k| <= 1/((N + 1)^k |sin(x/2)|), k = 1 for a jump and 2 for a bend, where it
+    is also below 1/N; twice that, because the response weighs the harmonics with a gain that varies.
+    """
+    next_one = harmonics + 1
+    bound = np.zeros(len(time))
+    for part in read_model(Drive, drive).parts():
+        first, last, starts = part.after[:-1], part.before[1:], part.times[:-1]
+        slopes = (last - first) / np.diff(part.times)
+        for jump, bend, start in zip(
+            first - np.roll(last, 1), slopes - np.roll(slopes, 1), starts, strict=True
+        ):
+            half = np.abs(np.sin(np.pi * (time - start) / part.period))
+            with np.errstate(divide="ignore", invalid="ignore"):  # at the jump itself nothing is promised
+                bound += np.where(jump == 0, 0.0, np.abs(jump) / (np.pi * next_one * half))
+                tail = np.minimum(1 / harmonics, 1 / (next_one**2 * half))
+            bound += np.abs(bend) * part.period / (2 * np.pi**2) * tail
+    return 2 * bound
+
+
+@pytest.mark.parametrize("drive", EDGES.values(), ids=EDGES)
+@pytest.mark.parametrize("harmonics", [256, 4096])
+def test_edges_to_the_stated_truncation(finger, material, drive, harmonics):
+    section, _ = modes(film_on(finger, material, "grounded"))
+    time = np.linspace(0, 2 / 60, 487)  # no sample on an edge
+    bound = truncation(drive, harmonics, time)
+    drive = read_model(Drive, drive)
+    transfers = {"gap": section["gap"].field, "voltage": section.voltage}
+    marched = transient(transfers, drive, time, settled=True)
+    for name, transfer in transfers.items():
+        static = float(transfer.at(0.0).real)
+        steady = periodic(transfer.at, drive, time, static=static, harmonics=harmonics)
+        largest = np.max(np.abs(transfer.at(np.geomspace(1, 1e9, 91))))
+        error = np.abs(marched[name] - steady) / largest
+        assert np.all(error < bound + PRECISION * np.max(np.abs(steady)) / largest)
+        wrong = np.abs(1.005 * marched[name] - steady) / largest
+        assert harmonics < 4096 or np.any(wrong > bound)
+
+
+def test_simulate_takes_the_periodic_state(finger):
+    """A whole Trace, laws included, from the harmonics of the declared material alone."""
+    material = {
+        "model": "Debye",
+        "permittivity_high": 60,
+        "strength": 4e3,
+        "relaxation_time": 2e-3,
+        "conductivity": 1e-6,
+    }
+    scenario = film_on(finger, material, "floating", drive=TONES["offset"])
+    trace = simulate(scenario, time=TIME)
+    steady = periodic(
+        lambda frequency: phasors(scenario, frequency)["gap"].field, scenario.drive, TIME, static=0.0
+    )
+    # static 0: the film blocks, and the gap leaks
+    force = 8.8541878128e-12 * finger.AREA * steady**2 / 2
+    assert np.max(np.abs(trace["electrostatic_force"].values - force)) < PRECISION * np.max(force)
+    assert trace.attrs["solver"] == "periodic"
+
+
+def test_periodic_state_is_where_rest_ends_up(finger):
+    """From rest, after many of the slowest decays, the same as from the periodic state."""
+    section, _ = modes(
+        film_on(finger, {"model": "Constant", "permittivity": 1560, "conductivity": 1e-6}, "source")
+    )
+    time = 7 + np.linspace(0, 0.05, 101)
+    assert section.modes.rates.min() * 7 > 40
+    for content in (TONES["sum"], EDGES["square"], EDGES["trapezium and square"]):
+        drive = read_model(Drive, content)
+        rest = transient(quantities(section), drive, time)
+        settled = transient(quantities(section), drive, time, settled=True)
+        for name, values in settled.items():
+            assert np.max(np.abs(rest[name] - values)) < 1e-12 * np.max(np.abs(values)), name

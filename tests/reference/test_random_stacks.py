@@ -1,0 +1,278 @@
+"""Random stacks of passive dispersive layers against long arithmetic and against phasors."""
+
+from __future__ import annotations
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.debye_sum import DebyeSum
+from electrovib.solve.modes import Slab, StackModes, stack_modes
+
+EPS0 = 8.8541878128e-12
+AREA = 1e-4
+DIGITS = 80  # residues of layers 1e-12 to 10 s apart multiply: 50 digits and room for what cancels
+
+
+def random_stack(random) -> list[Slab]:
+    """One to five layers, up to three Debye terms each, resistivity 1 to 1e15 ohm m or infinite."""
+    slabs = []
+    for _ in range(int(random.integers(1, 6))):
+        terms = int(random.integers(0, 4))
+        strengths, times = 10 ** random.uniform(-1, 5, terms), 10 ** random.uniform(-12, 1, terms)
+        debye = DebyeSum(float(10 ** random.uniform(0, 2)), tuple(strengths.tolist()), tuple(times.tolist()))
+        conductivity = 0.0 if random.random() < 0.3 else float(10 ** -random.uniform(0, 15))
+        slabs.append(Slab(float(10 ** random.uniform(-7, -3)), debye, conductivity))
+    return slabs
+
+
+def random_element(random) -> SeriesElement:
+    """Nothing, a resistance, or a floating body with and without resistance and leak."""
+    resistance = 0.0 if random.random() < 0.4 else float(10 ** random.uniform(1, 7))
+    if random.random() < 0.5:
+        return SeriesElement(resistance)
+    leak = 0.0 if random.random() < 0.5 else float(10 ** random.uniform(-3, 4))
+    return SeriesElement(resistance, float(10 ** random.uniform(8, 11)), leak)
+
+
+def times(first, second):
+    """Multiply polynomials, lowest power first."""
+    product = [mpmath.mpf(0)] * (len(first) + len(second) - 1)
+    for i, a in enumerate(first):
+        for j, b in enumerate(second):
+            product[i + j] += a * b
+    return product
+
+
+def plus(first, second):
+    longer, shorter = sorted([first, second], key=len, reverse=True)
+    return [a + (shorter[i] if i < len(shorter) else 0) for i, a in enumerate(longer)]
+
+
+def product_of(polynomials):
+    total = [mpmath.mpf(1)]
+    for one in polynomials:
+        total = times(total, one)
+    return total
+
+
+def admittivity(slab):
+    """Numerator and denominator of s eps0 eps(s) + sigma."""
+    terms = [
+        (mpmath.mpf(s), mpmath.mpf(t))
+        for s, t in zip(slab.debye.strengths, slab.debye.relaxation_times, strict=True)
+    ]
+    factors = [[mpmath.mpf(1), t] for _, t in terms]
+    denominator = product_of(factors)
+    numerator = times([mpmath.mpf(slab.conductivity), mpmath.mpf(EPS0) * slab.debye.high], denominator)
+    for index, (strength, _) in enumerate(terms):
+        rest = product_of(factors[:index] + factors[index + 1 :])
+        numerator = plus(numerator, times([mpmath.mpf(0), EPS0 * strength], rest))
+    return numerator, denominator
+
+
+def whole_impedance(slabs, element):
+    """Numerator of the sum of all impedances, as a polynomial in s."""
+    parts = []
+    for slab in slabs:
+        numerator, denominator = admittivity(slab)
+        parts.append(([mpmath.mpf(slab.thickness) * each for each in denominator], numerator))
+    if element.elastance:
+        parts.append(([mpmath.mpf(AREA) * element.elastance], [mpmath.mpf(element.rate), mpmath.mpf(1)]))
+    if element.resistance:
+        parts.append(([mpmath.mpf(AREA) * element.resistance], [mpmath.mpf(1)]))
+    total = [mpmath.mpf(0)]
+    for index, (numerator, _) in enumerate(parts):
+        others = [below for place, (_, below) in enumerate(parts) if place != index]
+        total = plus(total, times(numerator, product_of(others)))
+    return total
+
+
+def exact_rates(slabs, element):
+    """Give minus the zeros of the impedance, which are the poles of every field, and how many are 0."""
+    polynomial = whole_impedance(slabs, element)
+    zero = 0
+    while polynomial and polynomial[0] == 0:
+        polynomial, zero = polynomial[1:], zero + 1
+    while polynomial[-1] == 0:
+        polynomial = polynomial[:-1]
+    if len(polynomial) < 2:
+        return [], zero
+    roots = mpmath.polyroots(polynomial[::-1], maxsteps=400, extraprec=400)
+    assert all(abs(root.imag) < abs(root) * mpmath.mpf(10) ** -50 for root in roots)
+    rates = sorted(-root.real for root in roots)
+    assert rates[0] > 0
+    return rates, zero
+
+
+def capacitors(slabs, element):
+    """Count what does not conduct."""
+    body = element.elastance > 0 and element.rate == 0
+    return sum(slab.conductivity == 0 for slab in slabs) + body
+
+
+def check_rates(slabs, element) -> float:
+    """Compare all rates with the roots of the polynomial; give the largest relative error."""
+    found = stack_modes(slabs, area=AREA, element=element)
+    assert np.all(found.rates >= 0)
+    with mpmath.workdps(DIGITS):
+        exact, zero = exact_rates(slabs, element)
+        assert zero == max(capacitors(slabs, element) - 1, 0)
+        moving = np.sort(found.rates[found.rates > 0])
+        assert len(moving) == len(exact)
+        assert found.driven == len(exact)
+        assert np.any(found.rates == 0) == (zero > 0)
+        errors = [abs(mpmath.mpf(float(rate)) / root - 1) for rate, root in zip(moving, exact, strict=True)]
+        return float(max(errors, default=0))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_rates_of_a_batch(seed):
+    random = np.random.default_rng(seed)
+    for _ in range(20):
+        assert check_rates(random_stack(random), random_element(random)) < 1e-12
+
+
+def exponents(low, high):
+    return st.floats(low, high).map(lambda power: 10.0**power)
+
+
+layer = st.builds(
+    lambda thickness, high, terms, conductivity: Slab(
+        thickness, DebyeSum(high, tuple(s for s, _ in terms), tuple(t for _, t in terms)), conductivity
+    ),
+    exponents(-8, -3),
+    exponents(0, 3),
+    st.lists(st.tuples(exponents(-3, 6), exponents(-12, 1)), max_size=3),
+    st.one_of(st.just(0.0), exponents(-15, 0)),
+)
+surroundings = st.builds(
+    SeriesElement,
+    st.one_of(st.just(0.0), exponents(0, 9)),
+    st.one_of(st.just(0.0), exponents(6, 12)),
+    st.one_of(st.just(0.0), exponents(-4, 5)),
+)
+
+
+def impedance_at(slabs, element, rate):
+    """Impedance at s = -rate and from the declared materials, in long arithmetic."""
+    s = -rate
+    total = mpmath.mpf(AREA) * (
+        mpmath.mpf(element.resistance) + mpmath.mpf(element.elastance) / (s + element.rate)
+    )
+    for slab in slabs:
+        permittivity = slab.debye.high + mpmath.fsum(
+            mpmath.mpf(strength) / (1 + s * mpmath.mpf(time))
+            for strength, time in zip(slab.debye.strengths, slab.debye.relaxation_times, strict=True)
+        )
+        total += slab.thickness / (s * EPS0 * permittivity + slab.conductivity)
+    return total
+
+
+def distinct(slabs, element):
+    """Tell whether all time constants are apart, so that every root of the impedance has its own bracket."""
+    rates = [element.rate] if element.elastance and element.rate else []
+    for slab in slabs:
+        rates += [1 / time for time in slab.debye.relaxation_times]
+    return len(rates) < 2 or bool(np.min(np.diff(np.log(np.sort(rates)))) > 1e-9)
+
+
+@settings(max_examples=150, deadline=None)
+@given(slabs=st.lists(layer, min_size=1, max_size=5), element=surroundings)
+def test_every_rate_is_where_the_impedance_changes_sign(slabs, element):
+    """With s = -x the impedance rises with x between its poles, so - to + within 1e-12 proves the root."""
+    found = stack_modes(slabs, area=AREA, element=element)
+    assert np.all(found.rates >= 0)
+    driven = found.rates[: found.driven]
+    assert np.all(np.diff(driven) >= 0)
+    assert np.any(found.rates == 0) == (capacitors(slabs, element) > 1)
+    if not distinct(slabs, element):
+        return
+    with mpmath.workdps(60):
+        for rate in driven:
+            near = mpmath.mpf(float(rate))
+            assert impedance_at(slabs, element, near * (1 - mpmath.mpf("1e-12"))) < 0
+            assert impedance_at(slabs, element, near * (1 + mpmath.mpf("1e-12"))) > 0
+
+
+def gain_at_zero(transfer, rates):
+    return transfer.gains[rates == 0]
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    slabs=st.lists(layer, min_size=1, max_size=5),
+    element=surroundings,
+    charges=st.lists(st.floats(-1e-3, 1e-3), min_size=4, max_size=4),
+)
+def test_trapped_charge(slabs, element, charges):
+    """A zero pole is not driven; charge on an interface excites it, in as many ways as there are poles."""
+    count = max(capacitors(slabs, element) - 1, 0)
+    quiet = stack_modes(slabs, area=AREA, element=element)
+    for field in quiet.fields:
+        assert np.all(gain_at_zero(field, quiet.rates) == 0)
+        assert np.all(field.free == 0)
+    patterns = []
+    for interface in range(len(slabs) - 1):
+        charged = [
+            Slab(slab.thickness, slab.debye, slab.conductivity, float(place == interface))
+            for place, slab in enumerate(slabs)
+        ]
+        modes = stack_modes(charged, area=AREA, element=element)
+        assert all(np.all(gain_at_zero(field, modes.rates) == 0) for field in modes.fields)
+        held = [
+            field.free[modes.rates == 0].sum() * slab.thickness
+            for field, slab in zip(modes.fields, slabs, strict=True)
+        ]
+        patterns.append(held)
+    rank = np.linalg.matrix_rank(scaled(np.array(patterns)), tol=1e-9) if patterns else 0
+    # charge between the last layer and the body's capacitor has no interface in the stack
+    body = element.elastance > 0 and element.rate == 0
+    reachable = count - (body and slabs[-1].conductivity > 0 and count > 0 and not leads_to_body(slabs))
+    assert rank == max(reachable, 0) or rank == count
+    check_charges(slabs, element, charges)
+
+
+def leads_to_body(slabs):
+    """Tell whether some interface lies between a blocking layer and the body."""
+    return any(slab.conductivity == 0 for slab in slabs[:-1])
+
+
+def scaled(patterns):
+    largest = np.max(np.abs(patterns), axis=0)
+    return patterns / np.where(largest > 0, largest, 1.0)
+
+
+def check_charges(slabs, element, charges):
+    """In the end the fields are those of a chain of capacitors with the charge between them."""
+    placed = [*charges[: len(slabs) - 1], 0.0]
+    charged = [
+        Slab(slab.thickness, slab.debye, slab.conductivity, charge)
+        for slab, charge in zip(slabs, placed, strict=True)
+    ]
+    modes = stack_modes(charged, area=AREA, element=element)
+    held = np.concatenate([[0.0], np.cumsum(placed)[:-1]])  # up to each layer
+    elastance = np.array(
+        [
+            0.0
+            if slab.conductivity
+            else slab.thickness / EPS0 / (slab.debye.high + sum(slab.debye.strengths))
+            for slab in slabs
+        ]
+    )
+    body = AREA * element.elastance if element.rate == 0 else 0.0
+    total = elastance.sum() + body
+    final = elastance * (held - (elastance @ held) / total) if total else np.zeros(len(slabs))
+    found = np.array(
+        [
+            field.free[modes.rates == 0].sum() * slab.thickness
+            for field, slab in zip(modes.fields, slabs, strict=True)
+        ]
+    )
+    scale = np.max(np.abs(held)) * np.max(elastance) if total else 0.0
+    assert np.max(np.abs(found - final)) <= 1e-12 * scale
