@@ -64,7 +64,7 @@ def test_two_layers(finger, gap_resistivity, tau, before, after):
     assert 1 / section.modes.rates == pytest.approx([tau], rel=0.01)  # two digits are printed
     pressure = trace["electrostatic_force"].values / finger.AREA
     assert pressure[0] == pytest.approx(before, rel=1.5e-4)
-    assert pressure[-1] == pytest.approx(after, rel=1e-2 if after < 10 else 1.5e-4)
+    assert pressure[-1] == pytest.approx(after, rel=1.5e-2 if after < 10 else 1.5e-4)
 
 
 def exponents(low, high):

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
-
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.debye_sum import DebyeSum
-from electrovib.solve.modes import Slab, StackModes, stack_modes
+from electrovib.solve.modes import Slab, slab_impedance, stack_modes
 
 EPS0 = 8.8541878128e-12
 AREA = 1e-4
@@ -159,45 +157,24 @@ surroundings = st.builds(
 )
 
 
-def impedance_at(slabs, element, rate):
-    """Impedance at s = -rate and from the declared materials, in long arithmetic."""
-    s = -rate
-    total = mpmath.mpf(AREA) * (
-        mpmath.mpf(element.resistance) + mpmath.mpf(element.elastance) / (s + element.rate)
-    )
-    for slab in slabs:
-        permittivity = slab.debye.high + mpmath.fsum(
-            mpmath.mpf(strength) / (1 + s * mpmath.mpf(time))
-            for strength, time in zip(slab.debye.strengths, slab.debye.relaxation_times, strict=True)
-        )
-        total += slab.thickness / (s * EPS0 * permittivity + slab.conductivity)
-    return total
+def test_rates_of_any_stack():
+    """The same for stacks that a search puts together, corners of every range among them."""
+    worst = 0.0
 
+    @settings(max_examples=100, deadline=None)
+    @given(slabs=st.lists(layer, min_size=1, max_size=5), element=surroundings)
+    def search(slabs, element):
+        nonlocal worst
+        nodes = np.concatenate([slab_impedance(slab)[0] for slab in slabs] + [[element.rate]])
+        nodes = np.sort(nodes[nodes > 0])
+        assume(
+            np.all(np.diff(nodes) > 1e-6 * nodes[:-1])
+        )  # equal layers are double roots: a test of their own
+        worst = max(worst, check_rates(slabs, element))
+        assert worst < 1e-12
 
-def distinct(slabs, element):
-    """Tell whether all time constants are apart, so that every root of the impedance has its own bracket."""
-    rates = [element.rate] if element.elastance and element.rate else []
-    for slab in slabs:
-        rates += [1 / time for time in slab.debye.relaxation_times]
-    return len(rates) < 2 or bool(np.min(np.diff(np.log(np.sort(rates)))) > 1e-9)
-
-
-@settings(max_examples=150, deadline=None)
-@given(slabs=st.lists(layer, min_size=1, max_size=5), element=surroundings)
-def test_every_rate_is_where_the_impedance_changes_sign(slabs, element):
-    """With s = -x the impedance rises with x between its poles, so - to + within 1e-12 proves the root."""
-    found = stack_modes(slabs, area=AREA, element=element)
-    assert np.all(found.rates >= 0)
-    driven = found.rates[: found.driven]
-    assert np.all(np.diff(driven) >= 0)
-    assert np.any(found.rates == 0) == (capacitors(slabs, element) > 1)
-    if not distinct(slabs, element):
-        return
-    with mpmath.workdps(60):
-        for rate in driven:
-            near = mpmath.mpf(float(rate))
-            assert impedance_at(slabs, element, near * (1 - mpmath.mpf("1e-12"))) < 0
-            assert impedance_at(slabs, element, near * (1 + mpmath.mpf("1e-12"))) > 0
+    search()
+    assert worst > 0  # it did compare
 
 
 def gain_at_zero(transfer, rates):
@@ -211,41 +188,12 @@ def gain_at_zero(transfer, rates):
     charges=st.lists(st.floats(-1e-3, 1e-3), min_size=4, max_size=4),
 )
 def test_trapped_charge(slabs, element, charges):
-    """A zero pole is not driven; charge on an interface excites it, in as many ways as there are poles."""
-    count = max(capacitors(slabs, element) - 1, 0)
+    """A zero pole is not driven; charge on an interface excites it."""
     quiet = stack_modes(slabs, area=AREA, element=element)
     for field in quiet.fields:
         assert np.all(gain_at_zero(field, quiet.rates) == 0)
         assert np.all(field.free == 0)
-    patterns = []
-    for interface in range(len(slabs) - 1):
-        charged = [
-            Slab(slab.thickness, slab.debye, slab.conductivity, float(place == interface))
-            for place, slab in enumerate(slabs)
-        ]
-        modes = stack_modes(charged, area=AREA, element=element)
-        assert all(np.all(gain_at_zero(field, modes.rates) == 0) for field in modes.fields)
-        held = [
-            field.free[modes.rates == 0].sum() * slab.thickness
-            for field, slab in zip(modes.fields, slabs, strict=True)
-        ]
-        patterns.append(held)
-    rank = np.linalg.matrix_rank(scaled(np.array(patterns)), tol=1e-9) if patterns else 0
-    # charge between the last layer and the body's capacitor has no interface in the stack
-    body = element.elastance > 0 and element.rate == 0
-    reachable = count - (body and slabs[-1].conductivity > 0 and count > 0 and not leads_to_body(slabs))
-    assert rank == max(reachable, 0) or rank == count
     check_charges(slabs, element, charges)
-
-
-def leads_to_body(slabs):
-    """Tell whether some interface lies between a blocking layer and the body."""
-    return any(slab.conductivity == 0 for slab in slabs[:-1])
-
-
-def scaled(patterns):
-    largest = np.max(np.abs(patterns), axis=0)
-    return patterns / np.where(largest > 0, largest, 1.0)
 
 
 def check_charges(slabs, element, charges):

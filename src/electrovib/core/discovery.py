@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, TypeVar
 from electrovib.core.errors import ElectrovibError, InputError, nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
+    from importlib.metadata import EntryPoint
 
     from electrovib.core.model import Model
 
@@ -35,24 +36,29 @@ def find_members(family: type[M], *, wanted: str | None = None) -> Mapping[str, 
         Class name to class.
     """
     _import_folder("electrovib.physics")
-    members = _leaves(family)
+    members = _by_name(family)
     if wanted is None or wanted not in members:
         papers()
-        members = _leaves(family)
+        members = _by_name(family)
     return members
 
 
-def _leaves(family: type[M]) -> dict[str, type[M]]:
+def _by_name(family: type[M]) -> dict[str, type[M]]:
     found: dict[str, type[M]] = {}
+    for member in _leaves(family):
+        other = found.setdefault(member.__name__, member)
+        if other is not member:
+            names = f"{other.__module__} and {member.__module__}"
+            raise ElectrovibError(f"two models are called {member.__name__}: {names}; rename one")
+    return found
+
+
+def _leaves(family: type[M]) -> Iterator[type[M]]:
     for member in family.__subclasses__():
         if member.is_family:
-            found |= _leaves(member)
-        elif member.__name__ in found and found[member.__name__] is not member:
-            names = f"{member.__module__} and {found[member.__name__].__module__}"
-            raise ElectrovibError(f"two models are called {member.__name__}: {names}; rename one")
+            yield from _leaves(member)
         else:
-            found[member.__name__] = member
-    return found
+            yield member
 
 
 @functools.cache
@@ -71,13 +77,40 @@ def papers() -> Mapping[str, ModuleType]:
     -------
     mapping of str to module
         ``author_year`` to module, sorted.
+
+    Raises
+    ------
+    ElectrovibError
+        If a contributed paper has the name of another, or cannot be imported.
     """
+    found = {name: paper(name) for name in paper_names()}
+    for entry in _contributed():
+        if entry.name in found:
+            raise ElectrovibError(
+                f"two papers are called '{entry.name}', one of them {entry.value}: rename one"
+            )
+        found[entry.name] = _load(entry)
+    return dict(sorted(found.items()))
+
+
+def _contributed() -> tuple[EntryPoint, ...]:
+    """List what other packages offer under our entry-point group."""
     from importlib.metadata import entry_points
 
-    found = {name: paper(name) for name in paper_names()}
-    for entry in entry_points(group=ENTRY_POINT_GROUP):
-        found[entry.name] = entry.load()
-    return dict(sorted(found.items()))
+    return tuple(entry_points(group=ENTRY_POINT_GROUP))
+
+
+def _load(entry: EntryPoint) -> ModuleType:
+    try:
+        module = entry.load()
+    except Exception as error:
+        why = f"{type(error).__name__}: {error}"
+        raise ElectrovibError(
+            f"the paper '{entry.name}' of another package ({entry.value}): {why}"
+        ) from error
+    if not isinstance(module, ModuleType):
+        raise ElectrovibError(f"the paper '{entry.name}' of another package ({entry.value}) is not a module")
+    return module
 
 
 @functools.cache
@@ -90,6 +123,16 @@ def paper_names() -> tuple[str, ...]:
 def paper(name: str) -> ModuleType:
     """Import one paper by its file name.
 
+    Parameters
+    ----------
+    name : str
+        ``author_year``, ours or contributed.
+
+    Returns
+    -------
+    module
+        With its citation, models and checks.
+
     Raises
     ------
     InputError
@@ -97,12 +140,8 @@ def paper(name: str) -> ModuleType:
     """
     if name in paper_names():
         return importlib.import_module(f"electrovib.papers.{name}")
-    from importlib.metadata import entry_points
-
-    contributed = {entry.name: entry for entry in entry_points(group=ENTRY_POINT_GROUP)}
+    contributed = {entry.name: entry for entry in _contributed()}
     if name in contributed:
-        module = contributed[name].load()
-        assert isinstance(module, ModuleType)
-        return module
+        return _load(contributed[name])
     known = nearest(name, [*paper_names(), *contributed])
     raise InputError(f"'{name}' is neither a file nor a paper.{known}")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError, nearest
+from electrovib.core.lamps import Lamp
 from electrovib.core.model import Model
 
 if TYPE_CHECKING:
@@ -19,8 +20,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from electrovib.physics.material import Material
-    from electrovib.physics.stack import LayerState, Linear, Section
+    from electrovib.physics.stack import Layer, LayerState, Linear, Section
 
 
 class ForceLaw(Model, family=True):
@@ -62,9 +62,9 @@ class ForceLaw(Model, family=True):
         del section
         return None
 
-    def remarks(self, materials: Mapping[str, Material]) -> tuple[str, ...]:
-        """Say what a user should know of this law with these materials; shown as warnings."""
-        del materials
+    def lamps(self, layers: Mapping[str, Layer]) -> tuple[Lamp, ...]:
+        """Say what a user should know of this law with these layers."""
+        del layers
         return ()
 
 

@@ -12,6 +12,7 @@ from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY
+from electrovib.core.lamps import Lamp
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.debye_sum import DebyeSum
@@ -70,6 +71,16 @@ class Material(Model, family=True):
     def slowest_relaxation(self) -> float | None:
         """Longest relaxation time a reduction may use [s]; None for no limit."""
         return None
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Lowest and highest frequency at which the material is known [Hz]; a formula is, everywhere."""
+        return 0.0, math.inf
+
+    def lamps(self, name: str) -> tuple[Lamp, ...]:
+        """Say how far the values of this material can be believed, in the layer of this name."""
+        del name
+        return ()
 
 
 def _axis(frequency: ArrayLike) -> Complex:

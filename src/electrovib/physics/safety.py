@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
 from electrovib.core.constants import eps0
+from electrovib.core.lamps import Lamp
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.units import format_quantity
@@ -41,29 +41,6 @@ class Limits(Model):
         Number, Quantity("A", 1e-9, 10, "largest current into the contact, by the amplifier's own limiter")
     ] = 250e-6
     example: ClassVar[dict[str, Any]] = {}
-
-
-@dataclass(frozen=True)
-class Lamp:
-    """One statement on how far a result can be believed.
-
-    Parameters
-    ----------
-    name : str
-        What is watched.
-    state : str
-        ``"ok"``, ``"warning"`` (beyond the limit) or ``"unknown"`` (no limit known, or nothing to watch).
-    text : str
-        With the value and the limit.
-    """
-
-    name: str
-    state: str
-    text: str
-
-    def to_dict(self) -> dict[str, str]:
-        """Give plain texts."""
-        return asdict(self)
 
 
 def paschen_voltage(gap: float) -> float:

@@ -12,6 +12,7 @@ from electrovib.core.column_unit import column_unit, is_unit_of
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.errors import InputError
 from electrovib.core.files import read_columns
+from electrovib.core.lamps import Lamp
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
@@ -32,6 +33,8 @@ NOISE = 0.05
 """Share of the loss by which noise may bring a row below the declared conduction."""
 RESOLUTION = 1e-3
 """Loss tangent below which an ordinary bridge sees nothing."""
+SUSPICIOUS = 0.05
+"""Kramers-Kronig residual above which noise of some percent no longer explains it."""
 
 
 class Tabulated(Material):
@@ -250,6 +253,18 @@ class Tabulated(Material):
             return kramers_kronig_residual(frequency, self.permittivity_samples.values, conductivity)
         except InputError:
             return float("nan")
+
+    def lamps(self, name: str) -> tuple[Lamp, ...]:
+        """Report passivity, band and Kramers-Kronig residual."""
+        residual, (low, high) = self.kramers_kronig, self.band
+        state = "unknown" if np.isnan(residual) else "warning" if residual > SUSPICIOUS else "ok"
+        said = "too few rows to tell" if np.isnan(residual) else f"{100 * residual:.2g} %"
+        text = (
+            f"the table of '{name}' is passive in all {len(self.frequency_samples)} rows, from"
+            f" {format_quantity(low, 'Hz')} to {format_quantity(high, 'Hz')}; its Kramers-Kronig residual is {said}"
+            f" (suspicious above {100 * SUSPICIOUS:.0f} %)"
+        )
+        return (Lamp("measured table", state, text),)
 
 
 def _relaxation_through(edge: complex, ratio: Real, place: float) -> Complex:

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import NotCausalError
+from electrovib.core.lamps import Lamp
 from electrovib.core.trace import make_trace
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.drive.parts import Linear
-from electrovib.physics.safety import Lamp, lamps, peak
+from electrovib.physics.safety import lamps, peak
 from electrovib.solve.periodic import count_harmonics, spectrum
 from electrovib.solve.reduce import reduce_material
 from electrovib.solve.scenario import PeriodicState, Scenario
@@ -267,19 +268,27 @@ def _peak_voltage(scenario: Scenario) -> float:
 
 
 def _transfer_error(law: ForceLaw, section: ModalSection, exact: PhasorSection) -> float:
-    """Largest error of the law's amplitudes after reduction, against their largest magnitude in the band."""
+    """Largest error of the law's amplitudes after reduction, against their largest magnitude, where known."""
     reduced, declared = law.amplitudes(section), law.amplitudes(exact)
+    bands = [layer.material.band for layer in exact.layers.values()]
+    known = (exact.frequency >= max(low for low, _ in bands)) & (
+        exact.frequency <= min(high for _, high in bands)
+    )
+    if not np.any(known):
+        return math.nan
     errors = []
     for name, value in declared.items():
         scale = float(np.max(np.abs(value)))
-        errors.append(float(np.max(np.abs(reduced[name].at(exact.frequency) - value))) / (scale or 1.0))
+        difference = reduced[name].at(exact.frequency[known]) - value[known]
+        errors.append(float(np.max(np.abs(difference))) / (scale or 1.0))
     return max(errors)
 
 
 def _lamps(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
     layers = scenario.stack.layers
-    remarks = scenario.force.remarks({name: layer.material for name, layer in layers.items()})
-    spoken = [Lamp("force law", "warning", text) for text in remarks]
+    spoken = list(scenario.force.lamps(layers))
+    for name, layer in layers.items():
+        spoken += layer.material.lamps(name)
     peaks = {name: peak(row) for name, row in zip(layers, variables["field"][1], strict=True)}
     insulator = layers.get("insulator")
     permittivity = insulator.material.polarisation(np.array(1e3)).real if insulator else None

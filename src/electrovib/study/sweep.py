@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from electrovib.core.errors import InputError
+from electrovib.core.lamps import STATES
 from electrovib.core.paths import quantity_at
 from electrovib.core.trace import make_trace
 from electrovib.core.units import expected, parse_quantity
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 Real = NDArray[np.float64]
 _RANGE = re.compile(r"([^=]+)=(.+):(.+):(\d+)(log)?")
 _FORM = "expected PATH=FROM:TO:N or PATH=FROM:TO:Nlog, for instance drive.rise=1ms:100ms:30log"
-_WORST = {"ok": 0, "unknown": 1, "warning": 2}
 
 
 def parse_over(scenario: Scenario, texts: Sequence[str]) -> dict[str, Real]:
@@ -163,6 +163,6 @@ def _worst(all_lamps: Sequence[Sequence[dict[str, Any]]]) -> list[dict[str, Any]
     for lamps in all_lamps:
         for lamp in lamps:
             known = found.get(lamp["name"])
-            if known is None or _WORST[lamp["state"]] > _WORST[known["state"]]:
+            if known is None or STATES.index(lamp["state"]) > STATES.index(known["state"]):
                 found[lamp["name"]] = lamp
     return list(found.values())

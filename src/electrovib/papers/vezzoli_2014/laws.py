@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.errors import InputError
+from electrovib.core.lamps import Lamp
 from electrovib.physics.force import ForceLaw, equivalent_field, layer_of
-from electrovib.physics.material import Material
-from electrovib.physics.stack import LayerState, Linear, Section
+from electrovib.physics.stack import Layer, LayerState, Linear, Section
+from electrovib.physics.tabulated import Tabulated
 
 _LAYERS = ("insulator", "stratum_corneum")
 _REFERENCE = "Vezzoli et al., Electrovibration modeling analysis, EuroHaptics 2014, hal-01253573"
@@ -68,11 +69,28 @@ class Vezzoli2014Causal(ForceLaw):
         """Attraction per area from the equivalent field [V/m]."""
         return eps0 * E**2 / 2
 
-    def remarks(self, materials: Mapping[str, Material]) -> tuple[str, ...]:
-        """Warn when nothing conducts."""
-        if materials["stratum_corneum"].conductivity > 0:
-            return ()
-        return ("the stratum corneum has conductivity 0: no charge is ever lost, the force never fades",)
+    def lamps(self, layers: Mapping[str, Layer]) -> tuple[Lamp, ...]:
+        """Warn when nothing conducts, and when a table leaves open how much does."""
+        film, skin = (layers[name] for name in _LAYERS)
+        found = []
+        if skin.material.conductivity == 0:
+            text = "the stratum corneum has conductivity 0: no charge is ever lost, the force never fades"
+            found.append(Lamp("lost charge", "warning", text))
+        if isinstance(skin.material, Tabulated):
+            found.append(Lamp("lost charge", "warning", _interval(film, skin, skin.material)))
+        return tuple(found)
+
+
+def _interval(film: Layer, skin: Layer, table: Tabulated) -> str:
+    """Say between what |v_e/v| lies as long as the table's loss may be conduction or slow polarisation."""
+    lowest = table.band[0]
+    admittance = 1 / skin.impedance(lowest) + 1 / film.impedance(lowest)
+    least, most = (abs(1 - s / skin.thickness / admittance) for s in reversed(table.conduction_bounds()))
+    declared = abs(1 - table.conductivity / skin.thickness / admittance)
+    return (
+        f"a table does not say how much of its slow loss is conduction: at {lowest:.3g} Hz |v_e/v| lies between"
+        f" {least:.2g} (all of it) and {most:.2g} (none); with the declared conductivity it is {declared:.2g}"
+    )
 
 
 class Vezzoli2014PerFrequency(ForceLaw):

@@ -1,0 +1,112 @@
+"""Signals over time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.core.errors import InputError
+from electrovib.core.trace import make_trace
+from electrovib.view import plots
+from electrovib.view.envelope import BINS
+
+SIGNALS = {
+    plots.drive: ("drive_voltage", "drive voltage $v$ [kV]"),
+    plots.force: ("electrostatic_force", "electrostatic force $f_e$ [mN]"),
+    plots.lateral_force: ("lateral_force", "lateral force $f_t$ [mN]"),
+    plots.current: ("current", "current $i$ [nA]"),
+}
+
+
+@pytest.mark.parametrize("plot", SIGNALS, ids=lambda plot: plot.__name__)
+def test_data_is_the_signal_in_si_and_the_label_has_its_unit(plot, trace):
+    name, label = SIGNALS[plot]
+    ax = plot(trace)
+    (line,) = ax.lines
+    assert np.array_equal(line.get_xdata(), trace.time.values)
+    assert np.array_equal(line.get_ydata(), trace[name].values)
+    assert ax.get_ylabel() == label
+    assert ax.get_xlabel() == "time $t$ [ms]"
+    assert ax.get_legend() is None
+
+
+def test_effective_voltage_needs_a_law_that_has_one(trace, other):
+    ax = plots.effective_voltage(other)
+    assert np.array_equal(ax.lines[0].get_ydata(), other.effective_voltage.values)
+    with pytest.raises(InputError, match="effective_voltage"):
+        plots.effective_voltage(trace)
+
+
+def test_field_has_a_line_for_each_layer(trace):
+    ax = plots.field(trace)
+    shown = {line.get_label(): line.get_ydata() for line in ax.lines}
+    assert list(shown) == ["insulator", "gap", "stratum corneum"]
+    assert np.array_equal(shown["gap"], trace.field.sel(layer="gap").values)
+    assert ax.get_ylabel() == "field $E$ [MV/m]"
+
+
+def test_layer_voltages_add_up_to_the_voltage_of_the_stack(trace):
+    shown = [line.get_ydata() for line in plots.layer_voltages(trace).lines]
+    # the sum of three floats of up to 1 kV
+    np.testing.assert_allclose(np.sum(shown, axis=0), trace.stack_voltage.values, rtol=1e-9, atol=1e-6)
+
+
+def test_layer_voltages_follow_a_swept_thickness(swept):
+    lines = plots.layer_voltages(swept).lines[-3:]
+    last = swept.isel({"stack.gap.thickness": -1})
+    np.testing.assert_allclose(
+        np.sum([line.get_ydata() for line in lines], axis=0), last.stack_voltage.values, rtol=1e-9, atol=1e-6
+    )
+
+
+def test_layer_voltages_need_fields_and_thicknesses(measured):
+    with pytest.raises(InputError, match="thicknesses"):
+        plots.layer_voltages(measured)
+
+
+def test_overlay_has_labels_and_one_line_a_trace(trace, other, measured):
+    ax = plots.lateral_force({"gap plane": trace, "_medium": other, "$5": measured})
+    assert len(ax.lines) == 3
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts == ["gap plane", " _medium", r"\$5"]
+    ax.figure.canvas.draw()
+
+
+def test_a_second_call_adds_to_the_same_axes_and_rescales_the_prefix(trace, other):
+    ax = plots.force({"weak": other})
+    before = ax.get_ylabel()
+    assert plots.force(trace * 1e4, ax=ax) is ax
+    assert (before, ax.get_ylabel()) == ("electrostatic force $f_e$ [mN]", "electrostatic force $f_e$ [kN]")
+    assert len(ax.lines) == 2
+
+
+def test_a_sweep_has_its_path_as_the_title_of_the_legend(swept):
+    legend = plots.force(swept).get_legend()
+    assert legend.get_title().get_text() == "stack.gap.thickness\n12 of 15 values"
+    assert legend.get_texts()[0].get_text() == "100 nm"
+
+
+def test_a_layered_sweep_explains_colours_and_dashes_apart(swept):
+    ax = plots.field(swept)
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert len(ax.lines) == 12
+    assert texts[:4] == ["100 nm", "1.179 µm", "8.483 µm", "100 µm"]
+    assert texts[4:] == ["insulator", "gap", "stratum corneum"]
+
+
+def test_a_noisy_long_record_is_drawn_as_its_envelope():
+    count = 300_001
+    time = np.linspace(0, 1, count)
+    force = np.random.default_rng(1).standard_normal(count)
+    force[1000:90_000] = np.nan
+    ax = plots.lateral_force(make_trace({"lateral_force": (("time",), force)}, {"time": time}, {}))
+    drawn = ax.lines[0].get_ydata()
+    assert len(drawn) <= 2 * BINS + 2
+    assert (np.nanmin(drawn), np.nanmax(drawn)) == (np.nanmin(force), np.nanmax(force))
+
+
+def test_nothing_but_nan_says_so():
+    empty = make_trace({"lateral_force": (("time",), np.full(5, np.nan))}, {"time": np.arange(5.0)}, {})
+    ax = plots.lateral_force(empty)
+    assert [text.get_text() for text in ax.texts] == ["no numbers to draw"]
+    ax.figure.canvas.draw()

@@ -1,0 +1,47 @@
+"""A figure of a reproduced paper."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from electrovib.study.reproduction import Curve, Panel
+from electrovib.view import plots
+
+X = np.geomspace(1, 1e4, 30)
+
+
+def make(*curves, **more):
+    return Panel("fig", "Force at 5 um", "words", ("frequency", "Hz"), ("force", "N"), curves, **more)
+
+
+def test_lines_points_and_bands_have_their_data():
+    curves = (
+        Curve("band of 2 uS", X, 1e-3 + 0 * X, 2e-3 + 0 * X, "band"),
+        Curve("line", X, 1e-6 * X),
+        Curve("dashed", X, 2e-6 * X, kind="dashed"),
+        Curve("points", X[::5], 3e-6 * X[::5], kind="points"),
+    )
+    ax = plots.panel(make(*curves, log_x=True))
+    shown = {line.get_label(): line for line in ax.lines}
+    assert np.array_equal(shown["line"].get_ydata(), 1e-6 * X)
+    assert shown["dashed"].get_linestyle() == "--"
+    assert (shown["points"].get_marker(), shown["points"].get_linestyle()) == ("o", "None")
+    corners = ax.collections[0].get_paths()[0].vertices
+    assert (corners[:, 1].min(), corners[:, 1].max()) == (1e-3, 2e-3)
+    assert [text.get_text() for text in ax.get_legend().get_texts()][0] == "band of 2 µS"
+    assert ax.get_title(loc="left") == "Force at 5 µm"
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
+    assert ax.get_ylabel() == "force [mN]"
+
+
+def test_every_curve_looks_different():
+    curves = [Curve(f"line {n}", X, n * X) for n in range(9)]
+    curves += [Curve(f"dashed {n}", X, n * X, kind="dashed") for n in range(3)]
+    ax = plots.panel(make(*curves, log_x=True, log_y=True))
+    looks = {(line.get_color(), line.get_linestyle()) for line in ax.lines}
+    assert len(looks) == len(curves)
+
+
+def test_few_curves_differ_in_colour_even_where_one_is_dashed():
+    ax = plots.panel(make(Curve("a", X, X), Curve("b", X, 2 * X, kind="dashed")))
+    assert len({line.get_color() for line in ax.lines}) == 2
