@@ -8,7 +8,10 @@ import pytest
 
 from electrovib.core.discovery import find_members, papers
 from electrovib.core.model import read_model
+from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.material import Material
+from electrovib.solve.modes import Slab
 from electrovib.solve.scenario import Scenario
 
 AREA = 1e-4
@@ -44,6 +47,27 @@ def build(*, drive, stack, force="GapPlane", resistance=0.0, return_path=None, s
     return read_model(Scenario, content | more)
 
 
+def random_stack(random) -> list[Slab]:
+    """One to five layers, up to three Debye terms each, resistivity 1 to 1e15 ohm m or infinite."""
+    slabs = []
+    for _ in range(int(random.integers(1, 6))):
+        terms = int(random.integers(0, 4))
+        strengths, times = 10 ** random.uniform(-1, 5, terms), 10 ** random.uniform(-12, 1, terms)
+        debye = DebyeSum(float(10 ** random.uniform(0, 2)), tuple(strengths.tolist()), tuple(times.tolist()))
+        conductivity = 0.0 if random.random() < 0.3 else float(10 ** -random.uniform(0, 15))
+        slabs.append(Slab(float(10 ** random.uniform(-7, -3)), debye, conductivity))
+    return slabs
+
+
+def random_element(random) -> SeriesElement:
+    """Nothing, a resistance, or a floating body with and without resistance and leak."""
+    resistance = 0.0 if random.random() < 0.4 else float(10 ** random.uniform(1, 7))
+    if random.random() < 0.5:
+        return SeriesElement(resistance)
+    leak = 0.0 if random.random() < 0.5 else float(10 ** random.uniform(-3, 4))
+    return SeriesElement(resistance, float(10 ** random.uniform(8, 11)), leak)
+
+
 class Finger:
     """Layers and scenarios of the founding paper's finger, by name."""
 
@@ -52,6 +76,8 @@ class Finger:
     skin = staticmethod(constant_skin)
     gap = staticmethod(gap)
     build = staticmethod(build)
+    random_stack = staticmethod(random_stack)
+    random_element = staticmethod(random_element)
 
 
 @pytest.fixture(scope="session")

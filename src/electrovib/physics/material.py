@@ -27,6 +27,8 @@ _HIGH = Quantity("1", 1, 1e9, "relative permittivity far above the band")
 _STRENGTH = Quantity("1", 0, 1e12, "rise of the relative permittivity from above to below the relaxation")
 _TIME = Quantity("s", 1e-15, 1e6, "relaxation time")
 _BROADENING = Quantity("1", 0, 0.999, "0 for one relaxation time, towards 1 for a wide spread of them")
+_NAN_PASSES = np.errstate(invalid="ignore")
+"""A NaN in a frequency is handed on; numpy would warn of it when it divides complex numbers."""
 
 
 class Material(Model, family=True):
@@ -55,6 +57,7 @@ class Material(Model, family=True):
             Same shape, without conduction.
         """
 
+    @_NAN_PASSES
     def complex_permittivity(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity with conduction, same conventions as `polarisation`."""
         angular = 2 * np.pi * np.asarray(frequency, dtype=float)
@@ -89,6 +92,11 @@ def _axis(frequency: ArrayLike) -> Complex:
     return axis
 
 
+def _level(value: float, frequency: ArrayLike) -> Complex:
+    """Give the same number at all frequencies, NaN where the frequency is NaN."""
+    return np.full(np.shape(frequency), value, complex) + 0 * _axis(frequency)
+
+
 class Constant(Material):
     """A dielectric without dispersion."""
 
@@ -98,9 +106,10 @@ class Constant(Material):
     permittivity: Annotated[Number, Quantity("1", 1, 1e9, "relative permittivity")]
     conductivity: Annotated[Number, _CONDUCTIVITY] = 0.0
 
+    @_NAN_PASSES
     def polarisation(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone, the same at all frequencies."""
-        return np.full(np.shape(frequency), self.permittivity, complex) + 0 * _axis(frequency)
+        return _level(self.permittivity, frequency)
 
     def debye(self) -> DebyeSum:
         """Give the sum with no term at all."""
@@ -125,6 +134,7 @@ class Debye(Material):
     relaxation_time: Annotated[Number, _TIME]
     conductivity: Annotated[Number, _CONDUCTIVITY]
 
+    @_NAN_PASSES
     def polarisation(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone."""
         return self.debye().permittivity(frequency)
@@ -145,6 +155,7 @@ class DebyeTerm(Model):
     strength: Annotated[Number, _STRENGTH]
     relaxation_time: Annotated[Number, _TIME]
 
+    @_NAN_PASSES
     def polarisation(self, frequency: ArrayLike) -> Complex:
         """Contribution to the relative permittivity."""
         part: Complex = self.strength / (1 + _axis(frequency) * self.relaxation_time)
@@ -164,10 +175,11 @@ class Prony(Material):
     terms: tuple[DebyeTerm, ...]
     conductivity: Annotated[Number, _CONDUCTIVITY]
 
+    @_NAN_PASSES
     def polarisation(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone."""
         parts = [term.polarisation(frequency) for term in self.terms]
-        return sum(parts, start=np.full(np.shape(frequency), self.permittivity_high, complex))
+        return sum(parts, start=_level(self.permittivity_high, frequency))
 
     def debye(self) -> DebyeSum:
         """Give the sum itself."""
@@ -188,6 +200,7 @@ class ColeColeTerm(Model):
     relaxation_time: Annotated[Number, _TIME]
     broadening: Annotated[Number, _BROADENING] = 0.0
 
+    @_NAN_PASSES
     def polarisation(self, frequency: ArrayLike) -> Complex:
         """Contribution to the relative permittivity."""
         part: Complex = self.strength / (
@@ -210,10 +223,11 @@ class ColeCole(Material):
     terms: tuple[ColeColeTerm, ...]
     conductivity: Annotated[Number, _CONDUCTIVITY]
 
+    @_NAN_PASSES
     def polarisation(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone."""
         parts = [term.polarisation(frequency) for term in self.terms]
-        return sum(parts, start=np.full(np.shape(frequency), self.permittivity_high, complex))
+        return sum(parts, start=_level(self.permittivity_high, frequency))
 
     def debye(self) -> DebyeSum | None:
         """Give the finite sum when no term is broadened."""
@@ -261,6 +275,7 @@ class HavriliakNegami(Material):
             raise PydanticCustomError("skewness", "{why}", {"why": why})
         return self
 
+    @_NAN_PASSES
     def polarisation(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone."""
         spread = (_axis(frequency) * self.relaxation_time) ** self.broadness
@@ -294,6 +309,7 @@ class ConstantPhase(Material):
     exponent: Annotated[Number, Quantity("1", 0.05, 0.9999, "exponent n of the admittance, 1 for no loss")]
     conductivity: Annotated[Number, _CONDUCTIVITY]
 
+    @_NAN_PASSES
     def polarisation(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone."""
         power = self.exponent - 1

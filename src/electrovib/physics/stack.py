@@ -42,6 +42,7 @@ class Layer(Model):
         Number | None, Quantity("V/m", 1e4, 1e10, "field at which the layer breaks down, if known")
     ] = None
 
+    @np.errstate(invalid="ignore")  # a NaN is handed on
     def impedance(self, frequency: ArrayLike) -> Complex:
         """Impedance times area, T/(j w eps0 eps*) [ohm m2], at frequencies in Hz."""
         axis = 2j * np.pi * np.asarray(frequency, dtype=float)
@@ -61,7 +62,13 @@ class Stack(Model):
     model_config = Model.model_config | {"extra": "allow"}
     __pydantic_extra__: dict[str, Layer] = Field(init=False)
 
-    example: ClassVar[dict[str, Any]] = {"insulator": Layer.example}
+    example: ClassVar[dict[str, Any]] = {
+        "insulator": Layer.example,
+        "stratum_corneum": {
+            "thickness": 200e-6,
+            "material": {"model": "Constant", "permittivity": 1560, "conductivity": 1.8e-6},
+        },
+    }
 
     @model_validator(mode="after")
     def _has_layers(self) -> Self:

@@ -63,7 +63,11 @@ def test_the_unit_of_a_sweep_is_found_in_the_scenario_when_the_coordinate_lost_i
 def test_words_and_two_paths_can_be_swept():
     values = np.arange(24.0).reshape(2, 3, 4)
     signals = {"lateral_force": (("trial", "finger", "time"), values)}
-    coordinates = {"trial": [1, 2], "finger": np.array(["thumb", "index", "ring"], dtype=object), "time": np.arange(4.0)}
+    coordinates = {
+        "trial": [1, 2],
+        "finger": np.array(["thumb", "index", "ring"], dtype=object),
+        "time": np.arange(4.0),
+    }
     found = lines(make_trace(signals, coordinates, {}), "lateral_force", "time")
     assert [line.label for line in found][1] == "trial = 1, finger = index"
     assert np.array_equal(found[-1].y, values[1, 2])
@@ -84,7 +88,7 @@ def test_what_is_not_a_trace_is_named(trace, scenario):
 
 
 def test_a_missing_signal_lists_those_there_are(measured):
-    with pytest.raises(InputError, match="'electrostatic_force'. There are: drive_voltage, lateral_force"):
+    with pytest.raises(InputError, match=r"'electrostatic_force'\. There are: drive_voltage, lateral_force"):
         lines(measured, "electrostatic_force", "time")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 from electrovib.view import plots
 from electrovib.view.svg import inline, to_png, to_svg
@@ -15,7 +15,7 @@ def test_the_same_figure_gives_the_same_bytes_without_a_date(trace):
     assert "<metadata" not in first
     assert to_png(plots.force(trace).figure) == to_png(plots.force(trace).figure)
     assert to_svg(plots.drive(trace).figure) != first
-    ElementTree.fromstring(first)
+    ET.fromstring(first)
 
 
 def test_inline_figures_share_a_page_without_sharing_names(trace):

@@ -14,7 +14,15 @@ from electrovib.view.units import label_axis, prefix_for, pretty_quantity, prett
 
 @pytest.mark.parametrize(
     ("unit", "shown"),
-    [("um", "µm"), ("kohm", "kΩ"), ("ohm m2", "Ω·m²"), ("uC/m2", "µC/m²"), ("MV/m", "MV/m"), ("1", ""), ("mN", "mN")],
+    [
+        ("um", "µm"),
+        ("kohm", "kΩ"),
+        ("ohm m2", "Ω·m²"),
+        ("uC/m2", "µC/m²"),
+        ("MV/m", "MV/m"),
+        ("1", ""),
+        ("mN", "mN"),
+    ],
 )
 def test_units_have_their_letters(unit, shown):
     assert pretty_unit(unit) == shown
@@ -53,7 +61,9 @@ def test_the_prefix_leaves_one_to_three_digits(largest):
     assert 0.999 <= largest / scale < 1000.001
 
 
-@pytest.mark.parametrize(("largest", "unit"), [(5e-3, "1"), (5e-3, "°"), (0.0, "N"), (np.nan, "N"), (np.inf, "N")])
+@pytest.mark.parametrize(
+    ("largest", "unit"), [(5e-3, "1"), (5e-3, "°"), (0.0, "N"), (np.nan, "N"), (np.inf, "N")]
+)
 def test_no_prefix_where_there_is_none(largest, unit):
     assert prefix_for(largest, unit) == ("", 1.0)
 

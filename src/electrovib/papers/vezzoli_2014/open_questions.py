@@ -11,7 +11,7 @@ def page(rows: tuple[Row, ...]) -> Page:
 
     def interval(name: str) -> str:
         ours = found[name].ours
-        return f"{ours[0]:.2g} to {ours[1]:.2g}" if isinstance(ours, tuple) else f"{ours:.3g}"
+        return f"{ours[0]:.3g} to {ours[1]:.3g}" if isinstance(ours, tuple) else f"{ours:.3g}"
 
     return Page(
         "What this paper leaves open",

@@ -26,6 +26,8 @@ _LINE = 1.2
 """Thinnest visible line [point]."""
 _TEXT_HEIGHT = 27.0
 """Of a label of two lines [point]."""
+_BEFORE_LAYOUT, _AFTER_LAYOUT = 0.77, 0.94
+"""Share of a figure's height that its only Axes take, before and after the layout is settled."""
 _SHOWN_FREQUENCY = 1e3
 """Where the permittivity of a dispersive layer is quoted [Hz], if it lies in the scenario's band."""
 
@@ -68,8 +70,9 @@ def _points_per_metre(ax: Axes, height: float) -> float:
     """Estimate the scale of the drawing; the layout is settled only when the figure is saved."""
     figure = ax.get_figure(root=True)
     assert figure is not None
-    inches = float(figure.get_size_inches()[1]) * ax.get_position().height / 0.77
-    return 72 * 0.94 * min(inches, float(figure.get_size_inches()[1])) / height
+    inches = float(figure.get_size_inches()[1])
+    share = min(1.0, ax.get_position().height / _BEFORE_LAYOUT)
+    return 72 * _AFTER_LAYOUT * share * inches / height
 
 
 def _surroundings(ax: Axes, scenario: Scenario, bottom: float, top: float) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -63,20 +65,30 @@ def test_a_layer_thinner_than_a_line_is_seen_and_says_so(scenario):
     ax = plots.stack(thin)
     assert "gap  10 nm  (thinner than the line that shows it)" in words(ax)
     at = 90e-6 + 5e-9
-    flat = [line for line in ax.lines if np.allclose(line.get_ydata(), at, rtol=1e-12, atol=0) and len(line.get_xdata()) == 2]
+    flat = [
+        line
+        for line in ax.lines
+        if np.allclose(line.get_ydata(), at, rtol=1e-12, atol=0) and len(line.get_xdata()) == 2
+    ]
     assert flat
     assert not any("thinner" in text for text in words(plots.stack(scenario)))
 
 
 def test_many_thin_layers_have_labels_that_do_not_touch(scenario):
     coat = {"thickness": 1e-7, "material": {"model": "Constant", "permittivity": 3}}
-    layers = {"insulator": coat, "gap": coat, "sweat": coat, "wax": coat, "stratum_corneum": {**coat, "thickness": 1e-3}}
+    layers = {
+        "insulator": coat,
+        "gap": coat,
+        "sweat": coat,
+        "wax": coat,
+        "stratum_corneum": {**coat, "thickness": 1e-3},
+    }
     ax = plots.stack(with_stack(scenario, **layers))
     ax.figure.canvas.draw()
     boxes = sorted((text.get_window_extent() for text in ax.texts), key=lambda box: box.y0)
     right = [box for box in boxes if box.x0 > ax.get_window_extent().x0 + 0.3 * ax.get_window_extent().width]
     assert len(right) == 2 * len(layers) + 1
-    assert all(upper.y0 >= lower.y1 - 2 for lower, upper in zip(right, right[1:], strict=False))
+    assert all(upper.y0 >= lower.y1 - 2 for lower, upper in itertools.pairwise(right))
 
 
 def test_heights_of_labels_keep_order_and_distance():

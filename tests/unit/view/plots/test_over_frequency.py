@@ -30,7 +30,9 @@ def test_gain_is_that_of_the_effective_voltage_or_of_the_layers(trace, other):
     )
     layered = plots.gain(trace)
     assert len(layered.lines) == 3
-    np.testing.assert_array_equal(layered.lines[1].get_ydata(), np.abs(trace.field_gain.sel(layer="gap").values))
+    np.testing.assert_array_equal(
+        layered.lines[1].get_ydata(), np.abs(trace.field_gain.sel(layer="gap").values)
+    )
 
 
 def test_phases_are_in_degrees(trace, other):

@@ -28,7 +28,7 @@ def test_lines_points_and_bands_have_their_data():
     assert (shown["points"].get_marker(), shown["points"].get_linestyle()) == ("o", "None")
     corners = ax.collections[0].get_paths()[0].vertices
     assert (corners[:, 1].min(), corners[:, 1].max()) == (1e-3, 2e-3)
-    assert [text.get_text() for text in ax.get_legend().get_texts()][0] == "band of 2 µS"
+    assert ax.get_legend().get_texts()[0].get_text() == "band of 2 µS"
     assert ax.get_title(loc="left") == "Force at 5 µm"
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
     assert ax.get_ylabel() == "force [mN]"

@@ -1,0 +1,94 @@
+"""A paper cites, says how it was read, and carries numbers it can be held to."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from electrovib.core.checks import STATUSES, Check
+
+
+def checks_in(paper):
+    found = list(getattr(paper, "CHECKS", ()))
+    for thing in vars(paper).values():
+        found += list(getattr(thing, "checks", ())) if isinstance(thing, type) else []
+    return found
+
+
+def test_a_paper_cites(paper):
+    assert isinstance(paper.CITATION, str)
+    assert any(mark in paper.CITATION for mark in ("doi:", "hal-", "arXiv:", "ISBN", "http"))
+    assert any(year in paper.CITATION for year in (str(year) for year in range(1850, 2101)))
+
+
+def test_a_paper_says_how_it_was_read(paper):
+    assert paper.STATUS in STATUSES
+
+
+def test_a_paper_says_what_it_claims_and_what_not(paper):
+    text = " ".join((paper.__doc__ or "").split())
+    assert "Claims:" in text
+    assert "Does not claim:" in text
+
+
+def test_a_paper_carries_a_check(paper):
+    assert checks_in(paper), f"{paper.__name__} has no number to be held to"
+
+
+def test_a_paper_is_named_author_year(paper):
+    name = paper.__name__.rsplit(".", 1)[-1]
+    author, _, year = name.rpartition("_")
+    assert author.isidentifier()
+    assert year.isdigit()
+    assert len(year) == 4
+
+
+def test_a_check_passes(asked):
+    value = asked.value()
+    check = asked.check
+    assert math.isfinite(value)
+    assert check.accepts(value), f"{check.name}: {value:.6g} is not {check.expect:.6g} within {check.rtol:g}"
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_check_refuses_a_value_three_tolerances_away(asked, side):
+    check = asked.check
+    assert check.accepts(check.expect)
+    assert not check.accepts(check.expect * (1 + 3 * side * check.rtol))
+    assert not check.accepts(math.nan)
+
+
+def test_a_check_names_its_source(asked):
+    assert len(asked.check.source) > 5
+    assert asked.check.status in STATUSES
+    assert asked.check.status != "recalled"
+    assert asked.check.rtol <= 0.1, "a tolerance above 10 % holds a paper to nothing"
+
+
+def test_a_recalled_number_is_never_a_check():
+    with pytest.raises(TypeError, match="recalled"):
+        Check("C", expect=1.0, rtol=0.1, source="memory", status="recalled")
+
+
+def test_a_scenario_names_the_source_of_every_parameter(scenario):
+    """What a paper does not print has to say so; grids and parameters at their default need no source."""
+    unsourced = [
+        path
+        for path, value, _ in scenario.parameters()
+        if path not in scenario.sources and not path.startswith(("time.", "frequency."))
+        if not is_default(scenario, path, value)
+    ]
+    assert not unsourced
+
+
+def test_sources_belong_to_parameters(scenario):
+    assert set(scenario.sources) <= {path for path, _, _ in scenario.parameters()}
+
+
+def is_default(scenario, path, value):
+    *parents, name = path.split(".")
+    owner = scenario
+    for part in parents:
+        owner = owner[int(part)] if isinstance(owner, tuple) else getattr(owner, part)
+    return type(owner).model_fields[name].default == value

@@ -1,0 +1,116 @@
+"""Fields, displacements and current out of modes against impedances of the materials as declared."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.core.model import read_model
+from electrovib.physics.material import Prony
+from electrovib.solve.modes import stack_modes
+from electrovib.solve.reduce import reduce_material
+from electrovib.solve.simulate import modes, phasors
+
+EPS0 = 8.8541878128e-12
+AREA = 1e-4
+FREQUENCY = np.geomspace(1, 1e6, 61)
+PRECISION = (
+    1e-10  # demanded, of the largest value in the band; fields reach 3e-11 where they nearly vanish in it
+)
+TIGHT = 1e-12  # the same for the stacks of a finger
+OF_THE_DRIVE = 1e-13  # voltage of a layer over that of the drive: roundings of up to 25 modes
+
+
+def largest(values):
+    return np.max(np.abs(values))
+
+
+def by_impedance(slabs, element, second, frequency):
+    """Give field and displacement of each layer, current density and voltage of the rest, per volt."""
+    s = 2j * np.pi * frequency
+    permittivity = np.array([slab.debye.permittivity(frequency) for slab in slabs])
+    conductivity, thickness = np.array([[slab.conductivity, slab.thickness] for slab in slabs]).T[:, :, None]
+    drops = thickness / (s * EPS0 * permittivity + conductivity)
+    outside = AREA * element.impedance(frequency)
+    current = 1 / (drops.sum(axis=0) * (1 + second) + outside)
+    fields = drops * current / thickness
+    return fields, EPS0 * permittivity * fields, current, outside
+
+
+def natural_size(transfer, frequency):
+    """Size of the terms that make up a transfer: what its rounding is a share of."""
+    return abs(transfer.direct) + np.abs(transfer.slope) * 2 * np.pi * frequency
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_stacks(finger, seed):
+    random = np.random.default_rng(1000 + seed)
+    for _ in range(75):
+        slabs, element = finger.random_stack(random), finger.random_element(random)
+        second = 0.0 if random.random() < 0.7 else float(random.uniform(0.2, 3))
+        found = stack_modes(slabs, area=AREA, element=element, second=second)
+        fields, displacements, current, outside = by_impedance(slabs, element, second, FREQUENCY)
+        across = 0
+        for k, slab in enumerate(slabs):
+            field, displacement = found.fields[k].at(FREQUENCY), found.displacements[k].at(FREQUENCY)
+            assert largest(field - fields[k]) * slab.thickness < OF_THE_DRIVE
+            assert largest(field - fields[k]) < PRECISION * largest(fields[k])
+            assert largest(displacement - displacements[k]) < PRECISION * largest(displacements[k])
+            across = across + field * slab.thickness * (1 + second)
+        flow = found.current_density.at(FREQUENCY)
+        rounding = OF_THE_DRIVE * natural_size(found.current_density, FREQUENCY)
+        assert np.all(np.abs(flow - current) < rounding)
+        assert np.all(np.abs(across + outside * flow - 1) < OF_THE_DRIVE + np.abs(outside) * rounding)
+
+
+SURROUNDINGS = {
+    "nothing": {"return_path": {"model": "Grounded", "resistance": 0}},
+    "grounded": {"return_path": {"model": "Grounded", "resistance": 1000}},
+    "floating": {"return_path": {"model": "Floating", "capacitance": 150e-12, "leak": 1e9}},
+    "second": {"return_path": {"model": "SecondElectrode", "area": 0.5e-4}, "source_resistance": 1e5},
+}
+
+
+@pytest.mark.parametrize("surroundings", SURROUNDINGS)
+@pytest.mark.parametrize("gap", [0, 1e-10, 1e-3], ids=["no gap", "dry gap", "wet gap"])
+def test_stacks_of_a_finger(finger, skin, gap, surroundings):
+    """The founding stack with every skin, also with a gap full of sweat."""
+    debye = reduce_material(skin).debye
+    terms = [
+        {"strength": s, "relaxation_time": t}
+        for s, t in zip(debye.strengths, debye.relaxation_times, strict=True)
+    ]
+    exact = read_model(
+        Prony, {"permittivity_high": debye.high, "terms": terms, "conductivity": skin.conductivity}
+    )
+    layers = {"insulator": finger.film()}
+    if gap:
+        layers["gap"] = finger.gap(1e-6, gap)
+    layers["stratum_corneum"] = {"thickness": 200e-6, "material": exact}
+    scenario = finger.build(
+        drive={"model": "Constant", "level": 1}, stack=layers, circuit=SURROUNDINGS[surroundings]
+    )
+    section, _ = modes(scenario)
+    truth = phasors(scenario, FREQUENCY)
+    for name in section.names:
+        field, displacement = section[name].field.at(FREQUENCY), section[name].displacement.at(FREQUENCY)
+        assert largest(field - truth[name].field) < TIGHT * largest(truth[name].field)
+        assert largest(displacement - truth[name].displacement) < TIGHT * largest(truth[name].displacement)
+    assert largest(section.voltage.at(FREQUENCY) - truth.voltage) < OF_THE_DRIVE
+    flow = section.current_density.at(FREQUENCY)
+    assert largest(flow - truth.current_density) < TIGHT * largest(truth.current_density)
+    element, second = scenario.circuit.element(), scenario.circuit.return_path.second_contact(AREA)
+    outside = AREA * element.impedance(FREQUENCY)
+    drop = section.voltage.at(FREQUENCY) * (1 + second) + outside * flow
+    rounding = OF_THE_DRIVE * natural_size(section.current_density, FREQUENCY)
+    assert np.all(np.abs(drop - 1) < OF_THE_DRIVE + np.abs(outside) * rounding)
+
+
+def test_a_wrong_field_is_refused(finger):
+    """The comparison sees a conductivity that is off by 1e-9."""
+    layers = {"insulator": finger.film(), "stratum_corneum": finger.skin(conductivity=1e-6)}
+    scenario = finger.build(drive={"model": "Constant", "level": 1}, stack=layers)
+    wrong = scenario.replace({"stack.stratum_corneum.material.conductivity": 1e-6 * (1 + 1e-9)})
+    section, _ = modes(wrong)
+    truth = phasors(scenario, FREQUENCY)["stratum_corneum"].field
+    assert largest(section["stratum_corneum"].field.at(FREQUENCY) / truth - 1) > PRECISION

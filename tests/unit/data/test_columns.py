@@ -1,0 +1,342 @@
+"""Measured files as SI columns, and every way in which they are wrong."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from electrovib.core.errors import DataFileError
+from electrovib.data.columns import read_columns
+
+ROOT = Path(__file__).parents[3]
+WANTED = {"time": ("time", "s"), "volts": ("voltage", "V")}
+BY_NUMBER = {"time": (0, "us"), "volts": (1, "V")}
+TIME, VOLTAGE = [0.0, 77e-6, 156e-6], [1.0, -2.5, 3e2]
+
+
+def shared(name: str) -> Path:
+    path = ROOT.parent / "shared" / "data" / name
+    if not path.exists():
+        pytest.skip(f"shared/data/{name} is not here")
+    return path
+
+
+def written(folder: Path, content: str | bytes, name: str = "rec.csv") -> Path:
+    path = folder / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+def check(columns) -> None:
+    # both are decimal numbers divided by a power of ten, so the floats are the nearest ones
+    np.testing.assert_array_equal(columns["time"], TIME)
+    np.testing.assert_array_equal(columns["volts"], VOLTAGE)
+
+
+ROWS = "0,1\n77,-2.5\n156,3e2\n"
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "time [us],voltage [V]\n" + ROWS,
+        "time [us],voltage [V]\r\n" + ROWS.replace("\n", "\r\n"),
+        "# made by hand, 3 rows\n\ntime [us],voltage\n0,1\n\n# a pause\n77,-2.5\n156,3e2",
+        "time [us];voltage [V]\n" + ROWS.replace(",", ";"),
+        "time [us]\tvoltage, raw [V]\tvoltage [V]\n0\t9\t1\n77\t9\t-2.5\n156\t9\t3e2\n",
+        "time [us] voltage(V)\n" + ROWS.replace(",", "  "),
+        '"time [us]","voltage [V]"\n"0","1"\n"77","-2.5"\n"156","3e2"\n',
+        "\ufefftime [us],voltage [V]\n" + ROWS,
+        "time [us], voltage [mV], note\n0, 1e3, 'start'\n77, -2500, x\n156, 3e5, end\n",
+        "time,voltage\n[us],[kV]\n0,1e-3\n77,-2.5e-3\n156,0.3\n",
+        "time (us),voltage (V),\n" + ROWS,
+        "time [us],voltage [V],\n" + ROWS.replace("\n", ",\n"),
+        "time [µs],voltage [V]\n".encode("latin-1") + ROWS.encode(),
+        ("time [us],voltage [V]\n" + ROWS).encode("utf-16"),
+    ],
+)
+def test_text_files_are_read(tmp_path, content):
+    check(read_columns(written(tmp_path, content), WANTED))
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.txt", "a.TSV"])
+def test_columns_by_number_without_headings(tmp_path, name):
+    check(read_columns(written(tmp_path, ROWS, name), BY_NUMBER))
+
+
+def test_row_labels_and_unused_text_columns_are_no_trouble(tmp_path):
+    path = written(tmp_path, ",Frequency,Phase,when\n0,1,180,2024-01-01\n1,2,-90,2024-01-02\n")
+    found = read_columns(path, {"f": ("Frequency", "kHz"), "p": ("Phase", "deg")})
+    np.testing.assert_array_equal(found["f"], [1e3, 2e3])
+    np.testing.assert_allclose(found["p"], [np.pi, -np.pi / 2], rtol=1e-15)  # one rounding
+
+
+def test_headings_that_are_numbers_are_found_by_name(tmp_path):
+    path = written(tmp_path, "time,1,2\n0,5,6\n1,7,8\n")
+    assert list(read_columns(path, {"a": ("2", "V"), "t": ("time", "s")})["a"]) == [6.0, 8.0]
+    with pytest.raises(DataFileError, match="first row has 'time' above a number"):
+        read_columns(path, {"a": (2, "V")})
+
+
+@pytest.mark.parametrize(
+    ("heading", "asked", "factor"),
+    [
+        ("x", "us", 1e-6), ("x", "ms", 1e-3), ("x", "kV", 1e3), ("x", "um", 1e-6), ("x", "Hz", 1.0),
+        ("x", "kHz", 1e3), ("x", "S/m", 1.0), ("x", "1", 1.0), ("x [-]", "1", 1.0), ("x [%]", "1", 0.01),
+        ("x [ms]", "us", 1e-3), ("x [MHz]", "Hz", 1e6), ("x[kohm]", "ohm", 1e3), ("x (mm/s)", "m/s", 1e-3),
+        ("x [uS/m]", "S/m", 1e-6), ("x [cm2]", "m2", 1e-4), ("x [min]", "s", 60.0), ("x [ns]", "s", 1e-9),
+    ],
+)  # fmt: skip
+def test_units(tmp_path, heading, asked, factor):
+    found = read_columns(written(tmp_path, f"{heading}\n1\n2\n"), {"x": ("x", asked)})
+    np.testing.assert_allclose(found["x"], [factor, 2 * factor], rtol=1e-15)  # one rounding
+
+
+@given(st.lists(st.integers(-(10**9), 10**9), min_size=2, max_size=5))
+@settings(deadline=None, max_examples=30)
+def test_scaled_numbers_are_the_nearest_floats(tmp_path_factory, numbers):
+    path = written(tmp_path_factory.mktemp("x"), "\n".join(map(str, numbers)))
+    found = read_columns(path, {"x": (0, "us")})["x"]
+    assert list(found) == [float(f"{number}e-6") for number in numbers]
+
+
+@pytest.mark.parametrize("bracketed", ["field[gap]", "impedance(real)"])
+def test_brackets_that_are_no_unit_belong_to_the_name(tmp_path, bracketed):
+    path = written(tmp_path, f"{bracketed},{bracketed}2 [V/m]\n1,2\n3,4\n")
+    assert list(read_columns(path, {"x": (bracketed, "V/m")})["x"]) == [1, 3]
+    assert list(read_columns(path, {"x": (f"{bracketed}2", "V/m")})["x"]) == [2, 4]
+
+
+HEADED = "time [s],voltage [V]\n0,1\n"
+
+
+@pytest.mark.parametrize(
+    ("content", "wanted", "words"),
+    [
+        ("", WANTED, "the file is empty"),
+        ("# only\n\n  \n", WANTED, "holds no rows"),
+        ("time,voltage\n", WANTED, "column 'time' has no rows"),
+        (HEADED, WANTED, "column 'time .s.' has only one row; at least two"),
+        (HEADED + "1,zwei\n", WANTED, "line 3, column 'voltage .V.': 'zwei' is not a number"),
+        ("# c\n\n" + HEADED + "\n1,\n", WANTED, "line 6, column 'voltage .V.': the number is missing"),
+        (HEADED + "1,0x10\n", WANTED, "'0x10' is not a number"),
+        (HEADED + "1,1_000\n", WANTED, "'1_000' is not a number"),
+        (HEADED + "1,１\n", WANTED, "'１' is not a number"),
+        (HEADED.replace(",", ";") + "1;2,5\n", WANTED, "'2,5' is not a number; write decimals with a point"),
+        (HEADED + "1,2,3\n2,3\n", WANTED, "line 3 has 3 fields, but the headings have 2"),
+        (HEADED + "1\n", WANTED, "line 3 has 1 fields, but the headings have 2"),
+        ("time\n0,1\n1,2\n", {"t": ("time", "s")}, "line 2 has 2 fields, but the headings have 1"),
+        ("0,1\n1,2\n2\n", BY_NUMBER, "line 3 has 1 fields, but the first row has 2"),
+        ('time,voltage\n"0","1"\n"1"\n2,3,"4,5"\n', WANTED, "line 3 has 1 fields"),
+        (HEADED + "1,nan\n", WANTED, "line 3, column 'voltage .V.': nan is not a finite number[.]"),
+        (HEADED + "# c\ninf,2\n2,2\n-inf,1\n", WANTED, "line 4, column 'time .s.': inf .*, nor are 1 more"),
+        ("0,1\n1,2\n", {"x": (2, "V")}, "there is no column 2; they are numbered 0 to 1"),
+        ("0,1\n1,2\n", {"x": (-1, "V")}, "there is no column -1"),
+        ("0,1\n1,2\n", WANTED, "has no headings; ask for column 'time' by its number"),
+        (HEADED, {"x": ("tme", "s")}, "no column 'tme'. Did you mean 'time'. It has: time, voltage"),
+        (HEADED, {"x": ("current", "A")}, "no column 'current'. It has: time, voltage"),
+        ("a,a\n1,2\n3,4\n", {"x": ("a", "V")}, "more than one column is called 'a'"),
+        ("a [V],a [mV]\n1,2\n3,4\n", {"x": ("a", "V")}, "more than one column is called 'a'"),
+        ("0,1\nx,2\n", BY_NUMBER, "line 2, column 0: 'x' is not a number"),
+        ("x,1\n0,2\n", BY_NUMBER, "first row has 'x' above a number"),
+        ("x,1\ny,2\n", BY_NUMBER, "line 1, column 0: 'x' is not a number"),
+        ("t [V],v\n0,1\n1,2\n", {"x": ("t", "s")}, "column 't .V.' is in 'V', but a time is needed"),
+        ("t [counts],v\n0,1\n1,2\n", {"x": ("t", "s")}, "'counts' is not a known unit"),
+        ("t [rad/s],v\n0,1\n1,2\n", {"x": ("t", "Hz")}, "'rad/s' is not a known unit"),
+        ("t [rpm],v\n0,1\n1,2\n", {"x": ("t", "Hz")}, "'rpm' is not a known unit"),
+        (HEADED + "1,2\n", {"x": ("time", "sekunde")}, "'sekunde' is not a known unit"),
+        (b"PK\x03\x04\0\0\0\0", WANTED, "not a text file"),
+    ],
+)
+def test_wrong_text_files_are_refused_in_one_sentence(tmp_path, content, wanted, words):
+    with pytest.raises(DataFileError, match=words) as caught:
+        read_columns(written(tmp_path, content), wanted)
+    assert "rec.csv: " in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_files_that_are_none(tmp_path):
+    written(tmp_path, ROWS, "record.csv")
+    (tmp_path / "folder.csv").mkdir()
+    os.mkfifo(tmp_path / "pipe.csv")
+    cases = {
+        "recrod.csv": r"there is no such file\. Did you mean 'record\.csv'",
+        "no/record.csv": "there is no such file",
+        "folder.csv": "is a folder",
+        "pipe.csv": "not an ordinary file",
+        "record.csv/x.csv": "cannot be read|there is no such file",
+        "n" * 300 + ".csv": "cannot be read",
+    }
+    for name, words in cases.items():
+        with pytest.raises(DataFileError, match=words):
+            read_columns(tmp_path / name, BY_NUMBER)
+    with pytest.raises(DataFileError, match=r"read from \.csv, \.txt, \.tsv, \.npy, \.nc, not from '\.xlsx'"):
+        read_columns(written(tmp_path, "x", "a.xlsx"), BY_NUMBER)
+
+
+def test_unreadable_file(tmp_path, monkeypatch):
+    path = written(tmp_path, ROWS)
+
+    def refuse(self, *args, **kwargs):
+        raise PermissionError(13, "Permission denied", str(self))
+
+    monkeypatch.setattr(Path, "open", refuse)
+    with pytest.raises(DataFileError, match="cannot be read: .*Permission denied"):
+        read_columns(path, BY_NUMBER)
+
+
+# ------------------------------------------------------------------------------------------- NumPy
+
+
+def test_npy_by_number_and_by_field(tmp_path):
+    plain = np.array([[0, 77, 156], VOLTAGE]).T
+    np.save(tmp_path / "a.npy", plain)
+    check(read_columns(tmp_path / "a.npy", BY_NUMBER))
+    np.save(tmp_path / "b.npy", np.asfortranarray(plain).astype(">f8"))
+    check(read_columns(tmp_path / "b.npy", BY_NUMBER))
+    fields = np.zeros(3, [("time [us]", "i4"), ("voltage", "f4")])
+    fields["time [us]"], fields["voltage"] = [0, 77, 156], VOLTAGE
+    np.save(tmp_path / "c.npy", fields)
+    check(read_columns(tmp_path / "c.npy", WANTED))
+    check(read_columns(tmp_path / "c.npy", BY_NUMBER))
+
+
+@pytest.mark.parametrize(
+    ("array", "wanted", "words"),
+    [
+        (np.zeros((3, 2)), {"x": (2, "V")}, "there is no column 2"),
+        (np.zeros((3, 2)), WANTED, "has no headings; ask for column 'time' by its number"),
+        (np.zeros((1, 2)), BY_NUMBER, "column 0 has only one row"),
+        (np.zeros((0, 2)), BY_NUMBER, "column 0 has no rows"),
+        (np.zeros(7), BY_NUMBER, r"shape \(7,\), not a row per sample"),
+        (np.zeros((2, 3, 4)), BY_NUMBER, r"shape \(2, 3, 4\)"),
+        (
+            np.array([[0, 1], [1, np.nan]]),
+            BY_NUMBER,
+            "row 1 .first is 0., column 1: nan is not a finite number",
+        ),
+        (np.zeros((3, 2), complex), BY_NUMBER, "column 0 holds 'complex128'"),
+        (np.array([["a", "b"]] * 2), BY_NUMBER, "column 0 holds '<U1'"),
+        (
+            np.array([[{}, 1], [2, 3]], dtype=object),
+            BY_NUMBER,
+            "damaged or not a NumPy file of plain numbers",
+        ),
+        (np.zeros(3, [("time", "f8", (2,)), ("voltage", "f8")]), WANTED, "column 'time' holds 2 dimensions"),
+        (np.zeros(3, [("time", "f8"), ("volt", "f8")]), WANTED, "no column 'voltage'. Did you mean 'volt'"),
+    ],
+)
+def test_wrong_npy_files_are_refused(tmp_path, array, wanted, words):
+    np.save(tmp_path / "rec.npy", array)
+    with pytest.raises(DataFileError, match=words):
+        read_columns(tmp_path / "rec.npy", wanted)
+
+
+def test_several_arrays_are_refused(tmp_path):
+    np.savez(tmp_path / "a.npz", np.zeros((3, 2)))
+    (tmp_path / "a.npz").rename(tmp_path / "a.npy")
+    with pytest.raises(DataFileError, match="damaged or not a NumPy file"):
+        read_columns(tmp_path / "a.npy", BY_NUMBER)
+
+
+def test_size_that_is_a_lie_takes_no_memory(tmp_path):
+    np.save(tmp_path / "a.npy", np.zeros((30, 2)))
+    raw = (tmp_path / "a.npy").read_bytes().replace(b"(30, 2), }         ", b"(30000000000, 2), }")
+    with pytest.raises(DataFileError, match="damaged"):
+        read_columns(written(tmp_path, raw, "b.npy"), BY_NUMBER)
+
+
+# ------------------------------------------------------------------------------------------ netCDF
+
+
+def dataset() -> xarray.Dataset:
+    return xarray.Dataset(
+        {
+            "voltage": ("time", VOLTAGE, {"units": "V"}),
+            "current": ("time", [1.0, 2.0, 3.0]),
+            "packed": ("time", [0.5, 1.0, 1.5], {"units": "mm"}),
+            "field": (("layer", "time"), np.zeros((2, 3))),
+            "gain": ("frequency", [1j, 2.0]),
+            "single": ((), 1.0),
+            "odd": ("time", [1.0, 2.0, 3.0], {"units": "fathom counts"}),
+            "other": ("frequency", [1.0, 2.0]),
+        },
+        {"time": ("time", [0.0, 77, 156], {"units": "us"}), "layer": ["a", "b"]},
+    )
+
+
+@pytest.mark.parametrize("engine", ["h5netcdf", "scipy"])
+def test_netcdf_by_name(tmp_path, engine):
+    packing = {"packed": {"dtype": "i2", "scale_factor": 0.5}}
+    data = dataset().drop_vars("gain")
+    data.to_netcdf(tmp_path / "a.nc", engine=engine, encoding=packing)
+    check(read_columns(tmp_path / "a.nc", WANTED))
+    found = read_columns(tmp_path / "a.nc", {"i": ("current", "mA"), "p": ("packed", "m")})
+    np.testing.assert_array_equal(found["i"], [1e-3, 2e-3, 3e-3])
+    np.testing.assert_array_equal(found["p"], [0.5e-3, 1e-3, 1.5e-3])
+
+
+@pytest.mark.parametrize(
+    ("wanted", "words"),
+    [
+        ({"x": (0, "V")}, "ask for column 0 by its name; it has: voltage, current"),
+        ({"x": ("volt", "V")}, "no column 'volt'"),
+        ({"x": ("voltage", "A")}, "column 'voltage' is in 'V', but a current is needed"),
+        ({"x": ("field", "V/m")}, "column 'field' holds 2 dimensions"),
+        ({"x": ("single", "V")}, "column 'single' holds 0 dimensions"),
+        ({"x": ("gain", "1")}, "column 'gain' holds 'complex128'"),
+        ({"x": ("layer", "1")}, "column 'layer' holds"),
+        ({"x": ("odd", "m")}, "'fathom counts' is not a known unit"),
+        ({"t": ("time", "s"), "x": ("other", "V")}, "differ in length: column 'time' 3, column 'other' 2"),
+    ],
+)
+def test_wrong_netcdf_variables_are_refused(tmp_path, wanted, words):
+    dataset().to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+    with pytest.raises(DataFileError, match=words):
+        read_columns(tmp_path / "a.nc", wanted)
+
+
+@pytest.mark.parametrize("suffix", [".npy", ".nc"])
+@pytest.mark.parametrize("engine", ["h5netcdf", "scipy"])
+def test_damaged_binary_files_are_refused(tmp_path, suffix, engine):
+    path = tmp_path / f"a{suffix}"
+    if suffix == ".npy":
+        np.save(path, np.zeros((3, 2)))
+    else:
+        dataset().drop_vars("gain").to_netcdf(path, engine=engine)
+    raw = path.read_bytes()
+    for damage in (b"\0", b"time,voltage\n0,1\n", raw[:7], raw[:60], raw[: len(raw) // 2], b"\xff" * 200):
+        path.write_bytes(damage)
+        with pytest.raises(DataFileError, match=f"a{suffix}: (is damaged or not|the file is)") as caught:
+            read_columns(path, BY_NUMBER if suffix == ".npy" else WANTED)
+        assert "\n" not in str(caught.value)
+
+
+# ------------------------------------------------------------------------------------- real files
+
+
+def test_clutch_record():
+    found = read_columns(shared("clutch/square_300V_10Hz.npy"), {"time": (0, "us"), "voltage": (3, "V")})
+    steps = np.diff(found["time"])
+    assert np.all((steps > 60e-6) & (steps < 100e-6))  # printed: 77 to 79 us, jittered
+    assert 280 < found["voltage"].max() < 320  # a 0/300 V square
+    assert abs(found["voltage"].min()) < 20
+
+
+def test_impedance_records():
+    asked = {"f": ("Frequency", "Hz"), "modulus": ("Impedance", "ohm"), "phase": ("Phase", "deg")}
+    found = read_columns(shared("skin_impedance/Cal10k_51k.csv"), asked)
+    np.testing.assert_allclose(found["modulus"], 51e3, rtol=0.05)  # a 51 kohm resistor
+    assert np.all(np.abs(found["phase"]) < 0.05)
+    skin = {"f": ("Frequency", "Hz"), "sigma": ("Conductivity", "S/m"), "loss": ("Loss Factor", "1")}
+    found = read_columns(shared("skin_impedance/gabriel_measured_skin_dry.txt"), skin)
+    assert len(found["f"]) == 156
+    # the two columns are one quantity written twice: conductivity = 2 pi f eps0 loss, to the printed digits
+    again = 2 * np.pi * found["f"] * 8.8541878128e-12 * found["loss"]
+    np.testing.assert_allclose(np.median(found["sigma"] / again), 1.0, rtol=1e-3)
+    with pytest.raises(DataFileError, match="is in 'S/m', but a voltage is needed"):
+        read_columns(shared("skin_impedance/gabriel_measured_skin_dry.txt"), {"x": ("Conductivity", "V")})

@@ -1,0 +1,187 @@
+"""The report of a run: one file, whole or not there."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.view import report as module
+from electrovib.view.report import collect, report
+
+VOID = {"meta", "link", "br", "wbr"}
+
+
+class Page(HTMLParser):
+    """Collects what a browser would fetch or run, and checks that tags close."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.fetched, self.names, self.words, self.open = [], [], [], [], []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        if tag not in VOID:
+            self.open.append(tag)
+        for name, value in attrs:
+            if name in {"src", "href", "data", "action", "srcset", "xlink:href"} and not value.startswith(
+                ("#", "data:,")
+            ):
+                self.fetched.append(value)
+            if name == "id":
+                self.names.append(value)
+            assert not name.startswith("on")
+
+    def handle_startendtag(self, tag, attrs):
+        self.handle_starttag(tag, attrs)
+        if tag not in VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.words.append(" ".join(data.split()))
+
+
+def written(tmp_path, traces, **more):
+    path = report(traces, tmp_path / "report.html", **more)
+    text = path.read_text(encoding="utf-8")
+    page = Page(text)
+    assert page.open == []
+    return text, page
+
+
+def test_a_page_needs_nothing_from_elsewhere(tmp_path, trace, other, swept, measured):
+    for traces in (trace, [trace, other, measured], swept, measured):
+        text, page = written(tmp_path, traces)
+        assert page.fetched == []
+        assert not {"script", "iframe", "object", "img", "embed"} & set(page.tags)
+        assert "http://" not in text
+        assert "https://" not in text
+        assert "@import" not in text
+        used = re.findall(r"url\(#([^)]*)\)", text)
+        assert not re.search(r"url\((?!#)", text)
+        assert set(used) <= set(page.names)
+        assert len(page.names) == len(set(page.names))
+
+
+def test_what_a_report_of_a_run_holds(tmp_path, trace):
+    text, page = written(tmp_path, trace)
+    words = set(page.words)
+    assert "Glass & <film>" in words
+    assert {"How far to believe it", "Stack", "Over time", "Over frequency", "Parameters", "Models"} <= words
+    assert trace.attrs["scenario_hash"] in words
+    assert {"warning", "ok", "unknown"} <= words
+    assert "90 µm" in words
+    assert "data sheet of the film" in words
+    assert "pressure = ε₀·E²/2" in words
+    assert any(word.startswith("Python 3") for word in words)
+    assert page.tags.count("svg") == 3
+    assert '<span class="word warning">warning</span>' in text
+    assert "effective voltage" not in words
+
+
+def test_effective_voltage_stands_where_the_law_has_one(tmp_path, trace, other):
+    assert 'aria-label="Over time: drive, effective voltage,' in written(tmp_path, other)[0]
+    assert 'aria-label="Over time: drive, voltage across each layer,' in written(tmp_path, trace)[0]
+
+
+def test_several_traces_show_first_what_differs(tmp_path, trace, other):
+    text, page = written(tmp_path, {"gap plane": trace, "effective medium": other})
+    assert "2 Traces compared" in page.words
+    differs, same = page.words.index("What differs"), page.words.index("What is the same")
+    between = page.words[differs:same]
+    assert {"5 µm", "1 µm", "GapPlane", "EffectiveMediumPlane"} <= set(between)
+    assert "90 µm" not in between
+    assert "90 µm" in page.words[same:]
+    assert page.tags.count("svg") == 4
+    assert text.count("<summary>Scenario of") == 2
+
+
+def test_a_sweep_says_what_was_swept(tmp_path, swept):
+    _, page = written(tmp_path, swept)
+    assert "The worst case over the sweep." in page.words
+    assert "100 nm … 100 µm (15 values)" in page.words
+
+
+def test_a_measurement_shows_what_there_is(tmp_path, measured):
+    _, page = written(tmp_path, measured)
+    assert page.tags.count("svg") == 1
+    assert "N. N." in page.words
+    assert "Parameters" not in page.words
+
+
+def test_a_scenario_of_another_version_is_told(tmp_path, trace):
+    old = trace.copy()
+    old.attrs["scenario"] = '{"schema": 0}'
+    _, page = written(tmp_path, old)
+    assert any("cannot be read by this version" in word for word in page.words)
+
+
+def test_an_empty_trace_gives_a_page(tmp_path, measured):
+    _, page = written(tmp_path, measured.drop_vars(["lateral_force", "drive_voltage"]), title="nothing")
+    assert "nothing" in page.words
+    assert "svg" not in page.tags
+
+
+def test_the_same_trace_gives_the_same_page(tmp_path, trace):
+    first, _ = written(tmp_path, trace)
+    second, _ = written(tmp_path, trace)
+    assert first == second
+
+
+def test_text_of_a_user_stays_text(tmp_path, measured):
+    evil = measured.copy()
+    evil.attrs |= {"title": "<script>alert(1)</script>", "note": '"><img src=x>'}
+    text, page = written(tmp_path, evil)
+    assert not {"script", "img"} & set(page.tags)
+    assert "&lt;script&gt;" in text
+
+
+def test_files_scenarios_and_labels(tmp_path, scenario, measured):
+    from electrovib.solve.toml import to_toml
+
+    file = tmp_path / "film.toml"
+    file.write_text(to_toml(scenario), encoding="utf-8")
+    found = collect([str(file), file, measured, scenario])
+    assert list(found) == ["film", "film (2)", "tribometer", "Glass & <film>"]
+    assert "electrostatic_force" in found["film"]
+    assert list(collect({"mine": file})) == ["mine"]
+    assert list(collect(measured)) == ["tribometer"]
+
+
+def test_everything_that_cannot_be_loaded_is_told_at_once(tmp_path, trace):
+    with pytest.raises(InputError) as caught:
+        report([trace, "missing_2099/nothing", str(tmp_path / "gone.toml")], tmp_path / "r.html")
+    assert len(caught.value.problems) == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["no/such/folder/r.html", "."])
+def test_an_unwritable_output_is_told_before_the_work(tmp_path, monkeypatch, trace, name):
+    monkeypatch.setattr(module, "page_of", lambda *_, **__: pytest.fail("drawn in vain"))
+    with pytest.raises(ElectrovibError):
+        report(trace, tmp_path / name)
+
+
+def test_an_interrupted_report_leaves_the_older_one(tmp_path, monkeypatch, trace):
+    path = tmp_path / "r.html"
+    path.write_text("older", encoding="utf-8")
+
+    def half(self, text, **_):
+        with self.open("w", encoding="utf-8") as file:
+            file.write(text[:1000])
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "write_text", half)
+    with pytest.raises(KeyboardInterrupt):
+        report(trace, path)
+    monkeypatch.undo()
+    assert path.read_text(encoding="utf-8") == "older"
+    assert [file.name for file in tmp_path.iterdir()] == ["r.html"]

@@ -1,0 +1,170 @@
+"""A reproduced paper as files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import ModuleType
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+from electrovib.core import discovery
+from electrovib.core.errors import InputError
+from electrovib.study.reproduction import Curve, Page, Panel, Reproduction, Row, Table
+from electrovib.view import reproduce as module
+from electrovib.view.reproduce import _write, reproduce, shown
+
+X = np.linspace(0, 1, 20)
+
+
+@pytest.fixture
+def found():
+    return Reproduction(
+        paper="nobody_2099",
+        citation="N. Nobody, On <nothing>, 2099",
+        rows=(
+            Row("C", "capacitance", 32, 32.96, "pF", "reproduced", "cut off"),
+            Row("tau", "time constant", None, (0.05, 6.6), "ms", "open", "no resistivity is printed, 5 um"),
+            Row("rise", "rise", (1.0, 2.0), 1.5, "1", "consistent", ""),
+        ),
+        panels=(
+            Panel("fig1", "Figure 1", "One & only.", ("time", "s"), ("force", "N"), (Curve("a", X, X),)),
+            Panel(
+                "fig2", "Figure 2", "Two.", ("time", "s"), ("force", "N"), (Curve("a", X, X, upper=X + 1),)
+            ),
+        ),
+        pages=(Page("What this paper leaves open", ("First paragraph.", "Second one.")),),
+        tables=(Table("Skins", ("name", "tau"), (("dry", "1"), ("wet", "2"))),),
+        equations={"1": r"$f = \frac{a}{b}$", "2": r"v = \tau s", "3": r"$\nosuchthing{x}$"},
+        references=("Somebody 2000",),
+    )
+
+
+@pytest.fixture
+def paper(found, monkeypatch):
+    asked = []
+    fake = ModuleType("nobody_2099")
+    fake.reproduce = lambda *, skin: asked.append(skin) or found
+    bare = ModuleType("bare_2099")
+    known = {"nobody_2099": fake, "bare_2099": bare}
+    monkeypatch.setattr(discovery, "paper", known.__getitem__)
+    monkeypatch.setattr(discovery, "papers", lambda: known)
+    return asked
+
+
+FILES = {"report.html", "numbers.json", "fig1.svg", "fig1.png", "fig2.svg", "fig2.png"}
+
+
+def test_all_files_are_written_into_a_new_folder(tmp_path, paper, found):
+    folder = tmp_path / "deep" / "folder"
+    assert reproduce("nobody_2099", folder, skin="own.csv") is found
+    assert paper == ["own.csv"]
+    assert {file.name for file in folder.iterdir()} == FILES
+    assert (folder / "fig1.png").read_bytes().startswith(b"\x89PNG")
+    ET.parse(folder / "fig1.svg")
+
+
+def test_numbers_are_those_of_the_rows(tmp_path, found):
+    _write(found, tmp_path)
+    numbers = json.loads((tmp_path / "numbers.json").read_text(encoding="utf-8"))
+    assert numbers == [row.to_dict() for row in found.rows]
+    assert numbers[1]["ours"] == [0.05, 6.6]
+    assert numbers[1]["paper"] is None
+
+
+def test_the_page_has_everything_and_fetches_nothing(tmp_path, found):
+    _write(found, tmp_path)
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    for words in (
+        "On &lt;nothing&gt;",
+        '<span class="word reproduced">reproduced</span>',
+        '<span class="word open">open</span>',
+        "32.96 pF",
+        "0.05 … 6.6 ms",
+        "not printed",
+        "5 µm",
+        "One &amp; only.",
+        "Second one.",
+        "<td>wet</td>",
+        "Somebody 2000",
+        "numpy",
+    ):
+        assert words in text, words
+    for address in ("http://", "https://", "<script", "<img", "src="):
+        assert address not in text
+    assert text.count("<svg") == 2 + 2
+    # what mathtext cannot draw is shown as it is written
+    assert r"$\nosuchthing{x}$" in text
+
+
+def test_writing_twice_gives_the_same_bytes_and_leaves_other_files(tmp_path, found):
+    (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
+    _write(found, tmp_path)
+    first = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    _write(found, tmp_path)
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == first
+    assert set(first) == FILES | {"mine.txt"}
+
+
+@pytest.mark.parametrize("there", [False, True])
+@pytest.mark.parametrize("at", [1, 4, 6])
+def test_an_interruption_leaves_nothing_half_done(tmp_path, monkeypatch, found, there, at):
+    folder = tmp_path / "out"
+    if there:
+        folder.mkdir()
+        (folder / "numbers.json").write_text("older", encoding="utf-8")
+    calls = []
+    whole = Path.write_bytes
+
+    def interrupted(self, content):
+        calls.append(self)
+        if len(calls) == at:
+            whole(self, content[:10])
+            raise KeyboardInterrupt
+        return whole(self, content)
+
+    monkeypatch.setattr(Path, "write_bytes", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        _write(found, folder)
+    if there:
+        assert {file.name: file.read_text(encoding="utf-8") for file in folder.iterdir()} == {
+            "numbers.json": "older"
+        }
+    else:
+        assert not folder.exists()
+
+
+def test_a_figure_that_cannot_be_drawn_leaves_no_folder(tmp_path, monkeypatch, found):
+    def broken(*_):
+        raise RuntimeError("drawing")
+
+    monkeypatch.setattr(module, "_drawn", broken)
+    with pytest.raises(RuntimeError, match="drawing"):
+        _write(found, tmp_path / "out")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_paper_without_reproduction_names_those_with_one(tmp_path, paper):
+    with pytest.raises(
+        InputError, match=r"'bare_2099' has nothing to reproduce\. Papers that have: nobody_2099"
+    ):
+        reproduce("bare_2099", tmp_path / "out")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_output_that_is_a_file_is_told_before_the_work(tmp_path, paper):
+    file = tmp_path / "file"
+    file.write_text("mine", encoding="utf-8")
+    for output in (file, file / "below"):
+        with pytest.raises(InputError, match="is a file, not a folder"):
+            reproduce("nobody_2099", output)
+    assert paper == []
+
+
+def test_numbers_are_shown_in_the_unit_of_the_row():
+    assert shown(0.5, "1") == "0.5"
+    assert shown(None, "mN") == "not printed"
+    assert shown((2, 5), "mN") == "2 … 5 mN"
+    assert shown(5.57e5, "ohm m") == "5.57e+05 Ω·m"

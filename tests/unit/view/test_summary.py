@@ -1,0 +1,90 @@
+"""What a Trace says of itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.core.trace import make_trace
+from electrovib.solve.scenario import load
+from electrovib.view.summary import key_numbers, lamps, provenance, scenario_text, swept_texts, versions
+
+
+def ramp(times, values):
+    return make_trace({"electrostatic_force": (("time",), values)}, {"time": times}, {})
+
+
+def test_key_numbers_of_a_run(trace):
+    found = key_numbers(trace)
+    assert found["largest drive voltage"] == "1 kV"
+    peak = float(trace.electrostatic_force.max())
+    assert found["largest electrostatic force"] == f"{peak / 1e-3:.4g} mN"
+    assert found["largest field, stratum corneum"].endswith("V/m")
+
+
+@pytest.mark.parametrize("gap", [False, True])
+def test_the_mean_weights_uneven_stamps_and_leaves_out_what_is_missing(gap):
+    times = np.sort(np.concatenate([np.linspace(0, 1, 2001), np.linspace(0, 0.1, 5000)]))
+    times = np.unique(times)
+    values = times.copy()
+    if gap:
+        values[(times > 0.4) & (times < 0.6)] = np.nan
+    # a ramp from 0 to 1 N has the mean 0.5 N, also without its middle; a plain average would give 0.19
+    assert key_numbers(ramp(times, values))["mean electrostatic force over the record"] == "500 mN"
+    assert np.nanmean(values) < 0.3
+
+
+def test_one_sample_and_no_number():
+    found = key_numbers(ramp(np.array([0.0]), np.array([2.0])))
+    assert found["mean electrostatic force over the record"] == "2 N"
+    assert (
+        key_numbers(ramp(np.arange(3.0), np.full(3, np.nan)))["largest electrostatic force"] == "no numbers"
+    )
+
+
+def test_a_sweep_gives_ranges(swept):
+    low, high = (float(value) for value in (swept.electrostatic_force.max("time").values[[-1, 0]]))
+    found = key_numbers(swept)["largest electrostatic force"]
+    assert found == f"{low / 1e-3:.4g} mN … {high / 1e-3:.4g} mN"
+    assert swept_texts(swept) == {"stack.gap.thickness": "100 nm … 100 µm (15 values)"}
+
+
+def test_lamps(trace, measured):
+    found = lamps(trace)
+    assert {lamp["state"] for lamp in found} <= {"ok", "warning", "unknown"}
+    assert "electrowetting" in {lamp["name"] for lamp in found}
+    assert lamps(measured) == []
+    broken = measured.copy()
+    for text in ("{", '[{"name": "x"}]', "[1]"):
+        broken.attrs["lamps"] = text
+        assert lamps(broken) == []
+
+
+def test_provenance(trace, measured):
+    found = provenance(trace)
+    assert found["hash of the scenario"] == trace.attrs["scenario_hash"]
+    assert found["solver"] == "transient"
+    assert found["largest error of a material reduced to relaxations"].endswith(" %")
+    assert not any("dropped" in words for words in found)
+    dropped = trace.copy()
+    dropped.attrs["dropped_samples"] = 3
+    assert provenance(dropped)["samples of the measured drive that were dropped"] == "3"
+    assert provenance(measured) == {"operator": "N. N."}
+    measured = measured.copy()
+    measured.attrs["log"] = "x" * 10_000
+    assert len(provenance(measured)["log"]) < 500
+
+
+def test_the_scenario_repeats_but_leaves_long_records_out(scenario, tmp_path):
+    file = tmp_path / "again.toml"
+    file.write_text(scenario_text(scenario), encoding="utf-8")
+    assert load(file) == scenario
+    times = np.linspace(0, 1, 5000)
+    drive = {"model": "Sampled", "time_samples": times, "voltage_samples": np.sin(times)}
+    text = scenario_text(scenario.replace({"drive": drive}))
+    assert text.count("(measured samples, left out here)") == 2
+    assert "base64" not in text
+
+
+def test_versions_name_the_parts():
+    assert {"Python", "electrovib", "numpy", "scipy", "xarray", "pydantic"} <= set(versions())

@@ -1,0 +1,104 @@
+"""What a scenario is made of, as rows."""
+
+from __future__ import annotations
+
+import pytest
+
+from electrovib.view.tables import (
+    DEFAULT,
+    NOT_GIVEN,
+    model_rows,
+    parameter_rows,
+    readable_equation,
+    references,
+    walk_models,
+)
+
+
+def rows_of(scenario, swept=None):
+    return {row.path: row for row in parameter_rows({"a": scenario}, {"a": swept or {}})}
+
+
+def test_every_physical_parameter_has_a_row_with_value_and_meaning(scenario):
+    found = rows_of(scenario)
+    assert list(found) == [path for path, _, _ in scenario.parameters()]
+    assert found["stack.gap.thickness"].values == ("5 µm",)
+    assert found["stack.gap.thickness"].meaning == "thickness of the layer"
+    assert found["stack.gap.breakdown_field"].values == ("–",)
+
+
+def test_sources_are_those_of_the_file_else_default_or_not_given(scenario):
+    found = rows_of(scenario)
+    assert found["drive.high"].sources == ("printed",)
+    assert found["stack.insulator.material.permittivity"].sources == ("data sheet of the film",)
+    assert found["drive.low"].sources == (DEFAULT,)
+    assert found["stack.gap.breakdown_field"].sources == (DEFAULT,)
+    assert found["drive.rise"].sources == (NOT_GIVEN,)
+    assert found["circuit.return_path.resistance"].sources == (NOT_GIVEN,)
+    changed = scenario.replace({"drive.rise": "1 ms"})
+    assert rows_of(changed)["drive.rise"].sources == ("set by the user",)
+
+
+def test_a_swept_parameter_shows_its_range(scenario):
+    row = rows_of(scenario, {"drive.rise": "1 ms … 9 ms (3 values)"})["drive.rise"]
+    assert (row.values, row.sources) == (("1 ms … 9 ms (3 values)",), ("swept",))
+
+
+def test_what_differs(scenario):
+    changed = scenario.replace({"force": {"model": "EffectiveMediumPlane"}, "stack.gap.thickness": "1 um"})
+    rows = parameter_rows({"a": scenario, "b": changed}, {})
+    differing = {row.path: row.values for row in rows if row.differs}
+    assert differing == {
+        "force.model": ("GapPlane", "EffectiveMediumPlane"),
+        "stack.gap.thickness": ("5 µm", "1 µm"),
+    }
+    assert not any(row.differs for row in parameter_rows({"a": scenario, "b": scenario}, {}))
+
+
+def test_terms_of_a_sum_have_rows(scenario):
+    terms = [{"strength": 900, "relaxation_time": "2 ms"}, {"strength": 300, "relaxation_time": "20 us"}]
+    skin = {"model": "Prony", "permittivity_high": 50, "terms": terms, "conductivity": 1e-6}
+    changed = scenario.replace({"stack.stratum_corneum.material": skin})
+    row = rows_of(changed)["stack.stratum_corneum.material.terms.1.relaxation_time"]
+    assert row.values == ("20 µs",)
+    assert "stack.stratum_corneum.material.terms.0" in dict(walk_models(changed))
+
+
+def test_models_are_those_that_were_chosen(scenario):
+    found = {row.path: row for row in model_rows(scenario)}
+    assert set(found) == {
+        "drive",
+        "force",
+        "friction",
+        "contact",
+        "circuit.return_path",
+        "stack.insulator.material",
+        "stack.gap.material",
+        "stack.stratum_corneum.material",
+        "time.initial_state",
+    }
+    law = found["force"]
+    assert law.name == "GapPlane"
+    assert law.equations == ("pressure = ε₀·E²/2",)
+    assert law.facts == ("evaluated at the plane: gap", "known from: derived")
+    assert law.notes.startswith("p = eps0 E^2/2. Equal to virtual work")
+    assert "``" not in law.notes
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("eps0*E**2/2", "ε₀·E²/2"),
+        ("a/(1 + (2*pi*I*frequency*tau)**(1 - b))", "a/(1 + (2·π·j·frequency·tau)^(1 - b))"),
+        ("pixel**20", "pixel^20"),
+    ],
+)
+def test_equations_are_written_for_people(text, shown):
+    assert readable_equation(text) == shown
+
+
+def test_references_name_the_models_that_cite_them_and_count_values(scenario):
+    medium = scenario.replace({"force": {"model": "EffectiveMediumPlane"}})
+    found = references({"a": medium, "b": medium})
+    assert (type(medium.force).reference, "EffectiveMediumPlane") in found
+    assert ("printed", "2 values") in found
