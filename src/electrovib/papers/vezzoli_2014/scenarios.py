@@ -91,6 +91,7 @@ def _figure_6_gap() -> dict[str, Any]:
     content["stack"] = {"insulator": _film(), "gap": gap, "stratum_corneum": _skin()}
     content["sources"] |= {
         "stack.gap.thickness": "not in the paper; of the order of skin roughness",
+        "stack.gap.material.permittivity": "air",
         "stack.gap.material.conductivity": "not in the paper; gives a time constant near 8 ms",
     }
     return content
