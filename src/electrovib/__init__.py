@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 
 _PLACES = {
     "Scenario": "electrovib.solve.scenario",
+    "compare": "electrovib.view.compare",
     "init": "electrovib.apps.init",
     "load": "electrovib.solve.scenario",
+    "models": "electrovib.study.catalogue",
     "report": "electrovib.view.report",
     "reproduce": "electrovib.view.reproduce",
     "run": "electrovib.apps.run",

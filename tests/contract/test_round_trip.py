@@ -118,7 +118,9 @@ def test_drawn_models_round_trip(material_class, drawn, data):
 def test_exact_text_reads_back_to_the_same_model(drive_class, drawn, data):
     model = data.draw(drawn(drive_class))
     written = {
-        path: exact_text(value, quantity.unit) for path, value, quantity in model.parameters() if value is not None
+        path: exact_text(value, quantity.unit)
+        for path, value, quantity in model.parameters()
+        if value is not None
     }
     assert_same(model.replace(written), model)
 
@@ -128,6 +130,20 @@ def test_scenarios_round_trip_as_toml(scenario):
     assert_same(again, scenario)
     assert again.title == scenario.title
     assert again.sources == scenario.sources
+
+
+def test_every_material_is_written_as_toml(material_class, build):
+    material = build(material_class)
+    scenario = load("vezzoli_2014/fig6_gap").replace({"stack.stratum_corneum.material": material.to_dict()})
+    again = load(tomllib.loads(to_toml(scenario)))
+    assert_same(again, scenario)
+    assert again.stack.layers["stratum_corneum"].material == material
+
+
+def test_every_drive_is_written_as_toml(drive_class, build):
+    drive = build(drive_class)
+    scenario = load("vezzoli_2014/fig6").replace({"drive": drive.to_dict()})
+    assert_same(load(tomllib.loads(to_toml(scenario))), scenario)
 
 
 def test_scenarios_round_trip_as_json(scenario):
@@ -162,7 +178,9 @@ def test_samples_count_for_equality_and_hash():
     assert one.digest() != other.digest()
 
 
-@pytest.mark.parametrize("text", ["90 um", "90um", "0.09 mm", "9e-5 m", "90 µm", "90 μm", "0.000090", " 90  um "])
+@pytest.mark.parametrize(
+    "text", ["90 um", "90um", "0.09 mm", "9e-5 m", "90 µm", "90 μm", "0.000090", " 90  um "]
+)
 def test_one_length_written_differently_is_one_model(text):
     scenario = load("vezzoli_2014/fig6")
     written = scenario.replace({"stack.insulator.thickness": text})
@@ -174,7 +192,9 @@ def test_whole_numbers_and_negative_zero_are_the_same_model():
     scenario = load("vezzoli_2014/fig6")
     assert_same(scenario.replace({"drive.high": 1000}), scenario.replace({"drive.high": "1 kV"}))
     assert_same(scenario.replace({"drive.low": -0.0}), scenario.replace({"drive.low": 0}))
-    assert_same(scenario.replace({"drive.high": np.int64(1000)}), scenario.replace({"drive.high": np.float32(1000)}))
+    assert_same(
+        scenario.replace({"drive.high": np.int64(1000)}), scenario.replace({"drive.high": np.float32(1000)})
+    )
 
 
 def test_the_order_of_layers_is_physics():

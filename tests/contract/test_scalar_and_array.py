@@ -63,7 +63,10 @@ def test_nan_passes(final_class, build):
         for name in names:
             given = {key: SAMPLES[key].copy() for key in names}
             given[name][5] = np.nan
-            answer, whole = getattr(model, method)(**given), getattr(model, method)(**{k: SAMPLES[k] for k in names})
+            answer, whole = (
+                getattr(model, method)(**given),
+                getattr(model, method)(**{k: SAMPLES[k] for k in names}),
+            )
             if np.isfinite(whole[5]) and np.any(answer[5] != whole[5]):
                 assert np.isnan(answer[5]), f"{method}({name}=nan)"
             np.testing.assert_array_equal(np.delete(answer, 5), np.delete(whole, 5))
@@ -83,7 +86,12 @@ def test_methods_with_arrays_are_found(discovered):
         for kind in discovered["final_class"].values()
         for method, _ in array_methods(kind)
     }
-    expected = {("Debye", "polarisation"), ("Layer", "impedance"), ("Sine", "voltage"), ("GapPlane", "pressure")}
+    expected = {
+        ("Debye", "polarisation"),
+        ("Layer", "impedance"),
+        ("Sine", "voltage"),
+        ("GapPlane", "pressure"),
+    }
     assert expected <= found
 
 

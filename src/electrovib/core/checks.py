@@ -58,5 +58,16 @@ class Check:
         return float(getattr(model, self.name)(**self.given))
 
     def accepts(self, value: float) -> bool:
-        """Tell whether a number agrees within the tolerance."""
+        """Tell whether a number agrees within the tolerance.
+
+        Parameters
+        ----------
+        value : float
+            SI, as `expect`; NaN never agrees.
+
+        Returns
+        -------
+        bool
+            True within the relative tolerance, ends included.
+        """
         return abs(value - self.expect) <= self.rtol * abs(self.expect)

@@ -145,3 +145,11 @@ def paper(name: str) -> ModuleType:
         return _load(contributed[name])
     known = nearest(name, [*paper_names(), *contributed])
     raise InputError(f"'{name}' is neither a file nor a paper.{known}")
+
+
+def paper_of(model: type[Model]) -> str:
+    """Give the name of the paper that contributes a model; empty for a law of the textbook."""
+    for name, module in papers().items():
+        if model.__module__ == module.__name__ or model.__module__.startswith(f"{module.__name__}."):
+            return name
+    return ""

@@ -66,7 +66,7 @@ def _put(content: dict[str, Any], path: str, value: Any, fresh: list[Any], *, st
         table = tables[-1]
         if isinstance(table, list) and key.isdigit() and int(key) < len(table):
             tables.append(table[int(key)])
-        elif isinstance(table, dict) and table.get(key) is not None:
+        elif isinstance(table, dict) and key in table:
             tables.append(table[key])
         elif isinstance(table, dict) and not strict:
             tables.append(table.setdefault(key, {}))

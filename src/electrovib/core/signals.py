@@ -38,6 +38,7 @@ SIGNALS: Final = {
     "layer": Signal("1", "", "layer, from the plate to the finger"),
     # over time
     "drive_voltage": Signal("V", "v", "voltage of the drive"),
+    "drive_current": Signal("A", "i_d", "current that the drive prescribes"),
     "stack_voltage": Signal("V", "v_{stack}", "voltage across the layers, without source and return path"),
     "effective_voltage": Signal("V", "v_e", "part of the voltage that pulls the finger"),
     "field": Signal("V/m", "E", "electric field in a layer"),
@@ -50,7 +51,7 @@ SIGNALS: Final = {
     "effective_voltage_gain": Signal("1", "v_e/v", "effective voltage per volt of the drive, complex"),
     "field_gain": Signal("1", "E T/v", "voltage across a layer per volt of the drive, complex"),
     "mean_force": Signal(
-        "N", r"\langle f_e \rangle", "mean attraction under a sine of the drive's peak voltage"
+        "N", r"\langle f_e \rangle", "mean attraction under a sine of the drive's peak voltage, or current"
     ),
     "impedance": Signal("ohm", "Z", "impedance seen by the drive, complex"),
     "permittivity": Signal(

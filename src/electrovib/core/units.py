@@ -55,10 +55,22 @@ _LONGEST: Final = 64
 _NUMBER = r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?)"
 _SYMBOL = re.compile(r"([A-Za-z]+)(\d?)")
 _PINT_LENGTH: Final = 32
-_WORD = r"[A-Za-zµμΩΩ%°]+"
-_POWER = r"(?:(?:\*\*|\^)-?[1-9]|[23²³])"
-_PINT_UNIT = rf"{_WORD}{_POWER}?"
-_PINT_TEXT = re.compile(rf"\s*{_NUMBER}\s*({_PINT_UNIT}(?:(?:\s*[*/·]\s*|\s+){_PINT_UNIT})*)\s*")
+_SPELLINGS: Final = str.maketrans(
+    {
+        "\N{MICRO SIGN}": "u",
+        "\N{GREEK SMALL LETTER MU}": "u",
+        "\N{OHM SIGN}": "ohm",
+        "\N{GREEK CAPITAL LETTER OMEGA}": "ohm",
+        "\N{SUPERSCRIPT TWO}": "^2",
+        "\N{SUPERSCRIPT THREE}": "^3",
+        "\N{MIDDLE DOT}": "*",
+        "\N{DOT OPERATOR}": "*",
+        "\N{MINUS SIGN}": "-",
+    }
+)
+_POWER = r"(?:(?:\*\*|\^)-?[1-9]|[23])"
+_PINT_UNIT = rf"[A-Za-z%\N{{DEGREE SIGN}}]+{_POWER}?"
+_PINT_TEXT = re.compile(rf"\s*{_NUMBER}\s*({_PINT_UNIT}(?:(?:\s*[*/]\s*|\s+){_PINT_UNIT})*)\s*")
 
 
 def parse_quantity(text: str, unit: str) -> float:
@@ -81,9 +93,10 @@ def parse_quantity(text: str, unit: str) -> float:
     ValueError
         If the text is not a finite number in that unit; the message says what was expected.
     """
-    value = _parse_own_unit(text, unit) if len(text) <= _LONGEST else None
+    plain = text.translate(_SPELLINGS) if len(text) <= _LONGEST else ""
+    value = _parse_own_unit(plain, unit)
     if value is None:
-        value = _parse_other_unit(text, unit)
+        value = _parse_other_unit(plain, unit)
     if value is None or not math.isfinite(value):
         raise ValueError(expected(unit))
     return value
@@ -128,7 +141,20 @@ def format_quantity(value: float, unit: str, *, digits: int = 6) -> str:
 
 
 def exact_text(value: float, unit: str) -> str | float:
-    """Give text with a unit if it reads back to exactly this float, else the bare float."""
+    """Give text with a unit if it reads back to exactly this float, else the bare float.
+
+    Parameters
+    ----------
+    value : float
+        In SI, finite.
+    unit : str
+        One of `KINDS`.
+
+    Returns
+    -------
+    str or float
+        What a scenario file may hold without loss.
+    """
     for digits in (6, 12, 17):
         text = format_quantity(value, unit, digits=digits)
         if unit != "1" and parse_quantity(text, unit) == value:
@@ -149,16 +175,14 @@ def _own_unit_pattern(unit: str) -> re.Pattern[str]:
     parts = []
     for index, piece in enumerate(re.split(r"([ /])", unit)):
         if piece == " ":
-            parts.append(r"\s*[\s·*]\s*")
+            parts.append(r"\s*[\s*]\s*")
         elif piece == "/":
             parts.append(r"\s*/\s*")
         else:
             symbol, power = _first_symbol(piece)
-            written = "(?:ohm|Ohm|Ω|Ω)" if symbol == "ohm" else symbol
+            written = "[oO]hm" if symbol == "ohm" else symbol
             exponent = rf"(?:\^|\*\*)?{power}" if power else ""
-            if power in ("2", "3"):
-                exponent = f"(?:{exponent}|{'²' if power == '2' else '³'})"
-            prefix = "([fpnuµμmcdkMGT]?)" if index == 0 else ""
+            prefix = "([fpnumcdkMGT]?)" if index == 0 else ""
             parts.append(f"{prefix}{written}{exponent}")
     return re.compile(rf"\s*{_NUMBER}\s*(?:{''.join(parts)})?\s*")
 
@@ -169,9 +193,8 @@ def _parse_own_unit(text: str, unit: str) -> float | None:
         return None
     if unit == "1":
         return float(Decimal(match[1]).scaleb(-2 if match[3] else 0))
-    prefix = (match[2] or "").replace("µ", "u").replace("μ", "u")
     power = int(_first_symbol(unit)[1] or 1)
-    return float(Decimal(match[1]).scaleb(PREFIXES[prefix] * power))
+    return float(Decimal(match[1]).scaleb(PREFIXES[match[2] or ""] * power))
 
 
 def _parse_other_unit(text: str, unit: str) -> float | None:
@@ -192,9 +215,8 @@ def _parse_other_unit(text: str, unit: str) -> float | None:
 
 def _for_pint(unit: str) -> str:
     """Write powers with two stars and products with one."""
-    figures = str.maketrans("²³", "23", "*^")
-    powers = re.sub(_POWER, lambda power: f"**{power[0].translate(figures)}", unit)
-    return re.sub(r"\s*·\s*|(?<=[^\s*/])\s+(?=[^\s*/])", "*", powers)
+    powers = re.sub(_POWER, lambda power: f"**{power[0].lstrip('*^')}", unit)
+    return re.sub(r"(?<=[^\s*/])\s+(?=[^\s*/])", "*", powers)
 
 
 @functools.cache

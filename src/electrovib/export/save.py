@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import InputError, nearest
@@ -11,7 +12,6 @@ from electrovib.export.matlab import save_mat
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
-    from pathlib import Path
 
     import xarray
 
@@ -23,14 +23,14 @@ FORMATS: Final[dict[str, Callable[[xarray.Dataset, Path], list[Path]]]] = {
 """Suffix to writer."""
 
 
-def save(trace: xarray.Dataset, path: Path) -> list[Path]:
+def save(trace: xarray.Dataset, path: str | Path) -> list[Path]:
     """Write a Trace.
 
     Parameters
     ----------
     trace : xarray.Dataset
         Any Trace; units are stamped again.
-    path : Path
+    path : str or Path
         The output: ``.nc`` (everything, netCDF), ``.csv`` (one dimension a file) or ``.mat`` (MATLAB).
 
     Returns
@@ -43,15 +43,16 @@ def save(trace: xarray.Dataset, path: Path) -> list[Path]:
     InputError
         If the suffix is unknown, the file cannot be written, or the format cannot hold this Trace.
     """
+    path = Path(path)
     return _writer(path)(trace, path)
 
 
-def check_output(path: Path, sizes: Mapping[str, int]) -> None:
+def check_output(path: str | Path, sizes: Mapping[str, int]) -> None:
     """Tell, before a long computation, whether `save` will work.
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         The output.
     sizes : mapping of str to int
         The dimensions that the Trace will have; the sizes do not matter.
@@ -61,6 +62,7 @@ def check_output(path: Path, sizes: Mapping[str, int]) -> None:
     InputError
         As `save` would.
     """
+    path = Path(path)
     _writer(path)
     check_writable(csv_files(sizes, path) if path.suffix.lower() == ".csv" else [path])
 

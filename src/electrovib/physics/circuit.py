@@ -54,7 +54,18 @@ class ReturnPath(Model, family=True):
         """Give the impedance of the way back, without a second contact."""
 
     def second_contact(self, area: float) -> float:
-        """Give first contact area over second, 0 when there is no second contact."""
+        """Give first contact area over second.
+
+        Parameters
+        ----------
+        area : float
+            Of the first contact [m2], above 0.
+
+        Returns
+        -------
+        float
+            1; 0 when there is no second contact.
+        """
         del area
         return 0.0
 

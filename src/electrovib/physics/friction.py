@@ -30,7 +30,18 @@ class Friction(Model, family=True):
     def lateral_force(
         self, normal_force: NDArray[np.float64], electrostatic_force: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Friction force [N] from load and attraction [N], scalars or arrays of one shape."""
+        """Friction force of the sliding finger.
+
+        Parameters
+        ----------
+        normal_force, electrostatic_force : float or ndarray, one shape
+            Load and attraction [N]; NaN gives NaN.
+
+        Returns
+        -------
+        float or ndarray
+            N, same shape.
+        """
 
 
 class Coulomb(Friction):

@@ -32,7 +32,7 @@ class LossColumn(Model, family=True):
     unit: str
 
     def allowed(self, values: Real) -> NDArray[np.bool_]:
-        """Tell which values a passive dielectric may have."""
+        """Tell which values [unit of the column] a passive dielectric may have."""
         passive: NDArray[np.bool_] = values >= 0
         return passive
 

@@ -59,7 +59,18 @@ class Material(Model, family=True):
 
     @_NAN_PASSES
     def complex_permittivity(self, frequency: ArrayLike) -> Complex:
-        """Relative permittivity with conduction, same conventions as `polarisation`."""
+        """Relative permittivity with conduction.
+
+        Parameters
+        ----------
+        frequency : array_like
+            Hz, above 0, any shape; NaN gives NaN.
+
+        Returns
+        -------
+        ndarray of complex
+            eps' - j eps'', 1, same shape.
+        """
         angular = 2 * np.pi * np.asarray(frequency, dtype=float)
         total: Complex = self.polarisation(frequency) + self.conductivity / (
             1j * angular * VACUUM_PERMITTIVITY
@@ -157,7 +168,7 @@ class DebyeTerm(Model):
 
     @_NAN_PASSES
     def polarisation(self, frequency: ArrayLike) -> Complex:
-        """Contribution to the relative permittivity."""
+        """Contribution to the relative permittivity [1] at frequencies [Hz] above 0; NaN gives NaN."""
         part: Complex = self.strength / (1 + _axis(frequency) * self.relaxation_time)
         return part
 
@@ -202,7 +213,7 @@ class ColeColeTerm(Model):
 
     @_NAN_PASSES
     def polarisation(self, frequency: ArrayLike) -> Complex:
-        """Contribution to the relative permittivity."""
+        """Contribution to the relative permittivity [1] at frequencies [Hz] above 0; NaN gives NaN."""
         part: Complex = self.strength / (
             1 + (_axis(frequency) * self.relaxation_time) ** (1 - self.broadening)
         )

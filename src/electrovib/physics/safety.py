@@ -66,7 +66,20 @@ def paschen_voltage(gap: float) -> float:
 
 
 def electrowetting_voltage(*, thickness: float, permittivity: float) -> float:
-    """Voltage at which Young-Lippmann would change cos(theta) by 1: menisci are saturated above [V]."""
+    """Voltage at which Young-Lippmann would change cos(theta) by 1: menisci are saturated above.
+
+    Parameters
+    ----------
+    thickness : float
+        Of the insulating film under the sweat [m], above 0.
+    permittivity : float
+        Its relative permittivity, 1 or more.
+
+    Returns
+    -------
+    float
+        V.
+    """
     return math.sqrt(2 * SURFACE_TENSION * thickness / (eps0 * permittivity))
 
 
@@ -169,6 +182,6 @@ def _current(peak: float, limits: Limits, *, jumps: bool) -> Lamp:
 
 
 def peak(values: NDArray[np.float64]) -> float:
-    """Largest absolute value, NaN ignored; 0 for none."""
+    """Largest absolute value, in the unit of the values [any]; NaN ignored, 0 for none."""
     finite = values[np.isfinite(values)]
     return float(np.max(np.abs(finite))) if finite.size else 0.0

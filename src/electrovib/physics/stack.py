@@ -11,6 +11,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError, ValidationError
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.conduction import Conduction
 from electrovib.physics.material import Complex, Constant, Material
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ Both add, subtract and multiply, so a law is written once for both.
 
 
 class Layer(Model):
-    """One slab of the stack."""
+    """One slab of the stack; a leak conducts beside the material, not in proportion to the field."""
 
     example: ClassVar[dict[str, Any]] = {
         "thickness": 90e-6,
@@ -35,6 +36,7 @@ class Layer(Model):
 
     thickness: Annotated[Number, Quantity("m", 1e-10, 1e-1, "thickness of the layer")]
     material: Material = Constant(permittivity=1.0)
+    leak: Conduction | None = None
     initial_charge: Annotated[
         Number, Quantity("C/m2", -1, 1, "free charge at time 0 on the face towards the finger")
     ] = 0.0
@@ -44,7 +46,7 @@ class Layer(Model):
 
     @np.errstate(invalid="ignore")  # a NaN is handed on
     def impedance(self, frequency: ArrayLike) -> Complex:
-        """Impedance times area, T/(j w eps0 eps*) [ohm m2], at frequencies in Hz."""
+        """Impedance times area, T/(j w eps0 eps*) [ohm m2], at frequencies in Hz; without the leak."""
         axis = 2j * np.pi * np.asarray(frequency, dtype=float)
         permittivity = VACUUM_PERMITTIVITY * self.material.complex_permittivity(frequency)
         total: Complex = self.thickness / (axis * permittivity)

@@ -132,7 +132,8 @@ def stack_modes(slabs: list[Slab], *, area: float, element: SeriesElement, secon
     -----
     E_k T_k = z_k V/Z. Charge Q_k, summed over the interfaces on the plate's side of layer k and put there at
     time 0, adds z_k (Q_k - sum_j z_j Q_j/Z) to it, and -sum_j z_j Q_j/Z to the current density: the charge
-    then moves into the electrodes at once, which as a jump is not part of the current.
+    then moves into the electrodes at once, which as a jump is not part of the current. It is taken to have
+    come from the finger, which matters for a floating body only.
     """
     expansion = _expand(slabs, area, element, second)
     nodes, resistance = expansion.nodes, expansion.resistance
@@ -162,7 +163,7 @@ def _expand(slabs: list[Slab], area: float, element: SeriesElement, second: floa
     for k, (slab, (rates, residues)) in enumerate(zip(slabs, expanded, strict=True)):
         places = np.searchsorted(nodes, rates)
         layers[k, places] = residues
-        bound[k, places] = _bound(slab, rates, residues)
+        bound[k, places] = bound_residues(slab, rates, residues)
     total = layers.sum(axis=0) * (1 + second)
     sharing = np.count_nonzero(layers, axis=0) * (2 if second else 1)
     if element.elastance > 0:
@@ -172,8 +173,21 @@ def _expand(slabs: list[Slab], area: float, element: SeriesElement, second: floa
     return _Expansion(nodes, layers, bound, total, sharing > 1, area * element.resistance)
 
 
-def _bound(slab: Slab, rates: Real, residues: Real) -> Real:
-    """Residues of displacement per current, all >= 0: eps0 eps_pol rate = conductivity at each rate."""
+def bound_residues(slab: Slab, rates: Real, residues: Real) -> Real:
+    """Expand bound displacement per current density of a slab.
+
+    Parameters
+    ----------
+    slab : Slab
+        One layer.
+    rates, residues : ndarray, shape (n,)
+        From `slab_impedance` [1/s, ohm m2/s].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        1/s, all >= 0: eps0 eps_pol rate = conductivity at each rate.
+    """
     if slab.conductivity > 0:
         return slab.conductivity * residues / (slab.thickness * rates)
     return np.where(rates == 0, 1.0, 0.0)  # without conduction the displacement is the charge

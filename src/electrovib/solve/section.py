@@ -147,12 +147,68 @@ def modal_section(
     element: SeriesElement,
     second: float,
 ) -> ModalSection:
-    """Expand the stack in modes; arguments as `phasor_section`, polarisations reduced to Debye terms."""
-    slabs = [
+    """Expand the stack in modes.
+
+    Parameters
+    ----------
+    layers : dict of str to Layer
+        From the plate to the finger.
+    debye : dict of str to DebyeSum
+        Polarisation of each layer, reduced to Debye terms.
+    area : float
+        Contact area [m2].
+    element : SeriesElement
+        Source and return path.
+    second : float
+        First contact area over that of a second, equal stack; 0 for none.
+
+    Returns
+    -------
+    ModalSection
+        Per volt of the drive.
+    """
+    modes = stack_modes(slabs_of(layers, debye), area=area, element=element, second=second)
+    return section_of(layers, debye, modes)
+
+
+def slabs_of(layers: dict[str, Layer], debye: dict[str, DebyeSum]) -> list[Slab]:
+    """Give the layers ready to be solved.
+
+    Parameters
+    ----------
+    layers : dict of str to Layer
+        From the plate to the finger.
+    debye : dict of str to DebyeSum
+        Their polarisations.
+
+    Returns
+    -------
+    list of Slab
+        In the same order, without leaks.
+    """
+    return [
         Slab(layer.thickness, debye[name], layer.material.conductivity, layer.initial_charge)
         for name, layer in layers.items()
     ]
-    modes = stack_modes(slabs, area=area, element=element, second=second)
+
+
+def section_of(layers: dict[str, Layer], debye: dict[str, DebyeSum], modes: StackModes) -> ModalSection:
+    """Name the fields of solved modes by their layers.
+
+    Parameters
+    ----------
+    layers : dict of str to Layer
+        From the plate to the finger.
+    debye : dict of str to DebyeSum
+        Their polarisations.
+    modes : StackModes
+        With one field for each layer.
+
+    Returns
+    -------
+    ModalSection
+        What a law sees.
+    """
     states = {
         name: ModalLayer(layer.thickness, layer.material, field, displacement)
         for (name, layer), field, displacement in zip(

@@ -49,7 +49,20 @@ class Surroundings:
 
 
 def phasors(scenario: Scenario, frequency: Real) -> PhasorSection:
-    """Give the scenario's stack at these frequencies [Hz], exact for the materials as declared."""
+    """Give the scenario's stack over frequency, exact for the materials as declared.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Stack, contact and circuit.
+    frequency : ndarray, shape (n,)
+        Hz, above 0.
+
+    Returns
+    -------
+    PhasorSection
+        Per volt of the drive.
+    """
     around = Surroundings.of(scenario)
     return phasor_section(
         scenario.stack.layers,
@@ -253,7 +266,22 @@ def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any
 
 
 def mean_force(scenario: Scenario, section: PhasorSection, amplitude: float) -> Real:
-    """Time mean of the attraction under one sine of this peak voltage, at each frequency of the section [N]."""
+    """Time mean of the attraction under one sine.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Law, contact and circuit.
+    section : PhasorSection
+        The stack over frequency.
+    amplitude : float
+        Peak voltage [V].
+
+    Returns
+    -------
+    ndarray, shape (frequencies,)
+        N.
+    """
     turns = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)[:, None]
     phasor: dict[str, Complex] = scenario.force.amplitudes(section)
     waves = {name: np.real(amplitude * value * turns) for name, value in phasor.items()}

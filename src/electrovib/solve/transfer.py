@@ -47,7 +47,7 @@ class Transfer:
             object.__setattr__(self, "free", np.zeros(len(self.rates)))
 
     def at(self, frequency: ArrayLike) -> Complex:
-        """Evaluate the forced part at frequencies in Hz, any shape."""
+        """Evaluate the forced part at frequencies [Hz], any shape."""
         s = 2j * np.pi * np.asarray(frequency, dtype=float)
         total = self.direct + self.slope * s
         for rate, gain in zip(self.rates, self.gains, strict=True):

@@ -112,6 +112,18 @@ def _part_response(part: Part, rates: Real, gains: Real, time: Real, *, settled:
 def periodic_state(part: Linear, rates: Real) -> Real:
     """State of each mode at the beginning of a period of a drive that has been repeating for ever.
 
+    Parameters
+    ----------
+    part : Linear
+        Straight pieces with a period.
+    rates : ndarray, shape (modes,)
+        1/s, > 0.
+
+    Returns
+    -------
+    ndarray, shape (modes,)
+        V.
+
     Notes
     -----
     x0 = (state after one period from rest)/(1 - exp(-rate period)).

@@ -167,6 +167,8 @@ class Reproduction:
         Number to mathtext.
     references : tuple of str
         Sources used.
+    title : str
+        Heading of the page; made from the paper's name if empty.
     """
 
     paper: str
@@ -177,3 +179,4 @@ class Reproduction:
     tables: tuple[Table, ...] = ()
     equations: Mapping[str, str] = field(default_factory=dict)
     references: tuple[str, ...] = ()
+    title: str = ""

@@ -158,7 +158,7 @@ def page_of(found: Reproduction, drawings: Mapping[str, str]) -> str:
     ]
     return page(
         "reproduction.html.jinja",
-        title=f"{found.paper}: the paper, reproduced",
+        title=found.title or f"{found.paper}: the paper, reproduced",
         found=found,
         rows=rows,
         equations={number: equation(text, number) for number, text in found.equations.items()},

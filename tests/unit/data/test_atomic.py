@@ -118,11 +118,11 @@ def test_unwritable_outputs_are_told_beforehand(tmp_path, name, words):
 
 def test_missing_permission(tmp_path, monkeypatch):
     place = tmp_path / "out.nc"
-    monkeypatch.setattr(atomic.os, "access", lambda path, mode: Path(path) != tmp_path)
+    monkeypatch.setattr(atomic.os, "access", lambda path, _: Path(path) != tmp_path)
     with pytest.raises(InputError, match="no permission to write"):
         check_writable([place])
     place.write_text("")
-    monkeypatch.setattr(atomic.os, "access", lambda path, mode: Path(path) != place)
+    monkeypatch.setattr(atomic.os, "access", lambda path, _: Path(path) != place)
     with pytest.raises(InputError, match="write-protected"):
         check_writable([place])
 

@@ -15,7 +15,9 @@ SCENARIO = load("vezzoli_2014/fig6")
 
 
 def test_each_point_of_a_sweep_is_the_simulation_at_that_point():
-    trace = sweep(SCENARIO, {"drive.high": [100.0, 1000.0], "stack.insulator.thickness": [10e-6, 90e-6, 100e-6]})
+    trace = sweep(
+        SCENARIO, {"drive.high": [100.0, 1000.0], "stack.insulator.thickness": [10e-6, 90e-6, 100e-6]}
+    )
     assert trace.electrostatic_force.dims == ("drive.high", "stack.insulator.thickness", "time")
     alone = simulate(SCENARIO.replace({"drive.high": 100.0, "stack.insulator.thickness": 10e-6}))
     np.testing.assert_array_equal(trace.electrostatic_force[0, 0], alone.electrostatic_force)
@@ -55,7 +57,10 @@ def test_ranges_are_read_with_units():
 
 def test_all_wrong_ranges_are_told_at_once():
     with pytest.raises(InputError) as error:
-        parse_over(SCENARIO, ["drive.rise=1ms:2ms", "drive.rize=1ms:2ms:3", "drive.high=1 m:2 m:3", "time.duration=1:2:3"])
+        parse_over(
+            SCENARIO,
+            ["drive.rise=1ms:2ms", "drive.rize=1ms:2ms:3", "drive.high=1 m:2 m:3", "time.duration=1:2:3"],
+        )
     assert len(error.value.problems) == 4
 
 

@@ -8,6 +8,7 @@ one frequency, anything on the mechanics of finger and sensor. What it leaves op
 
 from __future__ import annotations
 
+from electrovib.papers.vezzoli_2014.defects import DEFECTS
 from electrovib.papers.vezzoli_2014.laws import Vezzoli2014Causal, Vezzoli2014PerFrequency
 from electrovib.papers.vezzoli_2014.reproduction import reproduce
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
@@ -16,6 +17,7 @@ from electrovib.papers.vezzoli_2014.values import CHECKS, CITATION, STATUS, skin
 __all__ = [
     "CHECKS",
     "CITATION",
+    "DEFECTS",
     "STATUS",
     "Vezzoli2014Causal",
     "Vezzoli2014PerFrequency",

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.discovery import papers
@@ -68,6 +67,8 @@ def peak_force(scenario: Scenario, *, ramp: float) -> float:
 
 def ramp_for(scenario: Scenario, force: float) -> float:
     """Ramp time that gives this peak force [s]."""
+    from scipy.optimize import brentq
+
     return float(
         np.exp(
             brentq(

@@ -126,9 +126,11 @@ def _figure_7() -> dict[str, Any]:
     assumed = "not printed: only that C_i is comparable with C_s"
     content["sources"] |= {
         "drive.amplitude": NOT_PRINTED,
+        "drive.frequency": "one point of the paper's 100 Hz to 10 kHz",
         "stack.insulator.thickness": assumed,
         "stack.insulator.material.permittivity": assumed,
         "stack.stratum_corneum.material.permittivity": "palmar_1995, anchored to the paper's 6.9 nF",
+        "stack.stratum_corneum.material.reference_frequency": "palmar_1995, where it is anchored",
         "stack.stratum_corneum.material.exponent": "palmar_1995",
         "stack.stratum_corneum.material.conductivity": "palmar_1995, 20 uS",
     }

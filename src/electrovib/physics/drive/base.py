@@ -5,9 +5,11 @@ from __future__ import annotations
 from abc import abstractmethod
 from fractions import Fraction
 from math import lcm
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
+from pydantic import model_validator
+from pydantic_core import PydanticCustomError
 
 from electrovib.core.model import Model
 
@@ -24,12 +26,27 @@ _MOST_CYCLES = 100_000
 
 
 class Drive(Model, family=True):
-    """A voltage over time, off before time 0 when it starts from rest.
+    """A voltage, or a current, over time; off before time 0 when it starts from rest.
 
     Notes
     -----
-    A drive is a sum of parts in closed form, so that a solver can be exact; `voltage` is their sum.
+    A drive is a sum of parts in closed form, so that a solver can be exact; `voltage` is their sum. What is
+    said of volts holds for amperes where `quantity` is ``"current"``.
     """
+
+    quantity: ClassVar[str] = "voltage"
+
+    @model_validator(mode="after")
+    def _holds_voltages(self) -> Self:
+        for name, value in self:
+            inner = value if isinstance(value, tuple) else (value,)
+            if any(isinstance(drive, Drive) and drive.quantity == "current" for drive in inner):
+                why = (
+                    f"{name} of {type(self).__name__} must be a voltage; for a current, put the whole drive"
+                    ' into { model = "CurrentAmplifier", command = ... }'
+                )
+                raise PydanticCustomError("drive", "{why}", {"why": why})
+        return self
 
     @abstractmethod
     def parts(self) -> tuple[Part, ...]:

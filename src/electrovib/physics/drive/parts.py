@@ -45,7 +45,7 @@ class Linear:
         return len(self.times) == 1
 
     def locate(self, time: Real) -> tuple[Indices, Real]:
-        """Give the piece in which each time lies, the later one at a break, and the time since it began."""
+        """Give the piece in which each time [s] lies, the later one at a break, and the time since it began [s]."""
         slack = _SLACK * np.abs(time)
         inside = time
         if self.period is not None:
@@ -55,21 +55,22 @@ class Linear:
         return index, np.maximum(inside - self.times[index], 0.0)
 
     def value(self, time: Real) -> Real:
-        """Voltage at these times; at a jump the later value; NaN passes."""
+        """Voltage [V] at these times [s]; at a jump the later value; NaN passes."""
         index, elapsed = self.locate(time)
         value = self.after[index] + np.where(np.isnan(time), np.nan, elapsed) * self._slopes()[index]
         return np.where((time < 0) & (self.period is None), 0.0, value)
 
     def slope(self, time: Real) -> Real:
         """Rate of change just after these times [V/s]."""
-        return np.where((time < 0) & (self.period is None), 0.0, self._slopes()[self.locate(time)[0]])
+        rate = np.where((time < 0) & (self.period is None), 0.0, self._slopes()[self.locate(time)[0]])
+        return np.where(np.isnan(time), np.nan, rate)
 
     def _slopes(self) -> Real:
         """Rate of change in each piece, 0 after the last break."""
         return np.append((self.before[1:] - self.after[:-1]) / np.diff(self.times), 0.0)
 
     def until(self, end: float) -> Linear:
-        """Write the repeated pieces out up to a time; without a period, the same pieces."""
+        """Write the repeated pieces out up to a time [s]; without a period, the same pieces."""
         if self.period is None:
             return self
         count = max(1, math.ceil(end / self.period * (1 - _SLACK)))
@@ -106,7 +107,7 @@ class Tones:
     stop: float = math.inf
 
     def value(self, time: Real) -> Real:
-        """Voltage at these times."""
+        """Voltage [V] at these times [s]."""
         return self._gated(time, self.amplitudes)
 
     def slope(self, time: Real) -> Real:
@@ -143,14 +144,14 @@ class Smooth:
     highest_frequency: float
 
     def value(self, time: Real) -> Real:
-        """Voltage at these times."""
+        """Voltage [V] at these times [s]."""
         on = (time >= self.start) & (time < self.stop)
         return np.where(on | np.isnan(time), self.formula(time), 0.0)
 
     def slope(self, time: Real) -> Real:
         """Rate of change just after these times [V/s]."""
         on = (time >= self.start) & (time < self.stop)
-        return np.where(on, self.derivative(time), 0.0)
+        return np.where(on | np.isnan(time), self.derivative(time), 0.0)
 
 
 Part: TypeAlias = Linear | Tones | Smooth

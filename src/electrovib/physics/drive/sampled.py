@@ -27,7 +27,7 @@ class StampTreatment(Model, family=True):
 
     @abstractmethod
     def keep(self, time: Real) -> NDArray[np.bool_]:
-        """Tell which samples to keep; raise ValueError to refuse the record."""
+        """Tell which samples to keep from their stamps [s]; raise ValueError to refuse the record."""
 
 
 class Refuse(StampTreatment):

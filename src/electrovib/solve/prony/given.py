@@ -22,7 +22,17 @@ FEW = 20
 
 
 def check_range(low: float, high: float, terms: int, slowest: float | None) -> None:
-    """Raise if the band, the number of terms or the slowest time is out of range."""
+    """Raise if the band, the number of terms or the slowest time is out of range.
+
+    Parameters
+    ----------
+    low, high : float
+        Band, Hz.
+    terms : int
+        Relaxations.
+    slowest : float or None
+        Longest relaxation time, s.
+    """
     problems = []
     if not (0 < low < high < np.inf):
         problems.append(f"band {low!r} to {high!r} Hz: needs 0 < low < high.")
@@ -37,7 +47,20 @@ def check_range(low: float, high: float, terms: int, slowest: float | None) -> N
 
 
 def evaluated(polarisation: Callable[[Real], npt.ArrayLike], frequency: Real) -> Complex:
-    """Give the law at the frequencies, refused unless finite with a positive real part."""
+    """Give the law at the frequencies, refused unless finite with a positive real part.
+
+    Parameters
+    ----------
+    polarisation : callable
+        Frequencies to relative permittivity.
+    frequency : ndarray, shape (N,)
+        Hz.
+
+    Returns
+    -------
+    ndarray of complex, shape (N,)
+        1.
+    """
     target = np.asarray(polarisation(frequency), dtype=complex)
     if target.shape != frequency.shape:
         raise InputError(
@@ -49,7 +72,18 @@ def evaluated(polarisation: Callable[[Real], npt.ArrayLike], frequency: Real) ->
 
 
 def table(frequency: npt.ArrayLike, polarisation: npt.ArrayLike) -> tuple[Real, Complex]:
-    """Give a table in rising order of frequency, refused unless finite with a positive real part."""
+    """Give a table in rising order of frequency, refused unless finite with a positive real part.
+
+    Parameters
+    ----------
+    frequency, polarisation : array_like, shape (N,)
+        Hz; relative permittivity without conduction, 1.
+
+    Returns
+    -------
+    tuple of ndarray, shape (N,)
+        The same, sorted.
+    """
     hertz = np.asarray(frequency, dtype=float)
     target = np.asarray(polarisation, dtype=complex)
     if hertz.ndim != 1 or hertz.shape != target.shape or hertz.size < 3:
@@ -75,7 +109,7 @@ def _refuse_unphysical(frequency: Real, target: Complex) -> None:
 
 
 def noise_limit(target: Complex) -> float:
-    """Give five standard deviations of the loss tangent, more for few points, from third differences."""
+    """Give five standard deviations of the loss tangent [1] of a spectrum, more for few points, from differences."""
     tangent = -target.imag / np.abs(target)
     order = min(3, tangent.size - 1)
     jumps = np.abs(np.diff(tangent, order))
@@ -87,7 +121,17 @@ def noise_limit(target: Complex) -> float:
 
 
 def refuse_active(frequency: Real, target: Complex, *, allowed: float) -> None:
-    """Raise if eps'' < 0 beyond ``allowed`` as loss tangent, at one point or in the mean of five."""
+    """Raise if eps'' < 0 beyond a loss tangent, at one point or in the mean of five.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (N,)
+        Hz.
+    target : ndarray of complex, shape (N,)
+        Relative permittivity, 1.
+    allowed : float
+        Loss tangent that noise may have, 1.
+    """
     gain = target.imag / np.abs(target)
     width = min(5, gain.size)
     smooth = np.convolve(gain, np.full(width, 1 / width), mode="same")

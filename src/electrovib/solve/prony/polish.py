@@ -37,18 +37,18 @@ class LogParameters:
         return np.concatenate([[np.log(high)], np.log(terms.strengths), np.log(share / (1 - share))])
 
     def unpack(self, vector: Real) -> Terms:
-        """Give the terms of a vector, in the order of the vector."""
+        """Give the terms of a vector of logarithms [1], in the order of the vector."""
         count = vector.size // 2
         first, span = self._range()
         sizes = np.exp(np.clip(vector[: count + 1], -LARGEST_LOGARITHM, LARGEST_LOGARITHM))
         return Terms(float(sizes[0]), sizes[1:], np.exp(first + span * _logistic(vector[count + 1 :])))
 
     def error(self, vector: Real) -> Complex:
-        """Give the relative error at the samples, shape (N,)."""
+        """Give the relative error [1] at the samples, shape (N,)."""
         return self.spectrum.relative_error(self.unpack(vector))
 
     def jacobian(self, vector: Real) -> Complex:
-        """Give the derivative of the relative error, shape (N, 2M + 1)."""
+        """Give the derivative [1] of the relative error, shape (N, 2M + 1)."""
         terms = self.unpack(vector)
         angular = self.spectrum.angular
         responses = debye_responses(angular, terms.times)

@@ -56,10 +56,21 @@ class Spectrum:
 
 
 def debye_responses(angular: Real, times: Real) -> Complex:
-    """Give 1/(1 + j w tau), shape (N, M)."""
+    """Give 1/(1 + j w tau).
+
+    Parameters
+    ----------
+    angular, times : ndarray, shapes (N,) and (M,)
+        rad/s; s.
+
+    Returns
+    -------
+    ndarray of complex, shape (N, M)
+        1.
+    """
     return np.asarray(1 / (1 + 1j * angular[:, np.newaxis] * times))
 
 
 def stacked(values: Complex) -> Real:
-    """Put real parts above imaginary parts, shape (2N, ...)."""
+    """Put real parts above imaginary parts [same unit], shape (2N, ...)."""
     return np.concatenate([values.real, values.imag])

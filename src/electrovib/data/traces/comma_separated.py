@@ -1,4 +1,4 @@
-"""A Trace on disk, without loss: netCDF, or CSV with one dimension a file."""
+"""A Trace as CSV, without loss, with one dimension a file."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any, Final, TextIO
 import numpy as np
 
 from electrovib.core.errors import DataFileError, InputError
-from electrovib.core.trace import FORMAT, stamp
+from electrovib.core.trace import FORMAT
 from electrovib.data.atomic import writing
-from electrovib.data.columns import DAMAGE, Table, check_file, check_hdf5, damaged, read_table
+from electrovib.data.columns import DAMAGE, Table, check_file, damaged, read_table
+from electrovib.data.traces.structure import not_a_trace, prepared, rebuilt, structure_of
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Mapping
     from pathlib import Path
 
     import xarray
@@ -26,185 +27,7 @@ if TYPE_CHECKING:
 TABLES: Final = ("time", "frequency")
 """Dimensions that a CSV file may run over, the one of the main file first."""
 
-_LONG_TEXT: Final = 8000  # HDF5 refuses attributes beyond 64 kB, and keeps smaller ones together in one block
 _BLOCK: Final = 65536
-
-
-def save_nc(trace: xarray.Dataset, path: Path) -> list[Path]:
-    """Write a Trace as netCDF.
-
-    Parameters
-    ----------
-    trace : xarray.Dataset
-        Any Trace; units are stamped again.
-    path : Path
-        The output; replaced as a whole.
-
-    Returns
-    -------
-    list of Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written, or the Trace holds what netCDF cannot.
-
-    Notes
-    -----
-    Texts too long for an attribute become scalar variables ``long_attribute_0``, ... .
-    """
-    stored = prepared(trace, path).drop_encoding()
-    attributes, stored.attrs = stored.attrs, {}
-    for name, value in attributes.items():
-        if isinstance(value, str) and len(value) > _LONG_TEXT:
-            stored[f"long_attribute_{len(stored.variables)}"] = ((), value, {"attribute": name})
-        else:
-            stored.attrs[name] = int(value) if isinstance(value, bool) else value  # netCDF knows no booleans
-    no_fill: dict[Any, Any] = {name: {"_FillValue": None} for name in stored.variables}
-    with writing(path) as temporary:
-        try:
-            stored.to_netcdf(temporary, engine="h5netcdf", encoding=no_fill)
-        except (ValueError, TypeError) as error:
-            raise InputError(f"{path}: this Trace cannot be written as netCDF: {error}") from error
-    return [path]
-
-
-def load_nc(path: Path) -> xarray.Dataset:
-    """Read a Trace from netCDF.
-
-    Parameters
-    ----------
-    path : Path
-        Written by `save_nc`.
-
-    Returns
-    -------
-    xarray.Dataset
-        In memory, identical to what was saved.
-
-    Raises
-    ------
-    DataFileError
-        If the file is damaged or is not a Trace.
-    """
-    import xarray
-
-    check_file(path)
-    try:
-        check_hdf5(path)
-        with xarray.open_dataset(
-            path, engine="h5netcdf", decode_times=False, decode_timedelta=False, mask_and_scale=False
-        ) as opened:
-            if opened.attrs.get("format") != FORMAT:
-                raise not_a_trace(path)
-            return _as_saved(opened.load())
-    except DAMAGE as error:
-        raise damaged(path, "a netCDF file", error) from None
-
-
-def _as_saved(loaded: xarray.Dataset) -> xarray.Dataset:
-    """Undo what netCDF does to texts and to numbers among the attributes."""
-    trace = loaded.drop_encoding()
-    for name, variable in list(trace.variables.items()):
-        if str(name).startswith("long_attribute_"):
-            trace.attrs[variable.attrs["attribute"]] = str(variable.values)
-            trace = trace.drop_vars(str(name))
-        elif variable.dtype.kind not in "fc":
-            trace[name] = variable.astype(str if variable.dtype.kind in "OT" else variable.dtype)
-    for attrs in (trace.attrs, *(variable.attrs for variable in trace.variables.values())):
-        attrs.update({name: value.item() for name, value in attrs.items() if isinstance(value, np.generic)})
-    return trace
-
-
-# --------------------------------------------------------------------------- what every format shares
-
-
-def not_a_trace(path: Path) -> DataFileError:
-    """Make the error for a file that holds something else."""
-    return DataFileError(f"{path}: is not a Trace ('{FORMAT}'); was it written by another program?")
-
-
-def prepared(trace: xarray.Dataset, path: Path) -> xarray.Dataset:
-    """Stamp the units and check that attributes are texts and numbers.
-
-    Raises
-    ------
-    InputError
-        If an attribute is something else.
-    """
-    stamped = stamp(trace)
-    stamped.attrs = {"format": FORMAT, **trace.attrs}
-    problems = []
-    carriers: dict[str, Any] = {f"{name}.": variable for name, variable in stamped.variables.items()}
-    for owner, carrier in {"": stamped, **carriers}.items():
-        carrier.attrs = {str(name): _plain(value) for name, value in carrier.attrs.items()}
-        problems += [
-            f"{path}: attribute '{owner}{name}' is of type {type(value).__name__}, not a text or a number."
-            for name, value in carrier.attrs.items()
-            if not isinstance(value, (str, int, float))
-        ]
-    if problems:
-        raise InputError(problems)
-    return stamped
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, (np.generic, np.ndarray)) and np.ndim(value) == 0 else value
-
-
-def structure_of(path: Path, trace: xarray.Dataset, elsewhere: Collection[str]) -> dict[str, Any]:
-    """Describe a prepared Trace for JSON, without the numbers that the file holds elsewhere.
-
-    Raises
-    ------
-    InputError
-        If a variable holds neither numbers nor texts.
-    """
-    variables = []
-    for name, variable in trace.variables.items():
-        kind = {**dict.fromkeys("fiub", "real"), "c": "complex", **dict.fromkeys("UOT", "text")}.get(
-            variable.dtype.kind
-        )
-        if kind is None:
-            raise InputError(f"{path}: '{name}' holds '{variable.dtype}', neither numbers nor texts.")
-        entry: dict[str, Any] = {"name": str(name), "dims": list(variable.dims), "kind": kind}
-        entry |= {"coordinate": name in trace.coords, "attributes": dict(variable.attrs)}
-        if name not in elsewhere:
-            values = variable.values.astype(str) if kind == "text" else variable.values
-            parts = [values.real, values.imag] if kind == "complex" else [values]
-            entry["values"] = [part.tolist() for part in parts]
-        variables.append(entry)
-    return {"sizes": {str(name): size for name, size in trace.sizes.items()}, "variables": variables}
-
-
-def rebuilt(
-    structure: Mapping[str, Any], attributes: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]
-) -> xarray.Dataset:
-    """Make the Trace that `structure_of` described, from the numbers held elsewhere."""
-    import xarray
-
-    parts: dict[bool, dict[str, Any]] = {True: {}, False: {}}
-    for entry in structure["variables"]:
-        shape = tuple(structure["sizes"][name] for name in entry["dims"])
-        if "values" in entry:
-            dtype = str if entry["kind"] == "text" else np.float64
-            values = [np.array(part, dtype=dtype).reshape(shape) for part in entry["values"]]
-            array = joined(*values) if entry["kind"] == "complex" else values[0]
-        else:
-            array = arrays[entry["name"]].reshape(shape)
-        parts[bool(entry["coordinate"])][entry["name"]] = (tuple(entry["dims"]), array, entry["attributes"])
-    return xarray.Dataset(parts[False], parts[True], dict(attributes))
-
-
-def joined(real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """Put complex numbers together; adding ``1j`` times a part would spread NaN and lose -0."""
-    whole = np.empty(np.shape(real), np.complex128)
-    whole.real, whole.imag = real, imaginary
-    return whole
-
-
-# ------------------------------------------------------------------------------------------------ CSV
 
 
 def csv_files(sizes: Mapping[Any, int], path: Path) -> dict[Path, str]:

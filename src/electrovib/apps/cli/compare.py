@@ -1,0 +1,49 @@
+"""``electrovib compare``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("compare")(command)
+
+
+def command(
+    scenario: Annotated[
+        str,
+        typer.Argument(
+            help="A scenario; without one, the static truth table of two stacks.", show_default=False
+        ),
+    ] = "",
+    models: Annotated[str | None, typer.Option(metavar="A,B,...", help="Force laws; all if absent.")] = None,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PATH=FROM:TO:N[log]", help="Draw the static force over this; repeatable."),
+    ] = None,
+    output: Annotated[str | None, typer.Option("--output", "-o", help="Write an HTML page.")] = None,
+) -> None:
+    """Run every force law on one stack, and say why they differ."""
+    from electrovib.apps.cli.table import as_text
+
+    if not scenario:
+        from electrovib.study.truth_table import truth_table
+
+        print(as_text(truth_table()))
+        return
+    from electrovib.apps.progress import tracked
+    from electrovib.view.compare import compare
+
+    names = [name.strip() for name in models.split(",") if name.strip()] if models else None
+    with tracked("comparing force laws"):
+        found = compare(scenario, models=names, over=over or [], output=output)
+    for table in found.tables:
+        print(as_text(table))
+    for page in found.pages:
+        print(f"{page.title}\n")
+        print("\n\n".join(page.paragraphs) + "\n")
+    if output:
+        print(f"written: {output}")

@@ -1,0 +1,122 @@
+"""``electrovib models``."""
+
+from __future__ import annotations
+
+import inspect
+from types import ModuleType
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from electrovib.core.model import Model
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("models")(command)
+
+
+def command(
+    name: Annotated[
+        str, typer.Argument(help="A model or a paper; without one, the list.", show_default=False)
+    ] = "",
+    bibtex: Annotated[bool, typer.Option("--bibtex", help="Print BibTeX: of one paper, or of all.")] = False,
+) -> None:
+    """List every model and paper, or show one: equation, parameters, claims, limits, checks, citation."""
+    from electrovib.apps.cli.table import as_text
+    from electrovib.study import catalogue
+
+    if bibtex:
+        _print_bibtex(name)
+    elif not name:
+        for table in catalogue.tables():
+            print(as_text(table))
+        print("recalled: nobody here has read the source; such a number is never a check.")
+    else:
+        found = catalogue.find(name)
+        lines = paper_lines(found, name) if isinstance(found, ModuleType) else model_lines(found)
+        print("\n".join(lines))
+
+
+def _print_bibtex(name: str) -> None:
+    from electrovib.core.discovery import paper_of, papers
+    from electrovib.core.errors import InputError
+    from electrovib.study import catalogue
+
+    wanted = list(papers())
+    if name:
+        found = catalogue.find(name)
+        wanted = [name if isinstance(found, ModuleType) else paper_of(found)]
+        if wanted == [""]:
+            raise InputError(f"'{name}' belongs to no paper; its reference: {found.reference or 'none'}")
+    for key in wanted:
+        print(catalogue.bibtex(papers()[key], key))
+
+
+def model_lines(model: type[Model]) -> list[str]:
+    """Show one model."""
+    from electrovib.apps.cli.table import as_text
+    from electrovib.core.discovery import paper_of, papers
+    from electrovib.study import catalogue
+
+    lines = [model.__name__, "=" * len(model.__name__), inspect.getdoc(model) or "", ""]
+    lines += [f"equation   {name} = {text}" for name, text in model.equation.items()]
+    lines += ["", as_text(catalogue.parameters(model))]
+    lines.append(f"how read   {model.status or 'a definition'}")
+    if model.reference:
+        lines.append(f"reference  {model.reference}")
+    name = paper_of(model)
+    if name:
+        lines.append(f"paper      {name}")
+        lines += [f"{key:<10} {text}" for key, text in catalogue.claims(papers()[name]).items()]
+        lines += _disagreements(papers()[name])
+        lines += _checks(papers()[name])
+    return lines + _beside_the_gap_plane(model)
+
+
+def _beside_the_gap_plane(model: type[Model]) -> list[str]:
+    """Say where a force law stands on the founding film."""
+    from electrovib.core.errors import ElectrovibError
+    from electrovib.core.units import format_quantity
+    from electrovib.physics.force import ForceLaw
+    from electrovib.study.compare import compare
+    from electrovib.study.truth_table import FILM
+
+    if not issubclass(model, ForceLaw):
+        return []
+    try:
+        found = compare(FILM.scenario("GapPlane"), models=["GapPlane", model.__name__])
+    except ElectrovibError:
+        return []
+    for entry in found.entries:
+        if entry.name == model.__name__:
+            force = format_quantity(entry.static, "N", digits=4)
+            return ["", f"On the founding film at 1000 V: {force}. {entry.why}."]
+    return ["", f"On the founding film: {found.left_out[model.__name__]}"]
+
+
+def paper_lines(module: ModuleType, name: str) -> list[str]:
+    """Show one paper."""
+    from electrovib.study import catalogue
+
+    lines = [name, "=" * len(name), module.CITATION, "", f"how read   {module.STATUS}"]
+    lines += [f"{key:<10} {text}" for key, text in catalogue.claims(module).items()]
+    if hasattr(module, "NOT_READ"):
+        lines.append(f"not read   {' '.join(module.NOT_READ.split())}")
+    if hasattr(module, "scenarios"):
+        lines += [f"run        electrovib run {name}/{scenario}" for scenario in module.scenarios()]
+    if hasattr(module, "skins"):
+        lines += [f"skin       {skin.name} ({skin.status}): {skin.note}" for skin in module.skins().values()]
+    return lines + _disagreements(module) + _checks(module)
+
+
+def _disagreements(module: ModuleType) -> list[str]:
+    return [f"disagrees  {text}" for text in getattr(module, "DEFECTS", ())]
+
+
+def _checks(module: ModuleType) -> list[str]:
+    return [
+        f"check      {check.name}: {check.expect:g} within {100 * check.rtol:g} % ({check.status}; {check.source})"
+        for check in getattr(module, "CHECKS", ())
+    ]

@@ -1,0 +1,92 @@
+"""One column: numbers and a unit as they stand in the file, and the same in SI."""
+
+from __future__ import annotations
+
+import functools
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import DataFileError
+from electrovib.core.units import KINDS, parse_quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+_ANGLE = re.compile(r"rad|deg|°|turn|rev|rpm|cycle")
+
+
+@functools.cache
+def kind_and_factor(unit: str) -> tuple[str, float] | None:
+    """Find the SI unit that a unit text belongs to, and its size in it."""
+    if unit in ("1", "-"):
+        return "1", 1.0
+    if not unit or len(unit) > 24:
+        return None
+    # likely kinds first, because each miss asks pint; to pint an angle is a plain number and rad/s is Hz
+    for kind in sorted(KINDS, key=lambda kind: -len(kind) if unit.endswith(kind) else 0):
+        if (kind == "rad") == bool(_ANGLE.search(unit)):
+            try:
+                return kind, parse_quantity(f"1 {unit}", kind)
+            except ValueError:
+                continue
+    return None
+
+
+@dataclass(frozen=True)
+class Column:
+    """Numbers as they stand in the file."""
+
+    label: str
+    unit: str
+    values: NDArray[np.float64]
+    place: Callable[[int], str]
+
+    def in_si(self, path: Path, asked: str) -> NDArray[np.float64]:
+        """Check and convert."""
+        if len(self.values) < 2:
+            count = "only one row" if len(self.values) else "no rows"
+            raise DataFileError(f"{path}: {self.label} has {count}; at least two are needed.")
+        bad = np.flatnonzero(~np.isfinite(self.values))
+        if len(bad):
+            more = f", nor are {len(bad) - 1} more below" if len(bad) > 1 else ""
+            where, value = self.place(int(bad[0])), self.values[bad[0]]
+            raise DataFileError(f"{path}: {where}, {self.label}: {value} is not a finite number{more}.")
+        factor = self._factor(path, asked)
+        inverse = round(1 / factor) if factor < 1 else 0
+        # dividing by a whole number gives the float nearest to the decimal number, multiplying does not
+        return self.values / inverse if inverse and 1 / inverse == factor else self.values * factor
+
+    def _factor(self, path: Path, asked: str) -> float:
+        expected, own = kind_and_factor(asked), kind_and_factor(self.unit or asked)
+        if expected is None or own is None:
+            unknown = self.unit if expected else asked
+            known = ", ".join(kind for kind in KINDS if kind != "1")
+            raise DataFileError(
+                f"{path}: {self.label}: '{unknown}' is not a known unit; known, also with prefixes: {known}."
+            )
+        if own[0] != expected[0]:
+            kind = KINDS[expected[0]][0]
+            raise DataFileError(
+                f"{path}: {self.label} is in '{self.unit}', but {kind} is needed, such as '{asked}'."
+            )
+        return own[1]
+
+
+def real_numbers(path: Path, label: str, array: NDArray[Any], unit: str, word: str) -> Column:
+    """Take an array that a binary file holds as a column.
+
+    Raises
+    ------
+    DataFileError
+        If it has more than one dimension or holds something other than real numbers.
+    """
+    if array.ndim != 1 or array.dtype.kind not in "fiu":
+        kind = f"{array.ndim} dimensions" if array.ndim != 1 else f"'{array.dtype}'"
+        raise DataFileError(f"{path}: {label} holds {kind}, but a row of real numbers is needed.")
+    return Column(label, unit, np.array(array, dtype=np.float64), lambda row: f"{word} {row} (first is 0)")

@@ -1,0 +1,54 @@
+"""What may be wrong with a file, said in one sentence."""
+
+from __future__ import annotations
+
+import struct
+import tokenize
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.errors import DataFileError, nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+DAMAGE: Final = (
+    OSError, RuntimeError, ValueError, LookupError, TypeError, AttributeError, EOFError, MemoryError,
+    ArithmeticError, SyntaxError, AssertionError, struct.error, tokenize.TokenError,
+)  # fmt: skip
+"""What NumPy, HDF5 and netCDF libraries raise at damaged files."""
+
+
+def check_file(path: Path) -> None:
+    """Refuse what is not an ordinary file with something in it.
+
+    Raises
+    ------
+    DataFileError
+        If it is missing, a folder, a device, empty or may not be read.
+    """
+    try:
+        if path.is_dir():
+            raise DataFileError(f"{path}: is a folder; give the name of a file in it.")
+        if not path.exists():
+            siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+            raise DataFileError(f"{path}: there is no such file.{suggestion(path.name, siblings)}")
+        if not path.is_file():
+            raise DataFileError(f"{path}: is not an ordinary file.")
+        with path.open("rb") as file:
+            if not file.read(1):
+                raise DataFileError(f"{path}: the file is empty.")
+    except (OSError, ValueError) as error:
+        raise DataFileError(f"{path}: cannot be read: {error}.") from None
+
+
+def damaged(path: Path, what: str, error: BaseException) -> DataFileError:
+    """Make one sentence of what a library said about a damaged file."""
+    said = (str(error).splitlines() or [""])[0][:160] or type(error).__name__
+    return DataFileError(f"{path}: is damaged or not {what} ({said}).")
+
+
+def suggestion(word: str, known: Sequence[str]) -> str:
+    """Suggest a name without listing all of them."""
+    near = nearest(word, known)
+    return near if near.startswith(" Did") else ""

@@ -1,0 +1,45 @@
+"""Which column is meant: headings, with or without a unit, and numbers."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from electrovib.core.errors import DataFileError
+from electrovib.data.columns.column import kind_and_factor
+from electrovib.data.columns.faults import suggestion
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+_HEADING = re.compile(r"(.*\S)(\s*)([\[(])([^\[\]()]*)[\])]")
+
+
+def name_and_unit(heading: str) -> tuple[str, str]:
+    """Split ``time [us]``; brackets that are round or stand close may belong to the name instead."""
+    match = _HEADING.fullmatch(heading)
+    if match is None or not match[4].strip():
+        return heading, ""
+    is_unit = match[2] and match[3] == "["
+    return (match[1], match[4].strip()) if is_unit or kind_and_factor(match[4].strip()) else (heading, "")
+
+
+def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -> int:
+    """Find a column by its number, its heading, or its heading without the unit."""
+    if isinstance(column, int):
+        if not 0 <= column < width:
+            raise DataFileError(f"{path}: there is no column {column}; they are numbered 0 to {width - 1}.")
+        return column
+    if not headings:
+        raise DataFileError(f"{path}: has no headings; ask for column '{column}' by its number, 0 first.")
+    names = [name_and_unit(heading)[0] for heading in headings]
+    for known in (list(headings), names):
+        if known.count(column) > 1:
+            raise DataFileError(f"{path}: more than one column is called '{column}'; give its number.")
+        if column in known:
+            return known.index(column)
+    listed = ", ".join([name for name in names if name][:20]) + (", ..." if len(names) > 20 else "")
+    raise DataFileError(
+        f"{path}: there is no column '{column}'.{suggestion(column, names)} It has: {listed}."
+    )

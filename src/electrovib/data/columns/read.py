@@ -1,0 +1,61 @@
+"""One call to read columns, in the format that the file name says."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.errors import DataFileError
+from electrovib.data.columns.delimited import from_text
+from electrovib.data.columns.faults import check_file
+from electrovib.data.columns.netcdf import from_netcdf
+from electrovib.data.columns.npy import from_npy
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from pathlib import Path
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from electrovib.data.columns.column import Column
+
+_READERS: Final[dict[str, Callable[[Path, Sequence[str | int]], dict[str | int, Column]]]] = {
+    ".csv": from_text,
+    ".txt": from_text,
+    ".tsv": from_text,
+    ".npy": from_npy,
+    ".nc": from_netcdf,
+}
+
+
+def read_columns(path: Path, wanted: Mapping[str, tuple[str | int, str]]) -> dict[str, NDArray[np.float64]]:
+    """Read the wanted columns of a measured file, converted to SI.
+
+    Parameters
+    ----------
+    path : Path
+        ``.csv``, ``.txt`` or ``.tsv`` (delimiter found, lines with ``#`` skipped, headings such as
+        ``time [us]`` or none), ``.npy`` (a row per sample, or a structured array) or ``.nc`` (variables).
+    wanted : mapping
+        Parameter name to (heading or 0-based number, unit of the numbers where the file names none).
+
+    Returns
+    -------
+    dict of str to array
+        One-dimensional, SI, finite, at least two values; keys as in `wanted`.
+
+    Raises
+    ------
+    DataFileError
+        In one sentence with file, line or row, and column, whatever is wrong with the file.
+
+    Notes
+    -----
+    A unit in the file overrides the one asked for, but it has to be of the same kind.
+    """
+    check_file(path)
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        raise DataFileError(f"{path}: columns are read from {', '.join(_READERS)}, not from '{path.suffix}'.")
+    found = reader(path, [column for column, _ in wanted.values()])
+    return {name: found[column].in_si(path, unit) for name, (column, unit) in wanted.items()}

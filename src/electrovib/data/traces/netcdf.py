@@ -1,0 +1,107 @@
+"""A Trace as netCDF, without loss."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.core.trace import FORMAT
+from electrovib.data.atomic import writing
+from electrovib.data.columns import DAMAGE, check_file, check_hdf5, damaged
+from electrovib.data.traces.structure import not_a_trace, prepared
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import xarray
+
+_LONG_TEXT: Final = 8000  # HDF5 refuses attributes beyond 64 kB, and keeps smaller ones together in one block
+
+
+def save_nc(trace: xarray.Dataset, path: Path) -> list[Path]:
+    """Write a Trace as netCDF.
+
+    Parameters
+    ----------
+    trace : xarray.Dataset
+        Any Trace; units are stamped again.
+    path : Path
+        The output; replaced as a whole.
+
+    Returns
+    -------
+    list of Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or the Trace holds what netCDF cannot.
+
+    Notes
+    -----
+    Texts too long for an attribute become scalar variables ``long_attribute_0``, ... .
+    """
+    stored = prepared(trace, path).drop_encoding()
+    attributes, stored.attrs = stored.attrs, {}
+    for name, value in attributes.items():
+        if isinstance(value, str) and len(value) > _LONG_TEXT:
+            stored[f"long_attribute_{len(stored.variables)}"] = ((), value, {"attribute": name})
+        else:
+            stored.attrs[name] = int(value) if isinstance(value, bool) else value  # netCDF knows no booleans
+    no_fill: dict[Any, Any] = {name: {"_FillValue": None} for name in stored.variables}
+    with writing(path) as temporary:
+        try:
+            stored.to_netcdf(temporary, engine="h5netcdf", encoding=no_fill)
+        except (ValueError, TypeError) as error:
+            raise InputError(f"{path}: this Trace cannot be written as netCDF: {error}") from error
+    return [path]
+
+
+def load_nc(path: Path) -> xarray.Dataset:
+    """Read a Trace from netCDF.
+
+    Parameters
+    ----------
+    path : Path
+        Written by `save_nc`.
+
+    Returns
+    -------
+    xarray.Dataset
+        In memory, identical to what was saved.
+
+    Raises
+    ------
+    DataFileError
+        If the file is damaged or is not a Trace.
+    """
+    import xarray
+
+    check_file(path)
+    try:
+        check_hdf5(path)
+        with xarray.open_dataset(
+            path, engine="h5netcdf", decode_times=False, decode_timedelta=False, mask_and_scale=False
+        ) as opened:
+            if opened.attrs.get("format") != FORMAT:
+                raise not_a_trace(path)
+            return _as_saved(opened.load())
+    except DAMAGE as error:
+        raise damaged(path, "a netCDF file", error) from None
+
+
+def _as_saved(loaded: xarray.Dataset) -> xarray.Dataset:
+    """Undo what netCDF does to texts and to numbers among the attributes."""
+    trace = loaded.drop_encoding()
+    for name, variable in list(trace.variables.items()):
+        if str(name).startswith("long_attribute_"):
+            trace.attrs[variable.attrs["attribute"]] = str(variable.values)
+            trace = trace.drop_vars(str(name))
+        elif variable.dtype.kind not in "fc":
+            trace[name] = variable.astype(str if variable.dtype.kind in "OT" else variable.dtype)
+    for attrs in (trace.attrs, *(variable.attrs for variable in trace.variables.values())):
+        attrs.update({name: value.item() for name, value in attrs.items() if isinstance(value, np.generic)})
+    return trace

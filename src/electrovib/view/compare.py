@@ -1,0 +1,93 @@
+"""A comparison of force laws as a page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from electrovib.solve.scenario import Scenario
+    from electrovib.study.compare import Comparison
+
+
+def compare(
+    scenario: str | Path | Scenario | Mapping[str, Any],
+    *,
+    models: Sequence[str] | None = None,
+    over: Sequence[str] | Mapping[str, Sequence[float]] = (),
+    output: str | Path | None = None,
+) -> Comparison:
+    """Run every force law on the same finger and plate, and say why they differ.
+
+    Parameters
+    ----------
+    scenario : str, Path, Scenario or mapping
+        As for `electrovib.run`.
+    models : sequence of str, optional
+        Names of laws; all that need no parameter of their own if absent.
+    over : sequence of str, or mapping of str to sequence of float
+        ``"path=from:to:n"`` or ``"path=from:to:nlog"``: a figure of the static force over this parameter.
+    output : str or Path, optional
+        An HTML file with tables, figures and explanations.
+
+    Returns
+    -------
+    Comparison
+        Numbers, figures as data, and words.
+
+    Raises
+    ------
+    InputError
+        For a scenario, a law or a range that does not fit; nothing has been written then.
+    """
+    from electrovib.solve.scenario import load_scenario
+    from electrovib.study.compare import compare as run_all
+    from electrovib.study.sweep import parse_over
+
+    if output is not None:
+        _check(Path(output))
+    experiment = load_scenario(scenario)
+    axes = over if isinstance(over, Mapping) else parse_over(experiment, over)
+    found = run_all(experiment, models=models, over=axes)
+    if output is not None:
+        _write(found, Path(output))
+    return found
+
+
+def _check(path: Path) -> None:
+    from electrovib.core.errors import InputError
+    from electrovib.data.atomic import check_writable
+
+    if path.suffix not in {".html", ".htm"}:
+        raise InputError(f"--output {path}: a comparison is an .html file")
+    check_writable([path])
+
+
+def _write(found: Comparison, path: Path) -> None:
+    from electrovib.core.discovery import papers
+    from electrovib.data.atomic import write_text
+    from electrovib.study.reproduction import Reproduction
+    from electrovib.view.reproduce import _drawn as drawn
+    from electrovib.view.reproduce import page_of
+    from electrovib.view.svg import to_svg
+
+    drawings = {}
+    for panel in found.panels:
+        figure = drawn(panel)
+        figure.axes[0].set_title("", loc="left")  # on the page it is a heading
+        drawings[panel.id] = to_svg(figure)
+    cited = tuple(module.CITATION for module in papers().values())
+    title = found.scenario.title or "a stack"
+    content = Reproduction(
+        "comparison",
+        "",
+        (),
+        found.panels,
+        found.pages,
+        found.tables,
+        {},
+        cited,
+        f"Force laws compared: {title}",
+    )
+    write_text(path, page_of(content, drawings))

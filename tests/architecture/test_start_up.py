@@ -1,0 +1,146 @@
+"""What is imported when: nothing by importing the package, nothing heavy by asking for help or one run."""
+
+from __future__ import annotations
+
+import ast
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent.parent
+SOURCE = ROOT / "src" / "electrovib"
+HEAVY = (
+    "scipy",
+    "xarray",
+    "matplotlib",
+    "numba",
+    "pandas",
+    "pint",
+    "jinja2",
+    "h5py",
+    "h5netcdf",
+    "tomlkit",
+    "lmfit",
+    "emcee",
+    "sympy",
+    "mpmath",
+    "dask",
+    "zarr",
+    "nicegui",
+    "plotly",
+    "pyvisa",
+    "serial",
+    "nptdms",
+    "soundfile",
+    "control",
+    "jax",
+)
+"""Costly or optional: imported only inside the function that needs it."""
+
+
+def loaded_after(statement):
+    """Names of all modules in a fresh interpreter after a statement."""
+    script = f"import json, sys\n{statement}\nsys.stdout.write('\\n' + json.dumps(sorted(sys.modules)))"
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    return set(json.loads(done.stdout.splitlines()[-1]))
+
+
+def among(modules, names):
+    return sorted({module.split(".")[0] for module in modules} & set(names))
+
+
+def test_importing_the_package_imports_nothing():
+    loaded = loaded_after("import electrovib")
+    assert not among(loaded, ["numpy", "scipy", "xarray", "pydantic", "matplotlib", "typer", "rich", *HEAVY])
+    assert [name for name in loaded if name.startswith("electrovib")] == ["electrovib"]
+
+
+def test_help_imports_nothing_heavy():
+    statement = """
+import contextlib, io, runpy
+sys.argv = ["electrovib", "--help"]
+text = io.StringIO()
+with contextlib.redirect_stdout(text):
+    try:
+        runpy.run_module("electrovib", run_name="__main__", alter_sys=True)
+    except SystemExit as end:
+        assert not end.code
+assert "run" in text.getvalue() and "reproduce" in text.getvalue()
+"""
+    loaded = loaded_after(statement)
+    assert not among(loaded, [*HEAVY, "numpy"])
+
+
+@pytest.mark.parametrize("command", ["run", "report", "reproduce", "init"])
+def test_help_on_a_command_imports_nothing_heavy(command):
+    statement = f"""
+import contextlib, io, runpy
+sys.argv = ["electrovib", {command!r}, "--help"]
+with contextlib.redirect_stdout(io.StringIO()):
+    try:
+        runpy.run_module("electrovib", run_name="__main__", alter_sys=True)
+    except SystemExit as end:
+        assert not end.code
+"""
+    assert not among(loaded_after(statement), [*HEAVY, "numpy"])
+
+
+def test_one_run_imports_what_it_needs():
+    """A Trace needs xarray, which brings pandas, and pint if it is there; no plots, no compiler, no filters."""
+    loaded = loaded_after("import electrovib as ev; ev.simulate(ev.load('vezzoli_2014/fig6'))")
+    assert "xarray" in loaded
+    unwanted = ["numba", "llvmlite", "matplotlib", "sympy", "lmfit", "jinja2", "dask", "typer"]
+    assert not among(loaded, unwanted)
+    assert "scipy.signal" not in loaded
+
+
+def test_the_check_can_fail():
+    assert among(loaded_after("import xarray"), HEAVY)
+
+
+def top_level_imports(path):
+    """Modules imported when a file is, type-checking blocks left out."""
+    waiting = list(ast.parse(path.read_text(encoding="utf-8")).body)
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield node.module or ""
+        elif isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            waiting += node.orelse
+        elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            waiting += [child for child in ast.iter_child_nodes(node) if isinstance(child, ast.stmt)]
+
+
+def test_heavy_modules_are_imported_inside_functions():
+    found = [
+        f"{path.relative_to(SOURCE)}: {name}"
+        for path in sorted(SOURCE.rglob("*.py"))
+        for name in top_level_imports(path)
+        if name.split(".")[0] in HEAVY
+    ]
+    assert not found, "\n".join(found)
+
+
+def test_top_level_imports_are_seen(tmp_path):
+    source = tmp_path / "module.py"
+    source.write_text(
+        "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import pandas\ntry:\n    import numba\n"
+        "except ImportError:\n    pass\nclass A:\n    import xarray\n    def f(self):\n        import scipy\n",
+        encoding="utf-8",
+    )
+    assert set(top_level_imports(source)) == {"typing", "numba", "xarray"}
+
+
+def test_public_names_are_all_there():
+    """Every name that the package offers can be had."""
+    statement = (
+        "import electrovib as ev; found = [getattr(ev, name) for name in dir(ev)]; assert len(found) > 8"
+    )
+    loaded_after(statement)

@@ -1,0 +1,189 @@
+"""Time domain = frequency domain for every causal law; a law that is not causal has no time domain."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.core.errors import NotCausalError
+from electrovib.core.model import Model
+from electrovib.solve.scenario import load
+from electrovib.solve.simulate import mean_force, phasors, simulate
+
+FREQUENCY, AMPLITUDE, SAMPLES = 125.0, 100.0, 64
+EXACT = 1e-9
+"""Relative: steady state and phasors go through different arithmetic, of poles and of impedances."""
+FINGERS = {
+    "plain": {"model": "Constant", "permittivity": 1560, "conductivity": 2e-6},
+    "blocking": {"model": "Constant", "permittivity": 1560},
+    "Debye": {
+        "model": "Debye",
+        "permittivity_high": 50,
+        "strength": 1500,
+        "relaxation_time": 1e-3,
+        "conductivity": 2e-6,
+    },
+    "Prony": {
+        "model": "Prony",
+        "permittivity_high": 50,
+        "terms": [{"strength": 900, "relaxation_time": 2e-3}, {"strength": 300, "relaxation_time": 2e-5}],
+        "conductivity": 1e-6,
+    },
+    "ColeCole": {
+        "model": "ColeCole",
+        "permittivity_high": 4,
+        "terms": [{"strength": 3e3, "relaxation_time": 1.6e-3, "broadening": 0.2}],
+        "conductivity": 1e-6,
+    },
+    "ConstantPhase": {
+        "model": "ConstantPhase",
+        "permittivity": 1560,
+        "reference_frequency": 100,
+        "exponent": 0.75,
+        "conductivity": 2e-6,
+    },
+}
+EXACTLY_FINITE = {"plain", "blocking", "Debye", "Prony"}
+
+
+def under_a_sine(law, skin, *, base="fig6_gap", **more):
+    changes = {
+        "force": {"model": law.__name__, **law.example},
+        "drive": {"model": "Sine", "amplitude": AMPLITUDE, "frequency": FREQUENCY},
+        "time.initial_state": {"model": "PeriodicState"},
+        "stack.stratum_corneum.material": FINGERS[skin],
+    }
+    if "gap" in getattr(law, "replaces", ()):  # a law with gaps of its own stands in a stack without one
+        base = "fig6"
+    return load(f"vezzoli_2014/{base}").replace(changes | more)
+
+
+def one_period():
+    return np.arange(SAMPLES) / SAMPLES / FREQUENCY
+
+
+def stated_error(scenario, trace):
+    """What the stated error of the law's amplitudes may do to a force of second degree in them."""
+    law = scenario.force
+    over_band = law.amplitudes(phasors(scenario, trace.frequency.values))
+    here = law.amplitudes(phasors(scenario, np.array([FREQUENCY])))
+    sizes = [float(np.max(np.abs(over_band[name])) / np.abs(here[name][0])) for name in here]
+    stated = trace.attrs["transfer_error"] * max(sizes)
+    return EXACT + 2 * stated + stated**2
+
+
+def waveform(scenario):
+    """Attraction over one period from phasors alone."""
+    amplitudes = scenario.force.amplitudes(phasors(scenario, np.array([FREQUENCY])))
+    wave = -1j * AMPLITUDE * np.exp(2j * np.pi * FREQUENCY * one_period())
+    given = {name: np.real(value[0] * wave) for name, value in amplitudes.items()}
+    return scenario.contact.gross_area() * scenario.force.pressure(**given)
+
+
+@pytest.mark.parametrize("filling", FINGERS)
+def test_steady_force_under_a_sine(law_class, filling):
+    if not law_class.causal:
+        return
+    scenario = under_a_sine(law_class, filling)
+    trace = simulate(scenario, time=one_period())
+    force = trace.electrostatic_force.values
+    expected = float(mean_force(scenario, phasors(scenario, np.array([FREQUENCY])), AMPLITUDE)[0])
+    tolerance = EXACT if filling in EXACTLY_FINITE else stated_error(scenario, trace)
+    assert tolerance < 0.05  # the error is stated against the largest amplitude of the band
+    assert expected > 0
+    assert abs(force.mean() / expected - 1) < tolerance
+    assert np.max(np.abs(force - waveform(scenario))) < tolerance * np.max(force)
+    assert (trace.attrs["reduction_error"] == 0) == (filling in EXACTLY_FINITE)
+
+
+@pytest.mark.parametrize(
+    "return_path",
+    [
+        {"model": "Floating", "capacitance": 150e-12, "leak": 1e9},
+        {"model": "Grounded", "resistance": 1e6},
+        {"model": "SecondElectrode", "area": 0.3e-4, "resistance": 2e3},
+    ],
+    ids=lambda path: path["model"],
+)
+def test_return_paths_agree_too(law_class, return_path):
+    if not law_class.causal:
+        return
+    more = {"circuit": {"return_path": return_path, "source_resistance": 1e5}}
+    scenario = under_a_sine(law_class, "plain", **more)
+    force = simulate(scenario, time=one_period()).electrostatic_force.values
+    expected = float(mean_force(scenario, phasors(scenario, np.array([FREQUENCY])), AMPLITUDE)[0])
+    assert abs(force.mean() / expected - 1) < EXACT
+
+
+def test_without_a_gap(law_class):
+    if not law_class.causal:
+        return
+    scenario = under_a_sine(law_class, "Debye", base="fig6")
+    force = simulate(scenario, time=one_period()).electrostatic_force.values
+    assert np.max(np.abs(force - waveform(scenario))) < EXACT * np.max(force)
+
+
+def test_the_comparison_can_fail(discovered):
+    """A start from rest, or a frequency 1 % off, is not the steady state asked for."""
+    scenario = under_a_sine(discovered["law_class"]["GapPlane"], "plain")
+    expected = float(mean_force(scenario, phasors(scenario, np.array([FREQUENCY])), AMPLITUDE)[0])
+    at_rest = scenario.replace({"time.initial_state": {"model": "AtRest"}})
+    from_rest = simulate(at_rest, time=one_period()).electrostatic_force.values.mean()
+    assert abs(from_rest / expected - 1) > 100 * EXACT
+    off = float(mean_force(scenario, phasors(scenario, np.array([1.01 * FREQUENCY])), AMPLITUDE)[0])
+    assert abs(off / expected - 1) > 100 * EXACT
+
+
+def test_shipped_scenarios_simulate(scenario):
+    """Without a warning, which is an error here, and without a number that is not finite."""
+    trace = simulate(scenario)
+    for name, signal in trace.data_vars.items():
+        assert np.all(np.isfinite(signal.values)), name
+        assert signal.attrs["units"]
+    assert float(np.max(trace.electrostatic_force)) > 0
+    assert trace.attrs["solver"]
+    assert trace.attrs["solver_reason"]
+
+
+@pytest.mark.parametrize("settled", [False, True])
+def test_laws_that_are_not_causal_refuse_edges(law_class, discovered, settled):
+    state = {"model": "PeriodicState" if settled else "AtRest"}
+    trapezium = {"model": "Trapezium", "high": 1000, "rise": 0.036, "hold": 0.1, "fall": 0.036, "repeat": 0.4}
+    changes = {
+        "force": {"model": law_class.__name__, **law_class.example},
+        "drive": trapezium,
+        "time.initial_state": state,
+    }
+    scenario = load("vezzoli_2014/fig6").replace(changes)
+    if law_class.causal:
+        assert law_class.instead == ""
+        assert np.all(np.isfinite(simulate(scenario).electrostatic_force))
+        return
+    assert discovered["law_class"][law_class.instead].causal
+    with pytest.raises(NotCausalError) as caught:
+        simulate(scenario)
+    text = str(caught.value)
+    assert law_class.__name__ in text
+    assert law_class.instead in text
+    assert "Trapezium" in text
+    simulate(scenario.replace({"force": {"model": law_class.instead}}))
+
+
+def test_laws_that_are_not_causal_answer_one_sine(law_class):
+    if law_class.causal:
+        return
+    scenario = under_a_sine(law_class, "ConstantPhase", base="fig6")
+    force = simulate(scenario, time=one_period()).electrostatic_force.values
+    np.testing.assert_allclose(force, waveform(scenario), rtol=0, atol=EXACT * np.max(force))
+    two = {
+        "model": "Sum",
+        "drives": [scenario.drive.to_dict(), scenario.drive.to_dict() | {"frequency": 250}],
+    }
+    with pytest.raises(NotCausalError):
+        simulate(scenario.replace({"drive": two}))
+
+
+def test_both_kinds_of_law_are_tried(discovered):
+    causal = {law.causal for law in discovered["law_class"].values()}
+    assert causal == {True, False}
+    assert all(issubclass(law, Model) for law in discovered["law_class"].values())

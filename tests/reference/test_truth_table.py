@@ -1,0 +1,59 @@
+"""The static truth table and the exact identities between its rows."""
+
+from __future__ import annotations
+
+import pytest
+from electrovib.study.truth_table import FILM, SCREEN, cell, truth_table
+
+# computed apart from this code and printed to four digits; 0.5 % is what the table is asked for, 1e-3 what four digits bear
+FILM_CELLS = {
+    ("EffectiveMediumPlane", 0.0): 56.55e-3,
+    ("GapPlane", 0.0): 607.6e-3,
+    ("GapPlane", 1e-6): 564.9e-3,
+    ("GapPlane", 5e-6): 432.5e-3,
+    ("GapPlane", 25e-6): 163.8e-3,
+    ("GapPlane", 100e-6): 27.5e-3,
+    ("StratumCorneumPlane", 0.0): 0.389e-3,
+    ("InsulatorPlane", 0.0): 181.4e-3,
+}
+SCREEN_CELLS = {
+    ("EffectiveMediumPlane", 0.0): 58.33e-3,
+    ("GapPlane", 0.0): 31.05,
+    ("GapPlane", 0.1e-6): 19.41,
+    ("GapPlane", 1e-6): 2.333,
+    ("GapPlane", 3e-6): 0.3881,
+    ("GapPlane", 10e-6): 41.11e-3,
+    ("StratumCorneumPlane", 0.0): 18.82e-3,
+    ("InsulatorPlane", 0.0): 7.960,
+}
+CELLS = [(FILM, *key, value) for key, value in FILM_CELLS.items()]
+CELLS += [(SCREEN, *key, value) for key, value in SCREEN_CELLS.items()]
+
+
+@pytest.mark.parametrize(
+    ("stack", "law", "gap", "force"), CELLS, ids=lambda value: str(getattr(value, "name", value))
+)
+def test_cells(stack, law, gap, force):
+    digits = 2e-3 if force in {27.5e-3, 0.389e-3} else 5e-4  # half of the last of three or four digits
+    assert cell(stack, law, gap) == pytest.approx(force, rel=digits)
+    assert cell(stack, law, gap) != pytest.approx(force * (1 + 3 * digits), rel=digits)
+
+
+@pytest.mark.parametrize("stack", [FILM, SCREEN], ids=lambda stack: stack.name)
+def test_the_forms_are_one_displacement_divided_by_the_permittivity_of_a_plane(stack):
+    gap = cell(stack, "GapPlane")
+    electrical = stack.film / stack.film_permittivity + stack.skin / stack.skin_permittivity
+    medium = (stack.film + stack.skin) / electrical
+    # identities, to rounding
+    assert gap / cell(stack, "EffectiveMediumPlane") == pytest.approx(medium, rel=1e-12)
+    assert gap / cell(stack, "StratumCorneumPlane") == pytest.approx(stack.skin_permittivity, rel=1e-12)
+    assert gap / cell(stack, "InsulatorPlane") == pytest.approx(stack.film_permittivity, rel=1e-12)
+
+
+def test_the_printed_table_has_every_cell_and_says_how_its_stacks_were_read():
+    table = truth_table()
+    text = "\n".join(" ".join(row) for row in table.rows)
+    for shown in ("56.55 mN", "607.6 mN", "31.05 N", "2.333 N", "7.96 N", "18.82 mN"):
+        assert shown in text
+    assert "(recalled)" in table.headings[-1]
+    assert "beyond breakdown" in table.caption

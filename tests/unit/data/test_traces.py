@@ -1,0 +1,341 @@
+"""Round trips of a Trace, and files that are none."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from electrovib.core.errors import DataFileError, InputError
+from electrovib.core.trace import FORMAT, make_trace
+from electrovib.data.columns import read_columns
+from electrovib.data.traces import comma_separated, load_csv, load_nc, save_csv, save_nc
+
+LAYERS = ["insulator", "gap", "stratum_corneum"]
+
+
+def small(**attributes) -> xarray.Dataset:
+    """Time, frequency, layers in both orders, complex, and every float that is easily spoilt."""
+    random = np.random.default_rng(1)
+    return make_trace(
+        {
+            "field": (("layer", "time"), random.standard_normal((3, 5))),
+            "displacement": (("time", "layer"), random.standard_normal((5, 3))),
+            "drive_voltage": (("time",), [np.nan, np.inf, -np.inf, -0.0, 5e-324]),
+            "field_gain": (("frequency", "layer"), random.standard_normal((4, 3)) + 1j),
+            "impedance": (
+                ("frequency",),
+                [1 + 2j, complex(np.nan, 1), complex(0, np.inf), complex(-0.0, -0.0)],
+            ),
+            "normal_force": ((), 0.5),
+            "permittivity": (("layer",), [3.35 + 0j, 1.0, 1560 - 2j]),
+        },
+        {"time": np.arange(5) * 0.1, "frequency": [1.0, 2.0, 3.0, 4.0], "layer": LAYERS},
+        {"solver": "modes, µ\n2 lines", "empty": "", "steps": 3, "tau": 0.1, **attributes},
+    )
+
+
+def with_sweep() -> xarray.Dataset:
+    values = np.random.default_rng(2).standard_normal((2, 2, 3, 5))
+    return make_trace(
+        {"field": (("drive.rise", "stack.gap.material", "layer", "time"), values)},
+        {
+            "time": np.arange(5) * 0.1,
+            "layer": LAYERS,
+            "drive.rise": [1e-6, 1e-3],
+            "stack.gap.material": ["air", "oil"],
+        },
+        {},
+    )
+
+
+def only(name: str) -> xarray.Dataset:
+    return make_trace({"impedance": ((name,), [1 + 1j, 2.0])}, {name: [1.0, 2.0]}, {})
+
+
+def same(first: xarray.Dataset, second: xarray.Dataset) -> None:
+    """Stricter than xarray: dtypes, order, types of attributes, and the sign of zero."""
+    xarray.testing.assert_identical(first, second)
+    assert list(first.variables) == list(second.variables)
+    assert {k: type(v) for k, v in first.attrs.items()} == {k: type(v) for k, v in second.attrs.items()}
+    for name in first.variables:
+        one, two = first[name], second[name]
+        assert one.dims == two.dims
+        assert one.dtype.kind == two.dtype.kind
+        if one.dtype.kind in "fc":
+            np.testing.assert_array_equal(signs(one.values), signs(two.values))
+
+
+def signs(values: np.ndarray) -> np.ndarray:
+    """Signs of both parts; that of NaN means nothing and no text keeps it."""
+    parts = np.stack([values.real, values.imag])
+    return np.where(np.isnan(parts), 0.0, np.copysign(1.0, parts))
+
+
+@pytest.mark.parametrize(
+    "trace", [small(), with_sweep(), small().isel(time=2), small().isel(time=slice(0, 0))]
+)
+def test_netcdf_round_trip(tmp_path, trace):
+    path = tmp_path / "out.nc"
+    assert save_nc(trace, path) == [path]
+    same(trace, load_nc(path))
+    save_nc(load_nc(path).isel(layer=slice(0, 2)), path)  # what was loaded can be cut and saved again
+    xarray.testing.assert_identical(trace.isel(layer=slice(0, 2)), load_nc(path))
+
+
+@pytest.mark.parametrize(
+    "trace",
+    [small(), small().isel(frequency=2), small().isel(time=slice(0, 0)), only("time"), only("frequency")],
+)
+def test_csv_round_trip(tmp_path, trace):
+    path = tmp_path / "my.out.csv"
+    files = save_csv(trace, path)
+    both = {"time", "frequency"} <= set(trace.sizes)
+    assert files == [path, tmp_path / "my.out.frequency.csv"][: 1 + both]
+    same(trace, load_csv(path))
+
+
+def test_round_trips_notice_a_difference():
+    changed = small()
+    changed.impedance.values[3] = 0
+    xarray.testing.assert_identical(changed, small())  # blind to the sign of zero, so `same` has to see it
+    with pytest.raises(AssertionError):
+        same(changed, small())
+    with pytest.raises(AssertionError):
+        same(small(steps=3.0), small(steps=3))
+
+
+@pytest.mark.parametrize("size", [8000, 8001, 70_000, 1_000_000])
+def test_long_attributes(tmp_path, size):
+    trace = small(scenario=json.dumps({"note": "µ\n" * (size // 2)}, ensure_ascii=False), other="x" * size)
+    for save, load, name in ((save_nc, load_nc, "a.nc"), (save_csv, load_csv, "a.csv")):
+        save(trace, tmp_path / name)
+        same(trace, load(tmp_path / name))
+
+
+def test_kinds_of_numbers(tmp_path):
+    trace = small(flag=True, count=np.int64(3), size=np.float64(2.5), array=np.array(1))
+    save_csv(trace, tmp_path / "a.csv")
+    save_nc(trace, tmp_path / "a.nc")
+    for found in (load_csv(tmp_path / "a.csv"), load_nc(tmp_path / "a.nc")):
+        assert [type(found.attrs[k]) for k in ("count", "size", "array")] == [int, float, int]
+        assert found.attrs["flag"] == 1
+    whole = make_trace({"drive_voltage": (("time",), [1, 2])}, {"time": [0, 1]}, {})
+    save_csv(whole, tmp_path / "a.csv")
+    assert load_csv(tmp_path / "a.csv").drive_voltage.dtype == np.float64
+
+
+def test_units_are_stamped_on_save(tmp_path):
+    squared = small() ** 2
+    squared.time.attrs["units"] = "fortnight"
+    for save, load, name in ((save_nc, load_nc, "a.nc"), (save_csv, load_csv, "a.csv")):
+        save(squared, tmp_path / name)
+        found = load(tmp_path / name)
+        assert (found.time.units, found.field.units, found.attrs["format"]) == ("s", "V/m", FORMAT)
+    assert squared.time.units == "fortnight"  # the Trace in hand is not touched
+
+
+@pytest.mark.parametrize("save", [save_nc, save_csv])
+@pytest.mark.parametrize("value", [None, [1, 2], {"a": 1}, 1j, np.arange(2)])
+def test_attributes_that_are_neither_text_nor_number_are_refused(tmp_path, save, value):
+    with pytest.raises(InputError, match=r"attribute 'bad' is of type .*, not a text or a number"):
+        save(small(bad=value), tmp_path / "a")
+    trace = small()
+    trace.time.attrs["bad"] = value
+    with pytest.raises(InputError, match=r"attribute 'time\.bad' is of type"):
+        save(trace, tmp_path / "a")
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_netcdf_cannot_hold(tmp_path):
+    with pytest.raises(InputError, match="cannot be written as netCDF"):
+        save_nc(small(bad="zero\0byte"), tmp_path / "a.nc")
+    assert not list(tmp_path.iterdir())
+    save_csv(small(bad="zero\0byte"), tmp_path / "a.csv")
+    assert load_csv(tmp_path / "a.csv").bad == "zero\0byte"
+
+
+def test_csv_is_made_for_reading(tmp_path):
+    save_csv(small(), tmp_path / "a.csv")
+    lines = (tmp_path / "a.csv").read_text().splitlines()
+    assert lines[0] == f"# {FORMAT}"
+    assert json.loads(lines[1].removeprefix("# attributes: "))["tau"] == 0.1
+    rows = [line for line in lines if line[0] != "#"]
+    assert rows[0].startswith(
+        "time [s],field[insulator] [V/m],field[gap] [V/m],field[stratum_corneum] [V/m],"
+    )
+    assert rows[0].endswith(",drive_voltage [V]")
+    assert len(rows) == 6
+    assert rows[4].startswith("0.30000000000000004,")
+    frequency = (tmp_path / "a.frequency.csv").read_text().splitlines()
+    assert ",impedance.real [ohm],impedance.imag [ohm]" in frequency[2]
+    found = read_columns(tmp_path / "a.csv", {"t": ("time", "ms"), "e": ("field[gap]", "V/m")})
+    np.testing.assert_array_equal(found["e"], small().field.values[1])
+
+
+def test_csv_refuses_more_than_one_dimension(tmp_path):
+    with pytest.raises(
+        InputError, match=r"one dimension, .* runs over drive\.rise, stack.*; save as \.nc or \.mat"
+    ):
+        save_csv(with_sweep(), tmp_path / "a.csv")
+    both = make_trace({"impedance": (("time", "frequency"), [[1.0]])}, {"time": [0], "frequency": [1]}, {})
+    with pytest.raises(InputError, match="'impedance' has two"):
+        save_csv(both, tmp_path / "a.csv")
+    with pytest.raises(InputError, match="neither time nor frequency"):
+        save_csv(small().isel(time=0, frequency=0), tmp_path / "a.csv")
+    dates = make_trace({"current": (("time",), [1.0])}, {"time": np.array(["2024-01-01"], "M8[ns]")}, {})
+    with pytest.raises(InputError, match="'time' holds 'datetime64"):
+        save_csv(dates, tmp_path / "a.csv")
+    assert not list(tmp_path.iterdir())
+
+
+FLOATS = st.floats(width=64)
+
+
+@given(
+    st.lists(
+        st.tuples(FLOATS, st.complex_numbers(allow_nan=True, allow_infinity=True)), min_size=1, max_size=8
+    )
+)
+@example(
+    [(-0.0, complex(-0.0, -0.0)), (5e-324, complex(np.nan, -np.inf)), (1.7976931348623157e308, 0.1 + 0.2j)]
+)
+@settings(deadline=None, max_examples=60)
+def test_csv_loses_no_bit(tmp_path_factory, rows):
+    path = tmp_path_factory.mktemp("x") / "a.csv"
+    real, whole = np.array([r for r, _ in rows]), np.array([c for _, c in rows])
+    time = np.arange(len(rows), dtype=float)
+    trace = make_trace({"current": (("time",), real), "impedance": (("time",), whole)}, {"time": time}, {})
+    save_csv(trace, path)
+    same(trace, load_csv(path))
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt, RuntimeError])
+def test_interrupted_save_leaves_the_older_files(tmp_path, monkeypatch, stop):
+    path = tmp_path / "a.csv"
+    save_csv(small(steps=1), path)
+    save_nc(small(steps=1), tmp_path / "a.nc")
+    before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
+
+    def stopped(*args, **kwargs):
+        raise stop
+
+    write_table = comma_separated._write_table
+    monkeypatch.setattr(xarray.Dataset, "to_netcdf", stopped)
+    monkeypatch.setattr(
+        comma_separated,
+        "_write_table",
+        lambda out, trace, structure, over: (stopped if over == "frequency" else write_table)(
+            out, trace, structure, over
+        ),
+    )
+    for save, name in ((save_csv, "a.csv"), (save_nc, "a.nc")):
+        with pytest.raises(stop):
+            save(small(steps=2), tmp_path / name)
+    assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
+    assert len(before) == 3
+
+
+def test_no_place_to_write(tmp_path):
+    for save, name in ((save_csv, "no/a.csv"), (save_nc, "no/a.nc")):
+        with pytest.raises(InputError, match="does not exist; make it first"):
+            save(small(), tmp_path / name)
+
+
+# --------------------------------------------------------------------------------- files that are none
+
+
+def saved(folder: Path) -> Path:
+    save_csv(small(), folder / "a.csv")
+    return folder / "a.csv"
+
+
+def test_other_files_are_no_trace(tmp_path):
+    xarray.Dataset({"x": ("t", [1.0])}).to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+    (tmp_path / "a.csv").write_text("time,voltage\n0,1\n1,2\n")
+    for load, name in ((load_nc, "a.nc"), (load_csv, "a.csv")):
+        with pytest.raises(DataFileError, match=f"{name}: is not a Trace"):
+            load(tmp_path / name)
+        (tmp_path / name).write_text("")
+        with pytest.raises(DataFileError, match="the file is empty"):
+            load(tmp_path / name)
+        with pytest.raises(DataFileError, match="no such file"):
+            load(tmp_path / f"no{name}")
+
+
+@pytest.mark.parametrize("part", [8, 60, 500, 3000, -2000, -1])
+def test_netcdf_cut_short(tmp_path, part):
+    save_nc(small(), tmp_path / "a.nc")
+    (tmp_path / "a.nc").write_bytes((tmp_path / "a.nc").read_bytes()[:part])
+    with pytest.raises(DataFileError, match=r"a\.nc: is damaged or not a netCDF file") as caught:
+        load_nc(tmp_path / "a.nc")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("0.1,", "0.1x,", r"line 7, column 'time \[s\]': '0.1x' is not a number"),
+        (",-inf\n", "\n", "line 8 has 7 fields, but the headings have 8"),
+        ("time [s],", "t [s],", "its columns are not those that were saved"),
+        ("# attributes: {", "# attributes: {{", "damaged or not a Trace"),
+        ('"sizes": ', '"size": ', "damaged or not a Trace"),
+        ('"time": 5', '"time": 6', "holds 5 rows over time, but 6 were saved"),
+        ('"layer": 3', '"layer": 2', "damaged or not a Trace"),
+        ('"kind": "real"', '"kind": "complex"', "its columns are not"),
+        ('"time": 5', '"drive.rise": 5', "damaged or not a Trace"),
+        ("# structure: {", "# structure: [", "damaged or not a Trace"),
+        ("# table: ", "# tables: ", "damaged or not a Trace"),
+        ("# structure: ", "# structures: ", "is one part of a Trace"),
+        ('"key": "', '"key": "0', "another save"),
+    ],
+)
+def test_changed_csv(tmp_path, old, new, words):
+    path = saved(tmp_path)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    with pytest.raises(DataFileError, match=words) as caught:
+        load_csv(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_csv_cut_short(tmp_path):
+    path = saved(tmp_path)
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[:-1]))
+    with pytest.raises(DataFileError, match="holds 4 rows over time, but 5 were saved"):
+        load_csv(path)
+    path.write_text("".join(lines[:4]))
+    with pytest.raises(DataFileError, match="holds no rows"):
+        load_csv(path)
+    path.write_text("".join(lines[:1]))
+    with pytest.raises(DataFileError, match="holds no rows"):
+        load_csv(path)
+
+
+def test_parts_of_a_csv_belong_together(tmp_path):
+    path = saved(tmp_path)
+    other = tmp_path / "a.frequency.csv"
+    with pytest.raises(DataFileError, match=r"a\.frequency\.csv: is one part of a Trace"):
+        load_csv(other)
+    older = other.read_bytes()
+    changed = small()
+    changed.impedance[3] = 7.0
+    save_csv(changed, path)
+    assert load_csv(path).impedance[3] == 7.0
+    other.write_bytes(older)
+    with pytest.raises(DataFileError, match=r"a\.frequency\.csv: is of another save"):
+        load_csv(path)
+    other.unlink()
+    with pytest.raises(DataFileError, match=r"a\.frequency\.csv: there is no such file"):
+        load_csv(path)
+
+
+def test_stale_part_of_an_older_save_is_not_picked_up(tmp_path):
+    path = saved(tmp_path)
+    save_csv(only("time"), path)
+    same(only("time"), load_csv(path))

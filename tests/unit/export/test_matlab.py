@@ -1,0 +1,188 @@
+"""Round trips through MATLAB files, and files that are none."""
+
+import re
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+import xarray
+
+from electrovib.core.errors import DataFileError, InputError
+from electrovib.core.trace import make_trace
+from electrovib.export.matlab import load_mat, matlab_names, save_mat
+
+ROOT = Path(__file__).parents[3]
+LAYERS = ["insulator", "gap", "stratum_corneum"]
+
+
+def small(**attributes) -> xarray.Dataset:
+    random = np.random.default_rng(1)
+    return make_trace(
+        {
+            "field": (("drive.rise", "layer", "time"), random.standard_normal((2, 3, 5))),
+            "displacement": (("time", "drive.rise"), random.standard_normal((5, 2))),
+            "drive_voltage": (("time",), [np.nan, np.inf, -np.inf, -0.0, 5e-324]),
+            "impedance": (
+                ("frequency",),
+                [1 + 2j, complex(np.nan, 1), complex(0, np.inf), complex(-0.0, -0.0)],
+            ),
+            "effective_voltage_gain": (("frequency",), np.ones(4, complex)),
+            "normal_force": ((), 0.5),
+        },
+        {
+            "time": np.arange(5) * 0.1,
+            "frequency": [1.0, 2.0, 3.0, 4.0],
+            "layer": LAYERS,
+            "drive.rise": [1e-6, 1e-3],
+        },
+        {"solver": "modes, µ\n2 lines", "empty": "", "steps": 3, "tau": 0.1, "flag": True, **attributes},
+    )
+
+
+@pytest.mark.parametrize(
+    "trace",
+    [
+        small(),
+        small().isel(time=2),
+        small().isel(time=slice(0, 0)),
+        small().isel(time=[1]),
+        small(scenario="µ" * 10**6),
+    ],
+)
+def test_round_trip(tmp_path, trace):
+    path = tmp_path / "out.mat"
+    assert save_mat(trace, path) == [path]
+    found = load_mat(path)
+    xarray.testing.assert_identical(trace, found)
+    assert list(trace.variables) == list(found.variables)
+    assert {k: type(v) for k, v in trace.attrs.items()} == {k: type(v) for k, v in found.attrs.items()}
+    for name in trace.variables:
+        assert found[name].dims == trace[name].dims
+        assert found[name].dtype.kind == trace[name].dtype.kind
+        if found[name].dtype.kind in "fc":
+            assert np.array_equal(np.signbit(found[name].values.real), np.signbit(trace[name].values.real))
+
+
+def test_matlab_sees_plain_variables(tmp_path):
+    save_mat(small(), tmp_path / "a.mat")
+    found = scipy.io.loadmat(tmp_path / "a.mat", squeeze_me=True, struct_as_record=False)
+    np.testing.assert_array_equal(found["drive_rise"], [1e-6, 1e-3])
+    assert found["field"].shape == (2, 3, 5)
+    assert list(found["layer"]) == LAYERS
+    assert found["units"].field == "V/m"
+    assert found["dimensions"].field == "drive.rise, layer, time"
+    assert found["impedance"][0] == 1 + 2j
+
+
+def test_names_are_valid_and_distinct():
+    odd = [
+        "drive.rise",
+        "drive_rise",
+        "drive rise",
+        "end",
+        "units",
+        "",
+        "1st",
+        "é",
+        "a" * 80,
+        "a" * 81,
+        "_x",
+        "for",
+    ]
+    found = matlab_names(odd)
+    assert found["drive.rise"] == "drive_rise"
+    assert len(set(found.values())) == len(odd)
+    assert all(re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", name) for name in found.values())
+    assert not {"end", "for", "units", "dimensions", "trace_json"} & set(found.values())
+
+
+def test_interrupted_save_leaves_the_older_file(tmp_path, monkeypatch):
+    path = tmp_path / "a.mat"
+    save_mat(small(steps=1), path)
+
+    def interrupted(file, *args, **kwargs):
+        file.write(b"half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(scipy.io, "savemat", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        save_mat(small(steps=2), path)
+    with pytest.raises(KeyboardInterrupt):
+        save_mat(small(), tmp_path / "b.mat")
+    assert list(tmp_path.iterdir()) == [path]
+    assert load_mat(path).steps == 1
+
+
+def test_too_large_for_the_format(tmp_path, monkeypatch):
+    def refuse(*args, **kwargs):
+        raise scipy.io.matlab.MatWriteError("Matrix too large to save with this format")
+
+    monkeypatch.setattr(scipy.io, "savemat", refuse)
+    with pytest.raises(
+        InputError, match=r"does not fit into a \.mat file \(Matrix too large.*\); save as \.nc"
+    ):
+        save_mat(small(), tmp_path / "a.mat")
+    assert not list(tmp_path.iterdir())
+
+
+def test_attribute_that_is_no_text(tmp_path):
+    with pytest.raises(InputError, match="attribute 'bad' is of type list"):
+        save_mat(small(bad=[1]), tmp_path / "a.mat")
+
+
+def test_damaged_files(tmp_path):
+    path = tmp_path / "a.mat"
+    save_mat(small(), path)
+    raw = path.read_bytes()
+    flipped = bytearray(raw)
+    flipped[len(raw) // 2] ^= 0xFF
+    cases = {
+        b"": "the file is empty",
+        raw[:100]: "not a MATLAB file of version 5",
+        raw[:128]: "is not a Trace",
+        raw[:131]: "damaged or not a MATLAB file",
+        raw[:-1]: "cut short: 1 bytes are missing",
+        raw[: len(raw) // 2]: "cut short",
+        bytes(flipped): r"damaged or not a MATLAB file \(Error -3",
+        raw + b"\0" * 16: "not a compressed MATLAB file",
+        b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + raw: r"version 7\.3; save it with -v7",
+        b"x" * 500: "not a MATLAB file of version 5",
+    }
+    for damage, words in cases.items():
+        path.write_bytes(damage)
+        with pytest.raises(DataFileError, match=words) as caught:
+            load_mat(path)
+        assert "\n" not in str(caught.value)
+
+
+def test_right_checksum_on_nonsense(tmp_path):
+    path = tmp_path / "a.mat"
+    save_mat(small(), path)
+    nonsense = zlib.compress(b"\0" * 64)
+    path.write_bytes(path.read_bytes()[:128] + struct.pack("<II", 15, len(nonsense)) + nonsense)
+    with pytest.raises(DataFileError, match="damaged or not a MATLAB file"):
+        load_mat(path)
+
+
+@pytest.mark.parametrize("text", ["{", "[]", "{}", '{"format": "electrovib trace 1"}', "é"])
+def test_other_contents_are_no_trace(tmp_path, text):
+    scipy.io.savemat(tmp_path / "a.mat", {"x": [1.0], "trace_json": text}, do_compression=True)
+    with pytest.raises(DataFileError, match=r"is not a Trace|damaged or not a MATLAB file"):
+        load_mat(tmp_path / "a.mat")
+    scipy.io.savemat(tmp_path / "a.mat", {"x": [1.0]}, do_compression=True)
+    with pytest.raises(DataFileError, match="is not a Trace"):
+        load_mat(tmp_path / "a.mat")
+    scipy.io.savemat(tmp_path / "a.mat", {"trace_json": [1.0, 2.0]}, do_compression=True)
+    with pytest.raises(DataFileError, match="is not a Trace"):
+        load_mat(tmp_path / "a.mat")
+
+
+def test_measured_file_is_no_trace():
+    path = ROOT.parent / "shared" / "data" / "tribometer" / "finger_swipe.mat"
+    if not path.exists():
+        pytest.skip("shared/data/tribometer/finger_swipe.mat is not here")
+    with pytest.raises(DataFileError, match=r"is not a Trace|not a compressed MATLAB file"):
+        load_mat(path)

@@ -1,0 +1,204 @@
+"""Layers and stacks as modes: expansions, charge on interfaces, double modes, corners."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.debye_sum import DebyeSum
+from electrovib.solve.modes import Slab, merged_terms, slab_impedance, stack_modes
+
+EPS0 = 8.8541878128e-12
+AREA = 1e-4
+FREQUENCY = np.geomspace(1e-3, 1e9, 61)
+ROUNDING = 1e-13
+FILM = Slab(90e-6, DebyeSum(3.35), 0.0)
+GAP = Slab(5e-6, DebyeSum(1.0), 0.0)
+SKIN = Slab(200e-6, DebyeSum(60.0, (4000.0, 30.0), (1e-3, 1e-6)), 1e-6)
+
+
+def impedance(slab, frequency=FREQUENCY):
+    s = 2j * np.pi * frequency
+    return slab.thickness / (s * EPS0 * slab.debye.permittivity(frequency) + slab.conductivity)
+
+
+def charged(slab, charge):
+    return Slab(slab.thickness, slab.debye, slab.conductivity, charge)
+
+
+def test_equal_relaxations_add_and_empty_ones_go():
+    rates, strengths = merged_terms(DebyeSum(1.0, (2.0, 0.0, 3.0, 5.0), (1e-3, 1.0, 1e-3, 1e-6)))
+    assert np.array_equal(rates, [1e3, 1e6])
+    assert np.array_equal(strengths, [5.0, 5.0])
+
+
+@pytest.mark.parametrize(
+    "slab",
+    [
+        FILM,
+        SKIN,
+        Slab(1e-6, DebyeSum(3.9), 1e-9),
+        Slab(1e-3, DebyeSum(2.0, (1e5,), (10.0,)), 0.0),
+        Slab(1e-3, DebyeSum(2.0, (1e5, 1e-3), (10.0, 1e-12)), 1.0),
+        Slab(1e-3, DebyeSum(2.0, (5.0, 7.0), (1e-3, 1e-3)), 1e-6),
+    ],
+)
+def test_slab(slab):
+    """The sum over its poles is the impedance of the declared material; all residues are positive."""
+    rates, residues = slab_impedance(slab)
+    assert np.all(residues > 0)
+    assert np.all(np.diff(rates) > 0)
+    assert (rates[0] == 0) == (slab.conductivity == 0)
+    s = 2j * np.pi * FREQUENCY
+    found = np.sum(residues / (s[:, None] + rates), axis=1)
+    assert np.max(np.abs(found / impedance(slab) - 1)) < ROUNDING
+
+
+def test_one_capacitor_has_no_mode():
+    modes = stack_modes([FILM], area=AREA, element=SeriesElement())
+    assert len(modes.rates) == modes.driven == 0
+    assert modes.fields[0].direct == 1 / 90e-6
+    assert modes.displacements[0].direct == pytest.approx(EPS0 * 3.35 / 90e-6, rel=1e-15)
+    assert modes.current_density.slope == pytest.approx(EPS0 * 3.35 / 90e-6, rel=1e-15)
+    assert modes.current_density.direct == 0
+
+
+def test_capacitor_and_resistor():
+    modes = stack_modes([FILM], area=AREA, element=SeriesElement(1e3))
+    rate = 90e-6 / (EPS0 * 3.35 * AREA * 1e3)
+    assert modes.rates == pytest.approx([rate], rel=1e-15)
+    assert modes.fields[0].direct == 0
+    assert modes.fields[0].gains == pytest.approx([1 / 90e-6], rel=1e-15)
+    assert modes.current_density.direct == pytest.approx(1 / (1e3 * AREA), rel=1e-15)
+    assert modes.current_density.gains == pytest.approx([-1 / (1e3 * AREA)], rel=1e-15)
+
+
+def test_one_leaky_layer_is_not_a_mode_of_a_voltage_drive():
+    modes = stack_modes([SKIN], area=AREA, element=SeriesElement())
+    assert np.max(np.abs(modes.fields[0].at(FREQUENCY) * SKIN.thickness - 1)) < ROUNDING
+    current = modes.current_density.at(FREQUENCY)
+    assert np.max(np.abs(current * impedance(SKIN) - 1)) < 1e-10  # where conduction is 1e-3 of the terms
+
+
+@pytest.mark.parametrize("second", [0.0, 0.5])
+@pytest.mark.parametrize(
+    "element", [SeriesElement(), SeriesElement(1e4), SeriesElement(0.0, 1e10, 3.0), SeriesElement(1e4, 1e10)]
+)
+def test_layers_and_surroundings_share_the_drive(element, second):
+    slabs = [FILM, GAP, SKIN]
+    modes = stack_modes(slabs, area=AREA, element=element, second=second)
+    drops = np.array([impedance(slab) for slab in slabs])
+    current = 1 / (drops.sum(axis=0) * (1 + second) + AREA * element.impedance(FREQUENCY))
+    for slab, drop, field in zip(slabs, drops, modes.fields, strict=True):
+        assert np.max(np.abs(field.at(FREQUENCY) * slab.thickness - drop * current)) < ROUNDING
+    size = modes.current_density.direct + modes.current_density.slope * 2 * np.pi * FREQUENCY
+    assert np.all(np.abs(modes.current_density.at(FREQUENCY) - current) < ROUNDING * size)
+
+
+def test_equal_layers_have_modes_that_only_charge_excites():
+    """Two equal leaky layers: the drive sees one, charge between them decays with their own rate."""
+    layer = Slab(1e-4, DebyeSum(10.0), 1e-8)
+    modes = stack_modes([charged(layer, 1e-6), layer], area=AREA, element=SeriesElement())
+    own = 1e-8 / (EPS0 * 10)
+    assert modes.driven == 0
+    assert modes.rates == pytest.approx([own], rel=1e-15)
+    first, second = modes.fields
+    assert first.direct * 1e-4 == second.direct * 1e-4 == 0.5
+    half = 1e-6 / (2 * EPS0 * 10)
+    assert first.free == pytest.approx([-half], rel=1e-14)  # lines end on the charge from both sides
+    assert second.free == pytest.approx([half], rel=1e-14)
+
+
+def zero_modes(slabs, element):
+    """Count the independent ways in which charge on the interfaces stays for ever."""
+    patterns = []
+    for interface in range(len(slabs) - 1):
+        placed = [charged(slab, float(place == interface)) for place, slab in enumerate(slabs)]
+        modes = stack_modes(placed, area=AREA, element=element)
+        patterns.append(
+            [f.free[modes.rates == 0].sum() * s.thickness for f, s in zip(modes.fields, slabs, strict=True)]
+        )
+    return np.linalg.matrix_rank(np.array(patterns))
+
+
+BODY = SeriesElement(1e3, 1e10)
+
+
+@pytest.mark.parametrize(
+    ("slabs", "element", "count"),
+    [
+        ([FILM, SKIN], SeriesElement(), 0),
+        ([FILM, GAP], SeriesElement(), 1),
+        ([FILM, GAP, SKIN], SeriesElement(1e3), 1),
+        ([FILM, SKIN, GAP], SeriesElement(), 1),
+        ([FILM, GAP, Slab(1e-6, DebyeSum(3.9), 0.0), SKIN], SeriesElement(), 2),
+        ([FILM, GAP, SKIN], BODY, 1),
+        ([FILM, GAP, Slab(1e-6, DebyeSum(3.9), 0.0), SKIN], BODY, 2),
+        ([FILM, GAP, SKIN], SeriesElement(1e3, 1e10, 5.0), 1),
+    ],
+)
+def test_trapped_charge_is_one_way_less_than_capacitors(slabs, element, count):
+    modes = stack_modes(slabs, area=AREA, element=element)
+    assert np.any(modes.rates == 0) == (count > 0)
+    assert zero_modes(slabs, element) == count
+    assert all(np.all(field.gains[modes.rates == 0] == 0) for field in modes.fields)
+
+
+def test_charge_from_a_floating_body_goes_back_to_it():
+    """The body's capacitor makes a zero pole with the film, but the charge came from the body."""
+    modes = stack_modes([charged(FILM, 1e-5), SKIN], area=AREA, element=BODY)
+    assert np.count_nonzero(modes.rates == 0) == 1
+    for field in modes.fields:
+        assert np.abs(field.free[modes.rates == 0].sum()) < ROUNDING * np.max(np.abs(field.free))
+        assert np.max(np.abs(field.free)) > 0
+
+
+def test_gauss_at_the_charge():
+    """The displacement, conducted charge included, jumps by the charge: at first and for ever after."""
+    slabs = [charged(FILM, 2e-5), charged(GAP, -1e-5), SKIN]
+    modes = stack_modes(slabs, area=AREA, element=SeriesElement(1e4))
+    time = np.concatenate([[0.0], np.geomspace(1e-9, 10, 60)])
+    decays = np.exp(-np.outer(time, modes.rates))
+    fields = np.array([decays @ field.free for field in modes.fields])
+    bound = np.array([decays @ displacement.free for displacement in modes.displacements])
+    assert np.max(np.abs(bound[1] - bound[0] - 2e-5)) < ROUNDING * 2e-5  # film and gap do not conduct
+    with np.errstate(invalid="ignore", divide="ignore"):
+        spent = np.where(
+            modes.rates > 0, -np.expm1(-np.outer(time, modes.rates)) / modes.rates, time[:, None]
+        )
+    conducted = SKIN.conductivity * spent @ modes.fields[2].free
+    assert np.max(np.abs(bound[2] + conducted - bound[1] + 1e-5)) < ROUNDING * 2e-5
+    # no drive: the layers hold what the resistance does not
+    across = sum(field * slab.thickness for field, slab in zip(fields, slabs, strict=True))
+    flow = decays @ modes.current_density.free
+    assert np.max(np.abs(across + AREA * 1e4 * flow)) < ROUNDING * np.max(np.abs(across))
+    assert np.max(np.abs(across)) > 10  # it compares something
+
+
+def test_charge_relaxes_as_the_drive_would_have_it():
+    """By reciprocity: charge on an interface gives a layer what a drive gives it there, layer by layer."""
+    for placed in (0, 1):
+        slabs = [charged(s, 1e-6 * (k == placed)) for k, s in enumerate([FILM, GAP, SKIN])]
+        modes = stack_modes(slabs, area=AREA, element=SeriesElement(1e4))
+        quiet = stack_modes([FILM, GAP, SKIN], area=AREA, element=SeriesElement(1e4))
+        s = 2j * np.pi * FREQUENCY
+        drops = np.array([impedance(slab) for slab in slabs])
+        for k, slab in enumerate(slabs):
+            free = np.sum(modes.fields[k].free / (s[:, None] + modes.rates), axis=1) * slab.thickness
+            beyond = [quiet.fields[j].at(FREQUENCY) * slabs[j].thickness for j in range(placed + 1, 3)]
+            expected = 1e-6 * drops[k] * ((k > placed) - sum(beyond))
+            # towards zero frequency the modes of the film and the gap cancel down to what the skin conducts
+            assert np.max(np.abs(free - expected)) < 1e-9 * np.max(np.abs(expected))
+
+
+def test_large_and_small_rates_live_together():
+    """A gap full of sweat (0.7 ns) and a skin that relaxes in seconds: the slow rate keeps all its digits."""
+    wet = Slab(5e-6, DebyeSum(80.0), 1.0)
+    slow = Slab(200e-6, DebyeSum(1560.0), 1e-12)
+    modes = stack_modes([FILM, wet, slow], area=AREA, element=SeriesElement())
+    K, k = 90e-6 / (EPS0 * 3.35), 200e-6 / (EPS0 * 1560)
+    # without the wet gap, whose share is 1e-12 of it: one capacitor and one leaky one
+    alone = 1e-12 / (EPS0 * 1560) * K / (K + k)
+    assert modes.rates.min() == pytest.approx(alone, rel=1e-11)
+    assert modes.rates.max() / modes.rates.min() > 1e11

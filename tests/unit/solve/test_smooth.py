@@ -1,0 +1,92 @@
+"""Marching of smooth drives against quadrature in long arithmetic."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+
+from electrovib.core.model import read_model
+from electrovib.physics.drive.parts import Smooth
+from electrovib.physics.drive.sines import Chirp
+from electrovib.solve.smooth import smooth_states
+
+AMPLITUDE, FIRST, LAST, LENGTH = 100.0, 10.0, 800.0, 0.1
+(CHIRP,) = read_model(Chirp, {"amplitude": AMPLITUDE, "first": FIRST, "last": LAST, "length": LENGTH}).parts()
+RATES = np.array([0.1, 30.0, 2e3, 5e4, 1e8])
+PRECISION = 1e-9  # demanded, of the amplitude; measured 3e-12
+
+
+def voltage(time):
+    phase = 2 * mpmath.pi * (FIRST * time + (LAST - FIRST) / LENGTH * time**2 / 2)
+    return AMPLITUDE * mpmath.sin(phase)
+
+
+def state(rate, time):
+    """Quadrature of rate exp(-rate (t - u)) v(u), over cycles of the chirp and decays of the mode."""
+    with mpmath.workdps(25):
+        rate, end = mpmath.mpf(float(rate)), mpmath.mpf(float(min(time, LENGTH)))
+        begin = max(mpmath.mpf(0), end - 60 / rate)
+        pieces = int(max(2, 1.3 * LAST * (end - begin), 60 * min(1, rate * (end - begin)) / 2)) + 1
+        inside = mpmath.quad(
+            lambda u: rate * mpmath.exp(-rate * (end - u)) * voltage(u),
+            mpmath.linspace(begin, end, pieces),
+            maxdegree=4,
+        )
+        return float(inside * mpmath.exp(-rate * (mpmath.mpf(float(time)) - end)))
+
+
+@pytest.mark.parametrize("rate", RATES)
+def test_chirp(rate):
+    time = np.array([0.0, 1.7e-3, 0.0634, 0.1, 0.105])
+    found = smooth_states(CHIRP, np.array([rate]), time)[0]
+    expected = np.array([state(rate, each) for each in time])
+    assert np.max(np.abs(found - expected)) < PRECISION * AMPLITUDE
+    assert np.max(np.abs(expected)) > 1e-4 * AMPLITUDE
+    assert found[0] == 0
+
+
+def test_times_asked_for_do_not_matter():
+    few = np.array([0.013, 0.061, 0.087])
+    many = np.union1d(np.linspace(0, 0.12, 3001), few)
+    found = smooth_states(CHIRP, RATES, many)[:, np.searchsorted(many, few)]
+    assert np.max(np.abs(found - smooth_states(CHIRP, RATES, few))) < PRECISION * AMPLITUDE
+
+
+def test_first_output_at_a_late_time():
+    found = smooth_states(CHIRP, RATES, np.array([0.08]))
+    assert (
+        np.max(np.abs(found - smooth_states(CHIRP, RATES, np.array([0.0, 0.08]))[:, 1:])) < 1e-12 * AMPLITUDE
+    )
+    assert np.all(smooth_states(CHIRP, RATES, np.array([0.0])) == 0)
+
+
+def test_fades_after_the_end():
+    time = LENGTH + np.array([0.0, 1e-4, 1e-2])
+    found = smooth_states(CHIRP, RATES[:3], time)
+    expected = found[:, :1] * np.exp(-np.outer(RATES[:3], time - LENGTH))
+    assert np.max(np.abs(found - expected)) < 1e-13 * AMPLITUDE
+
+
+@pytest.mark.parametrize("z", [1e-12, 1e-3, 1.0, 15.99, 16.01, 1e3, 1e12])
+def test_polynomials_are_exact(z):
+    """A drive that is a polynomial of the sixth degree, in one step of any length against the decay."""
+    rate = z
+    part = Smooth(lambda t: (t - 0.3) ** 6 + t, lambda t: 6 * (t - 0.3) ** 5 + 1, 0.0, 1.0, 1e-3)
+    found = smooth_states(part, np.array([rate]), np.array([1.0]))[0, 0]
+    with mpmath.workdps(40):
+        decay = mpmath.mpf(rate)
+        pieces = [0, *sorted({max(0, 1 - k / decay) for k in (100, 30, 10, 3, 1)}), 1]
+        expected = mpmath.quad(
+            lambda u: decay * mpmath.exp(-decay * (1 - u)) * ((u - mpmath.mpf(0.3)) ** 6 + u), pieces
+        )
+    assert found == pytest.approx(float(expected), rel=1e-11)
+
+
+def test_switched_on_later_and_off_before_the_last_output():
+    part = Smooth(np.ones_like, np.zeros_like, 0.3, 0.6, 1.0)
+    time = np.array([0.1, 0.3, 0.45, 0.6, 1.0])
+    found = smooth_states(part, np.array([2.0]), time)[0]
+    on = -np.expm1(-2 * np.clip(time - 0.3, 0, 0.3))
+    expected = on * np.exp(-2 * np.maximum(time - 0.6, 0))
+    assert found == pytest.approx(expected, abs=1e-12)

@@ -1,0 +1,118 @@
+"""Sums and products of transfers against arithmetic on their values, and on their free parts in time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from electrovib.solve.transfer import Transfer
+
+FREQUENCY = np.geomspace(1e-3, 1e9, 61)
+ROUNDING = 1e-13  # of the sum of the sizes of all terms
+
+
+def transfer(rates, gains, *rest):
+    return Transfer(np.array(rates, float), np.array(gains, float), *rest)
+
+
+def size(*parts):
+    """Largest value a transfer could take, were all its terms of one sign."""
+    return np.prod([np.abs(one.gains).sum() + abs(one.direct) for one in parts])
+
+
+SLOW = transfer([0.0, 2.0, 300.0], [0.0, 1.5, -0.4], 0.2, 1e-9, np.array([0.7, 0.1, -0.3]))
+QUIET = Transfer(SLOW.rates, SLOW.gains, SLOW.direct, 0.0, SLOW.free)  # without slope
+FILTER = transfer([5.0, 7e4], [0.3, 2.0], 0.1)
+
+
+def test_value_at_a_frequency():
+    s = 2j * np.pi * FREQUENCY
+    by_hand = 0.2 + 1e-9 * s + 1.5 * 2 / (s + 2) - 0.4 * 300 / (s + 300)
+    assert np.max(np.abs(SLOW.at(FREQUENCY) / by_hand - 1)) < 1e-14
+    assert SLOW.at(0.0) == pytest.approx(0.2 + 1.5 - 0.4, rel=1e-15)
+    assert SLOW.at(FREQUENCY.reshape(1, -1)).shape == (1, 61)
+    assert SLOW.at(FREQUENCY).dtype == complex
+
+
+def test_a_mode_that_is_not_driven_has_no_response():
+    trapped = transfer([0.0], [0.0], 0.0, 0.0, np.array([3.0]))
+    assert trapped.at(0.0) == 0
+
+
+def test_free_part_is_zero_unless_given():
+    assert np.array_equal(FILTER.free, [0, 0])
+
+
+@pytest.mark.parametrize("other", [FILTER, SLOW, SLOW * -0.5], ids=["other modes", "itself", "common modes"])
+def test_sum_and_difference(other):
+    for combined, sign in ((SLOW + other, 1), (SLOW - other, -1)):
+        expected = SLOW.at(FREQUENCY) + sign * other.at(FREQUENCY)
+        assert np.max(np.abs(combined.at(FREQUENCY) - expected)) < ROUNDING * (size(SLOW) + size(other))
+        assert combined.free.sum() == pytest.approx(SLOW.free.sum() + sign * other.free.sum(), abs=1e-15)
+    assert len((SLOW + SLOW * 2.0).rates) == 3  # common modes stay common
+
+
+def test_multiple():
+    for doubled in (SLOW * 2, 2 * SLOW, SLOW * np.float64(2)):
+        assert isinstance(doubled, Transfer)
+        assert np.array_equal(doubled.at(FREQUENCY), 2 * SLOW.at(FREQUENCY))
+        assert np.array_equal(doubled.free, 2 * SLOW.free)
+
+
+def exponents(low, high):
+    return st.floats(low, high).map(lambda power: 10.0**power)
+
+
+filters = st.lists(
+    st.tuples(exponents(-3, 9), st.floats(-5, 5)), min_size=1, max_size=6, unique_by=lambda m: m[0]
+)
+
+
+@settings(max_examples=100, deadline=None)
+@given(first=filters, second=filters, directs=st.tuples(st.floats(-2, 2), st.floats(-2, 2)))
+def test_product(first, second, directs):
+    first, second = (
+        transfer([r for r, _ in modes], [g for _, g in modes], direct)
+        for modes, direct in zip((first, second), directs, strict=True)
+    )
+    apart = np.abs(np.log(first.rates[:, None] / second.rates[None, :]))
+    if apart.min() < 1e-3:  # a rate in common is outside what a product promises
+        return
+    for product in (first * second, second * first):
+        expected = first.at(FREQUENCY) * second.at(FREQUENCY)
+        # close rates amplify by their inverse distance
+        scale = (size(first, second) + 1e-300) / min(apart.min(), 1)
+        assert np.max(np.abs(product.at(FREQUENCY) - expected)) < 1e-12 * scale
+        assert product.direct == directs[0] * directs[1]
+
+
+def test_product_with_a_constant_filter():
+    constant = transfer([], [], 3.0)
+    for product in (constant * QUIET, QUIET * constant):
+        assert np.max(np.abs(product.at(FREQUENCY) - 3 * QUIET.at(FREQUENCY))) < ROUNDING * size(QUIET)
+        assert np.allclose(product.free, 3 * QUIET.free, rtol=1e-15, atol=0)
+
+
+def test_free_part_goes_through_the_filter_from_rest():
+    """The filter sees sum f exp(-r t) from time 0: convolution with each of its modes, in closed form."""
+    time = np.concatenate([[0.0], np.geomspace(1e-7, 10, 50)])
+    expected = FILTER.direct * np.exp(-np.outer(time, SLOW.rates)) @ SLOW.free
+    for rate, gain in zip(FILTER.rates, FILTER.gains, strict=True):
+        for free, slow in zip(SLOW.free, SLOW.rates, strict=True):
+            decayed = np.exp(-slow * time) - np.exp(-rate * time)
+            expected = expected + gain * rate * free * decayed / (rate - slow)
+    for product in (FILTER * QUIET, QUIET * FILTER):
+        found = np.exp(-np.outer(time, product.rates)) @ product.free
+        assert np.max(np.abs(found - expected)) < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [(SLOW, SLOW), (FILTER, SLOW), (SLOW, FILTER)],
+    ids=["two free parts", "slope of the signal", "slope of the signal first"],
+)
+def test_products_without_a_meaning_are_refused(first, second):
+    with pytest.raises(ValueError, match="free part"):
+        first * second

@@ -1,0 +1,275 @@
+"""Response over time against closed forms and an ODE, whatever the grid it is asked on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from electrovib.core.errors import InputError
+from electrovib.core.model import read_model
+from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.parts import Linear
+from electrovib.solve.transfer import Transfer
+from electrovib.solve.transient import MANY_SAMPLES, straight_response, transient
+
+RATES = np.array([0.3, 40.0, 130.0, 2.5e3, 7e6])
+HIGH_PASS = Transfer(RATES, np.array([0.2, -0.7, 0.1, 0.5, -0.05]), 0.3)
+OTHER = Transfer(RATES, np.array([0.0, 0.4, 0.0, -0.2, 0.6]), -0.1)
+BOTH = {"first": HIGH_PASS, "second": OTHER}
+PRECISION = 1e-12  # of the largest drive: exponentials and the sum over five modes lose a few roundings
+
+
+def drive(model, **content):
+    return read_model(Drive, {"model": model} | content)
+
+
+TRAPEZIUM = drive("Trapezium", high=100, low=-20, delay=1e-3, rise=2e-3, hold=5e-3, fall=0)
+SQUARE = drive("Square", high=100, low=-40, frequency=60)
+BURST = drive("Burst", amplitude=100, frequency=250, cycles=3, delay=2e-3)
+SINE = drive("Sine", amplitude=100, frequency=125, phase=0.7)
+CHIRP = drive("Chirp", amplitude=100, first=10, last=400, length=0.02)
+EVERY = {"trapezium": TRAPEZIUM, "square": SQUARE, "burst": BURST, "sine": SINE, "chirp": CHIRP}
+
+
+def by_ramps(transfer, part, time):
+    """Sum the closed forms of a ramp that begins at each break and of a jump there."""
+    slopes = (part.before[1:] - part.after[:-1]) / np.diff(part.times)
+    bends = np.diff(slopes, prepend=0.0, append=0.0)
+    jumps = part.after - part.before
+    total = np.zeros(len(time))
+    for start, jump, bend in zip(part.times, jumps, bends, strict=True):
+        since = np.maximum(time - start, 0.0)
+        on = time >= start
+        total += transfer.direct * (jump + bend * since) * on
+        for rate, gain in zip(transfer.rates, transfer.gains, strict=True):
+            rise = -np.expm1(-rate * since)
+            total += gain * (jump * rise + bend * (since - rise / rate)) * on
+    return total
+
+
+def close(found, expected, scale=100.0):
+    return np.max(np.abs(found - expected)) < PRECISION * scale
+
+
+def test_step():
+    time = np.concatenate([[0.0], np.geomspace(1e-9, 30, 60)])
+    found = transient(BOTH, drive("Constant", level=100), time)
+    expected = 30 - 100 * np.expm1(-np.outer(time, RATES)) @ HIGH_PASS.gains
+    assert close(found["first"], expected)
+    assert found["first"][0] == 30  # at the jump the value after it
+    assert not close(found["first"] * (1 + 1e-11), expected)
+
+
+@pytest.mark.parametrize("grid", ["even", "uneven", "block scan"])
+def test_straight_pieces_with_jumps(grid):
+    """Jumps and corners on the grid (1, 3, 8 ms) of the even ones, off that of the other."""
+    count = {"even": 2001, "uneven": 777, "block scan": MANY_SAMPLES + 1}[grid]
+    time = np.linspace(0, 0.02, count)
+    if grid == "uneven":
+        time = np.sort(np.random.default_rng(5).uniform(0, 0.02, count))
+    (part,) = TRAPEZIUM.parts()
+    found = transient(BOTH, TRAPEZIUM, time)
+    for name, transfer in BOTH.items():
+        assert close(found[name], by_ramps(transfer, part, time))
+
+
+@pytest.mark.parametrize("shift", [1e-9, 1e-10, -1e-9, 3e-7])
+def test_jump_almost_on_an_even_grid(shift):
+    """A break off the grid by a billionth counts: the fast mode moves by 7e6 s^-1 times the shift."""
+    almost = drive("Trapezium", high=100, delay=0.01 * (1 + shift), rise=0, hold=1e-3, fall=0)
+    time = np.linspace(0, 0.02, MANY_SAMPLES + 1)
+    found = transient({"x": OTHER}, almost, time)["x"]
+    away = np.abs(time - 0.01) > 1e-8  # at the jump itself which side a sample is on is a matter of rounding
+    expected = by_ramps(OTHER, almost.parts()[0], time)
+    assert close(found[away], expected[away])
+
+
+def test_grid_that_is_almost_even():
+    time = np.linspace(0, 0.02, MANY_SAMPLES + 1)
+    bent = time * (1 + 1e-7 * (time - 0.02) / 0.02)  # steps differ from each other by less than 1e-7
+    (part,) = TRAPEZIUM.parts()
+    assert close(transient({"x": OTHER}, TRAPEZIUM, bent)["x"], by_ramps(OTHER, part, bent))
+
+
+@pytest.mark.parametrize("settled", [False, True])
+@pytest.mark.parametrize("name", EVERY)
+def test_answer_does_not_depend_on_the_grid(name, settled):
+    """Any subset of the times gets the same numbers; 40 001 samples go through the block scan."""
+    one = EVERY[name]
+    if settled and one.period is None:
+        return
+    many = np.linspace(0, 0.02, 2 * MANY_SAMPLES + 1)
+    chosen = np.unique(np.random.default_rng(3).integers(0, len(many), 60))
+    found = transient(BOTH, one, many, settled=settled)
+    few = transient(BOTH, one, many[chosen], settled=settled)
+    last = transient(BOTH, one, many[-1:], settled=settled)
+    for quantity in BOTH:
+        # interpolation of a chirp depends on the samples between which it is refined
+        tolerance = 3e-9 if name == "chirp" else PRECISION * 100
+        assert np.max(np.abs(found[quantity][chosen] - few[quantity])) < tolerance
+        assert abs(last[quantity][0] - found[quantity][-1]) < tolerance
+
+
+@pytest.mark.parametrize("settled", [False, True])
+def test_linear_in_the_drive(settled):
+    """A sum of drives gives the sum of the answers; twice a drive twice the answer."""
+    time = np.linspace(0, 0.05, 301)
+    parts = [SINE, SQUARE, drive("AmplitudeModulation", amplitude=30, carrier=900, modulation=60, depth=0.5)]
+    together = drive("Sum", drives=[one.to_dict() for one in parts])
+    found = transient(BOTH, together, time, settled=settled)
+    apart = [transient(BOTH, one, time, settled=settled) for one in parts]
+    double = transient(BOTH, SQUARE.replace({"high": 200, "low": -80}), time, settled=settled)
+    for name in BOTH:
+        assert close(found[name], sum(one[name] for one in apart))
+        assert close(double[name], 2 * apart[1][name])
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    shift=st.floats(0, 0.05),
+    rise=st.floats(0, 0.01),
+    hold=st.floats(1e-4, 0.01),
+    fall=st.floats(0, 0.01),
+    times=st.lists(st.floats(0, 0.1), min_size=1, max_size=20),
+)
+def test_later_drive_later_answer(shift, rise, hold, fall, times):
+    early = drive("Trapezium", high=100, rise=rise, hold=hold, fall=fall)
+    late = early.replace({"delay": shift})
+    time = np.sort(np.array(times))
+    found = transient(BOTH, early, time)
+    moved = transient(BOTH, late, time + shift)
+    near_jump = np.zeros(len(time), bool)
+    for each in early.parts()[0].times:
+        near_jump |= np.abs(time - each) < 1e-12
+    for name in BOTH:
+        # shifting rounds the times: 1e-17 s of 7e6/s and of slopes up to 100 V in the shortest edge
+        steepest = 100 / min([each for each in (rise, fall) if each > 0], default=1.0)
+        slack = 1e-10 + steepest * 1e-16
+        assert np.all(np.abs(found[name] - moved[name])[~near_jump] < slack + 100 * 7e6 * 1e-16)
+
+
+def test_sine_from_rest_against_an_ode():
+    from scipy.integrate import solve_ivp
+
+    rates = RATES[:4]
+    slow = Transfer(rates, HIGH_PASS.gains[:4], 0.3)
+    time = np.linspace(0, 0.04, 201)
+    found = transient({"x": slow}, SINE, time)["x"]
+    solution = solve_ivp(
+        lambda t, x: rates * (SINE.voltage(t) - x),
+        (0, 0.04),
+        np.zeros(4),
+        "DOP853",
+        time,
+        rtol=1e-12,
+        atol=1e-10,
+    )
+    expected = slow.direct * SINE.voltage(time) + slow.gains @ solution.y
+    assert np.max(np.abs(found - expected)) < 1e-9 * 100
+
+
+def test_burst_against_an_ode():
+    from scipy.integrate import solve_ivp
+
+    rates = RATES[:4]
+    time = np.linspace(0, 0.03, 151)
+    found = transient({"x": Transfer(rates, HIGH_PASS.gains[:4])}, BURST, time)["x"]
+    states, state = [np.zeros((4, 1))], np.zeros(4)
+    for first, last in ((0, 2e-3), (2e-3, 14e-3), (14e-3, 0.03)):  # the switching times are corners
+        inside = time[(time > first) & (time <= last)]
+        solution = solve_ivp(
+            lambda t, x: rates * (BURST.voltage(min(t, 14e-3 - 1e-15) if t <= 14e-3 else t) - x),
+            (first, last), state, "DOP853", inside, rtol=1e-12, atol=1e-10,
+        )  # fmt: skip
+        states.append(solution.y)
+        state = solution.y[:, -1]
+    expected = HIGH_PASS.gains[:4] @ np.concatenate(states, axis=1)
+    assert np.max(np.abs(found - expected)) < 1e-9 * 100
+
+
+def test_burst_begins_as_a_sine_and_fades():
+    time = np.linspace(0, 0.03, 301)
+    found = transient(BOTH, BURST, time)["first"]
+    assert np.all(found[time < 2e-3] == 0)
+    sine = drive("Sine", amplitude=100, frequency=250)
+    on = (time >= 2e-3) & (time < 14e-3)
+    assert close(found[on], transient(BOTH, sine, time[on] - 2e-3)["first"])
+    after = time > 14e-3 + 1e-9
+    end = transient({"x": Transfer(RATES, np.eye(5)[0] * 1.0)}, BURST, np.array([14e-3]))["x"]
+    slow = transient({"x": Transfer(RATES, np.eye(5)[0] * 1.0)}, BURST, time[after])["x"]
+    assert close(slow, end * np.exp(-RATES[0] * (time[after] - 14e-3)))
+
+
+def test_a_record_with_jitter():
+    random = np.random.default_rng(11)
+    stamps = np.cumsum(random.uniform(0.2e-3, 1.8e-3, 200))
+    record = drive(
+        "Sampled", time_samples=stamps.tolist(), voltage_samples=random.uniform(-100, 100, 200).tolist()
+    )
+    (part,) = record.parts()
+    for time in (record.time_stamps, np.sort(random.uniform(0, record.duration * 1.1, 500))):
+        found = transient(BOTH, record, time)
+        for name, transfer in BOTH.items():
+            # two hundred ramps of up to 1e6 V/s add their roundings
+            assert np.max(np.abs(found[name] - by_ramps(transfer, part, time))) < 1e-10 * 100
+
+
+def test_charge_fades_by_itself():
+    free = Transfer(np.array([0.0, 50.0]), np.array([0.0, 0.4]), 0.0, 0.0, np.array([3.0, -2.0]))
+    time = np.linspace(0, 0.1, 11)
+    zero = drive("Constant", level=0)
+    found = transient({"x": free}, zero, time)["x"]
+    assert close(found, 3 - 2 * np.exp(-50 * time), 1.0)
+    settled = transient({"x": free}, zero, time, settled=True)["x"]
+    assert close(settled, np.full(11, 3.0), 1.0)  # only trapped charge is still there after for ever
+    driven = transient({"x": free}, drive("Constant", level=10), time)["x"]
+    assert close(driven, 3 - 2 * np.exp(-50 * time) - 4 * np.expm1(-50 * time), 10.0)
+
+
+def test_rate_of_change():
+    current = Transfer(np.zeros(0), np.zeros(0), 0.0, 2.0)
+    time = np.array([0.5e-3, 2e-3, 5e-3, 0.01])
+    found = transient({"x": current}, TRAPEZIUM, time)["x"]
+    assert found == pytest.approx([0, 2 * 120 / 2e-3, 0, 0], rel=1e-12)
+    found = transient({"x": current}, SINE, time, settled=True)["x"]
+    angular = 2 * np.pi * 125
+    assert found == pytest.approx(200 * angular * np.cos(angular * time + 0.7), rel=1e-12)
+
+
+def test_quantities_with_different_modes_at_once():
+    alone = Transfer(np.array([77.0]), np.array([1.0]))
+    time = np.linspace(0, 0.01, 7)
+    together = transient({"a": HIGH_PASS, "b": alone, "c": OTHER}, SQUARE, time)
+    assert np.array_equal(together["b"], transient({"b": alone}, SQUARE, time)["b"])
+    assert np.array_equal(together["a"], transient({"a": HIGH_PASS}, SQUARE, time)["a"])
+
+
+@pytest.mark.parametrize(
+    "one", [TRAPEZIUM, BURST, CHIRP, drive("Sum", drives=[SINE.to_dict(), BURST.to_dict()])]
+)
+def test_what_does_not_repeat_has_no_periodic_state(one):
+    with pytest.raises(InputError, match="does not repeat"):
+        transient(BOTH, one, np.linspace(0, 0.02, 5), settled=True)
+
+
+def test_constant_has_been_on_for_ever():
+    found = transient(BOTH, drive("Constant", level=10), np.array([0.0, 1e-9, 5.0]), settled=True)
+    for name, transfer in BOTH.items():
+        assert close(found[name], np.full(3, 10 * (transfer.direct + transfer.gains.sum())), 10.0)
+
+
+def test_periodic_state_of_a_square_is_a_geometric_series():
+    """High for half a period, low for the other: the state at the rising edge in closed form."""
+    decay = np.exp(-RATES / 120)
+    at_edge = -40 + 140 * (1 - decay) * decay / (1 - decay**2)
+    found = transient({"x": HIGH_PASS}, SQUARE, np.array([0.0, 5 / 60]), settled=True)["x"]
+    assert close(found, HIGH_PASS.direct * 100 + HIGH_PASS.gains @ at_edge)
+
+
+def test_straight_response_of_no_more_than_it_is_asked():
+    part = Linear(np.array([0.0, 1.0]), np.array([0.0, 2.0]), np.array([1.0, 2.0]))
+    found = straight_response(part, np.array([3.0]), np.ones((2, 1)), np.array([0.5]), np.array([7.0]))
+    expected = 7 * np.exp(-1.5) - np.expm1(-1.5) + 0.5 + np.expm1(-1.5) / 3
+    assert found == pytest.approx(np.full((2, 1), expected), rel=1e-14)
