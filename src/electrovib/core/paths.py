@@ -67,6 +67,8 @@ def _put(content: dict[str, Any], path: str, value: Any, fresh: list[Any], *, st
         if isinstance(table, list) and key.isdigit() and int(key) < len(table):
             tables.append(table[int(key)])
         elif isinstance(table, dict) and key in table:
+            if table[key] is None and last == "model":  # an optional model, absent so far
+                table[key] = {}
             tables.append(table[key])
         elif isinstance(table, dict) and not strict:
             tables.append(table.setdefault(key, {}))
@@ -75,6 +77,9 @@ def _put(content: dict[str, Any], path: str, value: Any, fresh: list[Any], *, st
     table = tables[-1]
     if isinstance(table, list) and last.isdigit() and int(last) < len(table):
         table[int(last)] = value
+    elif table == {} and last == "model":
+        table[last] = value
+        fresh.append(table)
     elif not isinstance(table, dict) or (strict and last not in table and not _among(table, fresh)):
         return _unknown(table, ".".join(parents), last, path)
     elif last == "model" and table.get(last) != value:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import model_validator
+from pydantic_core import PydanticCustomError
 
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive, common_period
@@ -52,6 +54,12 @@ class Sum(Drive):
     }
 
     drives: tuple[Drive, ...]
+
+    @model_validator(mode="after")
+    def _has_drives(self) -> Self:
+        if not self.drives:
+            raise PydanticCustomError("drives", "{why}", {"why": "a sum needs at least one drive"})
+        return self
 
     def parts(self) -> tuple[Part, ...]:
         """Give the parts of all."""
