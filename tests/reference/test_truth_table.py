@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+
 from electrovib.study.truth_table import FILM, SCREEN, cell, truth_table
 
 # computed apart from this code and printed to four digits; 0.5 % is what the table is asked for, 1e-3 what four digits bear

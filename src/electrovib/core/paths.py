@@ -63,34 +63,44 @@ def _put(content: dict[str, Any], path: str, value: Any, fresh: list[Any], *, st
     *parents, last = path.split(".")
     tables: list[Any] = [content]
     for depth, key in enumerate(parents):
-        table = tables[-1]
-        if isinstance(table, list) and key.isdigit() and int(key) < len(table):
-            tables.append(table[int(key)])
-        elif isinstance(table, dict) and key in table:
-            if table[key] is None and last == "model":  # an optional model, absent so far
-                table[key] = {}
-            tables.append(table[key])
-        elif isinstance(table, dict) and not strict:
-            tables.append(table.setdefault(key, {}))
-        else:
-            return _unknown(table, ".".join(parents[:depth]), key, path)
-    table = tables[-1]
-    if isinstance(table, list) and last.isdigit() and int(last) < len(table):
-        table[int(last)] = value
-    elif table == {} and last == "model":
-        table[last] = value
-        fresh.append(table)
-    elif not isinstance(table, dict) or (strict and last not in table and not _among(table, fresh)):
-        return _unknown(table, ".".join(parents), last, path)
-    elif last == "model" and table.get(last) != value:
-        table.clear()
-        table["model"] = value
-        fresh.append(table)
-    else:
-        table[last] = value
+        inner = _inner(tables[-1], key, strict=strict, optional=last == "model" and depth == len(parents) - 1)
+        if inner is None:
+            return _unknown(tables[-1], ".".join(parents[:depth]), key, path)
+        tables += inner
+    if not _set(tables[-1], last, value, fresh, strict=strict):
+        return _unknown(tables[-1], ".".join(parents), last, path)
     if last in {"file", "model", "column", "unit"} or last.endswith(("_column", "_unit")):
         _forget_samples(tables)
     return None
+
+
+def _inner(table: Any, key: str, *, strict: bool, optional: bool) -> list[Any] | None:
+    """Step into a table; an optional model that is absent so far begins as an empty one."""
+    if isinstance(table, list):
+        return [table[int(key)]] if key.isdigit() and int(key) < len(table) else None
+    if not isinstance(table, dict) or (strict and key not in table):
+        return None
+    if key not in table or (optional and table[key] is None):
+        table[key] = {}
+    return [table[key]]
+
+
+def _set(table: Any, key: str, value: Any, fresh: list[Any], *, strict: bool) -> bool:
+    """Set an item; tell whether there is such a place."""
+    if isinstance(table, list):
+        if not key.isdigit() or int(key) >= len(table):
+            return False
+        table[int(key)] = value
+        return True
+    if not isinstance(table, dict):
+        return False
+    if key == "model" and (table == {} or ("model" in table and table[key] != value)):
+        table.clear()
+        fresh.append(table)
+    elif strict and key not in table and not _among(table, fresh):
+        return False
+    table[key] = value
+    return True
 
 
 def _among(table: Any, tables: list[Any]) -> bool:

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+
 from electrovib.core.discovery import paper
 from electrovib.papers.vezzoli_2014 import compute, numbers
 from electrovib.study.reproduction import Row
@@ -31,7 +32,12 @@ def test_every_number_the_paper_states_has_a_row(rows):
 
 @pytest.mark.parametrize(
     ("name", "expect", "digits"),
-    [("C_i", 32.96, 0.005), ("C_sc", 6.906, 0.0005), ("static_force_1000V", 56.55, 0.005), ("equation_3", 1.004772, 1e-6)],
+    [
+        ("C_i", 32.96, 0.005),
+        ("C_sc", 6.906, 0.0005),
+        ("static_force_1000V", 56.55, 0.005),
+        ("equation_3", 1.004772, 1e-6),
+    ],
 )
 def test_single_numbers(rows, name, expect, digits):
     # half of the last digit of a number computed apart from this code

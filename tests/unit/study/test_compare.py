@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from electrovib.core.discovery import find_members, papers
 from electrovib.core.errors import InputError
 from electrovib.physics.force import ForceLaw

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+
 from electrovib.core.errors import InputError
 from electrovib.solve.scenario import load, scenario_of
 from electrovib.solve.simulate import simulate
