@@ -219,3 +219,51 @@ def test_usage_errors_are_one_line_and_code_2():
     )
     assert result.returncode == 2
     assert "Traceback" not in result.stderr
+
+
+def test_compare_without_a_scenario_prints_the_truth_table(cli):
+    code, out, _ = cli("compare")
+    assert code == 0
+    for shown in ("56.55 mN", "607.6 mN", "31.05 N", "(recalled)"):
+        assert shown in out
+
+
+def test_compare_explains_and_writes_a_page(cli, here):
+    code, out, _ = cli(
+        "compare", "vezzoli_2014/fig6_gap", "--models", "GapPlane,StratumCorneumPlane", "-o", "page.html"
+    )
+    assert code == 0
+    assert "permittivity 1560" in out
+    page = (here / "page.html").read_text()
+    assert "Step response" in page
+    assert "10.74" in page
+
+
+def test_models_are_listed_and_shown(cli):
+    code, out, _ = cli("models")
+    assert code == 0
+    for word in ("attraction of the finger", "Vezzoli2014Causal", "full text", "vezzoli_2014"):
+        assert word in out
+    code, out, _ = cli("models", "HavriliakNegami")
+    assert code == 0
+    assert "broadness" in out
+    assert "permittivity_high" in out
+    code, out, _ = cli("models", "Vezzoli2014Causal", "--bibtex")
+    assert out.startswith("@misc{vezzoli_2014,")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["models", "GapPlne"], ["neither a model nor a paper"]),
+        (["compare", "vezzoli_2014/fig6", "--models", "GapPlne"], ["Did you mean 'GapPlane'?"]),
+        (["compare", "vezzoli_2014/fig6", "-o", "page.pdf"], [".html"]),
+        (["compare", "nothing.toml"], ["nothing.toml"]),
+    ],
+)
+def test_mistakes_in_compare_and_models(arguments, words, cli, here):
+    code, _, err = cli(*arguments)
+    assert code == 2
+    for word in words:
+        assert word in err
+    assert list(here.iterdir()) == []
