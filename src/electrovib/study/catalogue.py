@@ -29,7 +29,24 @@ PREDICTS: dict[type[Model], str] = {
     Contact: "contact area",
     Friction: "friction force",
 }
-"""Families a user chooses from, in the order in which data flow."""
+"""The main families a user chooses from, in the order in which data flow; others come after them."""
+
+
+def families() -> dict[type[Model], str]:
+    """Find every family of models and what its members predict.
+
+    Returns
+    -------
+    dict of type to str
+        The main families first; the others say it by their docstring.
+    """
+    papers()  # whatever they declare has to be there
+    others = {
+        family: _plain(inspect.getdoc(family) or "").split(". ")[0].rstrip(".").lower()
+        for family in Model.__subclasses__()
+        if family.is_family and family not in PREDICTS and family.__module__ != "electrovib.solve.scenario"
+    }
+    return PREDICTS | dict(sorted(others.items(), key=lambda item: item[0].__name__))
 
 
 @dataclass(frozen=True)
@@ -69,7 +86,7 @@ def models() -> tuple[Listed, ...]:
         Found, never kept in a list of names.
     """
     found = []
-    for family, predicts in PREDICTS.items():
+    for family, predicts in families().items():
         for name, model in sorted(find_members(family).items()):
             author_year = paper_of(model)
             count = len(model.checks) + (len(_checks(papers()[author_year])) if author_year else 0)
@@ -116,7 +133,7 @@ def find(name: str) -> type[Model] | ModuleType:
         With the nearest name.
     """
     known: dict[str, Any] = dict(papers())
-    for family in PREDICTS:
+    for family in families():
         for key, model in find_members(family).items():
             known.setdefault(key, model)
     if name not in known:
