@@ -96,10 +96,14 @@ def materials():
 
 
 def pytest_generate_tests(metafunc):
-    """Run a test that takes `material`, `skin` or `conducting_skin` once for each of them."""
+    """Run a test that takes `shipped_material`, `paper_skin` or `conducting_paper_skin` once for each of them."""
     kinds = {name: one for name, one in materials().items() if " " not in name}
     skins = {name.replace(" ", "-"): one for name, one in materials().items() if " " in name}
     conducting = {name: one for name, one in skins.items() if one.conductivity > 0}
-    for wanted, found in (("material", kinds), ("skin", skins), ("conducting_skin", conducting)):
+    for wanted, found in (
+        ("shipped_material", kinds),
+        ("paper_skin", skins),
+        ("conducting_paper_skin", conducting),
+    ):
         if wanted in metafunc.fixturenames:
             metafunc.parametrize(wanted, found.values(), ids=found)

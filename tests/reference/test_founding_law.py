@@ -103,14 +103,14 @@ def test_falling_edge_of_a_single_trapezium(finger):
     assert np.expm1(-38 / 7.7) ** 2 == pytest.approx(0.986, abs=5e-4)  # the paper's 7.7 ms, without C_i
 
 
-def test_repeated_trapezium_of_half_duty_gives_equal_pulses(finger, conducting_skin):
+def test_repeated_trapezium_of_half_duty_gives_equal_pulses(finger, conducting_paper_skin):
     """H(0) = 0: v(t + T/2) = constant - v(t), so both pulses are the same whatever the dispersion."""
     drive = {
         "model": "Trapezium", "high": VOLTAGE, "rise": 5e-3, "hold": 20e-3, "fall": 5e-3, "repeat": 50e-3,
     }  # fmt: skip
     layers = {
         "insulator": finger.film(),
-        "stratum_corneum": {"thickness": 200e-6, "material": conducting_skin},
+        "stratum_corneum": {"thickness": 200e-6, "material": conducting_paper_skin},
     }
     scenario = finger.build(drive=drive, stack=layers, force="Vezzoli2014Causal", settled=True)
     time = np.linspace(0, 50e-3, 801)
@@ -134,10 +134,10 @@ def test_readings_agree_without_dispersion(finger):
     assert np.max(np.abs(modal.at(FREQUENCY) - law)) < PRECISION
 
 
-def test_readings_differ_with_dispersion_by_less_than_a_tenth(finger, conducting_skin):
+def test_readings_differ_with_dispersion_by_less_than_a_tenth(finger, conducting_paper_skin):
     layers = {
         "insulator": finger.film(),
-        "stratum_corneum": {"thickness": 200e-6, "material": conducting_skin},
+        "stratum_corneum": {"thickness": 200e-6, "material": conducting_paper_skin},
     }
     section = phasors(
         finger.build(drive={"model": "Constant", "level": 1}, stack=layers), np.geomspace(10, 1e4, 61)
@@ -194,10 +194,10 @@ def check_stieltjes(voltage, exact, conductivity):
 
 
 @pytest.mark.parametrize(("thickness", "permittivity"), [(90e-6, 3.35), (1e-6, 3.9)], ids=["film", "coat"])
-def test_step_response_falls_for_every_skin(skin, thickness, permittivity):
-    debye = reduce_material(skin).debye
-    voltage, exact = causal_voltage(thickness, permittivity, debye, skin.conductivity)
-    check_stieltjes(voltage, exact, skin.conductivity)
+def test_step_response_falls_for_every_skin(paper_skin, thickness, permittivity):
+    debye = reduce_material(paper_skin).debye
+    voltage, exact = causal_voltage(thickness, permittivity, debye, paper_skin.conductivity)
+    check_stieltjes(voltage, exact, paper_skin.conductivity)
 
 
 def exponents(low, high):

@@ -106,6 +106,29 @@ def test_a_body_resistance_hides_the_step_only_for_its_time_constant(finger):
     assert np.max(np.abs(force - expected)) < ROUNDING * expected[-1]
 
 
+def test_second_electrode_of_half_the_area(finger):
+    """In series the smaller contact takes two thirds of the voltage; the finger is pulled at both."""
+    path = {"model": "SecondElectrode", "area": AREA / 2, "resistance": 0}
+    drive = {"model": "Constant", "level": VOLTAGE}
+    trace = simulate(finger.build(drive=drive, stack=stack(finger, 5e-6), return_path=path))
+    electrical = ELECTRICAL + 5e-6
+    first, second = (EPS0 / 2 * (share * VOLTAGE / electrical) ** 2 for share in (1 / 3, 2 / 3))
+    expected = AREA * first + AREA / 2 * second
+    assert np.max(np.abs(trace["electrostatic_force"].values / expected - 1)) < ROUNDING
+    assert np.max(np.abs(trace["stack_voltage"].values / VOLTAGE - 1 / 3)) < ROUNDING
+
+
+def test_floating_body_divides_the_voltage(finger):
+    path = {"model": "Floating", "capacitance": 100e-12, "resistance": 0}
+    drive = {"model": "Constant", "level": VOLTAGE}
+    trace = simulate(finger.build(drive=drive, stack=stack(finger, 0), return_path=path))
+    capacitance = EPS0 * AREA / ELECTRICAL
+    share = 100e-12 / (100e-12 + capacitance)
+    force = trace["electrostatic_force"].values / formula("GapPlane", 0)
+    assert np.max(np.abs(force / share**2 - 1)) < ROUNDING
+    assert share**2 == pytest.approx(0.57, abs=0.005)  # the factor on the film, two digits
+
+
 def test_surface_charge_cancels_the_voltage(finger):
     """E_g = (V + q T_i/(eps0 eps_i))/(K + g), the charge on the film's face towards the finger."""
     charge = -330e-6

@@ -59,7 +59,7 @@ SURROUNDINGS = {
     "source": {"return_path": {"model": "Grounded", "resistance": 1000}, "source_resistance": 1e6},
     "second": {"return_path": {"model": "SecondElectrode", "area": 0.5e-4}},
 }
-PRECISION = 1e-9  # demanded of drives with a closed form; measured 1e-12
+PRECISION = 1e-9  # demanded of drives with a closed form; measured 2e-11 for fields that nearly cancel
 TIME = np.concatenate([np.linspace(0, 0.05, 211), [0.0501, 0.11, 0.7, 3.0]])
 
 
@@ -102,24 +102,24 @@ def check_steady_state(section, drive, time, exact=None):
 
 
 @pytest.mark.parametrize("drive", TONES.values(), ids=TONES)
-def test_drives_with_a_closed_form(finger, material, drive):
-    section, _ = modes(film_on(finger, material, "grounded"))
+def test_drives_with_a_closed_form(finger, shipped_material, drive):
+    section, _ = modes(film_on(finger, shipped_material, "grounded"))
     check_steady_state(section, drive, TIME)
 
 
 @pytest.mark.parametrize("surroundings", SURROUNDINGS)
-def test_every_way_back(finger, material, surroundings):
-    section, _ = modes(film_on(finger, material, surroundings))
-    for drive in ("sum", "amplitude modulation"):
+def test_every_way_back(finger, shipped_material, surroundings):
+    section, _ = modes(film_on(finger, shipped_material, surroundings))
+    for drive in ("sum", "offset", "amplitude modulation"):
         check_steady_state(section, TONES[drive], TIME)
 
 
 @pytest.mark.parametrize("surroundings", SURROUNDINGS)
-def test_materials_as_declared(finger, material, surroundings):
+def test_materials_as_declared(finger, shipped_material, surroundings):
     """Debye sums are not reduced, so phasors of the material itself must give the same steady state."""
-    if material.debye() is None:
+    if shipped_material.debye() is None:
         return
-    scenario = film_on(finger, material, surroundings)
+    scenario = film_on(finger, shipped_material, surroundings)
     section, error = modes(scenario)
     assert error == 0
     check_steady_state(section, TONES["sum"], TIME, exact=lambda frequency: phasors(scenario, frequency))
@@ -149,9 +149,9 @@ def truncation(drive, harmonics, time):
 
 @pytest.mark.parametrize("drive", EDGES.values(), ids=EDGES)
 @pytest.mark.parametrize("harmonics", [256, 4096])
-def test_edges_to_the_stated_truncation(finger, material, drive, harmonics):
-    section, _ = modes(film_on(finger, material, "grounded"))
-    time = np.linspace(0, 2 / 60, 487)  # no sample on an edge
+def test_edges_to_the_stated_truncation(finger, shipped_material, drive, harmonics):
+    section, _ = modes(film_on(finger, shipped_material, "grounded"))
+    time = np.linspace(0, 2 / 60, 487)  # none on an edge but the ends
     bound = truncation(drive, harmonics, time)
     drive = read_model(Drive, drive)
     transfers = {"gap": section["gap"].field, "voltage": section.voltage}

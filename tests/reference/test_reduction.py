@@ -7,6 +7,7 @@ import pytest
 
 from electrovib.core.discovery import find_members
 from electrovib.physics.force import ForceLaw
+from electrovib.solve.inverse_root import inverse_root_thickness
 from electrovib.solve.reduce import reduce_material
 from electrovib.solve.simulate import modes, phasors, simulate
 
@@ -15,9 +16,9 @@ FREQUENCY = np.geomspace(1, 1e6, 997)  # not the grid of the fit, nor of its own
 INSULATORS = {"film": (90e-6, 3.35), "coat": (1e-6, 3.9)}
 
 
-def test_polarisation(skin):
-    reduction = reduce_material(skin)
-    error = np.max(np.abs(reduction.debye.permittivity(FREQUENCY) / skin.polarisation(FREQUENCY) - 1))
+def test_polarisation(paper_skin):
+    reduction = reduce_material(paper_skin)
+    error = np.max(np.abs(reduction.debye.permittivity(FREQUENCY) / paper_skin.polarisation(FREQUENCY) - 1))
     assert error < ALLOWED
     assert error <= reduction.largest_error * 1.05 + 1e-14  # what is reported is what is found elsewhere
     assert len(reduction.debye.strengths) <= 14
@@ -25,11 +26,54 @@ def test_polarisation(skin):
 
 
 @pytest.mark.parametrize("insulator", INSULATORS)
-def test_transfer(finger, skin, insulator):
+def test_factors_of_the_founding_force_keep_clear_of_each_other(finger, paper_skin, insulator):
+    """The product of K^(-1/2) and the voltage loses digits where two rates meet."""
+    layers = {
+        "insulator": finger.film(*INSULATORS[insulator]),
+        "stratum_corneum": {"thickness": 200e-6, "material": paper_skin},
+    }
+    section, _ = modes(finger.build(drive={"model": "Constant", "level": 1}, stack=layers, resistance=1000))
+    root = section.inverse_root_thickness(["insulator", "stratum_corneum"])
+    residues = root.gains * root.rates / root.direct
+    apart = np.abs(root.rates[:, None] - section.modes.rates) / residues[:, None]
+    assert np.min(apart, initial=1.0) > 1e-2  # the digits lost are those of its inverse: two
+    product, expected = root * section.voltage, root.at(FREQUENCY) * section.voltage.at(FREQUENCY)
+    assert np.max(np.abs(product.at(FREQUENCY) - expected)) < 1e-12 * np.max(np.abs(expected))
+
+
+def test_factors_with_a_rate_in_common_are_moved_apart(finger):
+    """A source resistance that puts a rate of the stack exactly on a node of the expansion of K^(-1/2)."""
+    from scipy.optimize import brentq
+
+    from electrovib.papers.palmar_1995 import MEN, palmar
+
+    skin = {"thickness": 200e-6, "material": palmar(exponent=MEN, conductance=2e-6)}
+    layers = {"insulator": finger.film(1e-6, 3.9), "stratum_corneum": skin}
+
+    def section(resistance):
+        return modes(
+            finger.build(drive={"model": "Constant", "level": 1}, stack=layers, resistance=resistance)
+        )[0]
+
+    names = ["insulator", "stratum_corneum"]
+    plain = inverse_root_thickness([(section(1e3)[n].thickness, section(1e3).debye[n]) for n in names])
+    slow, fast = (section(resistance).modes.rates for resistance in (1e9, 1.0))
+    crossing = np.argwhere((plain.rates[:, None] > slow) & (plain.rates[:, None] < fast))
+    node, mode = crossing[len(crossing) // 2]  # this rate passes this node as the resistance changes
+    power = brentq(lambda x: np.log(section(10.0**x).modes.rates[mode] / plain.rates[node]), 0, 9, xtol=1e-14)
+    meeting = section(10.0**power)
+    assert np.min(np.abs(plain.rates[:, None] / meeting.modes.rates - 1)) < 1e-12
+    product = meeting.inverse_root_thickness(names) * meeting.voltage
+    expected = plain.at(FREQUENCY) * meeting.voltage.at(FREQUENCY)
+    assert np.max(np.abs(product.at(FREQUENCY) - expected)) < 1e-11 * np.max(np.abs(expected))
+
+
+@pytest.mark.parametrize("insulator", INSULATORS)
+def test_transfer(finger, paper_skin, insulator):
     layers = {
         "insulator": finger.film(*INSULATORS[insulator]),
         "gap": finger.gap(1e-6, 1e-9),
-        "stratum_corneum": {"thickness": 200e-6, "material": skin},
+        "stratum_corneum": {"thickness": 200e-6, "material": paper_skin},
     }
     scenario = finger.build(drive={"model": "Constant", "level": 1}, stack=layers, resistance=1000)
     section, _ = modes(scenario)
@@ -44,12 +88,12 @@ def test_transfer(finger, skin, insulator):
             assert error < ALLOWED, (name, quantity)
 
 
-def test_the_trace_tells_both_errors(finger, skin):
-    layers = {"insulator": finger.film(), "stratum_corneum": {"thickness": 200e-6, "material": skin}}
+def test_the_trace_tells_both_errors(finger, paper_skin):
+    layers = {"insulator": finger.film(), "stratum_corneum": {"thickness": 200e-6, "material": paper_skin}}
     trace = simulate(
         finger.build(drive={"model": "Constant", "level": 1}, stack=layers, force="Vezzoli2014Causal")
     )
-    assert trace.attrs["reduction_error"] == reduce_material(skin).largest_error
+    assert trace.attrs["reduction_error"] == reduce_material(paper_skin).largest_error
     assert 0 <= trace.attrs["transfer_error"] < ALLOWED
 
 

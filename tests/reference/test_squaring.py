@@ -67,10 +67,10 @@ def test_force_of_a_stack_that_does_not_conduct(finger, drive, expected, law):
 @pytest.mark.parametrize(
     "law", ["GapPlane", "EffectiveMediumPlane", "StratumCorneumPlane", "Vezzoli2014Causal"]
 )
-def test_twice_the_voltage_four_times_the_force(finger, law, conducting_skin):
+def test_twice_the_voltage_four_times_the_force(finger, law, conducting_paper_skin):
     layers = {
         "insulator": finger.film(),
-        "stratum_corneum": {"thickness": 200e-6, "material": conducting_skin},
+        "stratum_corneum": {"thickness": 200e-6, "material": conducting_paper_skin},
     }
     drive = {"model": "Trapezium", "high": 100, "rise": 1e-3, "hold": 5e-3, "fall": 1e-3}
     once, twice, turned = (

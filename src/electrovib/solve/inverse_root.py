@@ -20,8 +20,8 @@ TOLERANCE = 1e-11
 """Relative error that the number of nodes on each branch cut aims at."""
 MOST_NODES = 40
 """On one cut with even angles; a cut that nearly touches the next one takes graded angles instead."""
-CLEARANCE = 1e-3
-"""Relative distance between poles of two factors from which their product keeps 12 digits."""
+CLEARANCE = 1e-2
+"""Distance between poles of two factors, over the residue of this one, with which a product keeps 13 digits."""
 NARROW = 1e-11
 """Cuts shorter than this, relative, are left out."""
 ALIKE = 1e-6
@@ -64,7 +64,7 @@ def inverse_root_thickness(
     for more in range(6):
         nodes = [cut.nodes(tolerance, more) for cut in cuts]
         rates, strengths = np.concatenate(nodes, axis=1) if nodes else np.zeros((2, 0))
-        best = max(best, (_clearance(rates, avoid), rates, strengths), key=lambda found: found[0])
+        best = max(best, (_clearance(rates, strengths, avoid), rates, strengths), key=lambda found: found[0])
         if best[0] > CLEARANCE:
             break
     _, rates, strengths = best
@@ -177,9 +177,8 @@ def _cuts(zeros: Real, poles: Real) -> list[_Cut]:
     return found
 
 
-def _clearance(rates: Real, avoid: Real | None) -> float:
-    """Smallest relative distance between two sets of rates."""
+def _clearance(rates: Real, strengths: Real, avoid: Real | None) -> float:
+    """Smallest distance between two sets of rates, over the strength of the first."""
     if avoid is None or not len(avoid) or not len(rates):
         return np.inf
-    apart = np.abs(rates[:, None] - avoid[None, :]) / np.maximum(rates[:, None], avoid[None, :])
-    return float(apart.min())
+    return float(np.min(np.abs(rates[:, None] - avoid[None, :]) / strengths[:, None]))

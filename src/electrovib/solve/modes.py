@@ -228,8 +228,9 @@ def _gains(residues: Real, rates: Real) -> Real:
 
 def _current(expansion: _Expansion, rates: Real, gains: Real, free: Real) -> Transfer:
     """Give the current density; without resistance it has a part in the drive's rate of change."""
-    if expansion.resistance > 0:
-        return Transfer(rates, gains, 1 / expansion.resistance, 0.0, free)
-    elastance = float(expansion.total.sum())
-    direct = float(expansion.total @ expansion.nodes) / elastance**2
-    return Transfer(rates, gains, direct, 1 / elastance, free)
+    nodes, total, resistance = expansion.nodes, expansion.total, expansion.resistance
+    static = 1 / (resistance + float(np.sum(total / nodes))) if nodes.all() else 0.0
+    if resistance > 0:
+        return Transfer(rates, gains, 1 / resistance, 0.0, free, static)
+    elastance = float(total.sum())
+    return Transfer(rates, gains, float(total @ nodes) / elastance**2, 1 / elastance, free, static)

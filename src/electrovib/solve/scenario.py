@@ -125,6 +125,16 @@ class Scenario(Model):
                 raise ValueError(f"{type(self.force).__name__} needs a layer 'stack.{name}'.{known}")
         return self
 
+    @model_validator(mode="after")
+    def _charge_sits_on_one_contact(self) -> Self:
+        charged = [name for name, layer in self.stack.layers.items() if layer.initial_charge]
+        if charged and self.circuit.return_path.second_contact(1.0):
+            raise ValueError(
+                f"stack.{charged[0]}.initial_charge goes with one contact only: with a SecondElectrode it would have to be"
+                " told for both; remove the charge, or use another return path"
+            )
+        return self
+
     def canonical(self) -> str:
         """Write the canonical JSON of the physics, without the words for people."""
         content = self.model_copy(update={"title": "", "sources": {}})

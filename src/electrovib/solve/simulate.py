@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 from dataclasses import dataclass
@@ -16,18 +17,22 @@ from electrovib.core.trace import make_trace
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.drive.parts import Linear
 from electrovib.physics.safety import lamps, peak
+from electrovib.solve.current import caveat, current_section, per_ampere
+from electrovib.solve.leak import linearised
 from electrovib.solve.periodic import count_harmonics, spectrum
 from electrovib.solve.reduce import reduce_material
+from electrovib.solve.respond import respond
 from electrovib.solve.scenario import PeriodicState, Scenario
 from electrovib.solve.section import ModalSection, PhasorSection, modal_section, phasor_section
 from electrovib.solve.transfer import Complex, Real, Transfer
-from electrovib.solve.transient import transient
 
 if TYPE_CHECKING:
     import xarray
 
     from electrovib.physics.force import ForceLaw
 
+_AMPLITUDE = "amplitude "
+"""Before the name of an amplitude of the force law, among what is wanted of a solver."""
 PHASES = 32
 """Points of a period over which a force is averaged: exact for a pressure of second degree."""
 
@@ -48,7 +53,7 @@ class Surroundings:
         return cls(area, scenario.circuit.element(), second)
 
 
-def phasors(scenario: Scenario, frequency: Real) -> PhasorSection:
+def phasors(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> PhasorSection:
     """Give the scenario's stack over frequency, exact for the materials as declared.
 
     Parameters
@@ -57,15 +62,23 @@ def phasors(scenario: Scenario, frequency: Real) -> PhasorSection:
         Stack, contact and circuit.
     frequency : ndarray, shape (n,)
         Hz, above 0.
+    leaks : bool
+        Count a leak as the conductivity that a vanishing sine sees, or leave it out.
 
     Returns
     -------
     PhasorSection
-        Per volt of the drive.
+        Per volt of the drive; per ampere of a drive that prescribes the current.
     """
-    around = Surroundings.of(scenario)
+    section = _per_volt(scenario, frequency, leaks=leaks)
+    area = scenario.contact.gross_area()
+    return per_ampere(section, area=area) if scenario.drive.quantity == "current" else section
+
+
+def _per_volt(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> PhasorSection:
+    around, layers = Surroundings.of(scenario), scenario.stack.layers
     return phasor_section(
-        scenario.stack.layers,
+        linearised(layers) if leaks else layers,
         area=around.area,
         element=around.element,
         second=around.second,
@@ -74,17 +87,18 @@ def phasors(scenario: Scenario, frequency: Real) -> PhasorSection:
 
 
 def modes(scenario: Scenario) -> tuple[ModalSection, float]:
-    """Give the scenario's stack as modes, and the largest error of a reduced polarisation."""
+    """Give the stack without leaks as modes per unit of the drive, and the largest error of a polarisation."""
     around, grid = Surroundings.of(scenario), scenario.frequency
     reductions = {
         name: reduce_material(layer.material, low=grid.low, high=grid.high)
         for name, layer in scenario.stack.layers.items()
     }
     debye = {name: reduction.debye for name, reduction in reductions.items()}
-    section = modal_section(
-        scenario.stack.layers, debye, area=around.area, element=around.element, second=around.second
-    )
-    return section, max(reduction.largest_error for reduction in reductions.values())
+    error = max(reduction.largest_error for reduction in reductions.values())
+    layers, area = scenario.stack.layers, around.area
+    if scenario.drive.quantity == "current":
+        return current_section(layers, debye, area=area), error
+    return modal_section(layers, debye, area=area, element=around.element, second=around.second), error
 
 
 def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
@@ -108,11 +122,13 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     NotCausalError
         If the force law has no response in time but the drive is not one sine in its steady state.
     InputError
-        If the force law does not find the layers it needs.
+        If the force law does not find the layers it needs, or models do not go together.
 
     Notes
     -----
-    Voltage drive, fixed gap, linear layers: the modes of the stack, marched exactly.
+    Linear layers: the modes of the stack under voltage drive, those of each layer under current drive, marched
+    exactly. A layer with a leak: one nonlinear branch with its error in `step_error`; over frequency the leak
+    counts as the conductivity that a vanishing sine sees.
     """
     times = scenario.time.times(scenario.drive) if time is None else np.asarray(time, dtype=float)
     frequency = scenario.frequency.frequencies()
@@ -122,15 +138,12 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     attributes["reduction_error"] = reduction_error
     if scenario.force.causal:
         signals, choice = _over_time(scenario, section, times)
-        attributes["transfer_error"] = _transfer_error(scenario.force, section, at_frequency)
+        bare = phasors(scenario, frequency, leaks=False)
+        attributes["transfer_error"] = _transfer_error(scenario.force, section, bare)
     else:
         signals, choice = _one_sine(scenario, section, times)
     attributes |= choice
-    variables: dict[str, Any] = {
-        "drive_voltage": (("time",), scenario.drive.voltage(times)),
-        **signals,
-        **_over_frequency(scenario, at_frequency),
-    }
+    variables: dict[str, Any] = {**signals, **_over_frequency(scenario, at_frequency)}
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in _lamps(scenario, variables)])
     coordinates = {
         "time": times,
@@ -164,36 +177,27 @@ def _linear_quantities(scenario: Scenario, section: ModalSection) -> dict[str, T
 def _over_time(
     scenario: Scenario, section: ModalSection, times: Real
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    settled = isinstance(scenario.time.initial_state, PeriodicState)
     law = scenario.force
-    amplitudes: dict[str, Transfer] = law.amplitudes(section)
-    wanted = _linear_quantities(scenario, section)
-    effective = law.effective_voltage(section)
-    if effective is not None:
-        wanted["effective_voltage"] = effective
-    wanted |= {f"amplitude {name}": transfer for name, transfer in amplitudes.items()}
-    found = transient(wanted, scenario.drive, times, settled=settled)
-    given = {name: found[f"amplitude {name}"] for name in amplitudes}
-    return _signals(scenario, section, found, _force(scenario, given)), _choice(scenario, settled=settled)
 
+    def wanted(section: ModalSection) -> dict[str, Transfer]:
+        amplitudes = law.amplitudes(section)
+        found = _linear_quantities(scenario, section)
+        effective = law.effective_voltage(section)
+        if effective is not None:
+            found["effective_voltage"] = effective
+        return found | {f"{_AMPLITUDE}{name}": transfer for name, transfer in amplitudes.items()}
 
-def _choice(scenario: Scenario, *, settled: bool) -> dict[str, Any]:
-    start = "the periodic state" if settled else "rest"
-    count = count_harmonics(scenario.drive) if settled else None
-    solver = "periodic" if settled else "transient"
-    how = f"its {count} harmonics exactly" if count else "straight pieces and sines exactly"
-    return {
-        "solver": solver,
-        "solver_reason": f"linear layers, fixed gap and a voltage drive: real modes from {start}, {how}",
-    }
+    around = Surroundings.of(scenario)
+    found, choice = respond(scenario, section, wanted, times, element=around.element, second=around.second)
+    given = {key.removeprefix(_AMPLITUDE): row for key, row in found.items() if key.startswith(_AMPLITUDE)}
+    return _signals(scenario, section, found, _force(scenario, given)), choice
 
 
 def _signals(
     scenario: Scenario, section: ModalSection, found: dict[str, Real], force: Real
 ) -> dict[str, Any]:
-    signals: dict[str, Any] = {"stack_voltage": (("time",), found["stack_voltage"])}
-    if "effective_voltage" in found:
-        signals["effective_voltage"] = (("time",), found["effective_voltage"])
+    across = ("drive_voltage", "drive_current", "stack_voltage", "effective_voltage")
+    signals: dict[str, Any] = {name: (("time",), found[name]) for name in across if name in found}
     for quantity in ("field", "displacement"):
         rows = np.array([found[f"{quantity} {name}"] for name in section.names])
         signals[quantity] = (("layer", "time"), rows)
@@ -224,10 +228,16 @@ def _one_sine(
     if not settled or count_harmonics(drive) != 1:
         raise NotCausalError(refusal(law, drive.__class__.__name__, settled=settled))
     frequencies, tones = spectrum(drive, harmonics=1)
-    exact = phasors(scenario, frequencies)
-    wave = tones[0] * np.exp(2j * np.pi * frequencies[0] * times)
+    loudest = int(np.argmax(np.abs(tones)))  # the others are there with no amplitude
+    frequency, tone = frequencies[loudest : loudest + 1], tones[loudest]
+    if frequency[0] == 0:
+        raise NotCausalError(refusal(law, "constant voltage", settled=settled))
+    exact = phasors(scenario, frequency)
+    wave = tone * np.exp(2j * np.pi * frequency[0] * times)
     given = {name: np.real(value[0] * wave) for name, value in law.amplitudes(exact).items()}
-    found = transient(_linear_quantities(scenario, section), drive, times, settled=True)
+    around = Surroundings.of(scenario)
+    wanted = functools.partial(_linear_quantities, scenario)
+    found, _ = respond(scenario, section, wanted, times, element=around.element, second=around.second)
     effective = law.effective_voltage(exact)
     if effective is not None:
         found["effective_voltage"] = np.real(effective[0] * wave)
@@ -250,17 +260,18 @@ def refusal(law: ForceLaw, drive: str, *, settled: bool) -> str:
 
 
 def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any]:
-    law, area = scenario.force, scenario.contact.gross_area()
+    area = scenario.contact.gross_area()
+    per_volt = _per_volt(scenario, section.frequency)
     variables: dict[str, Any] = {}
-    effective = law.effective_voltage(section)
+    effective = scenario.force.effective_voltage(per_volt)
     if effective is not None:
         variables["effective_voltage_gain"] = (("frequency",), effective)
-    layers = section.layers.values()
+    layers = per_volt.layers.values()
     gains = np.array([state.field * state.thickness for state in layers])
     permittivities = np.array([state.material.complex_permittivity(section.frequency) for state in layers])
     variables["field_gain"] = (("layer", "frequency"), gains)
-    variables["mean_force"] = (("frequency",), mean_force(scenario, section, _peak_voltage(scenario)))
-    variables["impedance"] = (("frequency",), 1 / (section.current_density * area))
+    variables["mean_force"] = (("frequency",), mean_force(scenario, section, _peak_value(scenario)))
+    variables["impedance"] = (("frequency",), 1 / (per_volt.current_density * area))
     variables["permittivity"] = (("layer", "frequency"), permittivities)
     return variables
 
@@ -275,7 +286,7 @@ def mean_force(scenario: Scenario, section: PhasorSection, amplitude: float) -> 
     section : PhasorSection
         The stack over frequency.
     amplitude : float
-        Peak voltage [V].
+        Peak of the drive [V, or A].
 
     Returns
     -------
@@ -288,7 +299,7 @@ def mean_force(scenario: Scenario, section: PhasorSection, amplitude: float) -> 
     return np.asarray(np.mean(_force(scenario, waves), axis=0))
 
 
-def _peak_voltage(scenario: Scenario) -> float:
+def _peak_value(scenario: Scenario) -> float:
     drive = scenario.drive
     grid = np.linspace(0, drive.duration, 4001)
     corners = [np.abs(np.concatenate([p.before, p.after])) for p in drive.parts() if isinstance(p, Linear)]
@@ -313,8 +324,8 @@ def _transfer_error(law: ForceLaw, section: ModalSection, exact: PhasorSection) 
 
 
 def _lamps(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
-    layers = scenario.stack.layers
-    spoken = list(scenario.force.lamps(layers))
+    layers, voltage = scenario.stack.layers, scenario.drive.quantity == "voltage"
+    spoken = [*scenario.force.lamps(layers), *([] if voltage else [caveat()])]
     for name, layer in layers.items():
         spoken += layer.material.lamps(name)
     peaks = {name: peak(row) for name, row in zip(layers, variables["field"][1], strict=True)}
@@ -325,7 +336,7 @@ def _lamps(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
         thicknesses={name: layer.thickness for name, layer in layers.items()},
         breakdown_fields={name: layer.breakdown_field for name, layer in layers.items()},
         peak_current=peak(variables["current"][1]),
-        jumps=any(isinstance(p, Linear) and _jumps(p) for p in scenario.drive.parts()),
+        jumps=voltage and any(isinstance(p, Linear) and _jumps(p) for p in scenario.drive.parts()),
         peak_voltage=peak(variables["stack_voltage"][1]),
         insulator_permittivity=None if permittivity is None else float(permittivity),
         limits=scenario.limits,

@@ -28,9 +28,13 @@ class Transfer:
         Response to the drive's rate of change.
     free : ndarray, shape (n,), optional
         Amplitudes at time 0 of what initial charge leaves behind.
+    static : float, optional
+        Response at zero frequency, where `direct` and `gains` cancel down to it as those of a current do.
 
     Notes
     -----
+    With `static` the transfer is used as static + slope s - sum gain s/(s + rate), which loses no digits at low
+    frequency.
     A transfer without free part is a filter; two transfers multiply when at most one has a free part or a
     slope, and no rate is common to both.
     """
@@ -40,6 +44,7 @@ class Transfer:
     direct: float = 0.0
     slope: float = 0.0
     free: Real = field(default_factory=lambda: np.zeros(0))
+    static: float | None = None
 
     def __post_init__(self) -> None:
         """Fill an absent free part."""
@@ -49,11 +54,16 @@ class Transfer:
     def at(self, frequency: ArrayLike) -> Complex:
         """Evaluate the forced part at frequencies [Hz], any shape."""
         s = 2j * np.pi * np.asarray(frequency, dtype=float)
-        total = self.direct + self.slope * s
+        level = self.direct if self.static is None else self.static
+        total = level + self.slope * s
         for rate, gain in zip(self.rates, self.gains, strict=True):
             if gain:
-                total = total + gain * rate / (s + rate)
+                total = total + gain * (rate if self.static is None else -s) / (s + rate)
         return np.asarray(total, dtype=complex)
+
+    def at_rest(self) -> float:
+        """Give the response at zero frequency."""
+        return float(self.direct + self.gains.sum()) if self.static is None else self.static
 
     def __add__(self, other: Transfer) -> Transfer:
         """Add; transfers of one stack keep their common modes."""
@@ -63,7 +73,9 @@ class Transfer:
             rates = np.concatenate([self.rates, other.rates])
             gains = np.concatenate([self.gains, other.gains])
             free = np.concatenate([self.free, other.free])
-        return Transfer(rates, gains, self.direct + other.direct, self.slope + other.slope, free)
+        apart = self.static is None and other.static is None
+        static = None if apart else self.at_rest() + other.at_rest()
+        return Transfer(rates, gains, self.direct + other.direct, self.slope + other.slope, free, static)
 
     def __sub__(self, other: Transfer) -> Transfer:
         """Subtract."""
@@ -75,7 +87,8 @@ class Transfer:
             return _product(self, other)
         factor = float(other)
         scaled = (self.direct * factor, self.slope * factor, self.free * factor)
-        return Transfer(self.rates, self.gains * factor, *scaled)
+        static = None if self.static is None else self.static * factor
+        return Transfer(self.rates, self.gains * factor, *scaled, static)
 
     __rmul__ = __mul__
 
@@ -88,6 +101,7 @@ def _product(filter_: Transfer, signal: Transfer) -> Transfer:
         raise ValueError("only one factor may have a free part, and none a slope")
     if not len(filter_.rates):
         return signal * filter_.direct
+    known = filter_.static is not None or signal.static is not None
     apart = filter_.rates[:, None] - signal.rates[None, :]  # filter rate minus signal rate
     of_filter = filter_.direct + np.sum((filter_.gains * filter_.rates)[:, None] / apart, axis=0)
     of_signal = signal.direct - np.sum((signal.gains * signal.rates)[None, :] / apart, axis=1)
@@ -100,4 +114,5 @@ def _product(filter_: Transfer, signal: Transfer) -> Transfer:
         filter_.direct * signal.direct,
         0.0,
         np.concatenate([free_here, free_there]),
+        filter_.at_rest() * signal.at_rest() if known else None,
     )

@@ -53,7 +53,9 @@ def transient(
 
     Notes
     -----
-    x' = rate (v - x) for each mode; y = direct v + slope v' + sum gain x + sum free exp(-rate t).
+    x' = rate (v - x) for each mode; y = direct v + slope v' + sum gain x + sum free exp(-rate t). Where the
+    response at zero frequency is known apart, y = static v + slope v' + sum gain (x - v) + ...: a small current
+    is then not the difference of two large ones.
     """
     if settled and drive.period is None and not _is_steady(drive):
         raise InputError(
@@ -63,34 +65,37 @@ def transient(
     result: dict[str, Real] = {}
     voltage = drive.voltage(time)
     slope = drive.slope(time) if any(transfer.slope for transfer in transfers.values()) else None
-    for names, rates in _groups(transfers):
+    for names, rates, lag in _groups(transfers):
         gains = np.array([transfers[name].gains for name in names])
         free = np.array([transfers[name].free for name in names])
         modal = np.zeros((len(names), len(time)))
         active = np.any(gains != 0, axis=0) & (rates > 0)
         if np.any(active):
+            respond = _part_lag if lag else _part_response
             for part in drive.parts():
-                modal += _part_response(part, rates[active], gains[:, active], time, settled=settled)
+                modal += respond(part, rates[active], gains[:, active], time, settled=settled)
         kept = free * (rates == 0) if settled else free  # only trapped charge outlasts for ever
         if np.any(kept):
             modal += kept @ np.exp(-np.outer(rates, time))
         for name, row in zip(names, modal, strict=True):
-            result[name] = row + transfers[name].direct * voltage
-            if transfers[name].slope and slope is not None:
-                result[name] = result[name] + transfers[name].slope * slope
+            transfer = transfers[name]
+            result[name] = row + (transfer.at_rest() if lag else transfer.direct) * voltage
+            if transfer.slope and slope is not None:
+                result[name] = result[name] + transfer.slope * slope
     return result
 
 
-def _groups(transfers: Mapping[str, Transfer]) -> list[tuple[list[str], Real]]:
-    """Collect quantities with the same modes, so that they are marched once."""
-    groups: list[tuple[list[str], Real]] = []
+def _groups(transfers: Mapping[str, Transfer]) -> list[tuple[list[str], Real, bool]]:
+    """Collect quantities with the same modes, so that they are marched once; those as lag x - v apart."""
+    groups: list[tuple[list[str], Real, bool]] = []
     for name, transfer in transfers.items():
-        for names, rates in groups:
-            if np.array_equal(rates, transfer.rates):
+        lag = transfer.static is not None
+        for names, rates, lags in groups:
+            if lags == lag and np.array_equal(rates, transfer.rates):
                 names.append(name)
                 break
         else:
-            groups.append(([name], transfer.rates))
+            groups.append(([name], transfer.rates, lag))
     return groups
 
 
@@ -107,6 +112,18 @@ def _part_response(part: Part, rates: Real, gains: Real, time: Real, *, settled:
         return np.outer(gains.sum(axis=1), np.full(len(time), part.after[0]))
     start = periodic_state(part, rates) if settled else np.zeros(len(rates))
     return straight_response(part, rates, gains, time, start)
+
+
+def _part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
+    """The same for x - v in the place of x."""
+    if isinstance(part, Tones):
+        return _tones(part, rates, gains, time, settled=settled, lag=True)
+    if isinstance(part, Smooth):
+        return gains @ (smooth_states(part, rates, time) - part.value(time))
+    if settled and part.is_step:
+        return np.zeros((len(gains), len(time)))
+    start = periodic_state(part, rates) if settled else np.zeros(len(rates))
+    return straight_lag(part, rates, gains, time, start)
 
 
 def periodic_state(part: Linear, rates: Real) -> Real:
@@ -177,13 +194,58 @@ def straight_response(part: Linear, rates: Real, gains: Real, time: Real, state:
     index, elapsed = pieces.locate(time)
     now = pieces.value(time)
     result = np.empty((len(gains), len(time)))
-    length = max(1, CHUNK // len(rates))
-    for first in range(0, len(time), length):
-        piece = slice(first, first + length)
+    for piece in _chunks(len(time), len(rates)):
         decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
         began = pieces.after[index[piece]]
         result[:, piece] = gains @ (decay * states[:, index[piece]] + begin * began + end * now[piece])
     return result
+
+
+def straight_lag(part: Linear, rates: Real, gains: Real, time: Real, state: Real) -> Real:
+    """Response of modes to straight pieces less the drive itself, at any times.
+
+    Parameters
+    ----------
+    part, rates, gains, time, state
+        As for `straight_response`: 1/s, 1, s, V.
+
+    Returns
+    -------
+    ndarray, shape (outputs, n)
+        sum gain (x - v), V.
+
+    Notes
+    -----
+    x - v = exp(-rate t) (x_0 - v_0) - v' (1 - exp(-rate t))/rate since the beginning of a piece. At a break
+    the piece before it is used, less the jump: a fast mode has forgotten the rounding of x_0 - v_0 by then.
+    """
+    pieces = part.until(float(time[-1]))
+    even = _even_step(pieces, time)
+    slow = rates * (even or 0.0) < 1 if even else np.zeros(len(rates), bool)
+    result = np.zeros((len(gains), len(time)))
+    if np.any(slow):
+        result += straight_response(part, rates[slow], gains[:, slow], time, state[slow])
+        result -= np.outer(gains[:, slow].sum(axis=1), pieces.value(time))
+    if np.all(slow):
+        return result
+    rates, gains, state = rates[~slow], gains[:, ~slow], state[~slow]
+    states, slopes = _break_states(pieces, rates, state), pieces.slopes()
+    index, elapsed = pieces.locate(time)
+    back = (elapsed == 0) & (index > 0)
+    before = index - back
+    elapsed = np.where(back, pieces.times[index] - pieces.times[before], elapsed)
+    jump = np.where(back, pieces.after[index] - pieces.before[index], 0.0)
+    for piece in _chunks(len(time), len(rates)):
+        fallen = np.expm1(-rates[:, None] * elapsed[piece])
+        since = states[:, before[piece]] - pieces.after[before[piece]]
+        lag = (1 + fallen) * since + slopes[before[piece]] * fallen / rates[:, None] - jump[piece]
+        result[:, piece] += gains @ lag
+    return result
+
+
+def _chunks(samples: int, modes: int) -> list[slice]:
+    length = max(1, CHUNK // modes)
+    return [slice(first, first + length) for first in range(0, samples, length)]
 
 
 def _even_step(part: Linear, time: Real) -> float | None:
@@ -209,16 +271,17 @@ def _sides(part: Linear, time: Real) -> tuple[Real, Real]:
     return before, after
 
 
-def _tones(part: Tones, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
+def _tones(part: Tones, rates: Real, gains: Real, time: Real, *, settled: bool, lag: bool = False) -> Real:
     """Steady state of each tone, minus what it had to be at the switching times, decaying since."""
     angular = 2 * np.pi * part.frequencies
     response = np.asarray(rates[:, None] / (rates[:, None] + 1j * angular), complex)  # of mode to tone
+    steady_response = -1j * angular / (rates[:, None] + 1j * angular) if lag else response
     steady = np.zeros((len(gains), len(time)))
     start = part.start if settled and np.isinf(part.start) else max(part.start, 0.0)
     on = (time >= start) & (time < part.stop)
     for tone, amplitude in enumerate(part.amplitudes):
         wave = amplitude * np.exp(1j * angular[tone] * time)
-        steady += np.where(on, ((gains @ response[:, tone])[:, None] * wave).real, 0.0)
+        steady += np.where(on, ((gains @ steady_response[:, tone])[:, None] * wave).real, 0.0)
     if np.isfinite(start):
         steady -= gains @ _fading(part, response, rates, time, start)
     if np.isfinite(part.stop):

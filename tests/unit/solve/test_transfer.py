@@ -36,6 +36,34 @@ def test_value_at_a_frequency():
     assert SLOW.at(FREQUENCY).dtype == complex
 
 
+def test_a_known_static_value_keeps_the_digits_of_a_small_response():
+    """A current: 1/(R (1 + 1/(s tau))) at a frequency 1e-12 of its rate, where direct and gain cancel."""
+    rate = 1e9
+    current = transfer([rate], [-1.0], 1.0, 0.0, np.zeros(1), 0.0)
+    s = 2j * np.pi * FREQUENCY
+    assert np.max(np.abs(current.at(FREQUENCY) / (s / (s + rate)) - 1)) < 1e-14
+    careless = transfer([rate], [-1.0], 1.0)
+    assert np.max(np.abs(careless.at(FREQUENCY) / (s / (s + rate)) - 1)) > 1e-9
+    assert current.at(0.0) == 0
+    assert current.at_rest() == 0
+    assert FILTER.at_rest() == pytest.approx(2.4, rel=1e-15)
+
+
+@pytest.mark.parametrize("operation", ["sum", "difference", "multiple", "product"])
+def test_static_value_of_a_combination(operation):
+    current = transfer([1e9, 30.0], [-1.0, -2.0], 3.0 + 1e-20, 0.0, np.zeros(2), 1e-20)
+    combined, expected = {
+        "sum": (current + current, 2e-20),
+        "difference": (current - current * 0.5, 0.5e-20),
+        "multiple": (-4.0 * current, -4e-20),
+        "product": (FILTER * current, 2.4e-20),
+    }[operation]
+    assert combined.static == pytest.approx(expected, rel=1e-14)
+    mixed = current + FILTER
+    assert mixed.static == pytest.approx(2.4, rel=1e-14)
+    assert np.max(np.abs(mixed.at(FREQUENCY) - current.at(FREQUENCY) - FILTER.at(FREQUENCY))) < ROUNDING * 8
+
+
 def test_a_mode_that_is_not_driven_has_no_response():
     trapped = transfer([0.0], [0.0], 0.0, 0.0, np.array([3.0]))
     assert trapped.at(0.0) == 0

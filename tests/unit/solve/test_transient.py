@@ -228,6 +228,75 @@ def test_charge_fades_by_itself():
     assert close(driven, 3 - 2 * np.exp(-50 * time) - 4 * np.expm1(-50 * time), 10.0)
 
 
+# a current through 1 ohm and capacitors: nothing at zero frequency, everything at high frequency
+FAST = np.array([0.3, 40.0, 130.0, 2.5e3, 7e9])
+CURRENT = Transfer(FAST, -np.array([1e-6, 1e-3, 0.1, 10, 1e7]), 10_000_010.101001, 0.0, np.zeros(5), 0.0)
+
+
+def lag_by_ramps(part, time):
+    """The closed form of each ramp and jump for the sum of gain (x - v): no term is larger than the answer."""
+    slopes = (part.before[1:] - part.after[:-1]) / np.diff(part.times)
+    bends, jumps = np.diff(slopes, prepend=0.0, append=0.0), part.after - part.before
+    total = np.zeros(len(time))
+    for start, jump, bend in zip(part.times, jumps, bends, strict=True):
+        since = np.maximum(time - start, 0.0)
+        for rate, gain in zip(FAST, CURRENT.gains, strict=True):
+            ramp = bend * np.expm1(-rate * since) / rate
+            total += np.where(time >= start, gain * (ramp - jump * np.exp(-rate * since)), 0.0)
+    return total
+
+
+@pytest.mark.parametrize("count", [2001, MANY_SAMPLES + 1])
+def test_small_current_keeps_its_digits(count):
+    """On a slow ramp the current is 1e-7 of what the drive would push at once."""
+    time = np.linspace(0, 0.02, count)
+    ramp = drive("Trapezium", high=100, delay=1e-3, rise=5e-3, hold=5e-3, fall=5e-3)
+    found = transient({"x": CURRENT}, ramp, time)["x"]
+    expected = lag_by_ramps(ramp.parts()[0], time)
+    assert np.max(np.abs(expected)) < 1e-6 * CURRENT.direct * 100
+    assert np.max(np.abs(found - expected)) < 1e-11 * np.max(np.abs(expected))
+
+
+@pytest.mark.parametrize("count", [1601, 16 * MANY_SAMPLES // 10 + 1])
+def test_current_at_jumps_and_breaks(count):
+    """Every jump of the square is a sample: the current just after it."""
+    time = np.linspace(0, 0.05, count)
+    found = transient({"x": CURRENT}, SQUARE, time)["x"]
+    part = SQUARE.parts()[0].until(0.05)
+    expected = lag_by_ramps(Linear(part.times[:-1], part.before[:-1], part.after[:-1]), time)
+    assert found[0] == pytest.approx(100 * CURRENT.direct, rel=1e-12)
+    inside = time < 0.05 - 1e-9
+    assert np.max(np.abs(found - expected)[inside]) < PRECISION * 140 * CURRENT.direct
+    settled = transient({"x": CURRENT}, SQUARE, np.array([0.0, 1 / 60 - 1e-8, 1 / 60]), settled=True)["x"]
+    assert settled[0] == pytest.approx(settled[2], rel=1e-9)
+    assert settled[2] - settled[1] == pytest.approx(140 * CURRENT.direct, rel=1e-4)
+
+
+@pytest.mark.parametrize("settled", [False, True])
+def test_current_of_tones(settled):
+    time = np.linspace(0, 0.05, 301)
+    offset = drive("Offset", level=60, drive=SINE.to_dict())
+    found = transient({"x": CURRENT}, offset, time, settled=settled)["x"]
+    angular = 2j * np.pi * 125
+    response = np.sum(-CURRENT.gains * angular / (FAST + angular))
+    steady = 100 * np.abs(response) * np.sin(angular.imag * time + 0.7 + np.angle(response))
+    tolerance = 1e-12 * np.max(np.abs(steady))
+    if settled:
+        assert np.max(np.abs(found - steady)) < tolerance
+    else:
+        states = 100 * np.imag(np.exp(0.7j) * FAST / (FAST + angular))
+        fading = np.exp(-np.outer(time, FAST)) @ (CURRENT.gains * (states + 60))
+        assert np.max(np.abs(found - steady + fading)) < tolerance + 1e-13 * np.max(np.abs(fading))
+
+
+@pytest.mark.parametrize("one", [CHIRP, BURST, TRAPEZIUM, SQUARE, SINE])
+def test_both_forms_of_a_transfer_agree(one):
+    time = np.linspace(0, 0.03, 222)
+    plain = Transfer(CURRENT.rates, CURRENT.gains, CURRENT.direct)
+    found = transient({"lag": CURRENT, "plain": plain}, one, time)
+    assert np.max(np.abs(found["lag"] - found["plain"])) < PRECISION * 140 * CURRENT.direct
+
+
 def test_rate_of_change():
     current = Transfer(np.zeros(0), np.zeros(0), 0.0, 2.0)
     time = np.array([0.5e-3, 2e-3, 5e-3, 0.01])

@@ -108,8 +108,10 @@ def common_period(periods: Sequence[float]) -> float | None:
         return None
     first = periods[0]
     ratios = [Fraction(period / first).limit_denominator(_MOST_CYCLES) for period in periods]
+    # a mismatch counts as many times as there are cycles: together less than 1e-10 of a turn
     if any(
-        abs(float(ratio) * first / period - 1) > 1e-12 for ratio, period in zip(ratios, periods, strict=True)
+        abs(float(ratio) * first / period - 1) * max(ratio.numerator, ratio.denominator) > 2e-11
+        for ratio, period in zip(ratios, periods, strict=True)
     ):
         return None
     common = lcm(*(ratio.denominator for ratio in ratios))

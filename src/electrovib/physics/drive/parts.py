@@ -57,16 +57,16 @@ class Linear:
     def value(self, time: Real) -> Real:
         """Voltage [V] at these times [s]; at a jump the later value; NaN passes."""
         index, elapsed = self.locate(time)
-        value = self.after[index] + np.where(np.isnan(time), np.nan, elapsed) * self._slopes()[index]
+        value = self.after[index] + np.where(np.isnan(time), np.nan, elapsed) * self.slopes()[index]
         return np.where((time < 0) & (self.period is None), 0.0, value)
 
     def slope(self, time: Real) -> Real:
         """Rate of change just after these times [V/s]."""
-        rate = np.where((time < 0) & (self.period is None), 0.0, self._slopes()[self.locate(time)[0]])
+        rate = np.where((time < 0) & (self.period is None), 0.0, self.slopes()[self.locate(time)[0]])
         return np.where(np.isnan(time), np.nan, rate)
 
-    def _slopes(self) -> Real:
-        """Rate of change in each piece, 0 after the last break."""
+    def slopes(self) -> Real:
+        """Rate of change after each break, 0 after the last one [V/s]."""
         return np.append((self.before[1:] - self.after[:-1]) / np.diff(self.times), 0.0)
 
     def until(self, end: float) -> Linear:

@@ -1,0 +1,31 @@
+"""``electrovib export``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from electrovib.apps.cli.run import read_changes
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("export")(command)
+
+
+def command(
+    scenario: Annotated[
+        str, typer.Argument(help="A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace.")
+    ],
+    output: Annotated[str, typer.Argument(help="The netlist to write: .cir.")],
+    changes: Annotated[
+        list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a parameter; repeatable.")
+    ] = None,
+) -> None:
+    """Write a scenario as a netlist: drive, layers, body and force, for ngspice."""
+    from electrovib.export.scenario import export
+
+    written = export(scenario, output, set=read_changes(changes or []))
+    print(f"written: {written}")
+    print(f"run it:  ngspice -b {written}")

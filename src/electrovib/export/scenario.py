@@ -1,0 +1,71 @@
+"""One call to write a scenario for another program, in the format that the file name says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from electrovib.core.errors import InputError
+from electrovib.data.atomic import check_writable, write_text
+from electrovib.export.spice.netlist import netlist
+from electrovib.solve.scenario import Scenario, load, scenario_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+WRITERS: Final[dict[str, Callable[..., str]]] = {".cir": netlist}
+"""Suffix to writer: takes the scenario, and as `name` what the file is called."""
+
+
+def export(
+    scenario: str | Path | Scenario | Mapping[str, Any],
+    path: str | Path,
+    *,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+) -> Path:
+    """Write a scenario for another circuit simulator.
+
+    Parameters
+    ----------
+    scenario : str, Path, Scenario or mapping
+        A TOML file, a paper's scenario (``"vezzoli_2014/fig6"``), nested tables, or a Trace file.
+    path : str or Path
+        The output: ``.cir``, a netlist that ``ngspice -b`` runs as it is.
+    set : mapping of str to value, optional
+        Dotted path to value: ``{"drive.high": "150 V"}``.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the suffix is unknown, the file cannot be written, or something of the scenario has no exact form there.
+    NotCausalError
+        If the force law has no form in time.
+    """
+    place = Path(path)
+    writer = WRITERS.get(place.suffix.lower())
+    if writer is None:
+        allowed = ", ".join(WRITERS)
+        raise InputError(f"{place}: a scenario is exported as {allowed}, not as '{place.suffix}'.")
+    check_writable([place])
+    write_text(place, writer(_found(scenario, set or {}), name=place.stem))
+    return place
+
+
+def _found(source: str | Path | Scenario | Mapping[str, Any], changes: Mapping[str, Any]) -> Scenario:
+    """Find the one scenario of a source."""
+    if isinstance(source, Scenario):
+        return source.replace(changes) if changes else source
+    is_trace = not isinstance(source, Mapping) and Path(source).suffix in {".nc", ".csv", ".mat"}
+    found = load(source, changes=None if is_trace else changes)
+    if isinstance(found, Scenario):
+        return found
+    if found.attrs.get("over", "{}") != "{}":
+        raise InputError(f"{source}: holds a sweep, that is many scenarios; give the one to export as TOML")
+    one = scenario_of(found)
+    return one.replace(changes) if changes else one

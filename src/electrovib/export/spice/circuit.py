@@ -1,0 +1,139 @@
+"""The circuit of a scenario: amplifier, layers, finger, body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from electrovib.core.units import format_quantity
+from electrovib.export.spice.drive import drive_sources
+from electrovib.export.spice.ladder import Slab
+from electrovib.export.spice.start import Start
+from electrovib.export.spice.text import Names, number, remark
+from electrovib.solve.modes import merged_terms
+from electrovib.solve.reduce import Reduction, reduce_material
+from electrovib.solve.simulate import Surroundings
+
+if TYPE_CHECKING:
+    from electrovib.export.spice.timing import Timing
+    from electrovib.solve.scenario import Scenario
+
+
+@dataclass
+class Circuit:
+    """From the amplifier through finger and body to ground.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What is built.
+    start : Start
+        How the capacitors are charged.
+    reductions : dict of str to Reduction
+        Polarisation of each layer as Debye terms.
+    slabs : dict of str to Slab
+        Layers of the first contact.
+    all_slabs : list of Slab
+        Those of a second one too.
+    nodes : list of str
+        In the order in which they are met.
+    blocks : list of list of str
+        Elements that belong together.
+    """
+
+    scenario: Scenario
+    start: Start
+    reductions: dict[str, Reduction]
+    slabs: dict[str, Slab] = field(default_factory=dict)
+    all_slabs: list[Slab] = field(default_factory=list)
+    nodes: list[str] = field(default_factory=lambda: ["drive"])
+    blocks: list[list[str]] = field(default_factory=list)
+    names: Names = field(default_factory=lambda: Names({"amplitude", "body"}))
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Circuit:
+        """Build it."""
+        grid = scenario.frequency
+        reductions = {
+            name: reduce_material(layer.material, low=grid.low, high=grid.high)
+            for name, layer in scenario.stack.layers.items()
+        }
+        debye = {name: reduction.debye for name, reduction in reductions.items()}
+        built = cls(scenario, Start.of(scenario, debye), reductions)
+        built._amplifier()
+        built._first_contact()
+        built._way_back()
+        return built
+
+    def sources(self, timing: Timing) -> list[str]:
+        """Write the drive."""
+        return drive_sources(self.scenario.drive, timing)
+
+    def _amplifier(self) -> None:
+        resistance = self.scenario.circuit.source_resistance
+        lines = [remark(f"amplifier: ammeter, resistance {format_quantity(resistance, 'ohm', digits=6)}")]
+        if resistance > 0:
+            lines += ["V_current drive output DC 0", f"R_source output plate {number(resistance)}"]
+            self.nodes.append("output")
+        else:
+            lines.append("V_current drive plate DC 0")
+        self.nodes.append("plate")
+        self.blocks.append(lines)
+
+    def _first_contact(self) -> None:
+        layers, back = [*self.scenario.stack.layers], self.scenario.circuit.return_path.element()
+        around = Surroundings.of(self.scenario)
+        ends_here = not (around.second or back.resistance or back.elastance)
+        for name in layers:
+            field = self.start.level(self.start.field(name)) + self.start.fields[name]
+            last = "0" if ends_here else "finger"
+            after = last if name == layers[-1] else self._free(f"after_{name}")
+            slab = self._slab(name, name, (self.nodes[-1], after), around.area, field, 1.0)
+            self.slabs[name] = slab
+            self._append(slab.elements(), after, *(branch.node for branch in slab.branches))
+
+    def _way_back(self) -> None:
+        around, path = Surroundings.of(self.scenario), self.scenario.circuit.return_path
+        back = path.element()
+        self.blocks.append([remark(f"return path: {type(path).__name__}")])
+        if back.resistance > 0:
+            after = "back" if around.second or back.elastance else "0"
+            self._append([f"R_return {self.nodes[-1]} {after} {number(back.resistance)}"], after)
+        if around.second:
+            self._second_contact(around, last="body" if back.elastance else "0")
+        if back.elastance > 0:
+            start, node = self.start.body_voltage(), self.nodes[-1]
+            lines = [f"C_body {node} 0 {number(1 / back.elastance)}{f' IC={number(start)}' if start else ''}"]
+            if back.rate > 0:
+                lines.append(f"R_body_leak {node} 0 {number(back.elastance / back.rate)}")
+            self._append(lines, "0")
+
+    def _second_contact(self, around: Surroundings, *, last: str) -> None:
+        """Lead the current out through the same layers the other way: their fields point away from the finger."""
+        layers = [*self.scenario.stack.layers]
+        for name in reversed(layers):
+            forced = around.second * self.start.level(self.start.field(name))
+            field = -(forced + self.start.second_fields[name])
+            after = last if name == layers[0] else self._free(f"second_before_{name}")
+            area = around.area / around.second
+            slab = self._slab(name, f"second_{name}", (after, self.nodes[-1]), area, field, -around.second)
+            self._append(slab.elements(), after, *(branch.node for branch in slab.branches))
+
+    def _slab(
+        self, path: str, name: str, ends: tuple[str, str], area: float, field: float, share: float
+    ) -> Slab:
+        layer, reduction = self.scenario.stack.layers[path], self.reductions[path]
+        rates, _ = merged_terms(reduction.debye)
+        relaxed = tuple(share * value for value in self.start.lowpassed(self.start.field(path), rates))
+        slab = Slab(path, self.names.new(name), *ends, layer, reduction, area, field, relaxed)
+        self.all_slabs.append(slab)
+        return slab
+
+    def _append(self, lines: list[str], after: str, *inside: str) -> None:
+        self.blocks.append(lines)
+        self.nodes += inside
+        if after != "0":
+            self.nodes.append(after)
+
+    def _free(self, wanted: str) -> str:
+        return self.names.new(wanted)

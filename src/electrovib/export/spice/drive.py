@@ -1,0 +1,152 @@
+"""The drive as sources of the circuit: points, sines, formulas of time."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.export.spice.formula import Formula
+from electrovib.export.spice.text import continued, number, remark
+from electrovib.physics.drive.parts import Linear, Smooth, Tones
+
+if TYPE_CHECKING:
+    from electrovib.export.spice.timing import Timing
+    from electrovib.physics.drive.base import Drive
+    from electrovib.physics.drive.parts import Part
+
+MOST_TONES = 500
+"""In one formula; each is evaluated at each step."""
+
+
+def drive_sources(drive: Drive, timing: Timing) -> list[str]:
+    """Write the sources between the nodes ``drive`` and ``0``.
+
+    Parameters
+    ----------
+    drive : Drive
+        A voltage, whose parts are put in series, or a current, whose parts are put side by side.
+    timing : Timing
+        The length of an edge that should have none is the only approximation.
+
+    Returns
+    -------
+    list of str
+        Elements; one of them is the unit source of the frequency response.
+
+    Raises
+    ------
+    InputError
+        If a part of the drive cannot be written.
+    """
+    lines, bottom = [], "0"
+    current, parts = drive.quantity == "current", drive.parts()
+    for count, part in enumerate(parts, start=1):
+        top, below = ("0", "drive") if current else (f"drive_{count}", bottom)
+        source = _source(part, timing, label=type(drive).__name__)
+        lines += _elements(source, f"drive_{count}", top, below, current=current)
+        bottom = f"drive_{count}"
+    kind, ends = ("I", "0 drive") if current else ("V", f"drive {bottom}")
+    begin = [remark("no part of the circuit: its corner makes the first step a short one")]
+    begin += [f"V_begin begin 0 DC 0 {_pwl([(0.0, 0.0), (timing.edge, 1.0)])}", "R_begin begin 0 1.0"]
+    return [*lines, f"{kind}_response {ends} DC 0 AC 1", *begin]
+
+
+def _elements(source: tuple[str, str], name: str, top: str, below: str, *, current: bool) -> list[str]:
+    """Write one source and the gate that switches it, if it has one."""
+    text, gate = source
+    lines = [f"V_{name}_gate {name}_gate 0 DC 0 {gate}"] if gate else []
+    if not text.startswith("="):
+        return [*lines, continued(f"{'I' if current else 'V'}_{name} {top} {below} DC 0 {text}")]
+    text = text.replace("GATE", f"V({name}_gate)")
+    return [*lines, continued(f"B_{name} {top} {below} {'I' if current else 'V'} {text}")]
+
+
+def _source(part: Part, timing: Timing, *, label: str) -> tuple[str, str]:
+    """Give the waveform of an independent source, or '= formula' of a behavioural one, and its gate."""
+    if isinstance(part, Linear):
+        return _points(part, timing), ""
+    gate = _gate(part, timing)
+    if isinstance(part, Tones) and len(part.frequencies) == 1 and len(gate) == 1:
+        return _sine(part), ""
+    text = _smooth(part, label) if isinstance(part, Smooth) else _tones(part, label)
+    return f"= GATE*({text})", continued(_pwl(gate))
+
+
+def _points(part: Linear, timing: Timing) -> str:
+    """Write the corners up to the end; a jump becomes a short edge around it, but at time 0 it has happened."""
+    pieces, half = part.until(timing.duration), timing.edge / 2
+    rising = np.append((pieces.before[1:] - pieces.after[:-1]) / np.diff(pieces.times), 0.0)
+    corners = [(0.0, float(pieces.after[0]))]
+    for count, time in enumerate(pieces.times.tolist()[1:], start=1):
+        early, late = float(pieces.before[count]), float(pieces.after[count])
+        if early == late:
+            corners.append((time, late))
+        else:
+            corners.append((time - half, early - float(rising[count - 1]) * half))
+            corners.append((time + half, late + float(rising[count]) * half))
+        if time > timing.duration:
+            break
+    return _pwl(corners)
+
+
+def _pwl(corners: list[tuple[float, float]]) -> str:
+    return f"PWL({'  '.join(f'{number(time)} {number(value)}' for time, value in corners)})"
+
+
+def _gate(part: Tones | Smooth, timing: Timing) -> list[tuple[float, float]]:
+    """Give when a part is on: corners of the solution too; at the operating point it is off."""
+    half, corners = timing.edge / 2, [(0.0, 1.0)]
+    if part.start > 0:
+        corners = [(0.0, 0.0), (part.start - half, 0.0), (part.start + half, 1.0)]
+    if part.stop < timing.duration:
+        corners += [(part.stop - half, 1.0), (part.stop + half, 0.0)]
+    return corners
+
+
+def _turned(amplitude: complex) -> tuple[float, float]:
+    """Give peak value and phase [rad] against a sine, rounding taken out of a phase of 0 or a quarter turn."""
+    phase = math.remainder(math.atan2(amplitude.imag, amplitude.real) + math.pi / 2, 2 * math.pi)
+    quarters = round(phase / (math.pi / 2))
+    near = quarters * math.pi / 2
+    return abs(amplitude), near if abs(phase - near) < 1e-14 else phase
+
+
+def _sine(part: Tones) -> str:
+    size, phase = _turned(complex(part.amplitudes[0]))
+    turn = f" 0 0 {number(math.degrees(phase))}" if phase else ""
+    return f"SIN(0 {number(size)} {number(part.frequencies[0])}{turn})"
+
+
+def _tones(part: Tones, label: str) -> str:
+    heard = [
+        (frequency, *_turned(complex(amplitude)))
+        for frequency, amplitude in zip(part.frequencies.tolist(), part.amplitudes, strict=True)
+        if amplitude
+    ]
+    if len(heard) > MOST_TONES:
+        raise InputError(
+            f"drive = {label}: it is a sum of {len(heard)} sines, more than the {MOST_TONES} that a netlist takes;"
+            " lower drive.depth, or export the voltage as a record: Sampled"
+        )
+    terms = [
+        f"{number(size)}*sin({number(2 * math.pi * frequency)}*time{f' + {number(phase)}' if phase else ''})"
+        for frequency, size, phase in heard
+    ]
+    return " + ".join(terms).replace("+ -", "- ") or "0"
+
+
+def _smooth(part: Smooth, label: str) -> str:
+    """Run the formula on the word `time`."""
+    found: Any = None
+    with suppress(TypeError, ValueError, AttributeError):
+        found = part.formula(cast("Any", Formula("time")))
+    if not isinstance(found, Formula):
+        raise InputError(
+            f"drive = {label}: its formula is more than arithmetic and elementary functions, which a netlist cannot"
+            " hold; export the voltage as a record: Sampled"
+        )
+    return found.text

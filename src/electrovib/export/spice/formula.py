@@ -1,0 +1,128 @@
+"""A formula of Python, written down while it runs: the text of a behavioural source."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from electrovib.export.spice.text import number
+
+_FUNCTIONS: Final = {
+    "absolute": "abs",
+    "arctan": "atan",
+    "cos": "cos",
+    "cosh": "cosh",
+    "exp": "exp",
+    "fabs": "abs",
+    "log": "ln",
+    "maximum": "max",
+    "minimum": "min",
+    "sin": "sin",
+    "sinh": "sinh",
+    "sqrt": "sqrt",
+    "tan": "tan",
+    "tanh": "tanh",
+}
+_SIGNS: Final = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/", "true_divide": "/"}
+_MOST_FACTORS = 4
+
+
+class Formula:
+    """A number that a behavioural source computes; arithmetic on it gives the text of the result.
+
+    Parameters
+    ----------
+    text : str
+        In the words of ngspice, closed: a name, a call or something in brackets.
+
+    Notes
+    -----
+    numpy's elementary functions are written by their names. What chooses between values, or wants to know the
+    number itself, raises TypeError.
+    """
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+
+    def __bool__(self) -> bool:
+        """Refuse: nothing is known of the value while the text is written."""
+        raise TypeError("a formula has no value yet")
+
+    def __add__(self, other: object) -> Formula:
+        """Write a sum."""
+        return _joined(self, "+", other)
+
+    def __radd__(self, other: object) -> Formula:
+        """Write a sum."""
+        return _joined(other, "+", self)
+
+    def __sub__(self, other: object) -> Formula:
+        """Write a difference."""
+        return _joined(self, "-", other)
+
+    def __rsub__(self, other: object) -> Formula:
+        """Write a difference."""
+        return _joined(other, "-", self)
+
+    def __mul__(self, other: object) -> Formula:
+        """Write a product."""
+        return _joined(self, "*", other)
+
+    def __rmul__(self, other: object) -> Formula:
+        """Write a product."""
+        return _joined(other, "*", self)
+
+    def __truediv__(self, other: object) -> Formula:
+        """Write a quotient."""
+        return _joined(self, "/", other)
+
+    def __rtruediv__(self, other: object) -> Formula:
+        """Write a quotient."""
+        return _joined(other, "/", self)
+
+    def __neg__(self) -> Formula:
+        """Write the opposite."""
+        return Formula(f"(0 - {self.text})")
+
+    def __abs__(self) -> Formula:
+        """Write the magnitude."""
+        return Formula(f"abs({self.text})")
+
+    def __pow__(self, exponent: object) -> Formula:
+        """Write a power; ngspice would take the magnitude of what it raises, so signs are kept by hand."""
+        if not isinstance(exponent, (int, float)):
+            raise TypeError("an exponent has to be a number")
+        whole = float(exponent).is_integer()
+        if whole and 1 <= exponent <= _MOST_FACTORS:
+            return Formula(f"({' * '.join([self.text] * int(exponent))})")
+        if not whole:
+            return Formula(f"pow({self.text}, {number(exponent)})")
+        even = int(exponent) - int(exponent) % 2
+        magnitude = Formula(f"pow(abs({self.text}), {number(even)})")
+        return magnitude if even == exponent else magnitude * self
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        """Write numpy's elementary functions."""
+        name = ufunc.__name__
+        if method != "__call__" or options:
+            return NotImplemented
+        if name in _FUNCTIONS:
+            return Formula(f"{_FUNCTIONS[name]}({', '.join(_text(value) for value in inputs)})")
+        if name in _SIGNS:
+            return _joined(inputs[0], _SIGNS[name], inputs[1])
+        if name in {"square", "power", "float_power", "negative"}:
+            base = inputs[0]
+            if not isinstance(base, Formula):
+                return NotImplemented
+            return -base if name == "negative" else base ** (2 if name == "square" else inputs[1])
+        return NotImplemented
+
+
+def _joined(left: object, sign: str, right: object) -> Formula:
+    return Formula(f"({_text(left)} {sign} {_text(right)})")
+
+
+def _text(value: object) -> str:
+    if isinstance(value, Formula):
+        return value.text
+    written = number(value)  # type: ignore[arg-type]  # anything else raises TypeError, as it should
+    return f"({written})" if written.startswith("-") else written

@@ -1,0 +1,97 @@
+"""The whole netlist: header, drive, circuit, layers, force, analyses."""
+
+from __future__ import annotations
+
+import re
+from importlib.metadata import version
+from typing import TYPE_CHECKING
+
+from electrovib.core.errors import InputError, NotCausalError
+from electrovib.export.spice.analyses import analyses, results, saved
+from electrovib.export.spice.circuit import Circuit
+from electrovib.export.spice.force import force_sources
+from electrovib.export.spice.precision import check_digits, smallest_charge
+from electrovib.export.spice.section import ReadSection
+from electrovib.export.spice.text import remark
+from electrovib.export.spice.timing import Timing
+from electrovib.solve.simulate import Surroundings
+
+if TYPE_CHECKING:
+    from electrovib.solve.scenario import Scenario
+
+OF_A_LAYER = {"thickness", "material", "leak", "initial_charge", "breakdown_field"}
+"""What a layer is made of here; anything else that a scenario gives it is refused, never left out."""
+
+
+def netlist(scenario: Scenario, *, name: str) -> str:
+    """Write a scenario as a netlist that ngspice runs as it is.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With a causal force law.
+    name : str
+        Beginning of the names of the tables that ngspice writes.
+
+    Returns
+    -------
+    str
+        The same for the same scenario and name.
+
+    Raises
+    ------
+    InputError
+        If something of the scenario has no exact form in a circuit.
+    NotCausalError
+        If the force law has no form in time.
+    """
+    _check(scenario)
+    timing = Timing.of(scenario.drive, scenario.time)
+    circuit = Circuit.of(scenario)
+    section = ReadSection(circuit.slabs, circuit.start, scenario.contact.gross_area())
+    second = Surroundings.of(scenario).second
+    check_digits(scenario, circuit, timing)
+    force, nodes = force_sources(scenario.force, section, second=second)
+    plain = re.sub(r"[^A-Za-z0-9_-]", "_", name) or "circuit"
+    kept = [*circuit.nodes, *nodes.values(), "force"]
+    blocks = [
+        _header(scenario, timing, plain),
+        [remark(f"drive: {type(scenario.drive).__name__}"), *circuit.sources(timing)],
+        *circuit.blocks,
+        force,
+        [
+            *analyses(timing, scenario.frequency, smallest_charge=smallest_charge(scenario, circuit)),
+            *saved(kept),
+        ],
+        [*results(section, nodes, plain, step=timing.step), ".end"],
+    ]
+    return "\n".join("\n".join([*block, "*"]) for block in blocks).removesuffix("*")
+
+
+def _check(scenario: Scenario) -> None:
+    law = scenario.force
+    if not law.causal:
+        raise NotCausalError(
+            f"force = {type(law).__name__}: it gives the size of a response at one frequency and is not causal, so"
+            f" no circuit has it. Use {law.instead or 'a causal law'}"
+        )
+    problems = [
+        f"stack.{name}.{extra}: a netlist does not know it; leave it out, or use 'electrovib run'"
+        for name, layer in scenario.stack.layers.items()
+        for extra in sorted(set(type(layer).model_fields) - OF_A_LAYER)
+        if getattr(layer, extra) != type(layer).model_fields[extra].default
+    ]
+    if problems:
+        raise InputError(problems)
+
+
+def _header(scenario: Scenario, timing: Timing, name: str) -> list[str]:
+    title = " ".join(scenario.title.split()) or "a finger on a plate"
+    texts = [
+        title,
+        f"electrovib {version('electrovib')}, scenario {scenario.digest()}",
+        f"ngspice -b FILE writes {name}.time.txt and {name}.frequency.txt into the working folder.",
+        f"Over time: steps of at most {timing.step:.6g} s; a jump of the drive takes {timing.edge:.6g} s.",
+        "Over frequency: small signals; permittivities are those of the sums below, not the declared ones.",
+    ]
+    return [remark(text) for text in texts]

@@ -1,0 +1,81 @@
+"""How many digits ngspice has: it solves for the voltages of nodes, and takes differences of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.export.spice.section import CAPACITANCE
+from electrovib.physics.drive.parts import Linear, Tones
+from electrovib.solve.simulate import Surroundings
+
+if TYPE_CHECKING:
+    from electrovib.export.spice.circuit import Circuit
+    from electrovib.export.spice.timing import Timing
+    from electrovib.physics.drive.parts import Part
+    from electrovib.solve.scenario import Scenario
+
+ROUNDING = float(np.finfo(float).eps)
+NOISE = 1e-8
+"""Rounding of a charge, a hundred times over, over the tolerance of 1e-6 that a step is judged with."""
+LOST = 1e-4
+"""Share of an admittance that rounding of the largest conductance beside it may take."""
+
+
+def smallest_charge(scenario: Scenario, circuit: Circuit) -> float:
+    """Give the charge [C] below which a change is rounding of the largest charge in the circuit."""
+    voltage = sum(_peak(part) for part in scenario.drive.parts()) or 1.0
+    voltage = max([voltage, *(abs(slab.field) * slab.layer.thickness for slab in circuit.all_slabs)])
+    capacitance = max(slab.admittances[2] for slab in circuit.all_slabs)
+    return NOISE * voltage * max(capacitance, CAPACITANCE)
+
+
+def _peak(part: Part) -> float:
+    if isinstance(part, Linear):
+        return float(np.max(np.abs([part.before, part.after])))
+    if isinstance(part, Tones):
+        return float(np.sum(np.abs(part.amplitudes)))
+    return float(np.max(np.abs(part.value(np.linspace(part.start, part.stop, 4001)))))
+
+
+def check_digits(scenario: Scenario, circuit: Circuit, timing: Timing) -> None:
+    """Refuse conductances so far above the rest that ngspice would lose the rest in rounding.
+
+    Raises
+    ------
+    InputError
+        With the step or the frequency from which on it would be right.
+    """
+    element = Surroundings.of(scenario).element
+    largest = max(slab.admittances[0] for slab in circuit.all_slabs)
+    if element.resistance:
+        largest = max(largest, 1 / element.resistance)
+    parts = [(f"stack.{slab.path}", slab.high, slab.admittances[1]) for slab in circuit.all_slabs]
+    if element.elastance:
+        parts.append(("circuit.return_path", 1 / element.elastance, element.rate / element.elastance))
+    needed, path, capacitance = max(
+        (_rate_needed(capacitance, leak, largest), path, capacitance) for path, capacitance, leak in parts
+    )
+    reason = (
+        f"{path}: {capacitance:.2g} F in series with something that conducts {largest:.2g} S is more than the 16"
+        " digits of ngspice can tell"
+    )
+    problems = []
+    if 1 / timing.step < needed:
+        problems.append(
+            f"{reason} in steps of {timing.step:.2g} s: they would have to be {1 / needed:.2g} s, see time.samples"
+        )
+    if 2 * np.pi * scenario.frequency.low < needed:
+        lowest = needed / (2 * np.pi)
+        problems.append(
+            f"{reason} at {scenario.frequency.low:.3g} Hz: set frequency.low to {lowest:.2g} Hz or more"
+        )
+    if problems:
+        raise InputError(problems)
+
+
+def _rate_needed(capacitance: float, leak: float, largest: float) -> float:
+    """Give the rate [1/s] above which an admittance outweighs the rounding of the largest one."""
+    return max(0.0, ROUNDING * largest / LOST - leak) / capacitance

@@ -1,0 +1,93 @@
+"""What a voltmeter reads in the circuit: linear in the drive, so that a force law can be asked for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from electrovib.export.spice.text import number
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from electrovib.solve.transfer import Transfer
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """A sum of voltages and currents of the circuit, each with a factor.
+
+    Parameters
+    ----------
+    weights : mapping of str to float
+        Voltage or current, as ngspice calls it, to its factor.
+    transfer : Transfer or None
+        The same quantity in modes, where it is needed to know how the circuit begins.
+    """
+
+    weights: Mapping[str, float]
+    transfer: Transfer | None = None
+
+    __array_ufunc__ = None  # a numpy number on the left hands the product over
+
+    @property
+    def text(self) -> str:
+        """The sum in the words of ngspice."""
+        terms = [name if weight == 1 else f"{number(weight)}*{name}" for name, weight in self.weights.items()]
+        return " + ".join(terms) or "0"
+
+    def __add__(self, other: Reading) -> Reading:
+        """Add."""
+        weights = dict(self.weights)
+        for name, weight in other.weights.items():
+            weights[name] = weights.get(name, 0.0) + weight
+        known = self.transfer is not None and other.transfer is not None
+        return Reading(weights, self.transfer + other.transfer if known else None)  # type: ignore[operator]
+
+    def __sub__(self, other: Reading) -> Reading:
+        """Subtract."""
+        return self + other * -1.0
+
+    def __mul__(self, other: float | Filter) -> Reading:
+        """Scale, or filter."""
+        if isinstance(other, Filter):
+            return other.through(self)
+        factor = float(other)
+        weights = {name: weight * factor for name, weight in self.weights.items()}
+        return Reading(weights, None if self.transfer is None else self.transfer * factor)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: float) -> Reading:
+        """Scale by one over a number."""
+        return self * (1 / float(other))
+
+
+@dataclass(frozen=True, eq=False)
+class Filter:
+    """A filter that becomes part of the circuit once something goes through it.
+
+    Parameters
+    ----------
+    transfer : Transfer
+        Real poles, no free part.
+    build : callable
+        Puts the filter of a transfer behind a reading into the circuit; gives the reading of its output.
+    """
+
+    transfer: Transfer
+    build: Callable[[Transfer, Reading], Reading]
+
+    __array_ufunc__ = None
+
+    def through(self, signal: Reading) -> Reading:
+        """Give what comes out when this reading goes in."""
+        return self.build(self.transfer, signal)
+
+    def __mul__(self, other: Reading | float) -> Reading | Filter:
+        """Filter a reading, or scale."""
+        if isinstance(other, Reading):
+            return self.through(other)
+        return Filter(self.transfer * float(other), self.build)
+
+    __rmul__ = __mul__

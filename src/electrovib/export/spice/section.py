@@ -1,0 +1,124 @@
+"""The stack as a force law sees it, with voltmeters in place of fields."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.export.spice.ladder import Slab, between
+from electrovib.export.spice.reading import Filter, Reading
+from electrovib.export.spice.text import continued, number
+from electrovib.solve.inverse_root import inverse_root_thickness
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from electrovib.export.spice.start import Start
+    from electrovib.physics.material import Material
+    from electrovib.solve.transfer import Transfer
+
+PRECISION = 1e-9
+"""Relative error that the square root's filter aims at: far below that of the time steps."""
+CAPACITANCE = 1e-9
+"""Of the filter's sections [F]; their resistance follows from the rate. Any value gives the same filter."""
+
+
+@dataclass(frozen=True)
+class ReadLayer:
+    """A layer's state as readings of the circuit."""
+
+    thickness: float
+    material: Material
+    field: Reading
+    displacement: Reading
+
+
+@dataclass
+class ReadSection:
+    """The stack as readings of the circuit; filters that a law asks for are added to it.
+
+    Parameters
+    ----------
+    slabs : mapping of str to Slab
+        First contact, from the plate to the finger.
+    start : Start
+        How the capacitors are charged just before time 0.
+    area : float
+        Of the first contact [m2].
+    elements : list of str
+        The filters.
+    """
+
+    slabs: dict[str, Slab]
+    start: Start
+    area: float
+    elements: list[str] = field(default_factory=list)
+    filters: int = 0
+
+    @property
+    def frequency(self) -> np.ndarray:
+        """Refuse: a circuit has no single frequency."""
+        raise TypeError("a circuit has no single frequency")
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Layers from the plate to the finger."""
+        return tuple(self.slabs)
+
+    def __getitem__(self, name: str) -> ReadLayer:
+        """Look up a layer: its field, and as displacement the charge on its capacitors over the area."""
+        slab = self.slabs[name]
+        thickness, area = slab.layer.thickness, slab.area
+        charge = {slab.voltage: slab.high / area}
+        charge |= {
+            between(branch.node, slab.finger_side): branch.capacitance / area for branch in slab.branches
+        }
+        return ReadLayer(
+            thickness,
+            slab.layer.material,
+            Reading({slab.voltage: 1 / thickness}, self.start.field(name)),
+            Reading(charge, self.start.displacement(name)),
+        )
+
+    @property
+    def voltage(self) -> Reading:
+        """Voltage across all layers."""
+        ends = [*self.slabs.values()]
+        transfer = None if self.start.section is None else self.start.section.voltage
+        return Reading({between(ends[0].plate_side, ends[-1].finger_side): 1.0}, transfer)
+
+    @property
+    def current_density(self) -> Reading:
+        """Total current density."""
+        return Reading({"I(V_current)": 1 / self.area}, self.start.current_density())
+
+    def inverse_root_thickness(self, names: Sequence[str]) -> Filter:
+        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter."""
+        slabs = [(self.slabs[name].layer.thickness, self.slabs[name].reduction.debye) for name in names]
+        section = self.start.section
+        avoid = None if section is None else section.modes.rates
+        return Filter(inverse_root_thickness(slabs, avoid=avoid, tolerance=PRECISION), self._filtered)
+
+    def _filtered(self, transfer: Transfer, signal: Reading) -> Reading:
+        """Put a filter behind a reading: sections of first order, side by side, and the signal itself."""
+        if not len(transfer.rates):
+            return signal * transfer.direct
+        self.filters += 1
+        name = f"filter_{self.filters}"
+        self.elements.append(continued(f"B{name} {name} 0 V = {signal.text}"))
+        weights = {f"V({name})": transfer.direct}
+        starts = self.start.lowpassed(signal.transfer, transfer.rates)
+        for count, (rate, gain, start) in enumerate(
+            zip(transfer.rates, transfer.gains, starts, strict=True), 1
+        ):
+            node = f"{name}_{count}"
+            initial = f" IC={number(start)}" if start else ""
+            self.elements += [
+                f"R{node} {name} {node} {number(1 / (rate * CAPACITANCE))}",
+                f"C{node} {node} 0 {number(CAPACITANCE)}{initial}",
+            ]
+            weights[f"V({node})"] = float(gain)
+        modes = None if signal.transfer is None else transfer * signal.transfer
+        return Reading(weights, modes)

@@ -1,0 +1,161 @@
+"""How the capacitors of the circuit are charged when time begins, a jump of the drive at 0 included."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.constants import eps0
+from electrovib.core.errors import InputError
+from electrovib.solve.scenario import PeriodicState, Scenario
+from electrovib.solve.simulate import Surroundings, modes
+from electrovib.solve.transfer import Transfer
+from electrovib.solve.transient import transient
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.physics.debye_sum import DebyeSum
+    from electrovib.solve.section import ModalSection
+    from electrovib.solve.transfer import Real
+
+APART = 1e-7
+"""Relative distance that a relaxation is moved from a rate of the stack, so that the two can be told apart."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Voltages at time 0: of the periodic state, or from rest what a jump of the drive and initial charge give.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With its drive and initial state.
+    section : ModalSection or None
+        The stack in modes, where the periodic state is wanted.
+    fields : mapping of str to float
+        From rest, field of each layer [V/m].
+    second_fields : mapping of str to float
+        The same for a second contact, in the direction of the current.
+    body : float
+        From rest, voltage of the body's capacitance [V].
+    """
+
+    scenario: Scenario
+    section: ModalSection | None
+    fields: Mapping[str, float]
+    second_fields: Mapping[str, float]
+    body: float
+
+    @classmethod
+    def of(cls, scenario: Scenario, debye: Mapping[str, DebyeSum]) -> Start:
+        """Find it.
+
+        Raises
+        ------
+        InputError
+            If the circuit cannot begin there.
+        """
+        settled = isinstance(scenario.time.initial_state, PeriodicState)
+        if settled:
+            _check_periodic(scenario)
+        section = modes(scenario)[0] if settled else None
+        if section is not None:
+            return cls(scenario, section, dict.fromkeys(debye, 0.0), dict.fromkeys(debye, 0.0), 0.0)
+        return cls(scenario, section, *_charged(scenario, debye))
+
+    @property
+    def settled(self) -> bool:
+        """Tell whether the drive did not begin at time 0."""
+        return self.section is not None
+
+    def field(self, name: str) -> Transfer | None:
+        """Field of a layer [V/m per volt], where it is needed."""
+        return None if self.section is None else self.section[name].field
+
+    def displacement(self, name: str) -> Transfer | None:
+        """Bound displacement of a layer [C/m2 per volt], where it is needed."""
+        return None if self.section is None else self.section[name].displacement
+
+    def current_density(self) -> Transfer | None:
+        """Current density [A/m2 per volt], where it is needed."""
+        return None if self.section is None else self.section.current_density
+
+    def level(self, signal: Transfer | None) -> float:
+        """Value at time 0 of a quantity linear in the drive [its unit]."""
+        if signal is None:
+            return 0.0
+        forced = replace(signal, slope=0.0, free=np.zeros(len(signal.rates)))
+        return float(transient({"": forced}, self.scenario.drive, np.zeros(1), settled=True)[""][0])
+
+    def lowpassed(self, signal: Transfer | None, rates: Real) -> list[float]:
+        """Values at time 0 of a quantity behind filters rate/(s + rate), rates in 1/s."""
+        if signal is None:
+            return [0.0] * len(rates)
+        forced = replace(signal, free=np.zeros(len(signal.rates)))
+        return [
+            self.level(Transfer(np.array([rate]), np.ones(1)) * _kept_clear(forced, rate)) for rate in rates
+        ]
+
+    def body_voltage(self) -> float:
+        """Voltage of the body's capacitance at time 0 [V]: what stack and resistance leave of the drive."""
+        if self.section is None:
+            return self.body
+        around = Surroundings.of(self.scenario)
+        drop = self.level(self.section.voltage) * (1 + around.second)
+        if around.element.resistance:
+            drop += around.element.resistance * around.area * self.level(self.section.current_density)
+        return float(self.scenario.drive.voltage(0.0)) - drop
+
+
+def _kept_clear(signal: Transfer, rate: float) -> Transfer:
+    """Move the rates of a signal that nearly agree with another rate."""
+    close = np.abs(signal.rates - rate) < APART * rate
+    return replace(signal, rates=np.where(close, rate * (1 + APART), signal.rates))
+
+
+def _check_periodic(scenario: Scenario) -> None:
+    problems, layers = [], scenario.stack.layers.items()
+    where = "time.initial_state = PeriodicState: a netlist cannot begin there"
+    instead = "use AtRest and a longer time.duration"
+    if scenario.drive.quantity == "current":
+        problems.append(f"{where} with a current as drive; {instead}")
+    problems += [
+        f"{where} with stack.{name}.leak, which is not linear; {instead}"
+        for name, layer in layers
+        if layer.leak
+    ]
+    problems += [
+        f"{where} with stack.{name}.initial_charge, of which the periodic state keeps only what is trapped; {instead}"
+        for name, layer in layers
+        if layer.initial_charge
+    ]
+    if problems:
+        raise InputError(problems)
+
+
+def _charged(
+    scenario: Scenario, debye: Mapping[str, DebyeSum]
+) -> tuple[dict[str, float], dict[str, float], float]:
+    """Fields of both contacts and voltage of the body at time 0, from rest.
+
+    Notes
+    -----
+    The charge Q_k on the plate's side of layer k gives D_k = Q_k. Where no resistance holds the current back, a
+    charge q flows at once, so that the voltages add up to that of the drive:
+    q sum T/eps = eps0 v - sum Q_k T_k/eps_k, the first sum over all that is in series.
+    """
+    layers, around, drive = scenario.stack.layers, Surroundings.of(scenario), scenario.drive
+    charges = [layer.initial_charge for layer in layers.values()]
+    held = dict(zip(layers, np.cumsum([0.0, *charges[:-1]]).tolist(), strict=True))
+    flown = 0.0
+    if around.element.resistance == 0 and drive.quantity == "voltage":
+        lengths = {name: layer.thickness / debye[name].high for name, layer in layers.items()}
+        whole = sum(lengths.values()) * (1 + around.second) + eps0 * around.area * around.element.elastance
+        owed = eps0 * float(drive.voltage(0.0)) - sum(held[name] * lengths[name] for name in layers)
+        flown = owed / whole
+    fields = {name: (held[name] + flown) / (eps0 * debye[name].high) for name in layers}
+    second = {name: flown * around.second / (eps0 * debye[name].high) for name in layers}
+    return fields, second, flown * around.area * around.element.elastance

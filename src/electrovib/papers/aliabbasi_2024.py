@@ -1,0 +1,243 @@
+"""E. AliAbbasi and others: gap and force from impedances, Advanced Intelligent Systems 2024.
+
+"Experimental estimation of gap thickness and electrostatic forces between contacting surfaces under
+electroadhesion".
+
+Claims: the impedance that remains of finger on touchscreen after skin and screen are subtracted is that of the
+air gap, which gives its thickness and the force; at low frequency an electrode polarisation impedance lies in
+parallel with the gap and leaks its charge. Does not claim: a gap in micrometres, the form and values of
+the polarisation impedance (none was read). Here the leak is an ohmic resistivity of the gap, a choice. On an
+insulator that blocks, the gap field then has a lower corner at f_c = 1/(2 pi R_g (C_g + C_i)), set by the leak and
+the coat; the skin shifts it only as far as its own impedance counts beside theirs.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from electrovib.core.checks import Check
+from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.papers import plutchik_1963
+from electrovib.papers.vezzoli_2014 import values
+from electrovib.physics.material import Material
+from electrovib.solve.scenario import Scenario
+from electrovib.solve.simulate import mean_force, phasors
+
+CITATION = (
+    "E. AliAbbasi and others, Experimental estimation of gap thickness and electrostatic forces between contacting"
+    " surfaces under electroadhesion, Adv. Intell. Syst. (2024), doi:10.1002/aisy.202300618 (abstract)"
+)
+STATUS = "abstract"
+NOT_READ = "The gap, the form of the electrode polarisation impedance and its values were not read."
+
+GAP, GAP_RESISTIVITY = 3e-6, 2e7
+"""Gap and its leak, illustrative [m, ohm m]."""
+CHOICE = "not printed in the abstract; a choice"
+COAT = "not printed in the abstract; a thin coat, as in vezzoli_2014 for its figure 7"
+SKIN = "not printed in the abstract; plutchik_1963, with 1 cm2 and 200 um assumed"
+
+_BAND = np.geomspace(1e-2, 2e6, 6001)
+
+
+@functools.cache
+def scenarios() -> dict[str, Scenario]:
+    """Give coat, leaky gap and dispersive skin in series."""
+    skin = "stack.stratum_corneum.material"
+    content = {
+        "title": "AliAbbasi 2024: coat, leaky gap and skin in series",
+        "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 250.0},
+        "force": {"model": "GapPlane"},
+        "friction": {"model": "Coulomb", "coefficient": 0.5},
+        "contact": {"model": "FixedArea", "area": 1e-4},
+        "load": {"normal_force": 0.5},
+        "circuit": {"return_path": {"model": "Grounded", "resistance": 1500.0}},
+        "time": {"initial_state": {"model": "PeriodicState"}},
+        "stack": {
+            "insulator": {
+                "thickness": values.COAT_THICKNESS,
+                "material": {"model": "Constant", "permittivity": values.COAT_PERMITTIVITY},
+            },
+            "gap": {
+                "thickness": GAP,
+                "material": {"model": "Constant", "permittivity": 1.0, "conductivity": 1 / GAP_RESISTIVITY},
+            },
+            "stratum_corneum": {"thickness": plutchik_1963.THICKNESS, "material": plutchik_1963.material()},
+        },
+        "sources": {
+            "drive.amplitude": CHOICE,
+            "drive.frequency": CHOICE,
+            "friction.coefficient": CHOICE,
+            "contact.area": CHOICE,
+            "load.normal_force": CHOICE,
+            "circuit.return_path.resistance": "not printed in the abstract; the 1.5 kohm of the human-body model",
+            "stack.insulator.thickness": COAT,
+            "stack.insulator.material.permittivity": COAT,
+            "stack.gap.thickness": "not printed in the abstract; of the order of skin roughness",
+            "stack.gap.material.permittivity": "air",
+            "stack.gap.material.conductivity": "not printed; an illustrative leak in place of electrode polarisation",
+            "stack.stratum_corneum.thickness": SKIN,
+            f"{skin}.permittivity": SKIN,
+            f"{skin}.reference_frequency": SKIN,
+            f"{skin}.exponent": SKIN,
+            f"{skin}.conductivity": SKIN,
+        },
+    }
+    return {"chain": Scenario.model_validate(content)}
+
+
+def chain(*, gap_resistivity: float, skin: Material | None = None, resistance: float = 1500.0) -> Scenario:
+    """Coat, leaky gap and skin in series.
+
+    Parameters
+    ----------
+    gap_resistivity : float
+        ohm m.
+    skin : Material, optional
+        Stratum corneum; without one the finger is a conductor.
+    resistance : float
+        Body [ohm].
+
+    Returns
+    -------
+    Scenario
+        A copy of the ready-made one.
+    """
+    base = scenarios()["chain"]
+    layers = base.stack.to_dict()
+    layers["gap"]["material"]["conductivity"] = 1 / gap_resistivity
+    finger = layers.pop("stratum_corneum")
+    if skin is not None:
+        layers["stratum_corneum"] = finger | {"material": skin.to_dict()}
+    return base.replace({"stack": layers, "circuit.return_path.resistance": resistance})
+
+
+def corner(*, gap: float, gap_resistivity: float) -> float:
+    """Lower corner of the gap field on the coat.
+
+    Parameters
+    ----------
+    gap, gap_resistivity : float
+        m, ohm m.
+
+    Returns
+    -------
+    float
+        1/(2 pi R_g (C_g + C_i)) [Hz]: there the field is 1/sqrt(2) of its plateau (-3 dB) and the mean force half.
+    """
+    coat = values.COAT_PERMITTIVITY / values.COAT_THICKNESS
+    return 1 / (2 * math.pi * eps0 * gap_resistivity * gap * (1 / gap + coat))
+
+
+def rises_to(scenario: Scenario, share: float) -> float:
+    """Find the lower edge of the band in which a scenario pulls.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Any stack.
+    share : float
+        Of the largest mean force; 0.5 is the field's -3 dB.
+
+    Returns
+    -------
+    float
+        Lowest frequency between 0.01 Hz and 2 MHz at which the mean force has this share [Hz].
+    """
+    force = mean_force(scenario, phasors(scenario, _BAND), 100.0)
+    after = int(np.argmax(force >= share * force.max()))
+    if after == 0:
+        return float(_BAND[0])
+    near = slice(after - 1, after + 1)
+    return float(np.exp(np.interp(share, force[near] / force.max(), np.log(_BAND[near]))))
+
+
+def remaining_impedance(scenario: Scenario, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Impedance of the gap as the paper measures it: the whole less skin, screen and body.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With layers insulator, gap and stratum_corneum.
+    frequency : ndarray
+        Hz.
+
+    Returns
+    -------
+    ndarray of complex
+        ohm.
+    """
+    area = scenario.contact.gross_area()
+    total = 1 / (phasors(scenario, frequency).current_density * area)
+    known = [
+        scenario.stack.layers[name].impedance(frequency) / area for name in ("insulator", "stratum_corneum")
+    ]
+    left: NDArray[np.complex128] = total - sum(known) - scenario.circuit.element().impedance(frequency)
+    return left
+
+
+def estimate(scenario: Scenario, frequency: float, *, voltage: float) -> tuple[float, float]:
+    """Gap and force from the remaining impedance.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What stands in for the measurement.
+    frequency, voltage : float
+        Hz, peak V.
+
+    Returns
+    -------
+    tuple of float
+        g = eps0 A w/Im(1/Z) [m], which a leak in parallel does not disturb, and the mean of the attraction
+        eps0 A |V_g/g|^2/4 [N], V_g the voltage of the remaining impedance.
+    """
+    area, at = scenario.contact.gross_area(), np.array([frequency])
+    left = complex(remaining_impedance(scenario, at)[0])
+    gap = eps0 * area * 2 * math.pi * frequency / (1 / left).imag
+    current = complex(phasors(scenario, at).current_density[0]) * area * voltage
+    return gap, eps0 * area * abs(current * left / gap) ** 2 / 4
+
+
+def estimate_against_law(frequency: float) -> float:
+    """Force from the impedances over that of the law, at a frequency [Hz]."""
+    scenario = scenarios()["chain"]
+    law = mean_force(scenario, phasors(scenario, np.array([frequency])), 100.0)
+    return estimate(scenario, frequency, voltage=100.0)[1] / float(law[0])
+
+
+def _corner(gap_resistivity: float, expect: float, rtol: float) -> Check:
+    return Check(
+        f"half force of the gap, leak of {gap_resistivity:g} ohm m",
+        expect=expect,
+        rtol=rtol,
+        source="1/(2 pi R_g (C_g + C_i)) for 3 um on the coat, computed apart from this code",
+        compute=lambda: rises_to(chain(gap_resistivity=gap_resistivity, resistance=0.0), 0.5),
+        status="derived",
+    )
+
+
+CHECKS = (
+    _corner(1e6, 1415.0, 1e-3),
+    _corner(2e7, 71.0, 1e-2),
+    _corner(1e9, 1.4, 2e-2),
+    Check(
+        "gap from impedances at 10 Hz, where it leaks",
+        expect=GAP,
+        rtol=1e-9,
+        source="abstract: remaining impedance gives the gap; identity with the gap put in",
+        compute=lambda: estimate(scenarios()["chain"], 10.0, voltage=100.0)[0],
+        status="derived",
+    ),
+    Check(
+        "force from impedances over that of the gap plane, 250 Hz",
+        expect=1.0,
+        rtol=1e-9,
+        source="abstract: remaining impedance gives the force; identity with the gap plane",
+        compute=lambda: estimate_against_law(250.0),
+        status="derived",
+    ),
+)

@@ -1,0 +1,80 @@
+"""M. Ayyildiz et al., "Contact mechanics between the human finger and a touchscreen under electroadhesion", 2018.
+
+M. Ayyildiz, M. Scaraggi, O. Sirin, C. Basdogan, B. N. J. Persson, PNAS 115, 12668.
+
+Claims: a mean-field theory of multiscale contact, validated against full-scale numerical contact mechanics and
+against friction measured on fingers, in which electroadhesion raises the real contact area at the microscopic
+level and with it friction; attraction and real contact depend strongly on the roughness of the skin and on the
+coating, and an effectively thinner coating does much.
+Does not claim: a force table that could be read here. Only the abstract and its statement of significance were
+read.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from electrovib.core.checks import Check
+from electrovib.physics.roughness import GaussianGaps, PullingSpots, contact_fraction, mean_pull
+
+CITATION = (
+    "M. Ayyildiz, M. Scaraggi, O. Sirin, C. Basdogan, B. N. J. Persson, Contact mechanics between the human finger and a"
+    " touchscreen under electroadhesion, Proc. Natl. Acad. Sci. USA 115, 12668 (2018), doi:10.1073/pnas.1811750115"
+    " (abstract)"
+)
+STATUS = "abstract"
+NOT_READ = (
+    "equations, parameters and forces: thickness, permittivity, modulus, shear strength and roughness of this work are"
+    " only recalled, so they are no values here; the averaged pull is run as Persson2018RoughGap with values of your own"
+)
+DEFECTS = (
+    "Ayyildiz 2018 and its sequel (Sirin et al. 2019, arXiv:2104.01090, abstract) against smooth adhesive contact (Popov"
+    " 2018): in full slip the apparent contact area is measured smaller with electrovibration, although friction is larger"
+    " and the real contact area grows; an adhesive sphere without roughness has a larger apparent area.",
+)
+
+ROUGHNESSES = (1e-6, 5e-6, 22e-6)
+"""rms gaps over which trends are looked at [m]."""
+
+
+def _pull(rms: float, in_rms: float, *, coat: float, voltage: float = 100.0) -> float:
+    """Averaged pull [Pa] on a coat of this electrical thickness [m]."""
+    gaps = GaussianGaps(mean=in_rms * rms, rms=rms)
+    return float(mean_pull(voltage, electrical_thickness=coat, gaps=gaps, spots=PullingSpots()).total)
+
+
+def thinner_coats_pull_more() -> float:
+    """Share of rough contacts in which halving the coat raises the averaged pull."""
+    cases = [(rms, mean, coat) for rms in ROUGHNESSES for mean in (1, 2, 3) for coat in (1e-7, 3e-7, 1e-6)]
+    more = [_pull(rms, mean, coat=coat / 2) > _pull(rms, mean, coat=coat) for rms, mean, coat in cases]
+    return float(np.mean(more))
+
+
+def real_contact_grows() -> float:
+    """Share of rough contacts in which every increase of the voltage raises the real contact area."""
+    grows = []
+    for rms in ROUGHNESSES:
+        pulls = [_pull(rms, 2, coat=3e-7, voltage=voltage) for voltage in (0.0, 50.0, 100.0, 150.0, 200.0)]
+        areas = contact_fraction(1e3 + np.array(pulls), modulus=1e7, slope=1.0)
+        grows.append(np.all(np.diff(areas) > 0))
+    return float(np.mean(grows))
+
+
+CHECKS = (
+    Check(
+        "share of rough contacts in which a thinner coat pulls more",
+        expect=1.0,
+        rtol=1e-6,
+        source="statement of significance: an effectively thinner coating does much",
+        compute=thinner_coats_pull_more,
+        status="abstract",
+    ),
+    Check(
+        "share of rough contacts in which voltage raises the real contact area",
+        expect=1.0,
+        rtol=1e-6,
+        source="abstract: electroadhesion increases the real contact area",
+        compute=real_contact_grows,
+        status="abstract",
+    ),
+)

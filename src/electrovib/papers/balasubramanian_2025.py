@@ -1,0 +1,78 @@
+"""J. K. Balasubramanian, D. M. Pool, Y. Vardar: friction under electrovibration at sliding speeds, 2025.
+
+"Sliding speed influences electrovibration-induced finger friction dynamics on touchscreens".
+
+Claims: friction follows the attraction as a first-order system and the skin is mass, damper and spring; for each
+mm/s of sliding speed the cut-off rises by 13.8 Hz, the moving mass by 3.23e-5 kg, the stiffness by 4.04 N/m (ten
+persons, 20 to 100 mm/s, 0.2 to 0.6 N); stiffness moves the cut-off more than mass. Does not claim: the cut-off,
+mass or stiffness at any one speed (not read). Without these nothing can be run: they have to be given.
+"""
+
+from __future__ import annotations
+
+from electrovib.core.checks import Check
+
+CITATION = (
+    "J. K. Balasubramanian, D. M. Pool, Y. Vardar, Sliding speed influences electrovibration-induced finger friction"
+    " dynamics on touchscreens, arXiv:2505.11162 (2025) (abstract); data doi:10.4121/d9f05363-d7d3-411a-9f3a-d78e49b4d3c5"
+)
+STATUS = "abstract"
+NOT_READ = (
+    "The tables with cut-off, mass and stiffness at each speed (the intercepts of the three straight lines) were not"
+    " read; they have no default."
+)
+
+CUT_OFF_SLOPE = 13.8e3
+"""Rise of the cut-off of the friction response with sliding speed, abstract [Hz per m/s]."""
+MASS_SLOPE = 3.23e-2
+"""Rise of the finger's moving mass with sliding speed, abstract [kg per m/s]."""
+STIFFNESS_SLOPE = 4.04e3
+"""Rise of the finger's stiffness with sliding speed, abstract [N/m per m/s]."""
+SPEEDS = (0.02, 0.1)
+"""Lowest and highest sliding speed of the experiment, abstract [m/s]."""
+LOADS = (0.2, 0.6)
+"""Lowest and highest normal force of the experiment, abstract [N]."""
+
+
+def at_speed(speed: float, *, slope: float, known_at: float, known: float) -> float:
+    """Follow one of the three straight lines from a speed at which the user knows the value.
+
+    Parameters
+    ----------
+    speed : float
+        Sliding speed [m/s], 0.02 to 0.1 in the experiment.
+    slope : float
+        One of CUT_OFF_SLOPE, MASS_SLOPE, STIFFNESS_SLOPE [unit per m/s].
+    known_at, known : float
+        A speed [m/s] and the value there; not in the abstract, no default.
+
+    Returns
+    -------
+    float
+        The value at the speed.
+    """
+    return known + slope * (speed - known_at)
+
+
+def change(slope: float) -> float:
+    """Change of a quantity from the lowest to the highest speed of the experiment, slope in unit per [m/s]."""
+    low, high = SPEEDS
+    return at_speed(high, slope=slope, known_at=low, known=0.0)
+
+
+def _change(name: str, slope: float, expect: float, rtol: float) -> Check:
+    return Check(
+        f"{name} from 20 to 100 mm/s",
+        expect=expect,
+        rtol=rtol,
+        source="abstract: slope per mm/s times 80, three or four digits",
+        compute=lambda: change(slope),
+        status="derived",
+    )
+
+
+CHECKS = (
+    _change("rise of the cut-off in Hz", CUT_OFF_SLOPE, 1104.0, 5e-4),
+    _change("rise of the moving mass in kg", MASS_SLOPE, 2.58e-3, 2e-3),
+    _change("rise of the stiffness in N/m", STIFFNESS_SLOPE, 323.0, 2e-3),
+)

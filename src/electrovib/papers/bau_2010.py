@@ -1,0 +1,124 @@
+"""O. Bau, I. Poupyrev, A. Israr, C. Harrison, "TeslaTouch: electrovibration for touch surfaces", UIST 2010.
+
+Claims: a touch screen without moving parts gives tactile sensations to a sliding finger by electrostatic
+friction; three controlled experiments characterise how it is perceived. Does not claim: an
+equation, a stack, thresholds (none was read). Detection thresholds at five frequencies and its difference thresholds are
+recalled, unsure, and used nowhere. The difference threshold that could be read is that of Ryu 2018, 1.21 dB.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+
+from electrovib.core.checks import Check
+from electrovib.papers.vezzoli_2014 import values
+from electrovib.solve.scenario import Scenario
+from electrovib.solve.simulate import mean_force, phasors, simulate
+
+CITATION = (
+    "O. Bau, I. Poupyrev, A. Israr, C. Harrison, TeslaTouch: electrovibration for touch surfaces, UIST 2010,"
+    " doi:10.1145/1866029.1866074 (abstract); S. Ryu, D. Pyo, S.-C. Lim, D.-S. Kwon, Mechanical vibration influences"
+    " the perception of electrovibration, Sci. Rep. 8, 4555 (2018), doi:10.1038/s41598-018-22865-x (abstract)"
+)
+STATUS = "abstract"
+NOT_READ = (
+    "The paper's parallel-plate equation, its thresholds and its difference thresholds were not read; the screen"
+    " here is a choice."
+)
+
+DIFFERENCE_THRESHOLD = 1.21
+"""Mean difference threshold of the amplitude, abstract of Ryu 2018 [dB]."""
+CHOICE = "not printed in the abstract; a choice"
+COAT = "not printed in the abstract; a thin coat, as in vezzoli_2014 for its figure 7"
+SKIN = "not printed in the abstract; the skin of vezzoli_2014, section 3.1"
+
+
+def just_noticeable_ratio() -> float:
+    """Ratio of two amplitudes that can just be told apart, 10^(threshold/20)."""
+    return math.exp(DIFFERENCE_THRESHOLD / 20 * math.log(10))
+
+
+@functools.cache
+def scenarios() -> dict[str, Scenario]:
+    """Give one sine on a coated screen, cut free in the gap."""
+    skin = values.skins()["point"].material
+    content = {
+        "title": "Bau 2010: a sine on a coated touch screen",
+        "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 125.0},
+        "force": {"model": "GapPlane"},
+        "friction": {"model": "Coulomb", "coefficient": 0.5},
+        "contact": {"model": "FixedArea", "area": 1e-4},
+        "load": {"normal_force": 0.5},
+        "circuit": {"return_path": {"model": "Grounded", "resistance": 1000.0}},
+        "time": {"initial_state": {"model": "PeriodicState"}},
+        "stack": {
+            "insulator": {
+                "thickness": values.COAT_THICKNESS,
+                "material": {"model": "Constant", "permittivity": values.COAT_PERMITTIVITY},
+            },
+            "gap": {"thickness": 3e-6},
+            "stratum_corneum": {"thickness": values.SKIN_THICKNESS, "material": skin},
+        },
+        "sources": {
+            "drive.amplitude": CHOICE,
+            "drive.frequency": CHOICE,
+            "friction.coefficient": CHOICE,
+            "contact.area": CHOICE,
+            "load.normal_force": CHOICE,
+            "circuit.return_path.resistance": CHOICE,
+            "stack.insulator.thickness": COAT,
+            "stack.insulator.material.permittivity": COAT,
+            "stack.gap.thickness": "not printed in the abstract; of the order of skin roughness",
+            "stack.gap.material.permittivity": "air",
+            "stack.stratum_corneum.thickness": SKIN,
+            "stack.stratum_corneum.material.permittivity": SKIN,
+            "stack.stratum_corneum.material.conductivity": "inverse of the 7.7 ms of vezzoli_2014; a choice",
+        },
+    }
+    return {"sine": Scenario.model_validate(content)}
+
+
+def force_change(ratio: float) -> float:
+    """Change of the mean attraction [dB] when the amplitude of the sine is multiplied by a ratio [1]."""
+    scenario = scenarios()["sine"]
+    section = phasors(scenario, np.array([125.0]))
+    force = [float(mean_force(scenario, section, 100.0 * factor)[0]) for factor in (1.0, ratio)]
+    return 20 * math.log10(force[1] / force[0])
+
+
+def order_of_the_force() -> int:
+    """Give the harmonic of the drive at which the moving part of the attraction is largest."""
+    time = np.arange(256) / 256 / 125.0
+    force = simulate(scenarios()["sine"], time=time).electrostatic_force.values
+    return int(np.argmax(np.abs(np.fft.rfft(force))[1:])) + 1
+
+
+CHECKS = (
+    Check(
+        "voltage that can just be told apart, as a share",
+        expect=0.149,
+        rtol=4e-3,
+        source="Ryu 2018, abstract: 1.21 dB, three digits",
+        compute=lambda: just_noticeable_ratio() - 1,
+        status="derived",
+    ),
+    Check(
+        "change of the attraction at that voltage, in dB",
+        expect=2.42,
+        rtol=4e-3,
+        source="twice the 1.21 dB of Ryu 2018, abstract: the force is a square",
+        compute=lambda: force_change(just_noticeable_ratio()),
+        status="derived",
+    ),
+    Check(
+        "frequency of the force over that of the drive",
+        expect=2.0,
+        rtol=1e-9,
+        source="a square has no memory of the sign of the voltage",
+        compute=order_of_the_force,
+        status="derived",
+    ),
+)

@@ -1,0 +1,178 @@
+"""H. Kim and others, electrovibration of uniform intensity by control of the current, IEEE Trans. Haptics 8(4), 2015.
+
+Claims: a prescribed current, in the place of a prescribed voltage, makes the sensation the same for different
+fingers and contact conditions. Does not claim: an equation, a current, a frequency (none was read; the paper is
+recalled and no page of it was found). What follows from a prescribed current is computed here: through a gap that
+does not leak E = I/(w eps0 A), so the mean attraction I_rms^2/(2 eps0 A w^2) knows neither the gap nor the
+insulator nor the skin. It does know the contact area, as 1/A; and current that passes beside the gap, through
+stray capacitance or a leak, does not pull.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Any
+
+import numpy as np
+
+from electrovib.core.checks import Check
+from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.papers.vezzoli_2014 import values
+from electrovib.solve.scenario import Scenario
+from electrovib.solve.simulate import mean_force, phasors
+
+CITATION = (
+    "H. Kim and others, electrovibration of uniform intensity by current control, IEEE Trans. Haptics 8(4) (2015);"
+    " recalled, its page was not found and so no doi: is given"
+)
+STATUS = "recalled"
+NOT_READ = (
+    "The paper itself was not read. That it controls the current is recalled; the law of a prescribed current is"
+    " electrostatics and is derived here."
+)
+
+CURRENT, FREQUENCY = 1e-3, 25e3
+"""Of the ready-made drive: root mean square [A] and Hz, a choice."""
+AREA, GAP = 1e-4, 2e-6
+CHOICE = "not read; a choice"
+FOUNDING = "not read; as in vezzoli_2014, section 3.1"
+
+
+def uniform_force(*, current: float, frequency: float, area: float = AREA) -> float:
+    """Mean attraction of a sinusoidal current through a gap that does not leak: I^2/(2 eps0 A w^2).
+
+    Parameters
+    ----------
+    current : float
+        Root mean square [A], all of it through the gap.
+    frequency : float
+        Hz, above 0.
+    area : float
+        Contact area [m2], above 0.
+
+    Returns
+    -------
+    float
+        N.
+    """
+    angular = 2 * math.pi * frequency
+    return current**2 / (2 * eps0 * area * angular**2)
+
+
+def gap_field(*, current: float, frequency: float, area: float = AREA) -> float:
+    """Root-mean-square gap field [V/m] of a current [A, rms] at a frequency [Hz] on an area [m2]."""
+    return current / (2 * math.pi * frequency * eps0 * area)
+
+
+def _content(title: str, drive: dict[str, Any]) -> dict[str, Any]:
+    film = {"model": "Constant", "permittivity": values.FILM_PERMITTIVITY}
+    return {
+        "title": f"Kim 2015: {title}",
+        "drive": drive,
+        "force": {"model": "GapPlane"},
+        "friction": {"model": "Coulomb", "coefficient": 0.5},
+        "contact": {"model": "FixedArea", "area": AREA},
+        "load": {"normal_force": 0.5},
+        "circuit": {"return_path": {"model": "Grounded", "resistance": 1000.0}},
+        "time": {"initial_state": {"model": "PeriodicState"}},
+        "stack": {
+            "insulator": {"thickness": values.FILM_THICKNESS, "material": film},
+            "gap": {"thickness": GAP},
+            "stratum_corneum": {
+                "thickness": values.SKIN_THICKNESS,
+                "material": values.skins()["point"].material,
+            },
+        },
+        "sources": {
+            "drive.amplitude": CHOICE,
+            "drive.frequency": CHOICE,
+            "friction.coefficient": CHOICE,
+            "contact.area": CHOICE,
+            "load.normal_force": CHOICE,
+            "circuit.return_path.resistance": CHOICE,
+            "stack.insulator.thickness": FOUNDING,
+            "stack.insulator.material.permittivity": FOUNDING,
+            "stack.gap.thickness": CHOICE,
+            "stack.gap.material.permittivity": "air",
+            "stack.stratum_corneum.thickness": FOUNDING,
+            "stack.stratum_corneum.material.permittivity": FOUNDING,
+            "stack.stratum_corneum.material.conductivity": "inverse of the 7.7 ms of vezzoli_2014; a choice",
+        },
+    }
+
+
+@functools.cache
+def scenarios() -> dict[str, Scenario]:
+    """Give one finger under a prescribed current, and under a voltage that pulls as much at this gap."""
+    amplitude = math.sqrt(2) * CURRENT
+    current = {"model": "CurrentSine", "amplitude": amplitude, "frequency": FREQUENCY}
+    prescribed = Scenario.model_validate(_content("prescribed current, 1 mA rms at 25 kHz", current))
+    per_ampere = phasors(prescribed, np.array([FREQUENCY]))
+    at_gap = abs(per_ampere["gap"].field[0])
+    held = {"model": "Sine", "amplitude": 1.0, "frequency": FREQUENCY}
+    voltage = Scenario.model_validate(_content("prescribed voltage of the same attraction", held))
+    per_volt = abs(phasors(voltage, np.array([FREQUENCY]))["gap"].field[0])
+    voltage = Scenario.model_validate(
+        voltage.to_dict() | {"drive": held | {"amplitude": float(amplitude * at_gap / per_volt)}}
+    )
+    return {"current": prescribed, "voltage": voltage}
+
+
+def mean_attraction(name: str, changes: dict[str, Any] | None = None) -> float:
+    """Mean attraction of a scenario with some parameters changed, at its drive's own frequency and peak.
+
+    Parameters
+    ----------
+    name : str
+        ``"current"`` or ``"voltage"``.
+    changes : dict, optional
+        Dotted path to value.
+
+    Returns
+    -------
+    float
+        N.
+    """
+    scenario = scenarios()[name].replace(changes or {})
+    drive: Any = scenario.drive
+    section = phasors(scenario, np.array([drive.frequency]))
+    return float(mean_force(scenario, section, drive.amplitude)[0])
+
+
+def _derived(name: str, expect: float, current: float, frequency: float) -> Check:
+    changes = {"drive.amplitude": math.sqrt(2) * current, "drive.frequency": frequency}
+    return Check(
+        name,
+        expect=expect,
+        rtol=1e-3,
+        source="I_rms^2/(2 eps0 A w^2), evaluated apart from this code, four digits",
+        compute=lambda: mean_attraction("current", changes),
+        status="derived",
+    )
+
+
+CHECKS = (
+    _derived("mean attraction, 1 mA rms, 25 kHz, 1 cm2", 22.89e-3, 1e-3, 25e3),
+    _derived("mean attraction, 0.1 mA rms, 1 kHz, 1 cm2", 143.0e-3, 1e-4, 1e3),
+    _derived("mean attraction, 1 mA rms, 5 kHz, 1 cm2", 572.2e-3, 1e-3, 5e3),
+    Check(
+        "attraction at a gap of 100 um over that at 0.1 um, prescribed current",
+        expect=1.0,
+        rtol=1e-9,
+        source="identity: a prescribed current leaves no other layer a say in the gap's field",
+        compute=lambda: (
+            mean_attraction("current", {"stack.gap.thickness": 100e-6})
+            / mean_attraction("current", {"stack.gap.thickness": 0.1e-6})
+        ),
+        status="derived",
+    ),
+    Check(
+        "root-mean-square gap field, 1 mA rms, 25 kHz, 1 cm2",
+        expect=7.19e6,
+        rtol=1e-3,
+        source="I_rms/(w eps0 A), evaluated apart from this code, three digits",
+        compute=lambda: gap_field(current=1e-3, frequency=25e3),
+        status="derived",
+    ),
+)

@@ -1,0 +1,194 @@
+"""D. J. Meyer, M. A. Peshkin, J. E. Colgate, "Fingertip friction modulation due to electrostatic attraction", 2013.
+
+World Haptics Conference, 43-48.
+
+Claims: friction, and the attraction inferred from it, grows as the square of the voltage, with large differences
+between persons; a first-order circuit of skin and coating predicts a cut-off below about 500 Hz; the
+measurements are unambiguously at odds with that model. Does not claim: a coating, a voltage, an
+area, a load, values of the force (none was read). Here the model is the high-pass of the stratum corneum's voltage,
+C_i in series with C_s and R_s, so its cut-off is 1/(2 pi (C_i + C_s) R_s). The founding paper reads the same
+data as rising from 100 Hz and then saturating, which is such a high-pass with dispersive skin.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+
+from electrovib.core.checks import Check
+from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.papers.vezzoli_2014 import values
+from electrovib.physics.material import Constant, Material
+from electrovib.solve.scenario import Scenario
+from electrovib.solve.simulate import mean_force, phasors
+
+CITATION = (
+    "D. J. Meyer, M. A. Peshkin, J. E. Colgate, Fingertip friction modulation due to electrostatic attraction, World"
+    " Haptics Conference 2013, 43-48, doi:10.1109/WHC.2013.6548382 (abstract)"
+)
+STATUS = "abstract"
+NOT_READ = (
+    "The equations and the figure of force over frequency were not read: which voltage the first-order circuit"
+    " filters, and at which plane the force is taken, is our reading."
+)
+
+CUT_OFF = 500.0
+"""Upper bound of the model's cut-off, abstract [Hz]."""
+BAND = (100.0, 1e4)
+"""Frequencies of the measurement, from the founding paper's figure 7 [Hz]."""
+CHOICE = "not printed in the abstract; a choice"
+COAT = "not printed; vezzoli_2014 says only that C_i is comparable with C_s"
+
+
+def time_constant(cut_off: float) -> float:
+    """Time constant [s] of a first-order circuit with this cut-off [Hz]."""
+    return 1 / (2 * math.pi * cut_off)
+
+
+def capacitance_ratio() -> float:
+    """C_i over C_s of the coat chosen here and the founding paper's skin."""
+    coat = values.capacitance(
+        permittivity=values.COAT_PERMITTIVITY, thickness=values.COAT_THICKNESS, area=values.AREA
+    )
+    return coat / values.skin_capacitance()
+
+
+def first_order_skin(*, time_constant: float) -> Constant:
+    """Skin that gives the first-order circuit of the coat this time constant.
+
+    Parameters
+    ----------
+    time_constant : float
+        (C_i + C_s) R_s [s].
+
+    Returns
+    -------
+    Constant
+        Permittivity of the founding paper, conductivity from the time constant: circular.
+    """
+    conductivity = eps0 * values.SKIN_PERMITTIVITY * (1 + capacitance_ratio()) / time_constant
+    return Constant(permittivity=values.SKIN_PERMITTIVITY, conductivity=conductivity)
+
+
+@functools.cache
+def scenarios() -> dict[str, Scenario]:
+    """Give the first-order model with its cut-off at the bound of the abstract."""
+    skin = first_order_skin(time_constant=time_constant(CUT_OFF))
+    content = {
+        "title": "Meyer 2013: first-order skin on a thin coat, cut-off 500 Hz",
+        "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 1000.0},
+        "force": {"model": "StratumCorneumPlane"},
+        "friction": {"model": "Coulomb", "coefficient": 0.5},
+        "contact": {"model": "FixedArea", "area": values.AREA},
+        "load": {"normal_force": 0.5},
+        "circuit": {"return_path": {"model": "Grounded", "resistance": 0.0}},
+        "time": {"initial_state": {"model": "PeriodicState"}},
+        "frequency": {"low": BAND[0], "high": BAND[1], "samples": 81},
+        "stack": {
+            "insulator": {
+                "thickness": values.COAT_THICKNESS,
+                "material": {"model": "Constant", "permittivity": values.COAT_PERMITTIVITY},
+            },
+            "stratum_corneum": {"thickness": values.SKIN_THICKNESS, "material": skin},
+        },
+        "sources": {
+            "drive.amplitude": CHOICE,
+            "drive.frequency": CHOICE,
+            "friction.coefficient": CHOICE,
+            "contact.area": CHOICE,
+            "load.normal_force": CHOICE,
+            "circuit.return_path.resistance": "none, so that the circuit is of first order",
+            "stack.insulator.thickness": COAT,
+            "stack.insulator.material.permittivity": COAT,
+            "stack.stratum_corneum.thickness": "not printed; vezzoli_2014, section 3.1",
+            "stack.stratum_corneum.material.permittivity": "not printed; vezzoli_2014, section 3.1",
+            "stack.stratum_corneum.material.conductivity": "the abstract's bound of 500 Hz, turned round; circular",
+        },
+    }
+    return {"first_order": Scenario.model_validate(content)}
+
+
+def cut_off(skin: Material) -> float:
+    """Cut-off that the first-order circuit of the coat predicts for a skin.
+
+    Parameters
+    ----------
+    skin : Material
+        Stratum corneum, 200 um of it.
+
+    Returns
+    -------
+    float
+        Lowest frequency [Hz] between 0.1 Hz and 1 MHz at which w (C_i + C_s) R_s is 1 with the skin's values
+        at that frequency; NaN if there is none, as when nothing conducts.
+    """
+    frequency = np.geomspace(0.1, 1e6, 4001)
+    permittivity = skin.complex_permittivity(frequency)
+    coat = values.COAT_PERMITTIVITY / values.COAT_THICKNESS * values.SKIN_THICKNESS
+    turns = np.log((permittivity.real + coat) / -permittivity.imag)
+    if turns[0] > 0 or turns.max() < 0:
+        return math.nan
+    after = int(np.argmax(turns >= 0))
+    near = slice(after - 1, after + 1)
+    return float(np.exp(np.interp(0.0, turns[near], np.log(frequency[near]))))
+
+
+def share_of_plateau(frequency: float) -> float:
+    """Mean attraction of the first-order scenario at a frequency [Hz], over that at 1 GHz."""
+    scenario = scenarios()["first_order"]
+    force = mean_force(scenario, phasors(scenario, np.array([frequency, 1e9])), 100.0)
+    return float(force[0] / force[1])
+
+
+def voltage_exponent() -> float:
+    """Slope of the logarithm of the mean attraction over that of the voltage, between 50 and 100 V."""
+    scenario = scenarios()["first_order"]
+    section = phasors(scenario, np.array([1000.0]))
+    force = [float(mean_force(scenario, section, voltage)[0]) for voltage in (50.0, 100.0)]
+    return math.log2(force[1] / force[0])
+
+
+CHECKS = (
+    Check(
+        "shortest time constant of the model",
+        expect=0.318e-3,
+        rtol=2e-3,
+        source="abstract: cut-off below about 500 Hz, as a time constant",
+        compute=lambda: time_constant(CUT_OFF),
+        status="derived",
+    ),
+    Check(
+        "attraction at 500 Hz over its plateau, in the stack",
+        expect=0.5,
+        rtol=1e-6,
+        source="half the power at the cut-off of a first-order circuit, here the abstract's bound",
+        compute=lambda: share_of_plateau(CUT_OFF),
+        status="derived",
+    ),
+    Check(
+        "cut-off predicted for the founding paper's skin, in Hz",
+        expect=13.8,
+        rtol=5e-3,
+        source="1/(2 pi 7.7 ms (1 + C_i/C_s)) with C_i/C_s = 1/2, by hand, three digits: below 500 Hz",
+        compute=lambda: cut_off(values.skins()["point"].material),
+        status="derived",
+    ),
+    Check(
+        "C_i over C_s of 1 um with permittivity 3.9",
+        expect=0.5,
+        rtol=1e-2,
+        source="3.45 nF against the founding paper's 6.9 nF per cm2: C_i comparable with C_s",
+        compute=capacitance_ratio,
+        status="derived",
+    ),
+    Check(
+        "exponent of the voltage",
+        expect=2.0,
+        rtol=1e-9,
+        source="abstract: square law",
+        compute=voltage_exponent,
+        status="abstract",
+    ),
+)

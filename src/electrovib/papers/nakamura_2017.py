@@ -1,0 +1,177 @@
+"""T. Nakamura, A. Yamamoto, "Modeling and control of electroadhesion force in DC voltage", ROBOMECH Journal 4, 2017.
+
+Claims: between two surface-insulated plates under a constant voltage the force rises or falls with time, depending on
+the insulators; the rise is the classic Johnsen-Rahbek effect, and the same electrics explain the fall; a spring and a
+damper explain the small initial force; the inverse of the model makes the force follow pulses; surface charge has to
+be neutralised for a response to repeat. Does not claim: in the abstract, which alone was read, a resistivity, a
+thickness, a spring constant.
+
+The electrics are two leaky layers in series: V = E_d d + E_g g, and the charge between them grows by what one conducts
+more than the other. The gap's field begins at V C_d/(C_d + C_g) and ends at V G_d/(G_d + G_g), with one time constant
+(C_d + C_g)/(G_d + G_g), so that it rises if and only if rho_g > eps_d rho_d. With a third layer that blocks, as the
+founding paper's film, the gap's field always ends at 0, whatever it does first. The mechanical part is not computed.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+from electrovib.core.checks import Check
+from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.papers.vezzoli_2014 import values
+from electrovib.solve.scenario import Scenario
+from electrovib.solve.simulate import modes, simulate
+
+CITATION = (
+    "T. Nakamura, A. Yamamoto, Modeling and control of electroadhesion force in DC voltage, ROBOMECH J. 4 (2017),"
+    " doi:10.1186/s40648-017-0085-3 (abstract)"
+)
+STATUS = "abstract"
+NOT_READ = (
+    "The paper's tables of layers and its spring and damper were not read; two leaky layers in series are the textbook"
+    " form of its electrics."
+)
+
+VOLTAGE, AREA = 100.0, 1e-4
+THICKNESS, PERMITTIVITY, RESISTIVITY = 200e-6, 1650.0, 5.6e5
+"""Of the leaky dielectric, here a stratum corneum, a choice [m, 1, ohm m]."""
+GAP = 3e-6
+RISING, FALLING = 1e12, 1e6
+"""Resistivity of the gap above and below eps_d rho_d, a choice [ohm m]."""
+CHOICE = "not printed in the abstract; a choice"
+FOUNDING = "not printed in the abstract; the film of vezzoli_2014, section 3.1"
+
+
+def rises(*, permittivity: float, resistivity: float, gap_resistivity: float) -> bool:
+    """Tell whether the gap's field rises under a constant voltage: rho_g > eps_d rho_d.
+
+    Parameters
+    ----------
+    permittivity : float
+        Of the dielectric.
+    resistivity, gap_resistivity : float
+        Of the dielectric and of the gap [ohm m].
+
+    Returns
+    -------
+    bool
+        For two layers; a third one that blocks lets it end at 0.
+    """
+    return gap_resistivity > permittivity * resistivity
+
+
+def interface_charge(*, gap_resistivity: float) -> float:
+    """Charge per area that a constant voltage leaves between gap and dielectric.
+
+    Parameters
+    ----------
+    gap_resistivity : float
+        ohm m.
+
+    Returns
+    -------
+    float
+        On the gap's face towards the finger [C/m2], negative where the gap conducts less: D_d - D_g.
+    """
+    current_density = VOLTAGE / (THICKNESS * RESISTIVITY + GAP * gap_resistivity)
+    return eps0 * current_density * (PERMITTIVITY * RESISTIVITY - gap_resistivity)
+
+
+def _content(title: str, gap_resistivity: float) -> dict[str, Any]:
+    gap = {"model": "Constant", "permittivity": 1.0, "conductivity": 1 / gap_resistivity}
+    skin = {"model": "Constant", "permittivity": PERMITTIVITY, "conductivity": 1 / RESISTIVITY}
+    return {
+        "title": f"Nakamura 2017: {title}",
+        "drive": {"model": "Constant", "level": VOLTAGE},
+        "force": {"model": "GapPlane"},
+        "friction": {"model": "Coulomb", "coefficient": 0.5},
+        "contact": {"model": "FixedArea", "area": AREA},
+        "load": {"normal_force": 0.5},
+        "circuit": {"return_path": {"model": "Grounded", "resistance": 0.0}},
+        "stack": {
+            "gap": {"thickness": GAP, "material": gap},
+            "stratum_corneum": {"thickness": THICKNESS, "material": skin},
+        },
+        "sources": {
+            "drive.level": CHOICE,
+            "friction.coefficient": CHOICE,
+            "contact.area": CHOICE,
+            "load.normal_force": CHOICE,
+            "circuit.return_path.resistance": "none, so that two layers are all there is",
+            "stack.gap.thickness": CHOICE,
+            "stack.gap.material.permittivity": "air",
+            "stack.gap.material.conductivity": CHOICE,
+            "stack.stratum_corneum.thickness": CHOICE,
+            "stack.stratum_corneum.material.permittivity": CHOICE,
+            "stack.stratum_corneum.material.conductivity": CHOICE,
+        },
+    }
+
+
+def _blocked() -> dict[str, Any]:
+    content = _content("rise and fall, with a film that blocks", RISING)
+    film = {"model": "Constant", "permittivity": values.FILM_PERMITTIVITY}
+    content["stack"] = {"insulator": {"thickness": values.FILM_THICKNESS, "material": film}} | content[
+        "stack"
+    ]
+    content["time"] = {"duration": 50.0}
+    content["sources"] |= {
+        "stack.insulator.thickness": FOUNDING,
+        "stack.insulator.material.permittivity": FOUNDING,
+    }
+    return content
+
+
+def _charged() -> dict[str, Any]:
+    content = _content("rise, with the charge that an earlier voltage has left", RISING)
+    content["stack"]["gap"]["initial_charge"] = interface_charge(gap_resistivity=RISING)
+    content["sources"]["stack.gap.initial_charge"] = (
+        "what the same voltage held for long leaves, not neutralised"
+    )
+    return content
+
+
+@functools.cache
+def scenarios() -> dict[str, Scenario]:
+    """Give a force that rises, one that falls, the rise not neutralised before, and the rise over a film."""
+    contents = {
+        "rise": _content("rise, the gap conducts less", RISING),
+        "fall": _content("fall, the gap conducts more", FALLING),
+        "charged": _charged(),
+        "blocked": _blocked(),
+    }
+    return {name: Scenario.model_validate(content) for name, content in contents.items()}
+
+
+def pressures(name: str) -> tuple[float, float]:
+    """Attraction per area just after the voltage is on, and long after [Pa]."""
+    trace = simulate(scenarios()[name], time=np.array([0.0, 10.0]))
+    first, last = (trace.electrostatic_force.values / AREA).tolist()
+    return first, last
+
+
+def time_constant(name: str) -> float:
+    """Time constant of a scenario of two layers [s]."""
+    section, _ = modes(scenarios()[name])
+    return 1 / float(section.modes.rates[0])
+
+
+def _two_layers(name: str, expect: float, rtol: float, compute: Any) -> Check:
+    source = "closed form of two layers, evaluated apart from this code, as many digits as the tolerance says"
+    return Check(name, expect=expect, rtol=rtol, source=source, compute=compute, status="derived")
+
+
+CHECKS = (
+    _two_layers("pressure at first, Pa", 4544.0, 1.5e-4, lambda: pressures("rise")[0]),
+    _two_layers(
+        "pressure at last where the gap conducts less, Pa", 4919.0, 1.5e-4, lambda: pressures("rise")[1]
+    ),
+    _two_layers(
+        "pressure at last where the gap conducts more, Pa", 3.3, 1.5e-2, lambda: pressures("fall")[1]
+    ),
+    _two_layers("time constant of the rise, s", 8.5e-3, 6e-3, lambda: time_constant("rise")),
+    _two_layers("time constant of the fall, s", 0.22e-3, 2.5e-2, lambda: time_constant("fall")),
+)

@@ -1,0 +1,169 @@
+"""A. M. Rauf, S. Follmer, "Modeling the dynamics of sub-millisecond electroadhesive engagement and release", 2025.
+
+Extreme Mechanics Letters 79, 102382: a clutch of interdigitated electrodes on a metal, not a finger.
+
+Claims: engagement and release as squeeze film, contact mechanics, polarisation of the dielectric and rise and
+fall of the drive together; release is far slower than electrostatics alone would have it, and higher drive
+frequencies, narrower substrates and faster drives shorten it; engagement below 15 us, release below 875 us.
+The pull takes the air gap into account and follows field calculations from 10 nm to 10 um.
+Does not claim: fringes of the electrodes, a power of two between shear load and voltage (1.6 to 1.8 was measured:
+the gap closes and friction is not in proportion), anything on skin.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+from electrovib.core.checks import Check
+from electrovib.core.constants import eps0
+from electrovib.physics.material import ColeCole
+from electrovib.solve.scenario import Scenario
+from electrovib.solve.simulate import simulate
+
+CITATION = (
+    "A. M. Rauf, S. Follmer, Modeling the dynamics of sub-millisecond electroadhesive engagement and release times,"
+    " Extreme Mech. Lett. 79, 102382 (2025), doi:10.1016/j.eml.2025.102382, arXiv:2412.16803 (abstract and public code)"
+)
+STATUS = "abstract"
+NOT_READ = (
+    "the text: equation (4), its field calculations and the fit of the film are from the authors' public code; contact"
+    " mechanics, squeeze film and the unit of the measured shear loads are not taken over"
+)
+DEFECTS = (
+    "Rauf 2025 against stresses taken inside a dielectric: as the gap closes to 10 nm, its field calculations come to 48.0"
+    " and 3.00 times eps0 k V^2 A/(8 d^2) for permittivities k of 50 and 3. The force is that of the field in the gap.",
+)
+
+THICKNESS, VOLTAGE = 24e-6, 300.0
+FINGERS, WIDTH, DEPTH = 4, 1.5e-3, 2e-3
+AREA = FINGERS * WIDTH * DEPTH
+"""Of all electrode fingers, half of them of either polarity [m2]."""
+HIGH, LOW = 50.0, 3.0
+"""Permittivities of the dielectric in the field calculations."""
+FIELD_POINTS = {
+    (HIGH, 10e-9): 4.983,
+    (HIGH, 1e-6): 0.5516,
+    (HIGH, 10e-6): 0.01151,
+    (LOW, 10e-9): 0.01870,
+    (LOW, 1e-6): 0.01482,
+    (LOW, 10e-6): 0.003733,
+}
+"""Permittivity and air gap [m] to the force of the finite-element calculation [N]."""
+WITHIN = {HIGH: 6e-2, LOW: 1.5e-2}
+"""How far the formula may be off: the calculation has fringes, the more the larger the permittivity."""
+
+
+def clutch_force(
+    *,
+    voltage: float,
+    gap: float,
+    permittivity: float,
+    thickness: float = THICKNESS,
+    area: float = AREA,
+) -> float:
+    """Attraction of interdigitated electrodes under a dielectric to a floating metal.
+
+    Parameters
+    ----------
+    voltage : float
+        Between neighbouring electrodes [V], half of it across each interface.
+    gap : float
+        Of air [m], 0 or more.
+    permittivity, thickness : float
+        Of the dielectric, 1 and m.
+    area : float
+        Of the electrodes of both polarities [m2].
+
+    Returns
+    -------
+    float
+        N.
+
+    Notes
+    -----
+    eps0 k^2 V^2 A/(8 (d + k g)^2): the gap plane with V/2, without fringes.
+    """
+    return eps0 * (permittivity * voltage) ** 2 * area / (8 * (thickness + permittivity * gap) ** 2)
+
+
+def film() -> ColeCole:
+    """Give the relaxor film (PVDF-TrFE-CFE) as the authors fit it in their code; it conducts nothing there."""
+    term = {"strength": 54.2 - 4.0, "relaxation_time": 2.82e-6, "broadening": 1 - 0.562}
+    return ColeCole.model_validate({"permittivity_high": 4.0, "terms": [term], "conductivity": 0.0})
+
+
+def _check(permittivity: float, gap: float) -> Check:
+    return Check(
+        f"finite-element force, permittivity {permittivity:g}, gap {gap * 1e6:g} um",
+        expect=FIELD_POINTS[permittivity, gap],
+        rtol=WITHIN[permittivity],
+        source="points of figure 2b in the authors' public code",
+        compute=functools.partial(clutch_force, voltage=VOLTAGE, gap=gap, permittivity=permittivity),
+        status="abstract",
+    )
+
+
+def stack_over_formula() -> float:
+    """Give the force of the stack with two contacts over that of the formula, at 1 um and permittivity 50."""
+    trace = simulate(scenarios()["field_50"], time=np.array([0.0, 1e-3]))
+    force = float(trace.electrostatic_force[-1])
+    return force / clutch_force(voltage=VOLTAGE, gap=1e-6, permittivity=HIGH)
+
+
+CHECKS = (
+    *(_check(*point) for point in FIELD_POINTS),
+    Check(
+        "stack with two contacts over the formula",
+        expect=1.0,
+        rtol=1e-9,
+        source="identity: the current goes in by half of the electrodes and out by the other half",
+        compute=stack_over_formula,
+        status="derived",
+    ),
+)
+
+_CODE = "the authors' public code of figure 2b"
+_NONE = "not in the field calculation"
+
+
+def _clutch(title: str, material: dict[str, Any], drive: dict[str, Any]) -> Scenario:
+    content = {
+        "title": title,
+        "drive": drive,
+        "time": {"duration": 1e-3},
+        "force": {"model": "GapPlane"},
+        "friction": {"model": "Coulomb", "coefficient": 0.0},
+        "contact": {"model": "FixedArea", "area": AREA / 2},
+        "load": {"normal_force": 0.0},
+        "circuit": {"return_path": {"model": "SecondElectrode", "area": AREA / 2, "resistance": 0.0}},
+        "stack": {"insulator": {"thickness": THICKNESS, "material": material}, "gap": {"thickness": 1e-6}},
+    }
+    scenario = Scenario.model_validate(content)
+    sources = {path: _CODE for path, _, _ in scenario.parameters() if not path.startswith("time.")}
+    sources |= dict.fromkeys(("friction.coefficient", "load.normal_force"), _NONE)
+    return scenario.model_copy(update={"sources": sources})
+
+
+def scenarios() -> dict[str, Scenario]:
+    """Give the clutch with an air gap of 1 um.
+
+    Returns
+    -------
+    dict of str to Scenario
+        ``field_50`` and ``field_3`` of the field calculations, ``relaxor`` with the film as fitted.
+    """
+    held = {"model": "Constant", "level": VOLTAGE}
+    cases = {f"field_{value:g}": {"model": "Constant", "permittivity": value} for value in (HIGH, LOW)}
+    found = {
+        name: _clutch(f"Rauf 2025, figure 2b, {name}", material, held) for name, material in cases.items()
+    }
+    step = {"model": "Trapezium", "high": VOLTAGE, "rise": 1e-5, "hold": 9e-4, "fall": 1e-5}
+    relaxor = _clutch("Rauf 2025, film that polarises slowly, edges of a choice", film().to_dict(), step)
+    edges = {f"drive.{name}": "a choice" for name in ("rise", "hold", "fall")}
+    film_paths = [path for path in relaxor.sources if "insulator.material" in path]
+    fit = dict.fromkeys(film_paths, "the authors' public code of figure 3")
+    found["relaxor"] = relaxor.model_copy(update={"sources": relaxor.sources | edges | fit})
+    return found

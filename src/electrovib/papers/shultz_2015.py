@@ -1,0 +1,128 @@
+"""C. D. Shultz, M. A. Peshkin, J. E. Colgate, surface haptics via electroadhesion, World Haptics Conference 2015.
+
+Claims: a coating that leaks, in the place of one that insulates, puts nearly all of a DC voltage across the gap between
+finger and coating, the Johnsen-Rahbek effect, so that the attraction eps0 A (V_gap/g)^2/2 lasts under DC where that of
+an insulating coating fades. Does not claim: values of coating, gap and voltage (none was read; the text is recalled,
+the title stands in a list of references). The law is GapPlane on layers that conduct. What decides is which layer
+leaks least: the coating has to conduct better than the gap, rho_g g against rho_c T_c once all has settled.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+from electrovib.core.checks import Check
+from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.papers.vezzoli_2014 import values
+from electrovib.solve.scenario import Scenario
+from electrovib.solve.simulate import simulate
+
+CITATION = (
+    "C. D. Shultz, M. A. Peshkin, J. E. Colgate, Surface haptics via electroadhesion: expanding electrovibration with"
+    " Johnsen and Rahbek, IEEE World Haptics Conference 2015 (title from the references of hal-01341981; text recalled)"
+)
+STATUS = "recalled"
+NOT_READ = "The text was not read: its law is recalled, its coating, gap and voltages are not known here."
+
+VOLTAGE, AREA, GAP = 100.0, 1e-4, 3e-6
+COAT_RESISTIVITY, GAP_RESISTIVITY = 1e7, 1e12
+"""Of a coating that leaks and of a gap that leaks less, a choice [ohm m]."""
+CHOICE = "not read; a choice"
+COAT = "not read; a thin coat, as in vezzoli_2014 for its figure 7"
+SKIN = "not read; the skin of vezzoli_2014, section 3.1"
+
+
+def gap_force(*, voltage: float, gap: float, area: float) -> float:
+    """Attraction when the whole voltage stands across the gap: eps0 A (V/g)^2/2, the recalled law.
+
+    Parameters
+    ----------
+    voltage, gap, area : float
+        V, m, m2.
+
+    Returns
+    -------
+    float
+        N.
+    """
+    return eps0 * area * (voltage / gap) ** 2 / 2
+
+
+def _content(title: str, coat_conductivity: float) -> dict[str, Any]:
+    coat = {
+        "model": "Constant",
+        "permittivity": values.COAT_PERMITTIVITY,
+        "conductivity": coat_conductivity,
+    }
+    gap = {"model": "Constant", "permittivity": 1.0, "conductivity": 1 / GAP_RESISTIVITY}
+    return {
+        "title": f"Shultz 2015: {title}",
+        "drive": {"model": "Constant", "level": VOLTAGE},
+        "force": {"model": "GapPlane"},
+        "friction": {"model": "Coulomb", "coefficient": 0.5},
+        "contact": {"model": "FixedArea", "area": AREA},
+        "load": {"normal_force": 0.5},
+        "circuit": {"return_path": {"model": "Grounded", "resistance": 1000.0}},
+        "time": {"duration": 400.0},
+        "stack": {
+            "insulator": {"thickness": values.COAT_THICKNESS, "material": coat},
+            "gap": {"thickness": GAP, "material": gap},
+            "stratum_corneum": {
+                "thickness": values.SKIN_THICKNESS,
+                "material": values.skins()["point"].material,
+            },
+        },
+        "sources": {
+            "drive.level": CHOICE,
+            "friction.coefficient": CHOICE,
+            "contact.area": CHOICE,
+            "load.normal_force": CHOICE,
+            "circuit.return_path.resistance": CHOICE,
+            "stack.insulator.thickness": COAT,
+            "stack.insulator.material.permittivity": COAT,
+            "stack.insulator.material.conductivity": CHOICE,
+            "stack.gap.thickness": CHOICE,
+            "stack.gap.material.permittivity": "air",
+            "stack.gap.material.conductivity": CHOICE,
+            "stack.stratum_corneum.thickness": SKIN,
+            "stack.stratum_corneum.material.permittivity": SKIN,
+            "stack.stratum_corneum.material.conductivity": "inverse of the 7.7 ms of vezzoli_2014; a choice",
+        },
+    }
+
+
+@functools.cache
+def scenarios() -> dict[str, Scenario]:
+    """Give a held voltage on a coating that leaks, and on one that insulates."""
+    leaky = _content("held voltage, a coating that leaks", 1 / COAT_RESISTIVITY)
+    blocking = _content("held voltage, a coating that insulates", 0.0)
+    return {"leaky": Scenario.model_validate(leaky), "insulated": Scenario.model_validate(blocking)}
+
+
+def settled_force(name: str) -> float:
+    """Attraction long after the voltage is on [N]."""
+    force = simulate(scenarios()[name], time=np.array([0.0, 1e4])).electrostatic_force.values
+    return float(force[-1])
+
+
+CHECKS = (
+    Check(
+        "attraction with all of 100 V across 3 um and 1 cm2, N",
+        expect=0.4919,
+        rtol=2e-4,
+        source="limit of the gap plane, by hand, four digits",
+        compute=lambda: gap_force(voltage=VOLTAGE, gap=GAP, area=AREA),
+        status="derived",
+    ),
+    Check(
+        "settled attraction on a coating that leaks, N",
+        expect=0.4919,
+        rtol=2e-4,
+        source="limit of the gap plane, by hand: the gap resists 3e4 times as much as coat and skin together",
+        compute=lambda: settled_force("leaky"),
+        status="derived",
+    ),
+)

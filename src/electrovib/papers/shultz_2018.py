@@ -1,0 +1,150 @@
+"""C. D. Shultz, M. A. Peshkin, J. E. Colgate: electrical impedance of sliding fingertips, Haptics Symposium 2018.
+
+"On the electrical characterization of electroadhesive displays and the prominent interfacial gap impedance
+associated with sliding fingertips".
+
+Claims: skin, body, coating, electrode and an interfacial gap are impedances in series; sliding raises the whole
+by 100 to 1000 %, nothing but the gap explains it, and it vanishes when the finger stops; linear only at high
+frequency or small current. Does not claim: values of the elements, a gap, a force (none was read). With
+capacitors alone a gap g multiplies the impedance by r = 1 + g/K, K the electrical thickness without gap, and the
+same r divides the gap field at fixed voltage: the attraction of the gap plane is the one of contact over r^2.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+from electrovib.core.checks import Check
+from electrovib.papers.vezzoli_2014 import values
+from electrovib.solve.scenario import Scenario
+from electrovib.solve.simulate import mean_force, phasors
+
+CITATION = (
+    "C. D. Shultz, M. A. Peshkin, J. E. Colgate, On the electrical characterization of electroadhesive displays and"
+    " the prominent interfacial gap impedance associated with sliding fingertips, IEEE Haptics Symposium 2018,"
+    " https://experts.illinois.edu/en/publications/on-the-electrical-characterization-of-electroadhesive-displays-an"
+    " (abstract)"
+)
+STATUS = "abstract"
+NOT_READ = (
+    "The values of the series elements, and the equations of the companion paper on broadband electroadhesion"
+    " (IEEE Trans. Haptics 11(2), 2018), were not read."
+)
+
+RISE = (2.0, 11.0)
+"""Impedance of a sliding finger over that of a resting one: a rise of 100 to 1000 %, abstract."""
+CHOICE = "not printed in the abstract; a choice"
+COAT = "not printed in the abstract; a thin coat, as in vezzoli_2014 for its figure 7"
+SKIN = "not printed in the abstract; the skin of vezzoli_2014, section 3.1"
+
+_CARRIER = 1e5
+"""High enough for the skin's conduction not to matter: the linear regime of the abstract [Hz]."""
+
+
+def electrical_thickness() -> float:
+    """Sum T/eps of coat and skin, without gap [m]."""
+    return values.COAT_THICKNESS / values.COAT_PERMITTIVITY + values.SKIN_THICKNESS / values.SKIN_PERMITTIVITY
+
+
+def gap_for(rise: float) -> float:
+    """Gap [m] that multiplies a capacitive impedance by this factor [1]: (r - 1) K."""
+    return (rise - 1) * electrical_thickness()
+
+
+def _content(title: str, gap: dict[str, Any]) -> dict[str, Any]:
+    coat = {"model": "Constant", "permittivity": values.COAT_PERMITTIVITY}
+    skin = values.skins()["point"].material
+    return {
+        "title": title,
+        "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 1e4},
+        "force": {"model": "GapPlane"},
+        "friction": {"model": "Coulomb", "coefficient": 0.5},
+        "contact": {"model": "FixedArea", "area": 1e-4},
+        "load": {"normal_force": 0.5},
+        "circuit": {"return_path": {"model": "Grounded", "resistance": 1000.0}},
+        "time": {"initial_state": {"model": "PeriodicState"}},
+        "stack": {
+            "insulator": {"thickness": values.COAT_THICKNESS, "material": coat},
+            **gap,
+            "stratum_corneum": {"thickness": values.SKIN_THICKNESS, "material": skin},
+        },
+        "sources": {
+            "drive.amplitude": CHOICE,
+            "drive.frequency": CHOICE,
+            "friction.coefficient": CHOICE,
+            "contact.area": CHOICE,
+            "load.normal_force": CHOICE,
+            "circuit.return_path.resistance": "body and electrode together, not printed in the abstract; a choice",
+            "stack.insulator.thickness": COAT,
+            "stack.insulator.material.permittivity": COAT,
+            "stack.stratum_corneum.thickness": SKIN,
+            "stack.stratum_corneum.material.permittivity": SKIN,
+            "stack.stratum_corneum.material.conductivity": "inverse of the 7.7 ms of vezzoli_2014; a choice",
+        },
+    }
+
+
+@functools.cache
+def scenarios() -> dict[str, Scenario]:
+    """Give one finger at rest, and sliding with a gap inside the window of the abstract."""
+    rest = _content("Shultz 2018: finger at rest, no gap", {})
+    sliding = _content(
+        "Shultz 2018: sliding finger, impedance 3.6 times that at rest", {"gap": {"thickness": 1e-6}}
+    )
+    sliding["sources"]["stack.gap.thickness"] = "not printed; inside the 100 to 1000 % of the abstract"
+    sliding["sources"]["stack.gap.material.permittivity"] = "air"
+    return {"at_rest": Scenario.model_validate(rest), "sliding": Scenario.model_validate(sliding)}
+
+
+def sliding_over_rest(gap: float) -> tuple[float, float]:
+    """Compare a sliding finger with a resting one, body and electrode left out.
+
+    Parameters
+    ----------
+    gap : float
+        m.
+
+    Returns
+    -------
+    tuple of float
+        Magnitude of the impedance at 100 kHz, and mean attraction in the gap, sliding over at rest.
+    """
+    at = np.array([_CARRIER])
+    found = []
+    for name, changes in (("sliding", {"stack.gap.thickness": gap}), ("at_rest", {})):
+        scenario = scenarios()[name].replace({**changes, "circuit.return_path.resistance": 0.0})
+        section = phasors(scenario, at)
+        found.append((1 / abs(section.current_density[0]), float(mean_force(scenario, section, 100.0)[0])))
+    (impedance, force), (impedance_at_rest, force_at_rest) = found
+    return float(impedance / impedance_at_rest), force / force_at_rest
+
+
+CHECKS = (
+    Check(
+        "impedance with a gap of 0.385 um over that at rest",
+        expect=2.0,
+        rtol=2e-3,
+        source="abstract: a rise of 100 %; gap of K computed by hand, three digits",
+        compute=lambda: sliding_over_rest(0.385e-6)[0],
+        status="derived",
+    ),
+    Check(
+        "impedance with a gap of 3.846 um over that at rest",
+        expect=11.0,
+        rtol=1e-3,
+        source="abstract: a rise of 1000 %; gap of 10 K computed by hand, four digits",
+        compute=lambda: sliding_over_rest(3.846e-6)[0],
+        status="derived",
+    ),
+    Check(
+        "attraction of contact over that with twice its impedance",
+        expect=4.0,
+        rtol=3e-3,
+        source="identity: at fixed voltage the gap field falls as the impedance rises",
+        compute=lambda: 1 / sliding_over_rest(0.385e-6)[1],
+        status="derived",
+    ),
+)

@@ -1,0 +1,162 @@
+"""R. M. Strong, D. E. Troxel, "An electrotactile display", IEEE Transactions on Man-Machine Systems 11(1), 1970.
+
+Claims: exploring the display gives a sensation of texture whose intensity is set primarily by the peak applied
+voltage, not by the current density. Does not claim: an equation, a thickness, a permittivity, a
+threshold in volts (none was read). The law of one dielectric between two plates, eps0 eps A V^2/(2 d^2), is
+recalled; it is the insulator plane with the whole voltage on the insulator, low by eps against the gap plane.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+
+from electrovib.core.checks import Check
+from electrovib.papers.vezzoli_2014 import values
+from electrovib.solve.scenario import Scenario
+from electrovib.solve.simulate import mean_force, phasors, simulate
+
+CITATION = (
+    "R. M. Strong, D. E. Troxel, An electrotactile display, IEEE Trans. Man-Mach. Syst. 11(1) (1970),"
+    " https://ieeexplore.ieee.org/document/4081933 (abstract)"
+)
+STATUS = "abstract"
+NOT_READ = (
+    "The paper's model of the texture sensation was not read. F = eps0 eps A V^2/(2 d^2) with Coulomb friction is"
+    " recalled; here it is InsulatorPlane on one layer."
+)
+
+CHOICE = "not printed in the abstract; a choice"
+FOUNDING = "not printed in the abstract; the film of vezzoli_2014, so that the laws can be compared"
+VOLTAGE = values.VOLTAGE
+"""Peak of the ready-made drive, a choice [V]."""
+
+
+def static_force(*, thickness: float, permittivity: float, area: float, voltage: float) -> float:
+    """Pull between the plates of a capacitor whose whole gap is one dielectric, the recalled law.
+
+    Parameters
+    ----------
+    thickness, permittivity, area, voltage : float
+        m, 1, m2, V.
+
+    Returns
+    -------
+    float
+        eps0 eps A V^2/(2 d^2) [N].
+    """
+    return (
+        values.capacitance(permittivity=permittivity, thickness=thickness, area=area)
+        * voltage**2
+        / (2 * thickness)
+    )
+
+
+def _display(law: str) -> Scenario:
+    material = {"model": "Constant", "permittivity": values.FILM_PERMITTIVITY}
+    return Scenario.model_validate(
+        {
+            "title": f"Strong and Troxel 1970: one dielectric under a sliding finger, {law}",
+            "drive": {"model": "Sine", "amplitude": VOLTAGE, "frequency": 100.0},
+            "force": {"model": law},
+            "friction": {"model": "Coulomb", "coefficient": 0.5},
+            "contact": {"model": "FixedArea", "area": 1e-4},
+            "load": {"normal_force": 0.5},
+            "circuit": {"return_path": {"model": "Grounded", "resistance": 1000.0}},
+            "stack": {"insulator": {"thickness": values.FILM_THICKNESS, "material": material}},
+            "sources": {
+                "drive.amplitude": CHOICE,
+                "drive.frequency": CHOICE,
+                "friction.coefficient": CHOICE,
+                "contact.area": CHOICE,
+                "load.normal_force": CHOICE,
+                "circuit.return_path.resistance": CHOICE,
+                "stack.insulator.thickness": FOUNDING,
+                "stack.insulator.material.permittivity": FOUNDING,
+            },
+        }
+    )
+
+
+@functools.cache
+def scenarios() -> dict[str, Scenario]:
+    """Give one display with the recalled law, and the same display cut free in the gap."""
+    return {"display": _display("InsulatorPlane"), "display_gap": _display("GapPlane")}
+
+
+def attraction(law: str, voltage: float) -> float:
+    """Attraction of the display under a held voltage.
+
+    Parameters
+    ----------
+    law : str
+        Name of a force law.
+    voltage : float
+        V.
+
+    Returns
+    -------
+    float
+        N.
+    """
+    held = scenarios()["display"].replace(
+        {"force.model": law, "drive": {"model": "Constant", "level": voltage}}
+    )
+    return float(simulate(held, time=np.array([0.0, 1e-3])).electrostatic_force[-1])
+
+
+def against_frequency(low: float, high: float) -> tuple[float, float]:
+    """Compare two frequencies at one peak voltage.
+
+    Parameters
+    ----------
+    low, high : float
+        Hz.
+
+    Returns
+    -------
+    tuple of float
+        Mean attraction, and current density, at the high frequency over those at the low one.
+    """
+    display = scenarios()["display"]
+    section = phasors(display, np.array([low, high]))
+    force = mean_force(display, section, VOLTAGE)
+    current = np.abs(section.current_density)
+    return float(force[1] / force[0]), float(current[1] / current[0])
+
+
+CHECKS = (
+    Check(
+        "static force of one dielectric layer at 1000 V",
+        expect=0.183096,
+        rtol=1e-5,
+        source="stress D E/2 in a plate capacitor, film of vezzoli_2014, computed by hand",
+        compute=lambda: attraction("InsulatorPlane", VOLTAGE),
+        status="derived",
+    ),
+    Check(
+        "gap plane over this law",
+        expect=3.35,
+        rtol=1e-9,
+        source="identity: one displacement, permittivity of the insulator against that of air",
+        compute=lambda: attraction("GapPlane", VOLTAGE) / attraction("InsulatorPlane", VOLTAGE),
+        status="derived",
+    ),
+    Check(
+        "attraction at 10 kHz over 100 Hz, one peak voltage",
+        expect=1.0,
+        rtol=1e-4,
+        source="abstract: peak voltage sets the sensation, not current density; 1 kohm of body takes 4e-6",
+        compute=lambda: against_frequency(100.0, 1e4)[0],
+        status="abstract",
+    ),
+    Check(
+        "current density at 10 kHz over 100 Hz, one peak voltage",
+        expect=100.0,
+        rtol=1e-4,
+        source="the current of a capacitor grows with frequency while the attraction above stays",
+        compute=lambda: against_frequency(100.0, 1e4)[1],
+        status="derived",
+    ),
+)

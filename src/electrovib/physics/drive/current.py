@@ -1,0 +1,103 @@
+"""Drives that prescribe the current: what the voltage becomes is up to finger and plate."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import numpy as np
+
+from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.parts import Linear, Part, Real, Smooth, Tones
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+class CurrentSine(Drive):
+    """A sinusoidal current.
+
+    Notes
+    -----
+    From rest it matters where it begins: a current that starts as a sine (phase 0) leaves the charge that a
+    blocking layer holds at I/w (1 - cos wt), one that starts as a cosine (phase pi/2) at I/w sin wt.
+    """
+
+    quantity: ClassVar[str] = "current"
+    example: ClassVar[Mapping[str, Any]] = {"amplitude": 1e-3, "frequency": 25e3}
+
+    amplitude: Annotated[Number, Quantity("A", 0, 10, "peak current")]
+    frequency: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "frequency")]
+    phase: Annotated[Number, Quantity("rad", -10, 10, "0 for a sine, pi/2 for a cosine")] = 0.0
+
+    def parts(self) -> tuple[Tones, ...]:
+        """Give one tone [A]."""
+        amplitude = self.amplitude * np.exp(1j * (self.phase - math.pi / 2))
+        return (Tones(np.array([self.frequency]), np.array([amplitude])),)
+
+    @property
+    def period(self) -> float:
+        """One over the frequency."""
+        return 1 / self.frequency
+
+    @property
+    def duration(self) -> float:
+        """Five periods."""
+        return 5 / self.frequency
+
+
+class CurrentAmplifier(Drive):
+    """A current that follows a command voltage: any drive as a current.
+
+    Notes
+    -----
+    i = v/R with the amplifier's sense resistor R: 1 kohm gives 1 mA for each volt of the command. Its supply
+    is taken as unlimited; the voltage it needs is a signal of the result.
+    """
+
+    quantity: ClassVar[str] = "current"
+    example: ClassVar[Mapping[str, Any]] = {
+        "command": {"model": "Trapezium", "high": 1, "rise": 1e-3, "hold": 2e-3, "fall": 1e-3},
+        "sense_resistance": 1e4,
+    }
+
+    command: Drive
+    sense_resistance: Annotated[
+        Number, Quantity("ohm", 0.1, 1e12, "command voltage over the current it asks for")
+    ]
+
+    def parts(self) -> tuple[Part, ...]:
+        """Give the parts of the command, as currents [A]."""
+        return tuple(_divided(part, self.sense_resistance) for part in self.command.parts())
+
+    @property
+    def period(self) -> float | None:
+        """The period of the command."""
+        return self.command.period
+
+    @property
+    def duration(self) -> float:
+        """The duration of the command."""
+        return self.command.duration
+
+    @property
+    def time_stamps(self) -> Real | None:
+        """Times at which the command was measured [s]; None for a formula."""
+        return self.command.time_stamps
+
+
+def _divided(part: Part, divisor: float) -> Part:
+    """Give the same form, smaller."""
+    if isinstance(part, Linear):
+        return Linear(part.times, part.before / divisor, part.after / divisor, part.period)
+    if isinstance(part, Tones):
+        return Tones(part.frequencies, part.amplitudes / divisor, part.start, part.stop)
+    formula, derivative = part.formula, part.derivative
+    return Smooth(
+        lambda time: formula(time) / divisor,
+        lambda time: derivative(time) / divisor,
+        part.start,
+        part.stop,
+        part.highest_frequency,
+    )

@@ -1,0 +1,132 @@
+"""Polarity: linear layers cannot show it under any law; a rectifying layer can, with the published sign."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from electrovib.core.discovery import find_members
+from electrovib.core.model import read_model
+from electrovib.papers import kaczmarek_2006 as kaczmarek
+from electrovib.physics.force import ForceLaw
+from electrovib.physics.material import Material
+from electrovib.solve.simulate import simulate
+
+RAMP, HOLD = 20e-3, 0.2
+
+
+@pytest.fixture(scope="module")
+def blind():
+    return kaczmarek.polarity_of_laws(kaczmarek.scenarios()["positive"])
+
+
+@pytest.fixture(scope="module")
+def without_gap():
+    layers = kaczmarek.scenarios()["skin_positive"].replace(
+        {
+            "stack.stratum_corneum.leak": None,
+            "stack.stratum_corneum.material.conductivity": kaczmarek.skin_conductivity(kaczmarek.SLOW),
+        }
+    )
+    return kaczmarek.polarity_of_laws(layers)
+
+
+def test_every_law_on_linear_layers_is_reported_as_unable(blind, without_gap):
+    """Exactly: not a bit of the attraction changes with the sign of the voltage."""
+    able = []
+    for name, law in find_members(ForceLaw).items():
+        told = [found[name] for found in (blind, without_gap)]
+        if law.causal:
+            assert any(ratio == 1.0 for ratio, _ in told), f"{name}: {told}"
+            able += [text for ratio, text in told if not np.isnan(ratio) and ratio != 1]
+        assert all(text == kaczmarek.BLIND for ratio, text in told if ratio == 1)
+    assert not able
+    assert blind["EffectiveMediumPlane"] == (1.0, kaczmarek.BLIND)  # the baseline of the paper
+
+
+def test_a_law_that_cannot_run_says_why(blind):
+    ratio, why = blind["Vezzoli2014PerFrequency"]
+    assert np.isnan(ratio)
+    assert "not causal" in why
+
+
+@settings(max_examples=15)
+@given(
+    kind=st.sampled_from(sorted(set(find_members(Material)) - {"Tabulated"})),
+    high=st.floats(1, 1000),
+    pulse=st.sampled_from(["skin", "gap"]),
+)
+def test_linear_layers_of_any_material_are_blind(kind, high, pulse):
+    material = read_model(Material, {"model": kind, **find_members(Material)[kind].example})
+    layer = "stratum_corneum" if pulse == "skin" else "gap"
+    scenario = kaczmarek.scenarios()["positive"].replace(
+        {"drive.high": high, f"stack.{layer}.material": material, "time.samples": 61}
+    )
+    assert kaczmarek.polarity_ratio(scenario) == 1.0
+
+
+def test_charge_left_in_the_layers_tells_the_polarity():
+    """The blindness is one of the equations, not of the comparison: an offset of charge breaks it."""
+    charged = kaczmarek.scenarios()["positive"].replace({"stack.gap.initial_charge": 1e-6})
+    ratio = kaczmarek.polarity_ratio(charged)
+    assert ratio != 1.0
+    assert "positive pulses are" in kaczmarek.verdict(ratio)
+
+
+@pytest.mark.parametrize("kind", ["skin", "gap"])
+def test_positive_pulses_are_weaker(kind):
+    """The sign of the abstract: positive below negative and biphasic, at the peak of each."""
+    peaks = {
+        pulse: float(simulate(kaczmarek.scenarios()[f"{kind}_{pulse}"]).electrostatic_force.max())
+        for pulse in ("positive", "negative", "biphasic")
+    }
+    assert peaks["positive"] < 0.95 * peaks["negative"]
+    assert peaks["positive"] < 0.95 * peaks["biphasic"]
+    ratio = kaczmarek.polarity_ratio(kaczmarek.scenarios()[f"{kind}_positive"])
+    assert 0.4 < ratio < 0.5
+    assert "weaker" in kaczmarek.verdict(ratio)
+
+
+@pytest.mark.parametrize("kind", ["skin", "gap"])
+def test_the_other_asymmetry_has_the_other_sign(kind):
+    conductivity = kaczmarek.skin_conductivity if kind == "skin" else kaczmarek.gap_conductivity
+    layer = "stratum_corneum" if kind == "skin" else "gap"
+    base = kaczmarek.scenarios()[f"{kind}_positive"]
+    turned = kaczmarek.rectifying(conductivity, positive=kaczmarek.SLOW, negative=kaczmarek.FAST)
+    ratio = kaczmarek.polarity_ratio(base.replace({f"stack.{layer}.leak": turned}))
+    assert ratio * kaczmarek.polarity_ratio(base) == pytest.approx(1, rel=1e-9)
+    assert "stronger" in kaczmarek.verdict(ratio)
+    alike = kaczmarek.rectifying(conductivity, positive=kaczmarek.FAST, negative=kaczmarek.FAST)
+    same = kaczmarek.polarity_ratio(base.replace({f"stack.{layer}.leak": alike}))
+    assert same == pytest.approx(1, abs=1e-9)
+
+
+def test_the_cut_decides():
+    """In the gap plane without a leaking gap, a skin that conducts leaves the gap more, not less."""
+    leak = kaczmarek.rectifying(kaczmarek.skin_conductivity)
+    changes = {"stack.gap.leak": None, "stack.stratum_corneum.leak": leak}
+    ratio = kaczmarek.polarity_ratio(kaczmarek.scenarios()["gap_positive"].replace(changes))
+    assert 1 < ratio < 1.01
+    assert "hardly stronger" in kaczmarek.verdict(ratio)
+    found = kaczmarek.polarity_of_laws(kaczmarek.scenarios()["skin_positive"])
+    assert found["Vezzoli2014Causal"][0] < 0.5
+    assert abs(found["EffectiveMediumPlane"][0] - 1) < 1e-6  # it never loses charge
+    assert 1 < found["GapPlane"][0] < 1.01
+
+
+@pytest.mark.parametrize(
+    ("positive", "negative"), [(kaczmarek.FAST, kaczmarek.SLOW), (kaczmarek.SLOW, kaczmarek.FAST)]
+)
+def test_falling_over_rising_edge(positive, negative):
+    """About 8 if positive fields leak faster, 12 % if negative ones do."""
+    found = kaczmarek.edge_ratio(positive=positive, negative=negative, ramp=RAMP, hold=HOLD)
+    heights = [tau * -np.expm1(-RAMP / tau) for tau in (negative, positive)]
+    assert found == pytest.approx((heights[0] / heights[1]) ** 2, rel=1e-3)
+    assert round(found, 2) == (8.13 if positive < negative else 0.12)
+
+
+def test_sources_say_what_was_not_read():
+    for scenario in kaczmarek.scenarios().values():
+        assert all("not printed" in text or text == "air" for text in scenario.sources.values())

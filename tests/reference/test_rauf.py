@@ -1,0 +1,67 @@
+"""The clutch of interdigitated electrodes: published field calculations, the formula, and the stack."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.papers.rauf_2025 import FIELD_POINTS, WITHIN, clutch_force, film, scenarios
+from electrovib.solve.simulate import simulate
+
+MEASURED = {  # formula over field calculation, evaluated apart from this code, three digits
+    (50.0, 10e-9): 0.999,
+    (50.0, 1e-6): 0.989,
+    (50.0, 10e-6): 0.946,
+    (3.0, 10e-9): 0.996,
+    (3.0, 1e-6): 0.996,
+    (3.0, 10e-6): 0.988,
+}
+
+
+@pytest.mark.parametrize("point", FIELD_POINTS, ids=str)
+def test_field_calculations(point):
+    permittivity, gap = point
+    ratio = clutch_force(voltage=300.0, gap=gap, permittivity=permittivity) / FIELD_POINTS[point]
+    assert abs(ratio - 1) < {50.0: 6e-2, 3.0: 1.5e-2}[permittivity]
+    assert WITHIN[permittivity] == {50.0: 6e-2, 3.0: 1.5e-2}[permittivity]
+    assert ratio == pytest.approx(MEASURED[point], abs=6e-4)
+    # the stress inside the dielectric is not the force
+    inside = clutch_force(voltage=300.0, gap=gap, permittivity=permittivity) / permittivity
+    assert abs(inside / FIELD_POINTS[point] - 1) > 0.5
+
+
+@pytest.mark.parametrize("point", FIELD_POINTS, ids=str)
+def test_two_contacts_of_a_stack_are_the_formula(point):
+    permittivity, gap = point
+    changes = {"stack.insulator.material.permittivity": permittivity, "stack.gap.thickness": gap}
+    scenario = scenarios()["field_50"].replace(changes)
+    force = float(simulate(scenario, time=np.array([0.0, 1e-3])).electrostatic_force[-1])
+    # plates in series, no more than a dozen roundings
+    assert force == pytest.approx(clutch_force(voltage=300.0, gap=gap, permittivity=permittivity), rel=1e-12)
+    one = scenario.replace({"circuit.return_path": {"model": "Grounded", "resistance": 0.0}})
+    alone = float(simulate(one, time=np.array([0.0, 1e-3])).electrostatic_force[-1])
+    assert alone == pytest.approx(2 * force, rel=1e-12)  # half of the area at twice the voltage
+
+
+def test_closing_gap_pulls_as_the_gap_plane():
+    """10 nm: 48.0 and 3.00 times the stress of one dielectric."""
+    for permittivity, expect in ((50.0, 48.0), (3.0, 3.00)):
+        inside = clutch_force(voltage=300.0, gap=0.0, permittivity=permittivity) / permittivity
+        assert FIELD_POINTS[permittivity, 10e-9] / inside == pytest.approx(expect, rel=2e-3)  # three digits
+
+
+def test_film_polarises_within_its_fit():
+    permittivity = film().complex_permittivity(np.array([1e-3, 1 / (2 * np.pi * 2.82e-6), 1e15]))
+    assert permittivity[0].real == pytest.approx(54.2, rel=1e-3)
+    assert permittivity[2].real == pytest.approx(4.0, rel=1e-3)
+    # half of the strength in phase at the relaxation frequency, whatever the broadening
+    assert permittivity[1].real == pytest.approx((54.2 + 4.0) / 2, rel=1e-9)
+    assert np.all(permittivity.imag < 0)
+
+
+def test_slow_film_pulls_less_at_first():
+    trace = simulate(scenarios()["relaxor"], time=np.array([0.0, 1e-5, 9e-4]))
+    _, early, late = trace.electrostatic_force.values
+    settled = clutch_force(voltage=300.0, gap=1e-6, permittivity=54.2)
+    assert 0.5 * settled < early < late < settled
+    assert late > 0.95 * settled

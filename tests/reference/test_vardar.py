@@ -1,0 +1,99 @@
+"""Sine against square: thresholds of the skin's plane against numbers computed apart from this code."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.core.discovery import papers
+from electrovib.papers import vardar_2017
+
+FREQUENCIES = (15.0, 30.0, 60.0, 120.0, 240.0, 480.0)
+TABLE = {
+    1e-3: (33.1, 22.7, 12.8, 6.4, 3.8, 1.0),
+    3e-3: (25.8, 16.1, 7.6, 2.4, -0.6, -3.5),
+    7.7e-3: (19.5, 11.1, 3.6, -1.5, -4.6, -7.2),
+}
+"""dB at each frequency, one decimal."""
+CROSSOVERS = {1e-3: 590.0, 3e-3: 207.0, 7.7e-3: 86.0, 15e-3: 61.0, 30e-3: 45.0}
+"""Hz, with a weight of the same slopes whose rounding at 250 Hz is not stated."""
+
+
+@pytest.mark.parametrize("time_constant", TABLE)
+def test_threshold_ratios_of_a_first_order_skin(time_constant):
+    skin = vardar_2017.first_order_skin(time_constant)
+    found = np.array([vardar_2017.sine_over_square(skin, frequency) for frequency in FREQUENCIES])
+    misses = np.abs(found - TABLE[time_constant])
+    # half a digit, doubled; the last of 7.7 ms is 0.4 dB away and hangs on the edge of the square, see below
+    assert np.all(misses[:5] < 0.1)
+    assert misses[5] < (0.41 if time_constant == 7.7e-3 else 0.15)
+
+
+@pytest.mark.parametrize(("edge", "ratio"), [(20e-6, -7.5), (200e-6, -2.8)])
+def test_edges_of_the_square_matter_at_480_hz(edge, ratio):
+    skin = vardar_2017.first_order_skin(7.7e-3)
+    assert vardar_2017.sine_over_square(skin, 480.0, edge=edge) == pytest.approx(ratio, abs=0.05)
+
+
+def test_level_against_a_closed_form():
+    """Two exponentials a period and one phasor, without the stack and its solver."""
+    time_constant, frequency, samples = 7.7e-3, 30.0, 1 << 13
+    time = np.arange(samples) / samples / frequency
+    turn = 2j * np.pi * frequency * time_constant
+    sine = np.real(turn / (1 + turn) * np.exp(2j * np.pi * frequency * time))
+    half = 0.5 / frequency
+    square = 2 / (1 + np.exp(-half / time_constant)) * np.exp(-np.mod(time, half) / time_constant)
+    levels = []
+    for voltage in (sine, square):
+        force = 2 * np.abs(np.fft.rfft(voltage**2))[1:] / samples
+        weights = vardar_2017.weight(np.arange(1, len(force) + 1) * frequency)
+        levels.append(np.sqrt(np.sum((force * weights) ** 2)))
+    closed = 10 * np.log10(levels[1] / levels[0])
+    found = vardar_2017.sine_over_square(vardar_2017.first_order_skin(time_constant), frequency)
+    # rounding, except at the samples on a jump, where the two may take the side before or after it
+    assert found == pytest.approx(closed, abs=0.01)
+
+
+def conducting_skins():
+    """Every published skin that conducts, by its path."""
+    return {
+        f"{author_year}-{key}": skin.material
+        for author_year, module in papers().items()
+        for key, skin in getattr(module, "skins", dict)().items()
+        if skin.material.conductivity > 0
+    }
+
+
+@pytest.mark.parametrize("frequency", [15.0, 30.0])
+@pytest.mark.parametrize("skin", conducting_skins().values(), ids=conducting_skins())
+def test_a_slow_square_is_felt_at_a_lower_voltage_on_every_skin_that_conducts(skin, frequency):
+    """Direction of the paper's abstract, with a body of 1 kohm; the size is not asked for."""
+    assert vardar_2017.sine_over_square(skin, frequency, resistance=1000.0) > 3.0
+
+
+def test_without_conduction_the_direction_is_lost_below_60_hz():
+    for skin in papers()["vezzoli_2014"].skins().values():
+        if not skin.reproduces_force:
+            assert vardar_2017.sine_over_square(skin.material, 60.0) < -4.0
+
+
+def test_crossover_follows_the_time_constant():
+    """Nothing forces 60 Hz: the frequency of equal thresholds is a reading of the skin."""
+    found = {tau: vardar_2017.crossover(vardar_2017.first_order_skin(tau)) for tau in CROSSOVERS}
+    assert np.all(np.diff([found[tau] for tau in sorted(found)]) < 0)
+    for tau, expected in CROSSOVERS.items():
+        # 8 %: the shapes of weight with these slopes differ so much where the curves cross at a flat angle
+        assert found[tau] == pytest.approx(expected, rel=0.08)
+        assert found[tau] != pytest.approx(2 * expected, rel=0.08)
+
+
+def test_size_belongs_to_the_plane():
+    def ratio(law):
+        pair = [
+            vardar_2017.felt_level(scenario.replace({"drive.frequency": 15.0, "force.model": law}))
+            for scenario in (vardar_2017.scenarios()["square"], vardar_2017.scenarios()["sine"])
+        ]
+        return 10 * np.log10(pair[0] / pair[1])
+
+    assert ratio("StratumCorneumPlane") == pytest.approx(28.9, abs=0.2)
+    assert ratio("GapPlane") == pytest.approx(8.1, abs=0.2)

@@ -1,0 +1,36 @@
+"""Friction under load and attraction: the trends of the abstract."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from electrovib.papers import ciavarella_2020
+
+
+def test_it_runs_nothing():
+    """An equation nobody has read is not offered: no law, scenario or skin, and the reason in words."""
+    for thing in vars(ciavarella_2020).values():
+        assert not (isinstance(thing, type) and thing.__module__ == ciavarella_2020.__name__)
+    assert not hasattr(ciavarella_2020, "scenarios")
+    assert not hasattr(ciavarella_2020, "skins")
+    assert "equation not read" in ciavarella_2020.NOT_READ
+    assert {check.status for check in ciavarella_2020.CHECKS} <= {"abstract", "derived"}
+
+
+def test_no_coefficient_is_remembered():
+    """The factor of the bearing-area form is no value of the package."""
+    numbers = {name for name, thing in vars(ciavarella_2020).items() if isinstance(thing, (int, float))}
+    assert numbers <= {"eps0"}
+
+
+def test_friction_without_voltage_is_on_the_plateau():
+    load = np.geomspace(1.0, 1e4, 5)
+    plateau = ciavarella_2020.friction_coefficient(load, pull=0.0, modulus=1e7, slope=1.0)
+    np.testing.assert_allclose(plateau, 1.0, rtol=1e-5)  # p/(E* h') is 1e-3 at most
+    pulled = ciavarella_2020.friction_coefficient(load, pull=1e3, modulus=1e7, slope=1.0)
+    np.testing.assert_allclose(pulled, (load + 1e3) / load, rtol=1e-5)
+
+
+def test_the_trend_can_be_missed(monkeypatch):
+    monkeypatch.setattr(ciavarella_2020, "friction_coefficient", lambda pressure, **_: pressure)
+    assert ciavarella_2020.decays_to_a_plateau() == 0

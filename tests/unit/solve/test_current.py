@@ -1,0 +1,196 @@
+"""Current drive: integrators from rest and in the periodic state, against closed forms and phasors."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.core.errors import InputError
+from electrovib.core.model import read_model
+from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.drive.base import Drive
+from electrovib.solve.current import (
+    INTEGRATING,
+    current_response,
+    current_section,
+    drive_voltage,
+    per_ampere,
+    settled_charge,
+)
+from electrovib.solve.reduce import reduce_material
+from electrovib.solve.scenario import load
+from electrovib.solve.section import phasor_section
+from electrovib.solve.transfer import Transfer
+
+EPS0 = 8.8541878128e-12
+AREA = 1e-4
+EXACT = 1e-12
+"""Relative to the largest: closed forms and modes differ by the rounding of a dozen operations."""
+INTEGRATOR = Transfer(np.array([INTEGRATING]), np.array([1 / INTEGRATING]))
+"""1/s: its response is the charge."""
+
+
+def amplifier(**command):
+    return read_model(Drive, {"model": "CurrentAmplifier", "sense_resistance": 1.0, "command": command})
+
+
+def charge(drive, time, *, settled=False):
+    return current_response({"charge": INTEGRATOR}, drive, time, settled=settled)["charge"]
+
+
+def close(found, expected):
+    return np.max(np.abs(found - expected)) < EXACT * np.max(np.abs(expected))
+
+
+@pytest.mark.parametrize("samples", [301, 30_001], ids=["closed form of segments", "block scan"])
+def test_a_trapezium_of_current_fills_in_parabolas(samples):
+    drive = amplifier(model="Trapezium", high=2.0, rise=1e-3, hold=2e-3, fall=1e-3)
+    time = np.linspace(0, 6e-3, samples)
+    ramp = np.minimum(time, 1e-3)
+    held = np.clip(time - 1e-3, 0, 2e-3)
+    falling = np.clip(time - 3e-3, 0, 1e-3)
+    expected = ramp**2 * 1e3 + 2 * held + 2 * falling - falling**2 * 1e3
+    assert close(charge(drive, time), expected)
+
+
+@pytest.mark.parametrize("phase", [0.0, np.pi / 2, 1.0])
+def test_a_sine_from_rest_leaves_what_it_began_with(phase):
+    drive = read_model(Drive, {"model": "CurrentSine", "amplitude": 2.0, "frequency": 50, "phase": phase})
+    time = np.linspace(0, 0.1, 1001)
+    angular = 2 * np.pi * 50
+    expected = 2 / angular * (np.cos(phase) - np.cos(angular * time + phase))
+    assert close(charge(drive, time), expected)
+    periodic = -2 / angular * np.cos(angular * time + phase)
+    assert close(charge(drive, time, settled=True), periodic)
+    assert not close(charge(drive, time), periodic) or phase == np.pi / 2
+
+
+def test_a_burst_ends_with_no_charge():
+    drive = amplifier(model="Burst", amplitude=3.0, frequency=250, cycles=4, delay=1e-3)
+    time = np.linspace(0, 0.04, 4001)
+    angular = 2 * np.pi * 250
+    inside = np.clip(time - 1e-3, 0, 4 / 250)
+    assert close(charge(drive, time), 3 / angular * (1 - np.cos(angular * inside)))
+
+
+def test_a_chirp_is_integrated_too():
+    from scipy.special import fresnel
+
+    drive = amplifier(model="Chirp", amplitude=1.0, first=0, last=400, length=0.2)
+    time = np.linspace(0, 0.2, 801)
+    rate = np.sqrt(2 * 400 / 0.2)  # sin(pi (rate t)^2/2) with the phase 2 pi 1000 t^2
+    expected = fresnel(rate * time)[0] / rate
+    found = charge(drive, time)
+    assert np.max(np.abs(found - expected)) < 1e-9 * np.max(expected)  # polynomials of degree 6
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        {"model": "Square", "high": 1, "low": -1, "frequency": 60},
+        {"model": "Square", "high": 1, "low": -1, "frequency": 60, "edge": 2e-3},
+        {"model": "PulseTrain", "high": 3, "low": -1, "width": 2.5e-3, "frequency": 100},
+    ],
+    ids=["square", "trapezia", "pulses"],
+)
+def test_the_settled_charge_is_periodic_without_mean(command):
+    drive = amplifier(**command)
+    time = np.linspace(0, drive.period, 2001)
+    found = settled_charge(drive, time)
+    from_rest = charge(drive, time)
+    assert np.ptp(found - from_rest) < EXACT * np.ptp(found)  # apart by a constant only
+    inner = (found[1:] + found[:-1]) / 2
+    assert abs(np.mean(inner)) < 1e-3 * np.ptp(found)  # of the trapezium rule
+    assert found[0] == pytest.approx(found[-1], abs=EXACT * np.ptp(found))
+
+
+def test_settled_straight_pieces_are_the_sum_of_their_harmonics():
+    """The series of a square over 1/(j w)^2 falls as 1/n^2, so 4000 terms leave 1e-4 of the triangle."""
+    drive = amplifier(model="Square", high=1, low=-1, frequency=60)
+    time = np.linspace(0, 1 / 60, 101)
+    order = np.arange(1, 4001, 2)
+    angular = 2 * np.pi * 60 * order
+    triangle = -np.sum(4 / (np.pi * order * angular) * np.cos(np.outer(time, angular)), axis=1)
+    assert np.max(np.abs(settled_charge(drive, time) - triangle)) < 2e-4 * np.max(np.abs(triangle))
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        {"model": "Square", "high": 1, "low": -0.5, "frequency": 60},
+        {"model": "Constant", "level": 1},
+        {"model": "Offset", "level": 1e-6, "drive": {"model": "Sine", "amplitude": 1, "frequency": 60}},
+    ],
+    ids=["square", "constant", "offset"],
+)
+def test_a_settled_mean_current_into_a_blocking_layer_is_refused(command):
+    drive = amplifier(**command)
+    with pytest.raises(InputError, match="mean of"):
+        charge(drive, np.linspace(0, 0.1, 11), settled=True)
+    leaky = Transfer(np.array([50.0]), np.array([1.0]))
+    found = current_response({"field": leaky}, drive, np.linspace(0, 0.1, 11), settled=True)["field"]
+    assert np.all(np.isfinite(found))  # what conducts has a periodic state
+
+
+def layers_of(name="fig6_gap", **changes):
+    scenario = load(f"vezzoli_2014/{name}").replace(changes)
+    layers = scenario.stack.layers
+    return layers, {key: reduce_material(layer.material).debye for key, layer in layers.items()}
+
+
+DEBYE = {
+    "model": "Debye",
+    "permittivity_high": 50,
+    "strength": 1500,
+    "relaxation_time": 1e-3,
+    "conductivity": 2e-6,
+}
+
+
+def test_modes_are_phasors_per_ampere():
+    layers, debye = layers_of(**{"stack.stratum_corneum.material": DEBYE})
+    frequency = np.geomspace(0.1, 1e6, 40)
+    element = SeriesElement(1e4, 1 / 150e-12, 3.0)
+    exact = per_ampere(
+        phasor_section(layers, area=AREA, element=element, second=0.3, frequency=frequency), area=AREA
+    )
+    section = current_section(layers, debye, area=AREA)
+    for name in layers:
+        for what in ("field", "displacement"):
+            given, modal = getattr(exact[name], what), getattr(section[name], what).at(frequency)
+            assert np.max(np.abs(modal / given - 1)) < EXACT
+    assert np.max(np.abs(section.voltage.at(frequency) / exact.voltage - 1)) < EXACT
+    np.testing.assert_allclose(exact.current_density, 1 / AREA, rtol=1e-15)
+
+
+def test_charge_in_the_layers_stays_where_it_cannot_go():
+    charge_density = 1e-5
+    changes = {"stack.gap.material.conductivity": 0.0, "stack.insulator.initial_charge": charge_density}
+    layers, debye = layers_of(**changes)
+    section = current_section(layers, debye, area=AREA)
+    silent = read_model(Drive, {"model": "CurrentSine", "amplitude": 0, "frequency": 1e3})
+    wanted = {name: section[name].field for name in layers}
+    time = np.linspace(0, 0.05, 11)
+    found = current_response(wanted, silent, time)
+    skin = layers["stratum_corneum"].material
+    tau = EPS0 * skin.permittivity / skin.conductivity
+    assert np.all(found["insulator"] == 0)  # the plate carries only what a current has brought
+    np.testing.assert_allclose(found["gap"], charge_density / EPS0, rtol=1e-14)
+    relaxing = charge_density / (EPS0 * skin.permittivity) * np.exp(-time / tau)
+    np.testing.assert_allclose(found["stratum_corneum"], relaxing, rtol=1e-12)
+    settled = current_response(wanted, silent, time, settled=True)
+    np.testing.assert_allclose(settled["gap"], found["gap"], rtol=1e-14)
+    assert np.all(settled["stratum_corneum"] == 0)
+
+
+def test_the_amplifier_gives_what_stack_body_and_resistor_take():
+    drive = read_model(
+        Drive, {"model": "CurrentSine", "amplitude": 1e-3, "frequency": 1e3, "phase": np.pi / 2}
+    )
+    time = np.linspace(0, 3e-3, 301)
+    element = SeriesElement(2e3, 1 / 100e-12, 0.0)
+    stack = np.full(301, 5.0)
+    found = drive_voltage(stack, drive, time, element=element, second=0.5, settled=False)
+    angular = 2 * np.pi * 1e3
+    expected = 7.5 + 2.0 * np.cos(angular * time) + 1e-3 / (angular * 100e-12) * np.sin(angular * time)
+    assert close(found, expected)

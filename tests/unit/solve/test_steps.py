@@ -1,0 +1,91 @@
+"""Steps of a march: every output and every break ends one, and they are fine after a jump."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.core.model import read_model
+from electrovib.physics.conduction import PolarityConduction
+from electrovib.physics.drive.base import Drive
+from electrovib.solve.steps import STEPS, STEPS_PER_PERIOD, jump_heights, step_grid
+from electrovib.solve.transfer import Transfer
+
+DRIVEN = Transfer(np.array([1e7, 50.0]), np.array([1e4, -5e3]))
+LEAKING = Transfer(np.array([1e7, 50.0]), np.array([-1e3, -1e5]))
+LEAK = PolarityConduction(conductivity_positive=3e-6, conductivity_negative=1e-6)
+DRIVES = {
+    "trapezium": {"model": "Trapezium", "high": 10, "rise": 0, "hold": 2e-3, "fall": 1e-3, "delay": 1e-3},
+    "square": {"model": "Square", "high": 10, "low": -10, "frequency": 300},
+    "ramped": {"model": "Square", "high": 10, "low": -10, "frequency": 300, "edge": 1e-4},
+    "burst": {"model": "Burst", "amplitude": 10, "frequency": 2e3, "cycles": 4, "delay": 1e-3},
+    "sum": {
+        "model": "Sum",
+        "drives": [
+            {"model": "Square", "high": 1, "low": 0, "frequency": 200},
+            {"model": "Constant", "level": -1},
+        ],
+    },
+    "sine": {"model": "Sine", "amplitude": 10, "frequency": 1e3},
+    "chirp": {"model": "Chirp", "amplitude": 10, "first": 100, "last": 3e3, "length": 5e-3},
+}
+
+
+@pytest.fixture(params=DRIVES)
+def drive(request):
+    return read_model(Drive, DRIVES[request.param])
+
+
+def grid_of(drive, time):
+    return step_grid(drive, time, DRIVEN, LEAKING, leak=LEAK)
+
+
+def test_outputs_and_breaks_end_a_step(drive):
+    time = np.linspace(0, 8e-3, 101)
+    grid = grid_of(drive, time)
+    assert grid[0] == 0
+    assert grid[-1] == time[-1]
+    assert np.all(np.diff(grid) > 0)
+    assert np.all((grid[:-1] + grid[1:]) / 2 > grid[:-1])  # every step can be halved
+    missed = np.min(np.abs(time[:, None] - grid), axis=1)
+    assert np.all(missed <= 1e-13 * time)
+    assert len(grid) > STEPS
+
+
+def test_jumps_have_their_height(drive):
+    grid = grid_of(drive, np.linspace(0, 8e-3, 101))
+    heights = jump_heights(drive, grid)
+    after = drive.voltage(grid)
+    before = drive.voltage(grid - 1e-10)
+    found = np.where(grid > 0, after - before, 0.0)
+    steepest = np.max(np.abs(drive.slope(grid)))
+    np.testing.assert_allclose(heights, found, rtol=0, atol=3e-10 * steepest + 1e-12)
+
+
+def test_a_step_up_has_its_height():
+    drive = read_model(Drive, DRIVES["trapezium"])
+    grid = grid_of(drive, np.linspace(0, 8e-3, 101))
+    heights = jump_heights(drive, grid)
+    assert grid[heights != 0] == pytest.approx([1e-3])
+    assert heights[heights != 0] == [10.0]
+
+
+@pytest.mark.parametrize("name", ["trapezium", "square"])
+def test_steps_are_fine_after_a_jump(name):
+    drive = read_model(Drive, DRIVES[name])
+    grid = grid_of(drive, np.linspace(0, 8e-3, 101))
+    heights = jump_heights(drive, grid)
+    for place in np.flatnonzero(heights)[:-1]:
+        assert grid[place + 1] - grid[place] < 0.02 / 1e7  # the fastest rate
+        grown = grid[place : place + 40]
+        assert np.all(np.diff(grown, 2) > -1e-15)
+
+
+def test_oscillations_are_followed():
+    grid = grid_of(read_model(Drive, DRIVES["sine"]), np.array([0.0, 0.1]))
+    assert np.max(np.diff(grid)) < 1.01e-3 / STEPS_PER_PERIOD
+
+
+def test_a_single_instant_has_no_step():
+    grid = grid_of(read_model(Drive, DRIVES["sine"]), np.zeros(1))
+    np.testing.assert_array_equal(grid, [0.0])
