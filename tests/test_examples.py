@@ -43,6 +43,16 @@ def test_measured_drive():
     assert 0.98 * 5.0898e-3 < example("measured_drive").main() < 5.0898e-3
 
 
+def test_field_solution():
+    planar, work, fringe, leaky = np.abs(example("field_solution").main())
+    # asked: 0.1 % of the gap-plane law and of the leaky stack; stated: 0.02 % between stress and virtual work,
+    # 4 % of an excess that is 3 % of the force for the correction
+    assert planar < 1e-3
+    assert work < 2e-4
+    assert fringe < 2e-3
+    assert leaky < 1e-3
+
+
 def test_every_example_is_tested():
     tested = {name.removeprefix("test_") for name in globals() if name.startswith("test_")}
     assert {path.stem for path in (ROOT / "examples").glob("*.py")} <= tested

@@ -1,0 +1,303 @@
+"""The gap-plane law, the leaky stack and the correction for edges against a field solved on a mesh."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from electrovib.papers.gabriel_1996 import WET
+from electrovib.papers.palmar_1995 import palmar
+from electrovib.physics.fringe import edge_excess, fringe_factor
+from electrovib.solve.simulate import modes, phasors
+
+pytest.importorskip("skfem", reason="scikit-fem is a dependency of the tests only")
+
+FILE = Path(__file__).parents[2] / "examples" / "field_solution.py"
+spec = importlib.util.spec_from_file_location("field_solution", FILE)
+field = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(field)
+
+EPS0 = field.EPS0
+replace = field.Finger._replace
+FILM = field.Finger(half_width=1e-3)
+COAT = replace(FILM, film=1e-6, film_permittivity=3.9, gap=1e-6, half_width=200e-6)
+SHARP = replace(FILM, edge_radius=10e-6)
+CONDUCTOR = 1e9
+"""Permittivity of a skin without any voltage of its own."""
+
+
+def in_units_of_thickness(permittivity, share, ratio, *, half_width=None, **more):
+    """A finger whose electrical thickness is 1, its skin a conductor and its wall high."""
+    film, gap = share * permittivity, 1 - share
+    extent = film + gap
+    return field.Finger(
+        half_width=half_width or 10 * extent,
+        edge_radius=ratio,
+        film=film,
+        film_permittivity=permittivity,
+        gap=gap,
+        skin=0.1,
+        skin_permittivity=CONDUCTOR,
+        wall=1e4 * (extent + ratio),
+        **more,
+    )
+
+
+def pressure(finger):
+    """Gap-plane law at 1 V, in any units of length."""
+    return EPS0 / np.sum(finger.thicknesses / finger.permittivities) ** 2 / 2
+
+
+def excess(finger, halvings=0):
+    """Excess length of one edge of a strip whose electrical thickness is 1."""
+    return field.stress_force(field.solve(finger, halvings)) / pressure(finger) - finger.half_width
+
+
+def field_factor(finger):
+    """Force over pressure times contact area."""
+    return field.stress_force(field.solve(finger)) / (pressure(finger) * finger.area)
+
+
+# --- planar limit
+
+
+@pytest.mark.parametrize("finger", [FILM, COAT, replace(COAT, gap=0.1e-6), replace(FILM, gap=100e-6)])
+def test_a_field_between_planes_of_symmetry_is_the_gap_plane_law(finger):
+    planar = replace(finger, edge=False)
+    force = field.stress_force(field.solve(planar)) / planar.area
+    # 0.1 % is asked; the field is linear in each layer, so only rounding is left
+    assert force == pytest.approx(field.pressed(finger), rel=1e-9)
+    assert force != pytest.approx(field.pressed(replace(finger, gap=1.01 * finger.gap)), rel=1e-4)
+
+
+@pytest.mark.parametrize("finger", [FILM, replace(COAT, half_width=2e-3)])  # wide against the skin as well
+def test_widening_a_finite_finger_adds_the_gap_plane_law_per_width(finger):
+    wider = replace(finger, half_width=2 * finger.half_width)
+    added = field.stress_force(field.solve(wider)) - field.stress_force(field.solve(finger))
+    # 0.1 % is asked; what is left is the change of the mesh at the edge, below 2e-5 of the force
+    assert added / finger.half_width == pytest.approx(field.pressed(finger), rel=1e-4)
+
+
+def test_virtual_work_between_planes_of_symmetry_is_the_gap_plane_law():
+    # central difference of a step of 1e-3: (1e-3)^2 and less
+    assert field.virtual_work(replace(FILM, edge=False)) / FILM.half_width == pytest.approx(
+        field.pressed(FILM), rel=1e-6
+    )
+
+
+# --- stress and virtual work, convergence
+
+
+@pytest.mark.parametrize(
+    "finger",
+    [
+        FILM,
+        SHARP,
+        COAT,
+        replace(SHARP, half_width=200e-6),  # edges carry a third of the force
+        in_units_of_thickness(10.0, 0.9, 0.1),
+    ],
+)
+def test_stress_is_virtual_work(finger):
+    force = field.stress_force(field.solve(finger))
+    # stated: 2e-4 of the force; measured 2e-5 on this mesh, of which 1e-5 is rounding in the difference of energies
+    assert force == pytest.approx(field.virtual_work(finger), rel=2e-4)
+    assert force > 1.01 * pressure(finger) * finger.area
+
+
+def test_stress_is_virtual_work_of_a_disc():
+    finger = field.Finger(half_width=5e-3, round_contact=True)
+    # stated: 1e-3; the cut through the finger's far end carries a force of the order of eps0 V^2
+    assert field.stress_force(field.solve(finger)) == pytest.approx(field.virtual_work(finger), rel=1e-3)
+
+
+@pytest.mark.parametrize("finger", [FILM, SHARP])
+def test_the_force_does_not_depend_on_the_surface_of_the_stress(finger):
+    solved = field.solve(finger)
+    forces = [field.stress_force(solved, across=across) for across in (1.2, 1.5, 1.8)]
+    # the surfaces end at different places of a wall 5 m high, where 1e-5 of the force acts
+    assert np.ptp(forces) < 1e-4 * forces[1]
+
+
+def orders(finger, finest):
+    """Errors of capacitance and force for each halving, the finest taken as exact."""
+    solved = [field.solve(finger, halvings) for halvings in range(finest + 1)]
+    values = np.array([[one.capacitance, field.stress_force(one)] for one in solved])
+    return np.abs(values[:-1] / values[-1] - 1)
+
+
+def test_convergence():
+    errors = orders(replace(FILM, half_width=5e-4, gap=50e-6, skin=100e-6), 2)
+    # second-degree elements: energy to the fourth order, as measured here (the finest mesh is not exact: 16 to 17)
+    assert errors[0, 0] / errors[1, 0] == pytest.approx(17, rel=0.1)
+    # the surface of the stress moves with the mesh, so its error falls less evenly; it is small from the start
+    assert np.all(errors[:, 1] < [3e-5, 1e-5])
+
+
+@pytest.mark.slow
+def test_convergence_on_finer_meshes():
+    errors = orders(replace(FILM, half_width=5e-4, gap=50e-6, skin=100e-6), 3)
+    order = np.log2(errors[:-1, 0] / errors[1:, 0])
+    # 3.97 and 4.09 with the finest mesh taken as exact
+    assert np.all(np.abs(order - 4) < 0.15)
+    assert errors[2, 1] < errors[0, 1] / 16
+
+
+# --- the edge
+
+
+def test_a_square_edge_in_air_is_the_conformal_map():
+    # a small radius takes itself off the flat part and hardly changes the force: 0.2 %, the field being integrable
+    radius = 0.003
+    assert excess(in_units_of_thickness(1.0, 0.5, radius), 1) - radius == pytest.approx(2 / np.pi, rel=2e-3)
+    assert excess(in_units_of_thickness(1.0, 0.5, 0.1)) != pytest.approx(2 / np.pi, rel=2e-2)
+
+
+def test_the_capacitance_grows_with_the_wall_and_the_force_does_not():
+    finger = in_units_of_thickness(1.0, 0.5, 0.1)
+    low, high = field.solve(finger, 1), field.solve(replace(finger, wall=100 * finger.wall), 1)
+    # field 2 V/(pi r) between wall and plate
+    grown = (high.capacitance - low.capacitance) / EPS0
+    assert grown == pytest.approx(2 / np.pi * np.log(100), rel=1e-3)
+    assert field.stress_force(high) == pytest.approx(field.stress_force(low), rel=3e-5)
+
+
+SPREAD = [
+    (permittivity, share, ratio)
+    for permittivity, share in ((1.0, 0.5), (2.0, 0.97), (3.35, 0.84), (3.9, 0.3), (6.0, 0.6), (10.0, 0.95))
+    for ratio in (0.01, 1.0, 30.0, 1000.0)
+]
+
+
+@pytest.mark.parametrize(("permittivity", "share", "ratio"), SPREAD)
+def test_edge_excess(permittivity, share, ratio):
+    claimed = edge_excess(
+        electrical_thickness=1.0,
+        film_thickness=share * permittivity,
+        film_permittivity=permittivity,
+        edge_radius=ratio,
+    )
+    # the error it states; the mesh gives 2e-4
+    assert claimed == pytest.approx(excess(in_units_of_thickness(permittivity, share, ratio)), rel=0.04)
+
+
+@pytest.mark.slow
+def test_edge_excess_at_random():
+    random = np.random.default_rng(3)
+    errors = []
+    for _ in range(100):
+        permittivity, ratio = 10 ** random.uniform(0, 1), 10 ** random.uniform(-3, 4)
+        share = 1 - 10 ** random.uniform(-2, -0.01)
+        claimed = edge_excess(
+            electrical_thickness=1.0,
+            film_thickness=share * permittivity,
+            film_permittivity=permittivity,
+            edge_radius=ratio,
+        )
+        errors.append(claimed / excess(in_units_of_thickness(permittivity, share, ratio)) - 1)
+    assert np.max(np.abs(errors)) < 0.04
+
+
+@pytest.mark.parametrize(
+    ("times", "round_contact", "tolerance"),
+    [
+        (2, False, 0.02),
+        (10, False, 0.01),
+        (100, False, 0.002),
+        (10, True, 0.06),
+        (20, True, 0.03),
+        (50, True, 0.01),
+    ],
+)
+@pytest.mark.parametrize(
+    ("permittivity", "share", "ratio"), [(1.0, 0.5, 0.1), (3.35, 0.84, 6.0), (10.0, 0.9, 1.0)]
+)
+def test_fringe_factor_over_widths(times, round_contact, tolerance, permittivity, share, ratio):
+    width = times * (share * permittivity + 1 - share)
+    finger = in_units_of_thickness(
+        permittivity, share, ratio, half_width=width / 2, round_contact=round_contact
+    )
+    claimed = fringe_factor(
+        width=width,
+        electrical_thickness=1.0,
+        film_thickness=share * permittivity,
+        film_permittivity=permittivity,
+        edge_radius=ratio,
+        round_contact=round_contact,
+    )
+    assert claimed == pytest.approx(field_factor(finger), rel=tolerance)
+
+
+@pytest.mark.parametrize("film", [(90e-6, 3.35), (1e-6, 3.9)])
+@pytest.mark.parametrize("radius", [10e-6, 1e-3])
+def test_a_skin_with_a_voltage_of_its_own_hardly_changes_the_factor(film, radius):
+    finger = field.Finger(5e-3, edge_radius=radius, film=film[0], film_permittivity=film[1], gap=1e-6)
+    factor = field.fringe(finger)
+    # 0.3 % is stated; largest on a thin coat, where the skin takes 9 % of the voltage
+    assert factor == pytest.approx(field_factor(finger), rel=3e-3)
+    assert factor != pytest.approx(1.0, rel=1e-3) or radius < 1e-3
+
+
+# --- conduction
+
+BAND = np.geomspace(1.0, 1e6, 25)
+GAP = {"model": "Constant", "permittivity": 1.0, "conductivity": 1 / 8.7e8}
+SKINS = {
+    "palmar men 2 uS": palmar(exponent=0.7545, conductance=2e-6),
+    "palmar women 20 uS": palmar(exponent=0.8025, conductance=20e-6),
+    "Gabriel wet": WET,
+}
+
+
+def leaky(finger, material):
+    """The finger at each frequency, by the permittivity a material declares."""
+    gap = 1 + GAP["conductivity"] / (2j * np.pi * BAND * EPS0)
+    skin = material.complex_permittivity(BAND)
+    return [replace(finger, gap_permittivity=a, skin_permittivity=b) for a, b in zip(gap, skin, strict=True)]
+
+
+def planar(finger, material):
+    sine = {"model": "Sine", "amplitude": 1.0, "frequency": 1e3}
+    return field.scenario(finger, sine, gap=GAP, stratum_corneum=material.to_dict())
+
+
+@pytest.mark.parametrize("name", SKINS)
+@pytest.mark.parametrize("finger", [FILM, COAT])
+def test_a_leaky_stack_in_one_dimension(finger, name):
+    material = SKINS[name]
+    stack = planar(finger, material)
+    solved = np.array([field.leaky_gap_field(one) for one in leaky(finger, material)])
+    # 0.1 % is asked; both are exact, phasors to rounding
+    np.testing.assert_allclose(phasors(stack, BAND)["gap"].field, solved, rtol=1e-9)
+    # modes stand on materials reduced to Debye terms, so theirs is the 0.1 %
+    reduced, _ = modes(stack)
+    np.testing.assert_allclose(reduced["gap"].field.at(BAND), solved, rtol=1e-3)
+    thinner = replace(finger, gap=1.01 * finger.gap)
+    other = phasors(planar(thinner, material), BAND)["gap"].field
+    assert np.max(np.abs(other / solved - 1)) > 1e-3
+
+
+def test_the_mean_force_of_the_leaky_stack_with_a_skin_written_apart():
+    # rounding; palmar skin is written in the example as an admittance, in the package as a permittivity
+    assert field.leaky_error(FILM) < 1e-9
+    assert field.leaky_error(COAT) < 1e-9
+
+
+@pytest.mark.parametrize("frequency", [3.0, 1e3, 1e6])
+def test_a_leaky_stack_in_two_dimensions_between_planes_of_symmetry(frequency):
+    finger = field.leaky(replace(COAT, edge=False), frequency)
+    force = field.stress_force(field.solve(finger)) / finger.area
+    # the mean of a sine of 1 V peak; rounding, as the field is linear in each layer
+    assert force == pytest.approx(EPS0 * abs(field.leaky_gap_field(finger)) ** 2 / 4, rel=1e-8)
+
+
+@pytest.mark.parametrize("frequency", [100.0, 1e4, 1e6])
+def test_the_correction_holds_with_a_dispersive_conducting_skin(frequency):
+    finger = field.leaky(FILM, frequency, gap_conductivity=0.0)
+    mean = EPS0 * abs(field.leaky_gap_field(finger)) ** 2 / 4
+    factor = field.stress_force(field.solve(finger)) / (mean * finger.area)
+    # 4 % of an excess of 10 %
+    assert factor == pytest.approx(field.fringe(FILM), rel=4e-3)

@@ -1,0 +1,127 @@
+"""What an edge adds to the gap-plane law: closed forms, limits, refusals. Against the field: tests/reference."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from electrovib.core.errors import InputError
+from electrovib.physics.fringe import edge_excess, fringe_factor
+
+FILM = {"electrical_thickness": 32e-6, "film_thickness": 90e-6, "film_permittivity": 3.35}
+radii = st.floats(-3, 4).map(lambda power: 10**power)
+permittivities = st.floats(1, 10)
+shares = st.floats(0, 0.99)
+CASES = {"ratio": radii, "permittivity": permittivities, "share": shares}
+
+
+def in_units_of_thickness(permittivity, share, ratio):
+    return {
+        "electrical_thickness": 1.0,
+        "film_thickness": share * permittivity,
+        "film_permittivity": permittivity,
+        "edge_radius": ratio,
+    }
+
+
+def test_a_square_edge_without_a_film_is_the_conformal_map():
+    assert edge_excess(electrical_thickness=3e-6) == pytest.approx(3e-6 * 2 / np.pi, rel=1e-14)
+    # the field on the bottom of a step, integrated: int_0^1 (1/(1 - u) - 1) sqrt(1 - u)/(pi u) du
+    excess, _ = quad(lambda u: (1 / (1 - u) - 1) * np.sqrt(1 - u) / (np.pi * u), 0, 1)
+    assert edge_excess(electrical_thickness=1.0) == pytest.approx(excess, rel=1e-8)
+
+
+@pytest.mark.parametrize("ratio", [1e3, 1e5])
+@pytest.mark.parametrize(("permittivity", "share"), [(1.0, 0.0), (3.35, 0.84), (10.0, 0.9)])
+def test_a_well_rounded_edge_is_a_slowly_varying_gap(ratio, permittivity, share):
+    def per_angle(angle):
+        height = 1 + ratio * (1 - np.cos(angle))
+        slope = np.tan(angle) if angle < 1 else 0.0  # beyond, of higher order
+        film = 1 + 4 * (permittivity**2 - 1) * share**3 / height**3
+        return ratio * np.cos(angle) / height**2 * (1 + slope**2 * film / 3)
+
+    near = 10 / np.sqrt(ratio)
+    expected = quad(per_angle, 0, near)[0] + quad(per_angle, near, np.pi / 2, limit=200)[0]
+    claimed = edge_excess(**in_units_of_thickness(permittivity, share, ratio))
+    # the lateral part is of the order of 1/ratio of the wedge, and good to a few tenths of itself
+    assert claimed == pytest.approx(expected, rel=3 / ratio + 3e-5)
+
+
+@settings(max_examples=60, deadline=None)
+@given(**CASES)
+def test_the_film_adds_to_the_excess(permittivity, share, ratio):
+    bare = edge_excess(electrical_thickness=1.0, edge_radius=ratio)
+    covered = edge_excess(**in_units_of_thickness(permittivity, share, ratio))
+    assert covered >= bare * (1 - 1e-2)  # the passage from square to round is fitted
+    assert edge_excess(**in_units_of_thickness(1.0, share, ratio)) == pytest.approx(bare, rel=1e-12)
+
+
+@settings(max_examples=60, deadline=None)
+@given(scale=st.floats(1e-7, 1e3), round_contact=st.booleans(), **CASES)
+def test_only_ratios_of_lengths_matter(permittivity, share, ratio, scale, round_contact):
+    case = in_units_of_thickness(permittivity, share, ratio)
+    scaled = case | {name: scale * case[name] for name in case if name != "film_permittivity"}
+    whole = fringe_factor(width=200.0, round_contact=round_contact, **case)
+    assert fringe_factor(width=200 * scale, round_contact=round_contact, **scaled) == pytest.approx(
+        whole, rel=1e-12
+    )
+    assert whole > 1
+
+
+def test_a_wide_contact_needs_no_correction():
+    widths = np.geomspace(1e-3, 1e3, 7)
+    for round_contact in (False, True):
+        factor = fringe_factor(width=widths, edge_radius=1e-3, round_contact=round_contact, **FILM)
+        assert np.all(np.diff(factor) < 0)
+        assert factor[-1] == pytest.approx(1.0, abs=2e-6)
+    # the perimeter over the area of a disc is twice that of a strip
+    strip, disc = (fringe_factor(width=1e3, round_contact=shape, **FILM) - 1 for shape in (False, True))
+    assert disc == pytest.approx(2 * strip, rel=1e-6)
+
+
+def test_arguments_broadcast():
+    factor = fringe_factor(width=np.array([[1e-3], [1e-2]]), edge_radius=np.array([0.0, 1e-4, 1e-3]), **FILM)
+    assert factor.shape == (2, 3)
+    assert np.all(np.diff(factor, axis=1) > 0)
+    alone = fringe_factor(width=1e-2, edge_radius=1e-4, **FILM)
+    assert np.ndim(alone) == 0
+    assert alone == factor[1, 1]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"width": 100e-6}, "width = 0.0001 m"),
+        ({"width": np.nan}, "width = nan"),
+        ({"width": 500e-6, "round_contact": True}, "10 times film and gap"),
+        ({"film_permittivity": 12.0}, "film_permittivity = 12: compared with the field from 1 to 10"),
+        ({"film_permittivity": np.nan}, "film_permittivity = nan"),
+        ({"electrical_thickness": 27e-6}, "at most 99%"),
+        ({"electrical_thickness": 0.0, "film_thickness": 0.0}, "electrical_thickness = 0 m"),
+        ({"electrical_thickness": -1e-6}, "electrical_thickness = -1e-06 m: must be finite and not negative"),
+        ({"edge_radius": np.inf}, "edge_radius = inf"),
+        ({"edge_radius": -1e-3}, "edge_radius = -0.001"),
+        ({"film_thickness": np.nan}, "film_thickness = nan"),
+    ],
+)
+def test_what_was_not_compared_with_the_field_is_refused(change, words):
+    with pytest.raises(InputError, match=words):
+        fringe_factor(**({"width": 5e-3} | FILM | change))
+
+
+def test_the_limits_themselves_are_allowed():
+    film = {"electrical_thickness": 1.0, "film_thickness": 9.9, "film_permittivity": 10.0}
+    assert np.isfinite(edge_excess(**film))
+    narrow = 2 * (9.9 + 0.01)
+    assert fringe_factor(width=narrow, **film) > 1
+    with pytest.raises(InputError, match="2 times film and gap"):
+        fringe_factor(width=0.99 * narrow, **film)
+
+
+def test_every_mistake_is_listed():
+    with pytest.raises(InputError) as caught:
+        edge_excess(electrical_thickness=-1.0, film_permittivity=0.5, edge_radius=np.nan)
+    assert len(caught.value.problems) == 3
