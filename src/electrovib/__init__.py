@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 _PLACES = {
     "Scenario": "electrovib.solve.scenario",
     "compare": "electrovib.view.compare",
+    "export": "electrovib.export.scenario",
     "init": "electrovib.apps.init",
     "load": "electrovib.solve.scenario",
     "models": "electrovib.study.catalogue",

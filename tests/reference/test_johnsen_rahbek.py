@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from electrovib.papers import nakamura_2017 as nakamura
 from electrovib.papers import shultz_2015 as shultz
-from electrovib.solve.simulate import modes, simulate
+from electrovib.solve.expand import modes
+from electrovib.solve.simulate import simulate
 
 EPS0 = 8.8541878128e-12
 EXACT = 1e-10

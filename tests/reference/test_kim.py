@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from electrovib.core.model import read_model
 from electrovib.papers import kim_2015
 from electrovib.physics.drive.base import Drive
+from electrovib.solve.expand import mean_force, modes, phasors
 from electrovib.solve.periodic import periodic
-from electrovib.solve.simulate import mean_force, modes, phasors, simulate
+from electrovib.solve.simulate import simulate
 
 EPS0 = 8.8541878128e-12
 EXACT = 1e-9

@@ -9,8 +9,9 @@ from electrovib.core.model import read_model
 from electrovib.papers.vezzoli_2014 import Vezzoli2014Causal
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.force import EffectiveMediumPlane
+from electrovib.solve.expand import modes, phasors
 from electrovib.solve.periodic import periodic
-from electrovib.solve.simulate import modes, phasors, simulate
+from electrovib.solve.simulate import simulate
 from electrovib.solve.transient import transient
 
 TONES = {

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import json
 import math
-from dataclasses import dataclass
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -14,17 +13,15 @@ import numpy as np
 from electrovib.core.errors import NotCausalError
 from electrovib.core.lamps import Lamp
 from electrovib.core.trace import make_trace
-from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.drive.parts import Linear
 from electrovib.physics.safety import lamps, peak
-from electrovib.solve.current import caveat, current_section, per_ampere
-from electrovib.solve.leak import linearised
+from electrovib.solve.current import caveat
+from electrovib.solve.expand import Surroundings, mean_force, modes, per_volt_of, phasors, total_force
 from electrovib.solve.periodic import count_harmonics, spectrum
-from electrovib.solve.reduce import reduce_material
 from electrovib.solve.respond import respond
 from electrovib.solve.scenario import PeriodicState, Scenario
-from electrovib.solve.section import ModalSection, PhasorSection, modal_section, phasor_section
-from electrovib.solve.transfer import Complex, Real, Transfer
+from electrovib.solve.section import ModalSection, PhasorSection
+from electrovib.solve.transfer import Real, Transfer
 
 if TYPE_CHECKING:
     import xarray
@@ -33,72 +30,6 @@ if TYPE_CHECKING:
 
 _AMPLITUDE = "amplitude "
 """Before the name of an amplitude of the force law, among what is wanted of a solver."""
-PHASES = 32
-"""Points of a period over which a force is averaged: exact for a pressure of second degree."""
-
-
-@dataclass(frozen=True)
-class Surroundings:
-    """What of a scenario the sections need besides the layers."""
-
-    area: float
-    element: SeriesElement
-    second: float
-
-    @classmethod
-    def of(cls, scenario: Scenario) -> Surroundings:
-        """Collect contact and circuit."""
-        area = scenario.contact.gross_area()
-        second = scenario.circuit.return_path.second_contact(area)
-        return cls(area, scenario.circuit.element(), second)
-
-
-def phasors(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> PhasorSection:
-    """Give the scenario's stack over frequency, exact for the materials as declared.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Stack, contact and circuit.
-    frequency : ndarray, shape (n,)
-        Hz, above 0.
-    leaks : bool
-        Count a leak as the conductivity that a vanishing sine sees, or leave it out.
-
-    Returns
-    -------
-    PhasorSection
-        Per volt of the drive; per ampere of a drive that prescribes the current.
-    """
-    section = _per_volt(scenario, frequency, leaks=leaks)
-    area = scenario.contact.gross_area()
-    return per_ampere(section, area=area) if scenario.drive.quantity == "current" else section
-
-
-def _per_volt(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> PhasorSection:
-    around, layers = Surroundings.of(scenario), scenario.stack.layers
-    return phasor_section(
-        linearised(layers) if leaks else layers,
-        area=around.area,
-        element=around.element,
-        second=around.second,
-        frequency=frequency,
-    )
-
-
-def modes(scenario: Scenario) -> tuple[ModalSection, float]:
-    """Give the stack without leaks as modes per unit of the drive, and the largest error of a polarisation."""
-    around, grid = Surroundings.of(scenario), scenario.frequency
-    reductions = {
-        name: reduce_material(layer.material, low=grid.low, high=grid.high)
-        for name, layer in scenario.stack.layers.items()
-    }
-    debye = {name: reduction.debye for name, reduction in reductions.items()}
-    error = max(reduction.largest_error for reduction in reductions.values())
-    layers, area = scenario.stack.layers, around.area
-    if scenario.drive.quantity == "current":
-        return current_section(layers, debye, area=area), error
-    return modal_section(layers, debye, area=area, element=around.element, second=around.second), error
 
 
 def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
@@ -190,7 +121,7 @@ def _over_time(
     around = Surroundings.of(scenario)
     found, choice = respond(scenario, section, wanted, times, element=around.element, second=around.second)
     given = {key.removeprefix(_AMPLITUDE): row for key, row in found.items() if key.startswith(_AMPLITUDE)}
-    return _signals(scenario, section, found, _force(scenario, given)), choice
+    return _signals(scenario, section, found, total_force(scenario, given)), choice
 
 
 def _signals(
@@ -207,16 +138,6 @@ def _signals(
     signals["normal_force"] = (("time",), normal)
     signals["lateral_force"] = (("time",), scenario.friction.lateral_force(normal, force))
     return signals
-
-
-def _force(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
-    """Pressure times area; a second contact carries the same current through its own area."""
-    around = Surroundings.of(scenario)
-    total = around.area * scenario.force.pressure(**amplitudes)
-    if around.second:
-        denser = {name: values * around.second for name, values in amplitudes.items()}
-        total = total + around.area / around.second * scenario.force.pressure(**denser)
-    return np.asarray(total)
 
 
 def _one_sine(
@@ -245,7 +166,7 @@ def _one_sine(
         "solver": "one sine",
         "solver_reason": f"{type(law).__name__} gives magnitudes at one frequency only: one sine in its steady state",
     }
-    return _signals(scenario, section, found, _force(scenario, given)), choice
+    return _signals(scenario, section, found, total_force(scenario, given)), choice
 
 
 def refusal(law: ForceLaw, drive: str, *, settled: bool) -> str:
@@ -261,7 +182,7 @@ def refusal(law: ForceLaw, drive: str, *, settled: bool) -> str:
 
 def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any]:
     area = scenario.contact.gross_area()
-    per_volt = _per_volt(scenario, section.frequency)
+    per_volt = per_volt_of(scenario, section.frequency)
     variables: dict[str, Any] = {}
     effective = scenario.force.effective_voltage(per_volt)
     if effective is not None:
@@ -274,29 +195,6 @@ def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any
     variables["impedance"] = (("frequency",), 1 / (per_volt.current_density * area))
     variables["permittivity"] = (("layer", "frequency"), permittivities)
     return variables
-
-
-def mean_force(scenario: Scenario, section: PhasorSection, amplitude: float) -> Real:
-    """Time mean of the attraction under one sine.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Law, contact and circuit.
-    section : PhasorSection
-        The stack over frequency.
-    amplitude : float
-        Peak of the drive [V, or A].
-
-    Returns
-    -------
-    ndarray, shape (frequencies,)
-        N.
-    """
-    turns = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)[:, None]
-    phasor: dict[str, Complex] = scenario.force.amplitudes(section)
-    waves = {name: np.real(amplitude * value * turns) for name, value in phasor.items()}
-    return np.asarray(np.mean(_force(scenario, waves), axis=0))
 
 
 def _peak_value(scenario: Scenario) -> float:

@@ -40,11 +40,14 @@ def families() -> dict[type[Model], str]:
     dict of type to str
         The main families first; the others say it by their docstring.
     """
-    papers()  # whatever they declare has to be there
+    contributed = {module.__name__ for module in papers().values()}
     others = {
         family: _plain(inspect.getdoc(family) or "").split(". ")[0].rstrip(".").lower()
         for family in Model.__subclasses__()
-        if family.is_family and family not in PREDICTS and family.__module__ != "electrovib.solve.scenario"
+        if family.is_family
+        and family not in PREDICTS
+        and family.__module__ != "electrovib.solve.scenario"
+        and (family.__module__.startswith("electrovib.") or family.__module__ in contributed)
     }
     return PREDICTS | dict(sorted(others.items(), key=lambda item: item[0].__name__))
 

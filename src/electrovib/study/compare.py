@@ -15,8 +15,9 @@ from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.material import Material
+from electrovib.solve.expand import mean_force, phasors
 from electrovib.solve.scenario import Scenario
-from electrovib.solve.simulate import mean_force, phasors, simulate
+from electrovib.solve.simulate import simulate
 from electrovib.solve.transfer import Real
 from electrovib.study.explain import explain, in_time
 from electrovib.study.reproduction import Curve, Page, Panel, Table
@@ -121,8 +122,13 @@ def compare(
     Raises
     ------
     InputError
-        For a name that is not a force law.
+        For a name that is not a force law, or a drive that prescribes the current.
     """
+    if scenario.drive.quantity == "current":
+        raise InputError(
+            f"drive = {type(scenario.drive).__name__}: laws are compared at one voltage, and this drive prescribes the"
+            " current. Take a drive in volts, for instance Sine"
+        )
     cases, left_out = _cases(scenario, models)
     voltage = _peak(scenario)
     frequency = scenario.frequency.frequencies()
@@ -136,7 +142,8 @@ def compare(
             left_out[name] = str(error)
     entries.sort(key=lambda entry: -entry.static)
     panels = [_over_frequency(entries, frequency, voltage), _over_time(entries, time, voltage)]
-    panels += [_over_parameter(cases, path, np.asarray(values)) for path, values in (over or {}).items()]
+    ordered = {entry.name: cases[entry.name] for entry in entries}
+    panels += [_over_parameter(ordered, path, np.asarray(values)) for path, values in (over or {}).items()]
     return Comparison(
         scenario,
         voltage,
@@ -177,6 +184,8 @@ def insulating(scenario: Scenario) -> Scenario:
     changes: dict[str, Any] = {}
     for name, layer in scenario.stack.layers.items():
         changes |= _without_conduction(layer.material, f"stack.{name}.material")
+        if layer.leak is not None:
+            changes[f"stack.{name}.leak"] = None
     return scenario.replace(changes) if changes else scenario
 
 

@@ -146,7 +146,7 @@ def _stack(scenario: Scenario, axes: dict[str, Real], traces: Sequence[xarray.Da
         "over": json.dumps({path: values.tolist() for path, values in axes.items()}),
         "lamps": json.dumps(_worst([json.loads(trace.attrs["lamps"]) for trace in traces])),
     }
-    for name in ("reduction_error", "transfer_error"):
+    for name in ("reduction_error", "transfer_error", "step_error"):
         if name in first.attrs:
             attributes[name] = max(trace.attrs[name] for trace in traces)
     coordinates = {**axes, **{str(name): values.values for name, values in first.coords.items()}}

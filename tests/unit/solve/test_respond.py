@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import InputError, NotCausalError
+from electrovib.solve.expand import phasors
 from electrovib.solve.scenario import load
-from electrovib.solve.simulate import phasors, simulate
+from electrovib.solve.simulate import simulate
 
 LEAK = {"model": "PolarityConduction", "conductivity_positive": 5e-6, "conductivity_negative": 2e-6}
 LEAKY = {"stack.stratum_corneum.leak": LEAK, "stack.stratum_corneum.material.conductivity": 0.0}

@@ -63,7 +63,7 @@ def results(section: ReadSection, nodes: Mapping[str, str], name: str, *, step: 
     name : str
         Beginning of the names of the tables.
     step : float
-        Of the search for the operating point [s], which is zero everywhere.
+        Of the search for the operating point [s].
 
     Returns
     -------
@@ -79,8 +79,7 @@ def results(section: ReadSection, nodes: Mapping[str, str], name: str, *, step: 
         "set wr_vecnames",
         "set wr_singlescale",
         "set numdgt = 12",
-        "* layers that block leave no way for direct current, so the operating point is found by letting time pass",
-        f"optran 0 0 0 {number(step)} {number(100 * step)} 0",
+        *_operating_point(section.slabs, step),
         "run",
         *_table("tran1", over_time, f"{name}.time.txt"),
         *_table("ac1", over_frequency, f"{name}.frequency.txt"),
@@ -89,6 +88,14 @@ def results(section: ReadSection, nodes: Mapping[str, str], name: str, *, step: 
         "end",
         ".endc",
     ]
+
+
+def _operating_point(slabs: Mapping[str, Slab], step: float) -> list[str]:
+    """Write how .ac finds its operating point: any will do for a linear circuit, a leak needs that of no drive."""
+    if any(slab.layer.leak is not None for slab in slabs.values()):
+        return []
+    why = "* blocking layers leave no way for direct current, so the operating point is found by letting time pass"
+    return [why, f"optran 0 0 0 {number(step)} {number(100 * step)} 0"]
 
 
 def _table(plot: str, columns: Mapping[str, str], file: str) -> list[str]:
@@ -117,4 +124,4 @@ def _over_frequency(slabs: Mapping[str, Slab], nodes: Mapping[str, str]) -> dict
 
 
 def _column(name: str, node: str) -> str:
-    return name if name == "effective_voltage" else f"{node}_of_force"
+    return name if name == "effective_voltage" else f"force_{node}"

@@ -10,9 +10,9 @@ from electrovib.export.spice.drive import drive_sources
 from electrovib.export.spice.ladder import Slab
 from electrovib.export.spice.start import Start
 from electrovib.export.spice.text import Names, number, remark
+from electrovib.solve.expand import Surroundings
 from electrovib.solve.modes import merged_terms
 from electrovib.solve.reduce import Reduction, reduce_material
-from electrovib.solve.simulate import Surroundings
 
 if TYPE_CHECKING:
     from electrovib.export.spice.timing import Timing
@@ -87,10 +87,11 @@ class Circuit:
         for name in layers:
             field = self.start.level(self.start.field(name)) + self.start.fields[name]
             last = "0" if ends_here else "finger"
-            after = last if name == layers[-1] else self._free(f"after_{name}")
+            after = last if name == layers[-1] else self.names.new(f"after_{name}")
             slab = self._slab(name, name, (self.nodes[-1], after), around.area, field, 1.0)
             self.slabs[name] = slab
-            self._append(slab.elements(), after, *(branch.node for branch in slab.branches))
+            self.blocks.append(slab.elements())
+            self._reach(*(branch.node for branch in slab.branches), after)
 
     def _way_back(self) -> None:
         around, path = Surroundings.of(self.scenario), self.scenario.circuit.return_path
@@ -98,7 +99,8 @@ class Circuit:
         self.blocks.append([remark(f"return path: {type(path).__name__}")])
         if back.resistance > 0:
             after = "back" if around.second or back.elastance else "0"
-            self._append([f"R_return {self.nodes[-1]} {after} {number(back.resistance)}"], after)
+            self.blocks[-1].append(f"R_return {self.nodes[-1]} {after} {number(back.resistance)}")
+            self._reach(after)
         if around.second:
             self._second_contact(around, last="body" if back.elastance else "0")
         if back.elastance > 0:
@@ -106,7 +108,7 @@ class Circuit:
             lines = [f"C_body {node} 0 {number(1 / back.elastance)}{f' IC={number(start)}' if start else ''}"]
             if back.rate > 0:
                 lines.append(f"R_body_leak {node} 0 {number(back.elastance / back.rate)}")
-            self._append(lines, "0")
+            self.blocks[-1] += lines
 
     def _second_contact(self, around: Surroundings, *, last: str) -> None:
         """Lead the current out through the same layers the other way: their fields point away from the finger."""
@@ -114,10 +116,11 @@ class Circuit:
         for name in reversed(layers):
             forced = around.second * self.start.level(self.start.field(name))
             field = -(forced + self.start.second_fields[name])
-            after = last if name == layers[0] else self._free(f"second_before_{name}")
+            after = last if name == layers[0] else self.names.new(f"second_before_{name}")
             area = around.area / around.second
             slab = self._slab(name, f"second_{name}", (after, self.nodes[-1]), area, field, -around.second)
-            self._append(slab.elements(), after, *(branch.node for branch in slab.branches))
+            self.blocks.append(slab.elements())
+            self._reach(*(branch.node for branch in slab.branches), after)
 
     def _slab(
         self, path: str, name: str, ends: tuple[str, str], area: float, field: float, share: float
@@ -129,11 +132,6 @@ class Circuit:
         self.all_slabs.append(slab)
         return slab
 
-    def _append(self, lines: list[str], after: str, *inside: str) -> None:
-        self.blocks.append(lines)
-        self.nodes += inside
-        if after != "0":
-            self.nodes.append(after)
-
-    def _free(self, wanted: str) -> str:
-        return self.names.new(wanted)
+    def _reach(self, *nodes: str) -> None:
+        """Note new nodes; the last is where the next element begins."""
+        self.nodes += [node for node in nodes if node != "0"]

@@ -58,7 +58,7 @@ def drive_sources(drive: Drive, timing: Timing) -> list[str]:
 def _elements(source: tuple[str, str], name: str, top: str, below: str, *, current: bool) -> list[str]:
     """Write one source and the gate that switches it, if it has one."""
     text, gate = source
-    lines = [f"V_{name}_gate {name}_gate 0 DC 0 {gate}"] if gate else []
+    lines = [continued(f"V_{name}_gate {name}_gate 0 DC 0 {gate}")] if gate else []
     if not text.startswith("="):
         return [*lines, continued(f"{'I' if current else 'V'}_{name} {top} {below} DC 0 {text}")]
     text = text.replace("GATE", f"V({name}_gate)")
@@ -73,7 +73,7 @@ def _source(part: Part, timing: Timing, *, label: str) -> tuple[str, str]:
     if isinstance(part, Tones) and len(part.frequencies) == 1 and len(gate) == 1:
         return _sine(part), ""
     text = _smooth(part, label) if isinstance(part, Smooth) else _tones(part, label)
-    return f"= GATE*({text})", continued(_pwl(gate))
+    return f"= GATE*({text})", _pwl(gate)
 
 
 def _points(part: Linear, timing: Timing) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+import numpy as np
+
 from electrovib.export.spice.text import number
 
 _FUNCTIONS: Final = {
@@ -124,5 +126,7 @@ def _joined(left: object, sign: str, right: object) -> Formula:
 def _text(value: object) -> str:
     if isinstance(value, Formula):
         return value.text
-    written = number(value)  # type: ignore[arg-type]  # anything else raises TypeError, as it should
+    if not isinstance(value, (int, float, np.generic, np.ndarray)):
+        raise TypeError(f"'{value}' is neither a number nor a formula")
+    written = number(float(value))
     return f"({written})" if written.startswith("-") else written

@@ -14,7 +14,7 @@ from electrovib.export.spice.precision import check_digits, smallest_charge
 from electrovib.export.spice.section import ReadSection
 from electrovib.export.spice.text import remark
 from electrovib.export.spice.timing import Timing
-from electrovib.solve.simulate import Surroundings
+from electrovib.solve.expand import Surroundings
 
 if TYPE_CHECKING:
     from electrovib.solve.scenario import Scenario
@@ -60,12 +60,12 @@ def netlist(scenario: Scenario, *, name: str) -> str:
         *circuit.blocks,
         force,
         [
-            *analyses(timing, scenario.frequency, smallest_charge=smallest_charge(scenario, circuit)),
+            *analyses(timing, scenario.frequency, smallest_charge=smallest_charge(scenario, circuit, timing)),
             *saved(kept),
         ],
         [*results(section, nodes, plain, step=timing.step), ".end"],
     ]
-    return "\n".join("\n".join([*block, "*"]) for block in blocks).removesuffix("*")
+    return "*\n".join("".join(f"{line}\n" for line in block) for block in blocks)
 
 
 def _check(scenario: Scenario) -> None:
@@ -90,7 +90,7 @@ def _header(scenario: Scenario, timing: Timing, name: str) -> list[str]:
     texts = [
         title,
         f"electrovib {version('electrovib')}, scenario {scenario.digest()}",
-        f"ngspice -b FILE writes {name}.time.txt and {name}.frequency.txt into the working folder.",
+        f"ngspice -b of this file writes {name}.time.txt and {name}.frequency.txt into the working folder.",
         f"Over time: steps of at most {timing.step:.6g} s; a jump of the drive takes {timing.edge:.6g} s.",
         "Over frequency: small signals; permittivities are those of the sums below, not the declared ones.",
     ]

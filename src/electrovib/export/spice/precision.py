@@ -9,7 +9,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.export.spice.section import CAPACITANCE
 from electrovib.physics.drive.parts import Linear, Tones
-from electrovib.solve.simulate import Surroundings
+from electrovib.solve.expand import Surroundings
 
 if TYPE_CHECKING:
     from electrovib.export.spice.circuit import Circuit
@@ -24,9 +24,11 @@ LOST = 1e-4
 """Share of an admittance that rounding of the largest conductance beside it may take."""
 
 
-def smallest_charge(scenario: Scenario, circuit: Circuit) -> float:
+def smallest_charge(scenario: Scenario, circuit: Circuit, timing: Timing) -> float:
     """Give the charge [C] below which a change is rounding of the largest charge in the circuit."""
     voltage = sum(_peak(part) for part in scenario.drive.parts()) or 1.0
+    if scenario.drive.quantity == "current":  # a hundred steps of it, on the smallest capacitor
+        voltage *= 100 * timing.step / min(slab.high for slab in circuit.all_slabs)
     voltage = max([voltage, *(abs(slab.field) * slab.layer.thickness for slab in circuit.all_slabs)])
     capacitance = max(slab.admittances[2] for slab in circuit.all_slabs)
     return NOISE * voltage * max(capacitance, CAPACITANCE)

@@ -34,7 +34,7 @@ class Reading:
     def text(self) -> str:
         """The sum in the words of ngspice."""
         terms = [name if weight == 1 else f"{number(weight)}*{name}" for name, weight in self.weights.items()]
-        return " + ".join(terms) or "0"
+        return " + ".join(terms).replace("+ -", "- ") or "0"
 
     def __add__(self, other: Reading) -> Reading:
         """Add."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.export.spice.ladder import Slab, between
 from electrovib.export.spice.reading import Filter, Reading
-from electrovib.export.spice.text import continued, number
+from electrovib.export.spice.text import continued, number, remark
 from electrovib.solve.inverse_root import inverse_root_thickness
 
 if TYPE_CHECKING:
@@ -107,6 +107,8 @@ class ReadSection:
             return signal * transfer.direct
         self.filters += 1
         name = f"filter_{self.filters}"
+        said = f"square root of the layers' capacitance: {len(transfer.rates)} sections of first order, within {PRECISION:g}"
+        self.elements.append(remark(said))
         self.elements.append(continued(f"B{name} {name} 0 V = {signal.text}"))
         weights = {f"V({name})": transfer.direct}
         starts = self.start.lowpassed(signal.transfer, transfer.rates)

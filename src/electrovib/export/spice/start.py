@@ -9,8 +9,9 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
+from electrovib.solve.current import INTEGRATING, current_response
+from electrovib.solve.expand import Surroundings, modes
 from electrovib.solve.scenario import PeriodicState, Scenario
-from electrovib.solve.simulate import Surroundings, modes
 from electrovib.solve.transfer import Transfer
 from electrovib.solve.transient import transient
 
@@ -58,18 +59,11 @@ class Start:
         InputError
             If the circuit cannot begin there.
         """
-        settled = isinstance(scenario.time.initial_state, PeriodicState)
-        if settled:
-            _check_periodic(scenario)
-        section = modes(scenario)[0] if settled else None
-        if section is not None:
-            return cls(scenario, section, dict.fromkeys(debye, 0.0), dict.fromkeys(debye, 0.0), 0.0)
-        return cls(scenario, section, *_charged(scenario, debye))
-
-    @property
-    def settled(self) -> bool:
-        """Tell whether the drive did not begin at time 0."""
-        return self.section is not None
+        if not isinstance(scenario.time.initial_state, PeriodicState):
+            return cls(scenario, None, *_charged(scenario, debye))
+        _check_periodic(scenario)
+        none = dict.fromkeys(debye, 0.0)
+        return cls(scenario, modes(scenario)[0], none, none, 0.0)
 
     def field(self, name: str) -> Transfer | None:
         """Field of a layer [V/m per volt], where it is needed."""
@@ -88,7 +82,8 @@ class Start:
         if signal is None:
             return 0.0
         forced = replace(signal, slope=0.0, free=np.zeros(len(signal.rates)))
-        return float(transient({"": forced}, self.scenario.drive, np.zeros(1), settled=True)[""][0])
+        respond = current_response if self.scenario.drive.quantity == "current" else transient
+        return float(respond({"": forced}, self.scenario.drive, np.zeros(1), settled=True)[""][0])
 
     def lowpassed(self, signal: Transfer | None, rates: Real) -> list[float]:
         """Values at time 0 of a quantity behind filters rate/(s + rate), rates in 1/s."""
@@ -104,6 +99,9 @@ class Start:
         if self.section is None:
             return self.body
         around = Surroundings.of(self.scenario)
+        if self.scenario.drive.quantity == "current":
+            rate = np.array([around.element.rate or INTEGRATING])
+            return self.level(Transfer(rate, around.element.elastance / rate))
         drop = self.level(self.section.voltage) * (1 + around.second)
         if around.element.resistance:
             drop += around.element.resistance * around.area * self.level(self.section.current_density)
@@ -117,12 +115,10 @@ def _kept_clear(signal: Transfer, rate: float) -> Transfer:
 
 
 def _check_periodic(scenario: Scenario) -> None:
-    problems, layers = [], scenario.stack.layers.items()
+    layers = scenario.stack.layers.items()
     where = "time.initial_state = PeriodicState: a netlist cannot begin there"
     instead = "use AtRest and a longer time.duration"
-    if scenario.drive.quantity == "current":
-        problems.append(f"{where} with a current as drive; {instead}")
-    problems += [
+    problems = [
         f"{where} with stack.{name}.leak, which is not linear; {instead}"
         for name, layer in layers
         if layer.leak

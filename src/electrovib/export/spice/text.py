@@ -12,8 +12,8 @@ WIDTH = 110
 
 
 def number(value: float) -> str:
-    """Write a number [any unit] so that it reads back as the same."""
-    return repr(float(value))
+    """Write a number [any unit] with 15 digits, more than ngspice keeps of a voltage."""
+    return f"{float(value):.15g}"
 
 
 def continued(line: str) -> str:

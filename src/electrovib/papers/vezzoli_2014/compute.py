@@ -15,8 +15,9 @@ from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.material import Material
 from electrovib.physics.skin import Skin
+from electrovib.solve.expand import mean_force, phasors
 from electrovib.solve.scenario import Scenario
-from electrovib.solve.simulate import mean_force, phasors, simulate
+from electrovib.solve.simulate import simulate
 from electrovib.solve.transfer import Real
 
 LEAKY_GAPS = {"gap plane, leaky gap 1 um": 1e-6, "gap plane, leaky gap 5 um": 5e-6}

@@ -73,7 +73,7 @@ class Vezzoli2014Causal(ForceLaw):
         """Warn when nothing conducts, and when a table leaves open how much does."""
         film, skin = (layers[name] for name in _LAYERS)
         found = []
-        if skin.material.conductivity == 0:
+        if skin.material.conductivity == 0 and skin.leak is None:
             text = "the stratum corneum has conductivity 0: no charge is ever lost, the force never fades"
             found.append(Lamp("lost charge", "warning", text))
         if isinstance(skin.material, Tabulated):

@@ -9,7 +9,7 @@ from electrovib.papers.vezzoli_2014 import compute, values
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.physics.drive.edges import Constant as Step
 from electrovib.physics.skin import time_constant
-from electrovib.solve.simulate import modes
+from electrovib.solve.expand import modes
 from electrovib.solve.transient import transient
 from electrovib.study.reproduction import Row
 

@@ -1,0 +1,140 @@
+"""A scenario's stack as something to compute with: over frequency, as modes, and the force of it all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from electrovib.physics.circuit import SeriesElement
+from electrovib.solve.current import current_section, per_ampere
+from electrovib.solve.leak import linearised
+from electrovib.solve.reduce import reduce_material
+from electrovib.solve.scenario import Scenario
+from electrovib.solve.section import ModalSection, PhasorSection, modal_section, phasor_section
+from electrovib.solve.transfer import Complex, Real
+
+PHASES = 32
+"""Points of a period over which a force is averaged: exact for a pressure of second degree."""
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What of a scenario the sections need besides the layers."""
+
+    area: float
+    element: SeriesElement
+    second: float
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Surroundings:
+        """Collect contact and circuit."""
+        area = scenario.contact.gross_area()
+        second = scenario.circuit.return_path.second_contact(area)
+        return cls(area, scenario.circuit.element(), second)
+
+
+def phasors(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> PhasorSection:
+    """Give the scenario's stack over frequency, exact for the materials as declared.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Stack, contact and circuit.
+    frequency : ndarray, shape (n,)
+        Hz, above 0.
+    leaks : bool
+        Count a leak as the conductivity that a vanishing sine sees, or leave it out.
+
+    Returns
+    -------
+    PhasorSection
+        Per volt of the drive; per ampere of a drive that prescribes the current.
+    """
+    section = per_volt_of(scenario, frequency, leaks=leaks)
+    area = scenario.contact.gross_area()
+    return per_ampere(section, area=area) if scenario.drive.quantity == "current" else section
+
+
+def per_volt_of(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> PhasorSection:
+    """Give the scenario's stack over frequency per volt, also where the drive prescribes the current.
+
+    Parameters
+    ----------
+    scenario, frequency, leaks
+        As for `phasors`; Hz.
+
+    Returns
+    -------
+    PhasorSection
+        Per volt across everything.
+    """
+    around, layers = Surroundings.of(scenario), scenario.stack.layers
+    return phasor_section(
+        linearised(layers) if leaks else layers,
+        area=around.area,
+        element=around.element,
+        second=around.second,
+        frequency=frequency,
+    )
+
+
+def modes(scenario: Scenario) -> tuple[ModalSection, float]:
+    """Give the stack without leaks as modes per unit of the drive, and the largest error of a polarisation."""
+    around, grid = Surroundings.of(scenario), scenario.frequency
+    reductions = {
+        name: reduce_material(layer.material, low=grid.low, high=grid.high)
+        for name, layer in scenario.stack.layers.items()
+    }
+    debye = {name: reduction.debye for name, reduction in reductions.items()}
+    error = max(reduction.largest_error for reduction in reductions.values())
+    layers, area = scenario.stack.layers, around.area
+    if scenario.drive.quantity == "current":
+        return current_section(layers, debye, area=area), error
+    return modal_section(layers, debye, area=area, element=around.element, second=around.second), error
+
+
+def total_force(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
+    """Pressure times area; a second contact carries the same current through its own area.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Law, contact and circuit.
+    amplitudes : dict of str to ndarray
+        What the law's pressure takes, in its units.
+
+    Returns
+    -------
+    ndarray
+        N.
+    """
+    around = Surroundings.of(scenario)
+    total = around.area * scenario.force.pressure(**amplitudes)
+    if around.second:
+        denser = {name: values * around.second for name, values in amplitudes.items()}
+        total = total + around.area / around.second * scenario.force.pressure(**denser)
+    return np.asarray(total)
+
+
+def mean_force(scenario: Scenario, section: PhasorSection, amplitude: float) -> Real:
+    """Time mean of the attraction under one sine.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Law, contact and circuit.
+    section : PhasorSection
+        The stack over frequency.
+    amplitude : float
+        Peak of the drive [V, or A].
+
+    Returns
+    -------
+    ndarray, shape (frequencies,)
+        N.
+    """
+    turns = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)[:, None]
+    phasor: dict[str, Complex] = scenario.force.amplitudes(section)
+    waves = {name: np.real(amplitude * value * turns) for name, value in phasor.items()}
+    return np.asarray(np.mean(total_force(scenario, waves), axis=0))

@@ -1,0 +1,42 @@
+"""The catalogue of models and papers as a page of the documentation."""
+
+from __future__ import annotations
+
+from electrovib.core.discovery import papers
+from electrovib.study import catalogue
+from electrovib.study.reproduction import Table
+
+INTRODUCTION = """# Models and papers
+
+What there is to choose from, found in the code as `electrovib models` finds it; a test keeps this page as the code is. *How
+read* says how the source of a model was read: in full text, as an abstract, derived here from values that were read, or only
+recalled. A recalled number is never a check, and a paper whose equation nobody here has read runs nothing.
+"""
+
+
+def as_markdown() -> str:
+    """Write the page: one table for each thing predicted, then the claims of every paper.
+
+    Returns
+    -------
+    str
+        Markdown.
+    """
+    parts = [INTRODUCTION]
+    parts += [
+        f"## {table.title[0].upper()}{table.title[1:]}\n\n{_rows(table)}" for table in catalogue.tables()
+    ]
+    parts.append("## What each paper claims, and what not\n")
+    for name, module in papers().items():
+        said = catalogue.claims(module)
+        lines = [f"**{name}** ({module.STATUS}). {module.CITATION}", ""]
+        lines += [f"- {key}: {text}" for key, text in said.items()]
+        if getattr(module, "NOT_READ", ""):
+            lines.append(f"- not read: {' '.join(module.NOT_READ.split())}")
+        parts.append("\n".join(lines) + "\n")
+    return "\n".join(parts)
+
+
+def _rows(table: Table) -> str:
+    lines = [table.headings, tuple("---" for _ in table.headings), *table.rows]
+    return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines) + "\n"
