@@ -40,6 +40,7 @@ def families() -> dict[type[Model], str]:
     dict of type to str
         The main families first; the others say it by their docstring.
     """
+    find_members(ForceLaw)  # all physics and papers are imported then
     contributed = {module.__name__ for module in papers().values()}
     others = {
         family: _plain(inspect.getdoc(family) or "").split(". ")[0].rstrip(".").lower()
