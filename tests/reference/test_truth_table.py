@@ -57,4 +57,7 @@ def test_the_printed_table_has_every_cell_and_says_how_its_stacks_were_read():
     for shown in ("56.55 mN", "607.6 mN", "31.05 N", "2.333 N", "7.96 N", "18.82 mN"):
         assert shown in text
     assert "(recalled)" in table.headings[-1]
-    assert "beyond breakdown" in table.caption
+    assert "recalled value" in table.caption
+    marked = {(row[0], row[2]) for row in table.rows if "beyond breakdown" in row[-1]}
+    assert marked == {("GapPlane", "0"), ("GapPlane", "100 nm")}  # 265 and 209 MV/m; 73 MV/m at 1 um is not
+    assert not any("beyond breakdown" in row[-2] for row in table.rows)  # the film reaches 37 MV/m

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Final
 
 from electrovib.core.checks import STATUSES
+from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.units import format_quantity
+from electrovib.physics.safety import FIELD_EMISSION
 from electrovib.solve.scenario import Scenario
 from electrovib.study.compare import static_force
 from electrovib.study.reproduction import Table
+
+AREA: Final = 1e-4
+"""Contact area of every cell [m2]."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +74,7 @@ class PlateStack:
             "drive": {"model": "Constant", "level": self.voltage},
             "force": {"model": law},
             "friction": {"model": "Coulomb", "coefficient": 0.5},
-            "contact": {"model": "FixedArea", "area": 1e-4},
+            "contact": {"model": "FixedArea", "area": AREA},
             "load": {"normal_force": 0.5},
             "circuit": {"return_path": {"model": "Grounded", "resistance": 0.0}},
             "stack": stack,
@@ -127,8 +133,9 @@ def truth_table() -> Table:
                 rows.append((law, formula, format_quantity(gap, "m"), *cells))
     headings = ("law", "form", "gap", *(f"{stack.name} ({stack.status})" for stack in (FILM, SCREEN)))
     caption = (
-        "Static force on 1 cm2, nothing conducting. Entries of the coat at gaps of 0 and 0.1 um mean more than 200 MV/m in"
-        " air, beyond breakdown: limits, not forces one would see. Under a sine, half."
+        "Static force on 1 cm2, nothing conducting. Beyond breakdown: more than"
+        f" {format_quantity(FIELD_EMISSION, 'V/m')} in air (a recalled value), a limit and not a force one would see."
+        " Under a sine, half."
     )
     return Table("Static force by plane", headings, tuple(rows), caption)
 
@@ -154,4 +161,7 @@ def cell(stack: PlateStack, law: str, gap: float = 0.0) -> float:
 
 
 def _cell(stack: PlateStack, law: str, gap: float = 0.0) -> str:
-    return format_quantity(cell(stack, law, gap), "N", digits=4)
+    force = cell(stack, law, gap)
+    shown = format_quantity(force, "N", digits=4)
+    field = math.sqrt(2 * force / (eps0 * AREA))  # in the gap, where the gap plane cuts
+    return f"{shown} (beyond breakdown)" if law == "GapPlane" and field > FIELD_EMISSION else shown
