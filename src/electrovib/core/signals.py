@@ -43,10 +43,23 @@ SIGNALS: Final = {
     "effective_voltage": Signal("V", "v_e", "part of the voltage that pulls the finger"),
     "field": Signal("V/m", "E", "electric field in a layer"),
     "displacement": Signal("C/m2", "D", "bound electric displacement in a layer"),
+    "plate_voltage": Signal("V", "v_p", "voltage that the amplifier gives the plate"),
+    "amplifier_current": Signal(
+        "A", "i_a", "current of the amplifier into plate, stray capacitance and finger"
+    ),
     "current": Signal("A", "i", "current into the contact"),
+    "gap": Signal("m", "g", "gap between finger and plate"),
+    "gross_contact_area": Signal("m2", "A", "area of the outline of the contact"),
+    "real_contact_area": Signal("m2", "A_r", "area that touches"),
     "electrostatic_force": Signal("N", "f_e", "electrostatic attraction"),
     "normal_force": Signal("N", "f_n", "force with which the finger is pressed"),
     "lateral_force": Signal("N", "f_t", "friction force"),
+    "sliding_speed": Signal("m/s", "u", "speed of the finger over the plate"),
+    "bristle_deflection": Signal("m", "z", "elastic deflection of the contact before it slides"),
+    "skin_displacement": Signal("m", "x", "lateral displacement of the skin"),
+    "skin_speed": Signal("m/s", r"\dot{x}", "lateral speed of the skin"),
+    "normal_force_measured": Signal("N", "f_{n,m}", "normal force as the tribometer reads it"),
+    "lateral_force_measured": Signal("N", "f_{t,m}", "lateral force as the tribometer reads it"),
     # over frequency
     "effective_voltage_gain": Signal("1", "v_e/v", "effective voltage per volt of the drive, complex"),
     "field_gain": Signal("1", "E T/v", "voltage across a layer per volt of the drive, complex"),

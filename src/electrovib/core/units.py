@@ -46,10 +46,19 @@ KINDS: Final = {
     "V/m": ("an electric field", "3 MV/m"),
     "V/s": ("a slew rate", "1 kV/s"),
     "m/s": ("a speed", "40 mm/s"),
+    "kg": ("a mass", "0.2 g"),
+    "N/m": ("a stiffness", "1 kN/m"),
+    "N s/m": ("a damping", "1 N s/m"),
+    "Pa/m": ("a stiffness per area", "10 MPa/m"),
+    "Pa s/m": ("a damping per area", "1 kPa s/m"),
+    "J/m2": ("an energy per area", "0.17 J/m2"),
+    "S": ("a conductance", "20 uS"),
     "rad": ("an angle", "0.5 rad"),
 }
 """Every unit a parameter or a signal may have: what it is called and how it is written."""
 
+_STEM: Final = {"kg": ("g", -3)}
+"""Units whose SI form already has a prefix: what prefixes go with, and its power of ten."""
 _LONGEST: Final = 64
 """Longer texts are no number with a unit; the bound keeps matching short."""
 _NUMBER = r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?)"
@@ -129,15 +138,16 @@ def format_quantity(value: float, unit: str, *, digits: int = 6) -> str:
         return f"{value:.{digits}g}"
     if value == 0 or not math.isfinite(value):
         return f"{value:g} {unit}"
+    stem, shift = _STEM.get(unit, (unit, 0))
     power = int(_first_symbol(unit)[1] or 1)
     prefixes = SHOWN_PREFIXES if power == 1 else ("u", "m", "c", "")
-    fitting = [p for p in prefixes if abs(value) >= 0.99999999 * 10.0 ** (PREFIXES[p] * power)]
+    fitting = [p for p in prefixes if abs(value) >= 0.99999999 * 10.0 ** (PREFIXES[p] * power + shift)]
     prefix = max(fitting, key=lambda p: PREFIXES[p]) if fitting else prefixes[0]
-    scaled = Decimal(repr(float(value))).scaleb(-PREFIXES[prefix] * power)
+    scaled = Decimal(repr(float(value))).scaleb(-PREFIXES[prefix] * power - shift)
     number = f"{float(scaled):.{digits}g}"
     if "e" in number:
         return f"{value:.{digits}g} {unit}"
-    return f"{number} {prefix}{unit}"
+    return f"{number} {prefix}{stem}"
 
 
 def exact_text(value: float, unit: str) -> str | float:
@@ -173,7 +183,7 @@ def _own_unit_pattern(unit: str) -> re.Pattern[str]:
     if unit == "1":
         return re.compile(rf"\s*{_NUMBER}\s*()(%?)\s*")
     parts = []
-    for index, piece in enumerate(re.split(r"([ /])", unit)):
+    for index, piece in enumerate(re.split(r"([ /])", _STEM.get(unit, (unit, 0))[0])):
         if piece == " ":
             parts.append(r"\s*[\s*]\s*")
         elif piece == "/":
@@ -194,7 +204,8 @@ def _parse_own_unit(text: str, unit: str) -> float | None:
     if unit == "1":
         return float(Decimal(match[1]).scaleb(-2 if match[3] else 0))
     power = int(_first_symbol(unit)[1] or 1)
-    return float(Decimal(match[1]).scaleb(PREFIXES[match[2] or ""] * power))
+    shift = 0 if match[2] is None else _STEM.get(unit, (unit, 0))[1]  # a bare number is SI
+    return float(Decimal(match[1]).scaleb(PREFIXES[match[2] or ""] * power + shift))
 
 
 def _parse_other_unit(text: str, unit: str) -> float | None:
