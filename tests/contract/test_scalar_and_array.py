@@ -14,6 +14,13 @@ SAMPLES = {
     "D": np.linspace(-2e-4, 3e-4, 12),
     "normal_force": np.linspace(0.0, 2.0, 12),
     "electrostatic_force": np.linspace(0.0, 0.5, 12),
+    "real_contact_area": np.linspace(0.0, 1e-5, 12),
+    "deflection": np.linspace(-1e-4, 2e-4, 12),
+    "rate": np.linspace(-1e-3, 1e-3, 12),
+    "speed": np.linspace(-0.1, 0.2, 12),
+    "direction": np.sign(np.linspace(-0.1, 0.2, 12)),
+    "strength": np.linspace(0.1, 2.0, 12),
+    "voltage": np.linspace(-2e3, 3e3, 12),
     "permittivity": np.linspace(1.0, 2000.0, 12),
     "values": np.linspace(0.1, 30.0, 12),
 }

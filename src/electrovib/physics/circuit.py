@@ -10,6 +10,7 @@ import numpy as np
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.amplifier import Amplifier
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -125,6 +126,7 @@ class Circuit(Model):
 
     example: ClassVar[Mapping[str, Any]] = {"return_path": {"model": "Grounded"}}
 
+    amplifier: Amplifier | None = None
     return_path: ReturnPath
     source_resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "between amplifier and plate")] = 0.0
 

@@ -23,6 +23,7 @@ from electrovib.physics.contact import Contact
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import Friction, Load
+from electrovib.physics.motion import Motion
 from electrovib.physics.safety import Limits
 from electrovib.physics.stack import Stack
 from electrovib.solve.transfer import Real
@@ -110,6 +111,7 @@ class Scenario(Model):
     friction: Friction
     contact: Contact
     load: Load
+    motion: Motion = Motion()
     circuit: Circuit
     stack: Stack
     time: TimeGrid = TimeGrid()

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.core.errors import NotCausalError
+from electrovib.core.errors import InputError, NotCausalError
 from electrovib.core.lamps import Lamp
 from electrovib.core.trace import make_trace
 from electrovib.physics.drive.parts import Linear
+from electrovib.physics.friction import SteadyFriction
 from electrovib.physics.safety import lamps, peak
 from electrovib.solve.current import caveat
 from electrovib.solve.expand import Surroundings, mean_force, modes, per_volt_of, phasors, total_force
@@ -136,7 +137,12 @@ def _signals(
     signals["electrostatic_force"] = (("time",), force)
     normal = np.full(len(force), scenario.load.normal_force)
     signals["normal_force"] = (("time",), normal)
-    signals["lateral_force"] = (("time",), scenario.friction.lateral_force(normal, force))
+    if not isinstance(scenario.friction, SteadyFriction):
+        raise InputError(f"friction = {type(scenario.friction).__name__}: not solved yet")
+    signals["lateral_force"] = (
+        ("time",),
+        scenario.friction.lateral_force(normal, force, np.full(len(force), np.nan)),
+    )
     return signals
 
 

@@ -1,0 +1,20 @@
+"""From normal force to lateral force."""
+
+from electrovib.physics.friction.base import Friction, Load, SteadyFriction
+from electrovib.physics.friction.bristle import BristleFriction, Dahl, LuGre
+from electrovib.physics.friction.memory import Creep, FirstOrderLag
+from electrovib.physics.friction.steady import AdhesiveShear, Coulomb, PowerLaw
+
+__all__ = [
+    "AdhesiveShear",
+    "BristleFriction",
+    "Coulomb",
+    "Creep",
+    "Dahl",
+    "FirstOrderLag",
+    "Friction",
+    "Load",
+    "LuGre",
+    "PowerLaw",
+    "SteadyFriction",
+]

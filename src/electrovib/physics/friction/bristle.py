@@ -1,0 +1,180 @@
+"""Friction with a state: the contact deflects like bristles before it slides, so that it can stick and slip."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import numpy as np
+
+from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.friction.base import Friction, SteadyFriction
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+_COULOMB: Mapping[str, Any] = {"model": "Coulomb", "coefficient": 0.5}
+_STIFFNESS = Quantity("N/m", 1e-3, 1e12, "stiffness of the contact before it slides")
+
+
+class BristleFriction(Friction, family=True):
+    """Friction of a contact that deflects before it slides.
+
+    Notes
+    -----
+    `steady` gives the friction of sliding at a fast speed, which load and attraction change in time; the
+    deflection z is the state. It stores stiffness z^2/2.
+    """
+
+    steady: SteadyFriction
+    stiffness: Annotated[Number, _STIFFNESS]
+
+    @abstractmethod
+    def deflection_rate(
+        self,
+        deflection: NDArray[np.float64],
+        speed: NDArray[np.float64],
+        strength: NDArray[np.float64],
+        direction: NDArray[np.float64],
+    ) -> NDArray[np.float64]:
+        """Rate at which the contact deflects.
+
+        Parameters
+        ----------
+        deflection : float or ndarray
+            z [m], along the motion.
+        speed : float or ndarray, same shape
+            Speed of the skin over the plate [m/s].
+        strength : float or ndarray, same shape
+            What the steady law gives now [N], above 0.
+        direction : float or ndarray, same shape
+            Sign of the speed, 1 or -1 [1], given apart because the law has its kink there.
+
+        Returns
+        -------
+        float or ndarray
+            m/s, same shape.
+        """
+
+    @abstractmethod
+    def force(
+        self, deflection: NDArray[np.float64], rate: NDArray[np.float64], speed: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Friction force on the skin, against the motion.
+
+        Parameters
+        ----------
+        deflection : float or ndarray
+            z [m].
+        rate : float or ndarray, same shape
+            Its rate of change [m/s].
+        speed : float or ndarray, same shape
+            Speed of the skin over the plate [m/s].
+
+        Returns
+        -------
+        float or ndarray
+            N, same shape.
+        """
+
+
+class LuGre(BristleFriction):
+    """Bristles that slip at a strength which falls with speed: sticking, slipping, and the step between.
+
+    Notes
+    -----
+    z' = u - |u| stiffness z/g(u), g = strength (1 + (static_ratio - 1) exp(-(u/stribeck_speed)^2)), F =
+    stiffness z + bristle_damping z' + viscous_damping u. Canudas de Wit et al. 1995 with the load in g only, so
+    that the bristles' energy does not depend on the load and friction takes energy at every instant as long as
+    bristle_damping is 0, or small against 4 g/|u|.
+    """
+
+    reference: ClassVar[str] = "C. Canudas de Wit et al., IEEE Trans. Autom. Control 40, 419 (1995)"
+    status: ClassVar[str] = "derived"
+    example: ClassVar[Mapping[str, Any]] = {
+        "steady": _COULOMB,
+        "stiffness": 500.0,
+        "static_ratio": 1.5,
+        "stribeck_speed": 5e-3,
+    }
+
+    static_ratio: Annotated[
+        Number, Quantity("1", 1, 100, "largest friction at rest over that of fast sliding")
+    ]
+    stribeck_speed: Annotated[
+        Number, Quantity("m/s", 1e-9, 100, "speed at which the excess has fallen to 1/e")
+    ]
+    bristle_damping: Annotated[Number, Quantity("N s/m", 0, 1e6, "damping of the deflection")] = 0.0
+    viscous_damping: Annotated[Number, Quantity("N s/m", 0, 1e6, "damping of the sliding")] = 0.0
+
+    def strength_at(self, speed: NDArray[np.float64], strength: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Steady friction at a speed, without viscous part.
+
+        Parameters
+        ----------
+        speed : float or ndarray
+            m/s.
+        strength : float or ndarray, same shape
+            Of fast sliding [N].
+
+        Returns
+        -------
+        float or ndarray
+            N, same shape.
+        """
+        excess = (self.static_ratio - 1) * np.exp(-((np.asarray(speed) / self.stribeck_speed) ** 2))
+        return np.asarray(strength * (1 + excess))[()]
+
+    def deflection_rate(
+        self,
+        deflection: NDArray[np.float64],
+        speed: NDArray[np.float64],
+        strength: NDArray[np.float64],
+        direction: NDArray[np.float64],
+    ) -> NDArray[np.float64]:
+        """Rate of the deflection [m/s]."""
+        slipping = self.stiffness * deflection / self.strength_at(speed, strength)
+        return np.asarray(speed * (1 - direction * slipping))[()]
+
+    def force(
+        self, deflection: NDArray[np.float64], rate: NDArray[np.float64], speed: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Friction force [N]."""
+        return self.stiffness * deflection + self.bristle_damping * rate + self.viscous_damping * speed
+
+
+class Dahl(BristleFriction):
+    """Bristles that yield as metals do: the stiffness falls to nothing as the force nears the strength.
+
+    Notes
+    -----
+    z' = u |1 - r|^exponent sign(1 - r), r = stiffness z sign(u)/strength, F = stiffness z. It slides steadily at
+    the strength and knows no static excess: it does not stick and slip by itself. A finger in other people's
+    code has coefficient 0.6, 500 N/m, exponent 0.7.
+    """
+
+    reference: ClassVar[str] = "P. R. Dahl, Aerospace Corporation, TOR-0158(3107-18)-1 (1968)"
+    status: ClassVar[str] = "derived"
+    example: ClassVar[Mapping[str, Any]] = {"steady": _COULOMB, "stiffness": 500.0}
+
+    exponent: Annotated[Number, Quantity("1", 0.5, 5, "how the stiffness falls; 1 is an exponential")] = 1.0
+
+    def deflection_rate(
+        self,
+        deflection: NDArray[np.float64],
+        speed: NDArray[np.float64],
+        strength: NDArray[np.float64],
+        direction: NDArray[np.float64],
+    ) -> NDArray[np.float64]:
+        """Rate of the deflection [m/s]."""
+        left = 1 - direction * self.stiffness * np.asarray(deflection) / strength
+        return np.asarray(speed * np.abs(left) ** self.exponent * np.sign(left))[()]
+
+    def force(
+        self, deflection: NDArray[np.float64], rate: NDArray[np.float64], speed: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Friction force [N]."""
+        del rate, speed
+        return self.stiffness * deflection

@@ -1,0 +1,101 @@
+"""Friction that follows the force with a delay: linear in what the steady law gives."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from electrovib.core.model import Model
+from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.friction.base import Friction, SteadyFriction
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+_COULOMB: Mapping[str, Any] = {"model": "Coulomb", "coefficient": 0.5}
+
+
+class FirstOrderLag(Friction):
+    """Friction that follows what a steady law gives with one corner, which may rise with the sliding speed.
+
+    Notes
+    -----
+    F' = 2 pi f_c (F_steady - F), f_c = cut_off + (u - at_speed)/renewal_length. Balasubramanian et al. 2025
+    measured a first-order response whose corner rises by 13.8 Hz for each mm/s, a renewal length of 72.5 um,
+    between 20 and 100 mm/s; the corner at any one speed could not be read and has no default.
+    """
+
+    equation: ClassVar[Mapping[str, str]] = {"corner": "cut_off + (speed - at_speed)/renewal_length"}
+    example: ClassVar[Mapping[str, Any]] = {
+        "steady": _COULOMB,
+        "cut_off": 500.0,
+        "at_speed": 0.02,
+        "renewal_length": 72.5e-6,
+    }
+
+    steady: SteadyFriction
+    cut_off: Annotated[
+        Number, Quantity("Hz", 1e-3, 1e9, "corner of the friction response at the speed below")
+    ]
+    at_speed: Annotated[Number, Quantity("m/s", 0, 100, "sliding speed at which the corner is meant")] = 0.0
+    renewal_length: Annotated[
+        Number | None,
+        Quantity("m", 1e-9, 1e3, "speed over this length is added to the corner; no change if absent"),
+    ] = None
+
+    def corner(self, speed: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Corner of the response.
+
+        Parameters
+        ----------
+        speed : float or ndarray
+            Sliding speed [m/s]; NaN gives NaN.
+
+        Returns
+        -------
+        float or ndarray
+            Hz, same shape; negative where the straight line is followed too far below `at_speed`.
+        """
+        growth = 0.0 if self.renewal_length is None else 1 / self.renewal_length
+        return np.asarray(self.cut_off + (speed - self.at_speed) * growth)[()]
+
+
+class Relaxation(Model):
+    """One slow part of a friction."""
+
+    example: ClassVar[Mapping[str, Any]] = {"share": 0.2, "time": 70e-3}
+
+    share: Annotated[Number, Quantity("1", 0, 1, "part of the friction that follows slowly")]
+    time: Annotated[Number, Quantity("s", 1e-9, 1e5, "in which it follows")]
+
+
+class Creep(Friction):
+    """Friction part of which follows what a steady law gives by slow relaxations: viscoelastic skin.
+
+    Notes
+    -----
+    F = (1 - sum share_i) F_steady + sum share_i F_i, time_i F_i' = F_steady - F_i. Real contact grows while
+    skin relaxes under a load: finger pads relax with about 4 ms, 70 ms and 1.4 s in normal indentation (Pawluk
+    and Howe 1999, doi:10.1115/1.2835100); the shares of friction have to be given.
+    """
+
+    example: ClassVar[Mapping[str, Any]] = {
+        "steady": _COULOMB,
+        "relaxations": ({"share": 0.2, "time": 4e-3}, {"share": 0.2, "time": 70e-3}),
+    }
+
+    steady: SteadyFriction
+    relaxations: tuple[Relaxation, ...]
+
+    @model_validator(mode="after")
+    def _at_most_all(self) -> Self:
+        if not self.relaxations or sum(each.share for each in self.relaxations) > 1:
+            raise ValueError("relaxations must be at least one, with shares that add up to 1 at most")
+        times = [each.time for each in self.relaxations]
+        if sorted(set(times)) != times:
+            raise ValueError("relaxations must be in the order of their times, each once")
+        return self
