@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from electrovib.core.errors import InputError
+from electrovib.physics.circuit import Grounded
+from electrovib.solve import renewal
 from electrovib.solve.branch import leaky_response
 from electrovib.solve.current import REASON, current_response, drive_voltage
 from electrovib.solve.leak import leak_alone, leak_section, leaking_layer
@@ -21,6 +23,27 @@ if TYPE_CHECKING:
     from electrovib.solve.section import ModalSection
     from electrovib.solve.transfer import Real, Transfer
 
+AMPLITUDE = "amplitude "
+"""Before the name of an amplitude of the force law, among what is wanted of a solver."""
+
+
+class Response(NamedTuple):
+    """What a solver found.
+
+    Parameters
+    ----------
+    found : dict of str to ndarray
+        Quantities over time; amplitudes of the law over places and time where there are places.
+    choice : dict
+        Solver and reason, and of a march its error.
+    weights : ndarray or None
+        Share of the contact that each place stands for.
+    """
+
+    found: dict[str, Real]
+    choice: dict[str, Any]
+    weights: Real | None = None
+
 
 def respond(
     scenario: Scenario,
@@ -30,7 +53,7 @@ def respond(
     *,
     element: SeriesElement,
     second: float,
-) -> tuple[dict[str, Real], dict[str, Any]]:
+) -> Response:
     """Compute quantities of a stack over time with the solver its models ask for.
 
     Parameters
@@ -50,10 +73,8 @@ def respond(
 
     Returns
     -------
-    found : dict of str to ndarray
+    Response
         The quantities, `drive_voltage`, and `drive_current` under current drive.
-    choice : dict
-        Solver and reason, and of a march its error.
 
     Raises
     ------
@@ -65,7 +86,12 @@ def respond(
     current = drive.quantity == "current"
     name = leaking_layer(layers, second=second)
     _refuse_gaps_of_a_law(scenario, current=current, leak=name)
-    if name is not None:
+    weights = None
+    if scenario.motion.renews_film:
+        floating = not isinstance(scenario.circuit.return_path, Grounded)
+        renewal.refuse_with(settled=settled, current=current, leak=name, floating=floating)
+        found, choice, weights = _renewed(scenario, wanted(section), times)
+    elif name is not None:
         found, choice = _leaky(scenario, section, wanted, times, name, element)
     elif current:
         found = current_response(wanted(section), drive, times, settled=settled)
@@ -80,7 +106,7 @@ def respond(
         )
     else:
         found["drive_voltage"] = drive.voltage(times)
-    return found, choice
+    return Response(found, choice, weights)
 
 
 def _refuse_gaps_of_a_law(scenario: Scenario, *, current: bool, leak: str | None) -> None:
@@ -105,6 +131,16 @@ def _start(drive: Drive, *, settled: bool) -> str:
 def _linear(drive: Drive, *, settled: bool) -> dict[str, Any]:
     why = f"linear layers, fixed gap and a voltage drive: real modes {_start(drive, settled=settled)}"
     return {"solver": "periodic" if settled else "transient", "solver_reason": why}
+
+
+def _renewed(scenario: Scenario, transfers: dict[str, Transfer], times: Real) -> Response:
+    """Answer at every place under the sliding finger; what is no amplitude of the law is the mean over them."""
+    length = scenario.contact.gross_area() ** 0.5
+    over = renewal.Renewal.over(length)
+    found = renewal.renewed(transfers, scenario.drive, times, motion=scenario.motion, renewal=over)
+    kept = {name: rows if name.startswith(AMPLITUDE) else over.weights @ rows for name, rows in found.items()}
+    why = f"linear layers under a finger that slides over fresh film: real modes from rest, {renewal.REASON}"
+    return Response(kept, {"solver": "renewal", "solver_reason": why}, over.weights)
 
 
 def _leaky(

@@ -19,7 +19,7 @@ from electrovib.physics.safety import lamps, peak
 from electrovib.solve.current import caveat
 from electrovib.solve.expand import Surroundings, mean_force, modes, per_volt_of, phasors, total_force
 from electrovib.solve.periodic import count_harmonics, spectrum
-from electrovib.solve.respond import respond
+from electrovib.solve.respond import AMPLITUDE, respond
 from electrovib.solve.scenario import PeriodicState, Scenario
 from electrovib.solve.section import ModalSection, PhasorSection
 from electrovib.solve.transfer import Real, Transfer
@@ -28,9 +28,6 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.physics.force import ForceLaw
-
-_AMPLITUDE = "amplitude "
-"""Before the name of an amplitude of the force law, among what is wanted of a solver."""
 
 
 def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
@@ -117,12 +114,17 @@ def _over_time(
         effective = law.effective_voltage(section)
         if effective is not None:
             found["effective_voltage"] = effective
-        return found | {f"{_AMPLITUDE}{name}": transfer for name, transfer in amplitudes.items()}
+        return found | {f"{AMPLITUDE}{name}": transfer for name, transfer in amplitudes.items()}
 
     around = Surroundings.of(scenario)
-    found, choice = respond(scenario, section, wanted, times, element=around.element, second=around.second)
-    given = {key.removeprefix(_AMPLITUDE): row for key, row in found.items() if key.startswith(_AMPLITUDE)}
-    return _signals(scenario, section, found, total_force(scenario, given)), choice
+    found, choice, weights = respond(
+        scenario, section, wanted, times, element=around.element, second=around.second
+    )
+    given = {key.removeprefix(AMPLITUDE): row for key, row in found.items() if key.startswith(AMPLITUDE)}
+    force = total_force(scenario, given)
+    if weights is not None:
+        force = weights @ force
+    return _signals(scenario, section, found, force), choice
 
 
 def _signals(
@@ -164,7 +166,7 @@ def _one_sine(
     given = {name: np.real(value[0] * wave) for name, value in law.amplitudes(exact).items()}
     around = Surroundings.of(scenario)
     wanted = functools.partial(_linear_quantities, scenario)
-    found, _ = respond(scenario, section, wanted, times, element=around.element, second=around.second)
+    found = respond(scenario, section, wanted, times, element=around.element, second=around.second).found
     effective = law.effective_voltage(exact)
     if effective is not None:
         found["effective_voltage"] = np.real(effective[0] * wave)
