@@ -23,8 +23,10 @@ if TYPE_CHECKING:
     from electrovib.physics.motion import Motion
     from electrovib.solve.transfer import Real
 
-PANELS, POINTS = 14, 4
-"""Panels of the contact, each half as long as the next, and Gauss points of each: fields may fall within 1e-4 of it."""
+PANELS, POINTS = 16, 5
+"""Even panels of the contact, and Gauss points of each: a quarter of a turn of a sine fits in one."""
+HALVINGS = 9
+"""How often the first panel is halved: the field may fall within 1e-4 of the contact."""
 REASON = "each place of the film answers from when it comes under the finger"
 
 
@@ -47,7 +49,8 @@ class Renewal:
     def over(cls, length: float) -> Renewal:
         """Grade places towards the leading edge of a contact [m], where the charge is youngest."""
         points, weights = np.polynomial.legendre.leggauss(POINTS)
-        ends = np.append(0.0, 0.5 ** np.arange(PANELS - 1, -1, -1))
+        even = np.linspace(0.0, 1.0, PANELS + 1)
+        ends = np.concatenate([[0.0], even[1] * 0.5 ** np.arange(HALVINGS, 0, -1), even[1:]])
         half = np.diff(ends)[:, None] / 2
         places = ends[:-1, None] + half * (1 + points)
         return cls(length * places.ravel(), (half * weights).ravel())
