@@ -112,10 +112,11 @@ def _over_time(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
 
 def _beyond(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
     """Draw what amplifier, contact, finger and rig add, each signal that some Trace has and that moves."""
-    wanted: list[tuple[str, Callable[..., Axes]]] = []
-    for name in BEYOND:
-        if any(_moves(trace, name) for trace in traces.values()):
-            wanted.append((name.replace("_", " "), functools.partial(plots.over_time, name=name)))
+    wanted: list[tuple[str, Callable[..., Axes]]] = [
+        (name.replace("_", " "), functools.partial(plots.over_time, name=name))
+        for name in BEYOND
+        if any(_moves(trace, name) for trace in traces.values())
+    ]
     return _multiples(traces, wanted, "Amplifier, contact, finger and rig", "beyond")
 
 

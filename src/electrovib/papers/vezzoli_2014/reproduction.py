@@ -37,17 +37,17 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
     InputError
         If the table cannot be read or is not a passive dielectric.
     """
-    from electrovib.papers.vezzoli_2014 import compute, figures, numbers, open_questions
+    from electrovib.papers.vezzoli_2014 import compute, falling_edge, figures, numbers, open_questions
 
     own = None if skin is None else _own_skin(skin)
-    rows = numbers.rows()
+    rows = (*numbers.rows(), *falling_edge.rows())
     return Reproduction(
         "vezzoli_2014",
         CITATION,
         rows,
-        figures.panels(own),
+        (*figures.panels(own), *falling_edge.panels()),
         (open_questions.page(rows),),
-        (_skin_table(compute.all_skins(), own),),
+        (_skin_table(compute.all_skins(), own), falling_edge.table()),
         EQUATIONS,
         tuple(sorted({found.source for found in compute.all_skins().values()})),
     )
