@@ -10,19 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.core.errors import InputError, NotCausalError
 from electrovib.core.lamps import Lamp
 from electrovib.core.trace import make_trace
 from electrovib.physics.drive.parts import Linear
-from electrovib.physics.friction import SteadyFriction
 from electrovib.physics.safety import lamps, peak
 from electrovib.solve.current import caveat
-from electrovib.solve.expand import Surroundings, mean_force, modes, per_volt_of, phasors, total_force
-from electrovib.solve.periodic import count_harmonics, spectrum
-from electrovib.solve.respond import AMPLITUDE, respond
-from electrovib.solve.scenario import PeriodicState, Scenario
+from electrovib.solve.electrical import electrical
+from electrovib.solve.expand import mean_force, modes, per_volt_of, phasors
+from electrovib.solve.mechanical import mechanical
+from electrovib.solve.scenario import Scenario
 from electrovib.solve.section import ModalSection, PhasorSection
-from electrovib.solve.transfer import Real, Transfer
+from electrovib.solve.transfer import Real
 
 if TYPE_CHECKING:
     import xarray
@@ -65,14 +63,17 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     section, reduction_error = modes(scenario)
     attributes = _provenance(scenario)
     attributes["reduction_error"] = reduction_error
+    answer = electrical(scenario, section, times)
     if scenario.force.causal:
-        signals, choice = _over_time(scenario, section, times)
         bare = phasors(scenario, frequency, leaks=False)
         attributes["transfer_error"] = _transfer_error(scenario.force, section, bare)
-    else:
-        signals, choice = _one_sine(scenario, section, times)
-    attributes |= choice
-    variables: dict[str, Any] = {**signals, **_over_frequency(scenario, at_frequency)}
+    moved, how = mechanical(scenario, times, answer, functools.partial(electrical, scenario, section))
+    attributes |= answer.choice | how
+    variables: dict[str, Any] = {
+        **answer.signals(section),
+        **moved,
+        **_over_frequency(scenario, at_frequency),
+    }
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in _lamps(scenario, variables)])
     coordinates = {
         "time": times,
@@ -90,102 +91,6 @@ def _provenance(scenario: Scenario) -> dict[str, Any]:
         "scenario_hash": scenario.digest(),
         "dropped_samples": getattr(scenario.drive, "dropped", 0),
     }
-
-
-def _linear_quantities(scenario: Scenario, section: ModalSection) -> dict[str, Transfer]:
-    wanted: dict[str, Transfer] = {
-        "stack_voltage": section.voltage,
-        "current": section.current_density * Surroundings.of(scenario).area,
-    }
-    for name in section.names:
-        wanted[f"field {name}"] = section[name].field
-        wanted[f"displacement {name}"] = section[name].displacement
-    return wanted
-
-
-def _over_time(
-    scenario: Scenario, section: ModalSection, times: Real
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    law = scenario.force
-
-    def wanted(section: ModalSection) -> dict[str, Transfer]:
-        amplitudes = law.amplitudes(section)
-        found = _linear_quantities(scenario, section)
-        effective = law.effective_voltage(section)
-        if effective is not None:
-            found["effective_voltage"] = effective
-        return found | {f"{AMPLITUDE}{name}": transfer for name, transfer in amplitudes.items()}
-
-    around = Surroundings.of(scenario)
-    found, choice, weights = respond(
-        scenario, section, wanted, times, element=around.element, second=around.second
-    )
-    given = {key.removeprefix(AMPLITUDE): row for key, row in found.items() if key.startswith(AMPLITUDE)}
-    force = total_force(scenario, given)
-    if weights is not None:
-        force = weights @ force
-    return _signals(scenario, section, found, force), choice
-
-
-def _signals(
-    scenario: Scenario, section: ModalSection, found: dict[str, Real], force: Real
-) -> dict[str, Any]:
-    across = ("drive_voltage", "drive_current", "stack_voltage", "effective_voltage")
-    signals: dict[str, Any] = {name: (("time",), found[name]) for name in across if name in found}
-    for quantity in ("field", "displacement"):
-        rows = np.array([found[f"{quantity} {name}"] for name in section.names])
-        signals[quantity] = (("layer", "time"), rows)
-    signals["current"] = (("time",), found["current"])
-    signals["electrostatic_force"] = (("time",), force)
-    normal = np.full(len(force), scenario.load.normal_force)
-    signals["normal_force"] = (("time",), normal)
-    if not isinstance(scenario.friction, SteadyFriction):
-        raise InputError(f"friction = {type(scenario.friction).__name__}: not solved yet")
-    signals["lateral_force"] = (
-        ("time",),
-        scenario.friction.lateral_force(normal, force, np.full(len(force), np.nan)),
-    )
-    return signals
-
-
-def _one_sine(
-    scenario: Scenario, section: ModalSection, times: Real
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Steady state under one sine by magnitudes, for a law without a time-domain form."""
-    law, drive = scenario.force, scenario.drive
-    settled = isinstance(scenario.time.initial_state, PeriodicState)
-    if not settled or count_harmonics(drive) != 1:
-        raise NotCausalError(refusal(law, drive.__class__.__name__, settled=settled))
-    frequencies, tones = spectrum(drive, harmonics=1)
-    loudest = int(np.argmax(np.abs(tones)))  # the others are there with no amplitude
-    frequency, tone = frequencies[loudest : loudest + 1], tones[loudest]
-    if frequency[0] == 0:
-        raise NotCausalError(refusal(law, "constant voltage", settled=settled))
-    exact = phasors(scenario, frequency)
-    wave = tone * np.exp(2j * np.pi * frequency[0] * times)
-    given = {name: np.real(value[0] * wave) for name, value in law.amplitudes(exact).items()}
-    around = Surroundings.of(scenario)
-    wanted = functools.partial(_linear_quantities, scenario)
-    found = respond(scenario, section, wanted, times, element=around.element, second=around.second).found
-    effective = law.effective_voltage(exact)
-    if effective is not None:
-        found["effective_voltage"] = np.real(effective[0] * wave)
-    choice = {
-        "solver": "one sine",
-        "solver_reason": f"{type(law).__name__} gives magnitudes at one frequency only: one sine in its steady state",
-    }
-    return _signals(scenario, section, found, total_force(scenario, given)), choice
-
-
-def refusal(law: ForceLaw, drive: str, *, settled: bool) -> str:
-    """Say why a law without a causal form cannot answer, and what to use instead."""
-    what = f"the harmonics of a {drive}" if settled else f"a {drive} from rest"
-    return (
-        f"force = {type(law).__name__}: it gives the size of a response at one frequency and is not causal: with a"
-        f" dispersive skin it would answer {what} before the drive begins. Use"
-        f" {law.instead or 'a causal law'}, or drive it with one Sine from"
-        ' time.initial_state = { model = "PeriodicState" }'
-    )
 
 
 def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any]:
