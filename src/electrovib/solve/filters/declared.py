@@ -49,19 +49,24 @@ def second_order(natural_frequency: float, damping_ratio: float) -> Filter:
     -----
     At zeta = 1 both poles fall on -w0 and no sum of modes remains. The response is smooth in zeta there, so
     within CRITICAL of 1 it is interpolated between 1 - CRITICAL and 1 + CRITICAL: error below
-    CRITICAL^2/2 = 5e-13 of the response, plus rounding times the gains, which reach 350: 1e-13.
+    0.6 CRITICAL^2 = 6e-13 of the response, plus rounding times the gains, which reach 350: 1e-13.
     """
     if not (natural_frequency > 0 and damping_ratio > 0):
         raise InputError(
             f"natural_frequency = {natural_frequency}, damping_ratio = {damping_ratio}: both must be positive."
         )
-    off = damping_ratio - 1
-    if abs(off) < CRITICAL:
-        above = (1 + off / CRITICAL) / 2
-        sides = [second_order(natural_frequency, 1 + side * CRITICAL) for side in (-1, 1)]
-        return (1 - above) * sides[0] + above * sides[1]
-    angular, spread = 2 * math.pi * natural_frequency, math.sqrt(abs(off) * (1 + damping_ratio))
-    if off < 0:
+    off = (damping_ratio - 1) / CRITICAL
+    if abs(off) >= 1:
+        return _two_modes(natural_frequency, damping_ratio)
+    below, above = (_two_modes(natural_frequency, 1 + side * CRITICAL) for side in (-1, 1))
+    return (1 - off) / 2 * below + (1 + off) / 2 * above
+
+
+def _two_modes(natural_frequency: float, damping_ratio: float) -> Filter:
+    """Give a resonance whose poles are apart."""
+    angular = 2 * math.pi * natural_frequency
+    spread = math.sqrt(abs(damping_ratio - 1) * (1 + damping_ratio))
+    if damping_ratio < 1:
         pole = complex(-damping_ratio, spread)
         return Filter(np.array([angular * pole]), np.array([0.5j / (spread * pole)]))
     fast = damping_ratio + spread
