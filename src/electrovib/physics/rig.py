@@ -207,7 +207,11 @@ class Rig(Model, family=True):
 class Tribometer(Rig):
     """Piezo sensor for the normal force, floating table for the lateral one, and what digitises both."""
 
-    example: ClassVar[Mapping[str, Any]] = {"normal": PiezoSensor.example, "lateral": LateralSensor.example}
+    example: ClassVar[Mapping[str, Any]] = {
+        "normal": PiezoSensor.example,
+        "lateral": LateralSensor.example,
+        "digitiser": Digitiser.example,
+    }
 
     normal: PiezoSensor
     lateral: LateralSensor

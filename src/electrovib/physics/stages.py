@@ -1,4 +1,4 @@
-"""The four linear stages of which a fingertip, a sensor or a conditioner is made, for which a solver knows what to do."""
+"""The four linear stages of which fingertips, sensors and conditioners are made: what a solver knows to follow."""
 
 from __future__ import annotations
 

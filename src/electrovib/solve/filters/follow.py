@@ -99,6 +99,28 @@ def filtered_linear(filter_: Filter, part: Linear, times: ArrayLike) -> Real:
     wanted = np.asarray(times, dtype=float)
     if not np.all((wanted >= 0) & np.isfinite(wanted)):
         raise InputError("times: expected finite times from 0 on, where the input begins.")
+    return through_pieces(filter_, part, wanted, filter_.state(0.0))
+
+
+def through_pieces(filter_: Filter, part: Linear, wanted: Real, state: Complex) -> Real:
+    """Output of a filter for straight pieces at any times, from any state.
+
+    Parameters
+    ----------
+    filter_ : Filter
+        What the input goes through.
+    part : Linear
+        The input.
+    wanted : ndarray, shape (n,)
+        Times from 0 on [s].
+    state : ndarray of complex, shape (poles,)
+        Of the filter at time 0.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        At a jump the value after it.
+    """
     pieces = part.until(float(np.max(wanted, initial=0.0)))
     inside = pieces.times <= np.max(wanted, initial=0.0)
     knots = np.unique(np.concatenate([[0.0], wanted, pieces.times[inside]]))
@@ -110,8 +132,7 @@ def filtered_linear(filter_: Filter, part: Linear, times: ArrayLike) -> Real:
         np.append(after, after[-1]),
         np.append(before, after[-1]),
     )
-    rest = np.zeros(len(filter_.poles), complex)
-    output = march_through(filter_, after[:-1], before[1:], np.diff(knots), rest)
+    output = march_through(filter_, after[:-1], before[1:], np.diff(knots), state)
     return output[np.searchsorted(knots[:-1], wanted)]
 
 
