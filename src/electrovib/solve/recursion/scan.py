@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from electrovib.solve.recursion.record import Array
+    from electrovib.solve.recursion.record import States
 
 
 def fold_length(count: int) -> tuple[int, int]:
@@ -27,7 +27,7 @@ def fold_length(count: int) -> tuple[int, int]:
     return columns, -(-count // columns)
 
 
-def states_before(pushes: Array, decays: Array, row_decays: Array, state: Array) -> Array:
+def states_before(pushes: States, decays: States, row_decays: States, state: States) -> States:
     """Replace the push of every stretch by the state of the modes at the beginning of that stretch.
 
     Parameters
@@ -53,7 +53,7 @@ def states_before(pushes: Array, decays: Array, row_decays: Array, state: Array)
     again. The chain of roundings is as long as one row plus one column, not as the record.
     """
     decays = np.broadcast_to(decays, pushes.shape)
-    carried = np.zeros(pushes.shape[1:])
+    carried = np.zeros(pushes.shape[1:], pushes.dtype)
     for decay, push in zip(decays, pushes, strict=True):
         carried *= decay
         carried += push
