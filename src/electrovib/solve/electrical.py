@@ -61,7 +61,9 @@ class Electrical:
         return signals | {"electrostatic_force": (("time",), self.force)}
 
 
-def electrical(scenario: Scenario, section: ModalSection, times: Real) -> Electrical:
+def electrical(
+    scenario: Scenario, section: ModalSection, times: Real, *, force_alone: bool = False
+) -> Electrical:
     """Compute fields and attraction over time.
 
     Parameters
@@ -72,6 +74,8 @@ def electrical(scenario: Scenario, section: ModalSection, times: Real) -> Electr
         Its stack as modes.
     times : ndarray, shape (n,)
         Increasing, >= 0 [s].
+    force_alone : bool
+        Leave out what the attraction does not need, where the solver allows it.
 
     Returns
     -------
@@ -87,12 +91,13 @@ def electrical(scenario: Scenario, section: ModalSection, times: Real) -> Electr
     """
     if not scenario.force.causal:
         return _one_sine(scenario, section, times)
-    law = scenario.force
+    law, spare = scenario.force, force_alone and scenario.drive.quantity == "voltage"
+    spare = spare and all(layer.leak is None for layer in scenario.stack.layers.values())
 
     def wanted(section: ModalSection) -> dict[str, Transfer]:
         amplitudes = law.amplitudes(section)
-        found = _linear_quantities(scenario, section)
-        effective = law.effective_voltage(section)
+        found = {} if spare else _linear_quantities(scenario, section)
+        effective = None if spare else law.effective_voltage(section)
         if effective is not None:
             found["effective_voltage"] = effective
         return found | {f"{AMPLITUDE}{name}": transfer for name, transfer in amplitudes.items()}

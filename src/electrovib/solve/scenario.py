@@ -21,9 +21,11 @@ from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.circuit import Circuit
 from electrovib.physics.contact import Contact
 from electrovib.physics.drive.base import Drive
+from electrovib.physics.finger import Finger
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import Friction, Load
 from electrovib.physics.motion import Motion
+from electrovib.physics.rig import Rig
 from electrovib.physics.safety import Limits
 from electrovib.physics.stack import Stack
 from electrovib.solve.transfer import Real
@@ -112,6 +114,8 @@ class Scenario(Model):
     contact: Contact
     load: Load
     motion: Motion = Motion()
+    finger: Finger | None = None
+    rig: Rig | None = None
     circuit: Circuit
     stack: Stack
     time: TimeGrid = TimeGrid()

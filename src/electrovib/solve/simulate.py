@@ -67,14 +67,18 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     if scenario.force.causal:
         bare = phasors(scenario, frequency, leaks=False)
         attributes["transfer_error"] = _transfer_error(scenario.force, section, bare)
-    moved, how = mechanical(scenario, times, answer, functools.partial(electrical, scenario, section))
-    attributes |= answer.choice | how
+    moved = mechanical(
+        scenario, times, answer, functools.partial(electrical, scenario, section, force_alone=True)
+    )
+    attributes |= answer.choice | moved.how
     variables: dict[str, Any] = {
         **answer.signals(section),
-        **moved,
+        **moved.signals,
         **_over_frequency(scenario, at_frequency),
     }
-    attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in _lamps(scenario, variables)])
+    attributes["lamps"] = json.dumps(
+        [lamp.to_dict() for lamp in [*_lamps(scenario, variables), *moved.lamps]]
+    )
     coordinates = {
         "time": times,
         "frequency": frequency,
