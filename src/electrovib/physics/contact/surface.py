@@ -205,7 +205,9 @@ class PerssonSurface(Surface):
 
     def gaps(self, pressure: float) -> GaussianGaps:
         """Gaps under a pressure: those with its mean gap and its real contact."""
-        return gaussian_gaps(mean_gap=float(self.gap(np.asarray(pressure))), touching=self._touching(pressure))
+        return gaussian_gaps(
+            mean_gap=float(self.gap(np.asarray(pressure))), touching=self._touching(pressure)
+        )
 
     def _touching(self, pressure: float) -> float:
         return float(self.real_share(np.asarray(pressure)))

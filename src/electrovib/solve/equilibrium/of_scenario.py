@@ -95,17 +95,16 @@ def equilibrium(
     surface, gap = _surface(known), _gap(known)
     area = known.contact.gross_area(known.load.normal_force)
     if area <= 0:
-        raise InputError("load.normal_force = 0: this contact has no area without a load; press with some force")
+        raise InputError(
+            "load.normal_force = 0: this contact has no area without a load; press with some force"
+        )
     parts = _blocking(known, area)
     filling = _permittivity(gap, known)
     thickness = filling * sum(parts.values())
     held = _largest(known) if voltage is None else voltage
     pressure = known.load.normal_force / area
-    attraction: Attraction
-    if spots is None:
-        attraction = PlateAttraction(held, thickness)
-    else:
-        attraction = RoughAttraction(held, thickness, surface, spots)
+    plates = PlateAttraction(held, thickness)
+    attraction: Attraction = plates if spots is None else RoughAttraction(held, thickness, surface, spots)
     states = balance(surface, attraction, pressure=pressure)
     if not states:
         raise InputError(
@@ -177,5 +176,7 @@ def _blocking(scenario: Scenario, area: float) -> dict[str, float]:
 
 def _largest(scenario: Scenario) -> float:
     if scenario.drive.quantity == "current":
-        raise InputError("drive: it prescribes a current; give the voltage, equilibrium(scenario, voltage=100.0)")
+        raise InputError(
+            "drive: it prescribes a current; give the voltage, equilibrium(scenario, voltage=100.0)"
+        )
     return float(np.max(np.abs(scenario.drive.voltage(scenario.time.times(scenario.drive)))))

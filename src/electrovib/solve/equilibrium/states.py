@@ -10,7 +10,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.contact.attraction import Attraction, PlateAttraction
 from electrovib.physics.contact.surface import Surface
-from electrovib.solve.equilibrium.roots import NOISE, crossings
+from electrovib.solve.equilibrium.roots import NOISE, Crossing, crossings
 
 BEYOND = 1e-6
 """How far past the gap under the load alone is searched, as a share of it: without voltage it is the state."""
@@ -135,7 +135,7 @@ def balance(
         return pressure + attraction.pressure(gap), attraction.slope(gap)
 
     states = [
-        _state(place.place, repels, draws, pressure, place.fold, place.iterations)
+        _state(place, repels(place.place), draws(place.place), pressure)
         for place in crossings(repels, draws, low, high)
     ]
     lacking = draws(low)[0] - repels(low)[0]
@@ -145,19 +145,21 @@ def balance(
     return tuple(states)
 
 
-def _state(gap, repels, draws, pressure, fold, iterations):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    (repulsion, first), (drawn, second) = repels(gap), draws(gap)
+def _state(
+    found: Crossing, repels: tuple[float, float], draws: tuple[float, float], pressure: float
+) -> Equilibrium:
+    (repulsion, first), (drawn, second) = repels, draws
     marginal = abs(first - second) <= NOISE * (abs(first) + abs(second))
     return Equilibrium(
-        gap=gap,
-        stable=first < second and not fold and not marginal,
+        gap=found.place,
+        stable=first < second and not found.fold and not marginal,
         touching=False,
-        fold=fold or marginal,
+        fold=found.fold or marginal,
         repulsion=repulsion,
         attraction=drawn - pressure,
         stop=0.0,
         residual=repulsion - drawn,
-        iterations=iterations,
+        iterations=found.iterations,
     )
 
 
