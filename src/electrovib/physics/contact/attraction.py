@@ -18,13 +18,17 @@ SMALLEST = 1e-9
 
 
 class Attraction(Protocol):
-    """An attraction per area that falls with the gap, ever less: decreasing and convex."""
+    """An attraction per area that depends on the mean gap."""
+
+    @property
+    def convex(self) -> bool:
+        """Its slope only rises with the gap, which finds every state for certain."""
 
     def pressure(self, gap: float) -> float:
         """Attraction [Pa] at a gap [m], 0 or more."""
 
     def slope(self, gap: float) -> float:
-        """Change of the attraction with the gap [Pa/m], at most 0, at a gap [m]."""
+        """Change of the attraction with the gap [Pa/m] at a gap [m]."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,11 @@ class PlateAttraction:
     def __post_init__(self) -> None:
         """Refuse what attracts without bound."""
         check_thickness(self.electrical_thickness)
+
+    @property
+    def convex(self) -> bool:
+        """It falls ever less."""
+        return True
 
     def pressure(self, gap: float) -> float:
         """Attraction [Pa] at a gap [m]."""
@@ -80,8 +89,8 @@ class RoughAttraction:
     -----
     eps0 V^2/2 [phi |share|^2/K^2 + integral over u > 0 of P(u)/(u + K)^2 du]: `mean_pull` over the gaps that
     the surface has under the pressure that it bears at this mean gap. The spots and the gaps are thus of the
-    same contact, and of the whole pressure, load and attraction. Convex for contact shares up to 0.5 (tested,
-    not proved).
+    same contact, and of the whole pressure, load and attraction. It is not convex everywhere, and with idle
+    spots on a thick layer it even grows with the gap: what touches pulls no more.
     """
 
     voltage: float
@@ -93,6 +102,11 @@ class RoughAttraction:
     def __post_init__(self) -> None:
         """Refuse what attracts without bound."""
         check_thickness(self.electrical_thickness)
+
+    @property
+    def convex(self) -> bool:
+        """It need not fall ever less."""
+        return False
 
     @property
     def smallest_gap(self) -> float:

@@ -39,6 +39,9 @@ class Balance:
         Of what blocks [m], seen from the gap.
     blocking : tuple of str
         The layers that block, and ``return_path`` where it does.
+    beyond : bool
+        With spots: the attraction would also hold the relief flatter than a Gaussian of gaps describes, more
+        than half in contact; that state is not among these.
     """
 
     states: tuple[Equilibrium, ...]
@@ -48,6 +51,7 @@ class Balance:
     area: float
     electrical_thickness: float
     blocking: tuple[str, ...]
+    beyond: bool
 
     @property
     def stable(self) -> tuple[Equilibrium, ...]:
@@ -106,13 +110,15 @@ def equilibrium(
     plates = PlateAttraction(held, thickness)
     attraction: Attraction = plates if spots is None else RoughAttraction(held, thickness, surface, spots)
     states = balance(surface, attraction, pressure=pressure)
+    low = getattr(attraction, "smallest_gap", 0.0)
+    beyond = low > 0 and float(surface.pressure(np.asarray(low))) < pressure + attraction.pressure(low)
     if not states:
         raise InputError(
             "contact.surface: the attraction flattens the relief further than a Gaussian of gaps describes; lower the"
             " voltage, or leave 'spots' out for one gap with the plate as its stop"
         )
     force = tuple(state.attraction * area for state in states)
-    return Balance(states, force, held, pressure, area, thickness, tuple(parts))
+    return Balance(states, force, held, pressure, area, thickness, tuple(parts), beyond)
 
 
 def _surface(scenario: Scenario) -> Surface:

@@ -1,16 +1,17 @@
-"""All crossings of two curves that fall ever less: branch and bound with bounds from monotony and convexity."""
+"""All crossings of two smooth curves: branch and bound, with bounds from slopes that only rise or only fall."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 from electrovib.core.errors import ElectrovibError
 
 NOISE = 64 * 2.0**-52
 """Relative rounding of a value or slope of either curve: differences below it have no sign."""
 MOST_INTERVALS = 20_000
-"""More have never been needed; curves that are not convex might ask for them."""
+"""More have never been needed; curves that are not smooth might ask for them."""
 
 Curve = Callable[[float], tuple[float, float]]
 """Value and slope at a place."""
@@ -61,15 +62,19 @@ class _Interval:
     depth: int
 
 
-def crossings(first: Curve, second: Curve, low: float, high: float) -> tuple[Crossing, ...]:
-    """Find every place where two decreasing convex curves meet.
+def crossings(
+    first: Curve, second: Curve, low: float, high: float, *, parts: int = 1
+) -> tuple[Crossing, ...]:
+    """Find every place where two curves meet.
 
     Parameters
     ----------
     first, second : callable
-        Place to value and slope; decreasing and convex between low and high.
+        Place to value and slope.
     low, high : float
         Range, both ends included.
+    parts : int
+        Equal parts of the range on each of which the slope of either curve only rises or only falls.
 
     Returns
     -------
@@ -79,18 +84,24 @@ def crossings(first: Curve, second: Curve, low: float, high: float) -> tuple[Cro
     Raises
     ------
     ElectrovibError
-        If the bounds do not close, as with curves that are not convex.
+        If the bounds do not close.
 
     Notes
     -----
-    On an interval each curve lies below its chord and above its tangents at the ends, and its slope between
-    those at the ends. So the difference is bounded, and the interval left out where the bounds exclude 0; where
-    the slopes exclude a turning point a change of sign is solved by bracketing; otherwise it is halved, until
-    the difference is below rounding everywhere in it: there the curves touch, reported once.
+    Where its slope only rises or falls a curve lies between its chord and its tangents at the ends, and its
+    slope between those at the ends. So the difference is bounded, and an interval left out where the bounds
+    exclude 0; where the slopes exclude a turning point a change of sign is solved by bracketing; otherwise it is
+    halved, until the difference is below rounding everywhere in it: there the curves touch, reported once.
+    Convex curves need one part, and nothing is missed. Of others a pair of crossings may be missed in a part
+    that holds a point of inflection.
     """
-    ends = _point(first, second, low), _point(first, second, high)
-    found = sorted(_search(first, second, _Interval(*ends, 0)), key=lambda part: part[0])
-    return tuple(_merged(found, ends))
+    points = [_point(first, second, low + (high - low) * k / parts) for k in range(parts)]
+    points.append(_point(first, second, high))
+    found: list[_Part] = []
+    for left, right in pairwise(points):
+        found += _search(first, second, _Interval(left, right, 0))
+    found.sort(key=lambda part: part[0])
+    return tuple(_merged(found, (points[0], points[-1])))
 
 
 def _point(first: Curve, second: Curve, x: float) -> _Point:
@@ -107,7 +118,7 @@ def _search(first: Curve, second: Curve, whole: _Interval) -> Iterator[_Part]:
         part, opened = waiting.pop(), opened + 1
         if opened > MOST_INTERVALS:
             raise ElectrovibError(
-                "equilibrium: the bounds do not close; are both curves decreasing and convex over the whole range of gaps?"
+                "equilibrium: the bounds do not close; are repulsion and attraction smooth over the whole range of gaps?"
             )
         left, right, noise = part.left, part.right, max(part.left.noise, part.right.noise)
         below, above = _bounds(part)
@@ -128,35 +139,55 @@ def _search(first: Curve, second: Curve, whole: _Interval) -> Iterator[_Part]:
 
 
 def _bounds(part: _Interval) -> tuple[float, float]:
-    """Give the least and the most that the difference can be."""
+    """Give the least and the most that the difference can be: the bounds are straight between kinks."""
     a, b = part.left, part.right
     ends = min(a.difference, b.difference), max(a.difference, b.difference)
-    width = b.x - a.x
-    if width <= 0:
+    if b.x <= a.x:
         return ends
+    upper = _Bent(a.x, a.upper, a.upper_slope, b.x, b.upper, b.upper_slope)
+    lower = _Bent(a.x, a.lower, a.lower_slope, b.x, b.lower, b.lower_slope)
     below, above = ends
-    x = _kink(a.x, a.upper, a.upper_slope, b.x, b.upper, b.upper_slope)
-    tangent = a.upper + a.upper_slope * (x - a.x)
-    below = min(below, tangent - (a.lower + (b.lower - a.lower) * (x - a.x) / width))
-    x = _kink(a.x, a.lower, a.lower_slope, b.x, b.lower, b.lower_slope)
-    tangent = a.lower + a.lower_slope * (x - a.x)
-    above = max(above, a.upper + (b.upper - a.upper) * (x - a.x) / width - tangent)
+    for x in (upper.kink, lower.kink):
+        (least, most), (least_other, most_other) = upper.between(x), lower.between(x)
+        below, above = min(below, least - most_other), max(above, most - least_other)
     return below, above
 
 
-def _kink(a: float, at_a: float, slope_a: float, b: float, at_b: float, slope_b: float) -> float:
-    """Place where the tangents at both ends meet."""
-    if slope_b <= slope_a:  # straight, but for rounding
-        return a
-    x = (at_a - at_b + slope_b * b - slope_a * a) / (slope_b - slope_a)
-    return min(max(x, a), b)
+@dataclass(frozen=True)
+class _Bent:
+    """A curve on an interval where its slope only rises or only falls."""
+
+    a: float
+    at_a: float
+    slope_a: float
+    b: float
+    at_b: float
+    slope_b: float
+
+    @property
+    def kink(self) -> float:
+        """Place where the tangents at both ends meet."""
+        bend = self.slope_b - self.slope_a
+        if bend == 0:
+            return self.a
+        x = (self.at_a - self.at_b + self.slope_b * self.b - self.slope_a * self.a) / bend
+        return min(max(x, self.a), self.b)
+
+    def between(self, x: float) -> tuple[float, float]:
+        """Give the least and the most that the curve can be at a place."""
+        chord = self.at_a + (self.at_b - self.at_a) * ((x - self.a) / (self.b - self.a))
+        tangents = self.at_a + self.slope_a * (x - self.a), self.at_b - self.slope_b * (self.b - x)
+        if self.slope_b >= self.slope_a:
+            return min(chord, max(tangents)), chord
+        return chord, max(chord, min(tangents))
 
 
 def _turns_nowhere(part: _Interval) -> bool:
     """Tell whether the slope of the difference cannot be 0."""
     a, b = part.left, part.right
-    noise = NOISE * (abs(a.upper_slope) + abs(a.lower_slope))
-    return a.upper_slope - b.lower_slope > noise or b.upper_slope - a.lower_slope < -noise
+    upper, lower = (a.upper_slope, b.upper_slope), (a.lower_slope, b.lower_slope)
+    noise = NOISE * (max(map(abs, upper)) + max(map(abs, lower)))
+    return min(upper) - max(lower) > noise or max(upper) - min(lower) < -noise
 
 
 def _bracketed(first: Curve, second: Curve, part: _Interval) -> tuple[float, int]:

@@ -14,6 +14,8 @@ from electrovib.solve.equilibrium.roots import NOISE, Crossing, crossings
 
 BEYOND = 1e-6
 """How far past the gap under the load alone is searched, as a share of it: without voltage it is the state."""
+PARTS = 64
+"""Parts of the range for an attraction that is not convex."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,7 @@ def balance(
     pressure: float,
     gaps: tuple[float, float] | None = None,
 ) -> tuple[Equilibrium, ...]:
-    """Gaps at which relief, load and any decreasing convex attraction balance: all of them.
+    """Gaps at which relief, load and any attraction balance.
 
     Parameters
     ----------
@@ -122,6 +124,11 @@ def balance(
     ------
     InputError
         If the range is none, or infinite because nothing presses.
+
+    Notes
+    -----
+    All states of a convex attraction are found for certain. Of another, two states closer than a 64th of the
+    range may be missed where the attraction has a point of inflection.
     """
     low, high = _range(surface, attraction, pressure) if gaps is None else gaps
     if not (0 <= low <= high and math.isfinite(high)):
@@ -136,7 +143,7 @@ def balance(
 
     states = [
         _state(place, repels(place.place), draws(place.place), pressure)
-        for place in crossings(repels, draws, low, high)
+        for place in crossings(repels, draws, low, high, parts=1 if attraction.convex else PARTS)
     ]
     lacking = draws(low)[0] - repels(low)[0]
     if low == 0 and lacking > 0:
