@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.physics.contact import LinearSpring, PerssonSurface, PlateAttraction, RoughAttraction
 from electrovib.physics.roughness import IdleSpots, PullingSpots
-from electrovib.solve.equilibrium import equilibria, equilibrium, hysteresis
+from electrovib.solve.equilibrium import balance, equilibria, equilibrium, hysteresis
 from electrovib.solve.equilibrium.roots import crossings
 from electrovib.solve.scenario import Scenario
 from electrovib.solve.simulate import simulate
@@ -95,6 +97,38 @@ def test_nothing_pressing_needs_a_range():
     # a repulsion that dies out exponentially lets go of the finger far away: one more state, not stable
     states = equilibria(**given, gaps=(0.0, 1e-3))
     assert [state.stable for state in states] == [True]
+
+
+@dataclass(frozen=True)
+class TwoPopulations:
+    """Ridges at the gap and valleys deeper by a fixed length: convex as its parts are."""
+
+    ridges: PlateAttraction
+    share: float
+    depth: float
+    convex: bool = True
+
+    def pressure(self, gap):
+        pull = self.ridges.pressure
+        return self.share * pull(gap) + (1 - self.share) * pull(gap + self.depth)
+
+    def slope(self, gap):
+        slope = self.ridges.slope
+        return self.share * slope(gap) + (1 - self.share) * slope(gap + self.depth)
+
+
+def test_any_attraction_can_take_the_place_of_plates():
+    """A print of two populations pulls near its ridges' share of a flat one; its states balance that."""
+    spring = LinearSpring(stiffness=1e9, free_gap=1e-5)
+    flat = PlateAttraction(60.0, 0.3e-6)
+    printed = TwoPopulations(flat, 2 / 3, 60e-6)
+    # share and depth as recalled; apart from this code: 0.67 of the flat value on a coat at 2 um
+    assert printed.pressure(2e-6) / flat.pressure(2e-6) == pytest.approx(0.67, abs=0.005)
+    states = balance(spring, printed, pressure=100.0)
+    assert [state.stable for state in states] == [True, False, True]
+    for state in states[1:]:
+        assert spring.pressure(state.gap) == pytest.approx(100.0 + printed.pressure(state.gap), rel=1e-12)
+    assert states[2].gap > balance(spring, flat, pressure=100.0)[2].gap
 
 
 def test_hysteresis_wants_rising_voltages():
