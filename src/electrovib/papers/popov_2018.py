@@ -30,7 +30,6 @@ DEFECTS = (
     " coat would be (673 against 173 kPa for 1 um of 3.9 at 100 V): the choice of a plane again, here that of the gap.",
 )
 
-
 _COAT = {"thickness": 1e-6, "permittivity": 3.9}
 _FINGER = {"radius": 1e-2, "modulus": 50e3}
 _VOLTAGE = 100.0

@@ -205,12 +205,8 @@ class PerssonSurface(Surface):
 
     def gaps(self, pressure: float) -> GaussianGaps:
         """Gaps under a pressure: those with its mean gap and its real contact."""
-        return gaussian_gaps(
-            mean_gap=float(self.gap(np.asarray(pressure))), touching=self._touching(pressure)
-        )
-
-    def _touching(self, pressure: float) -> float:
-        return float(self.real_share(np.asarray(pressure)))
+        at = np.asarray(pressure)
+        return gaussian_gaps(mean_gap=float(self.gap(at)), touching=float(self.real_share(at)))
 
 
 def exponential_pressure(gap: ArrayLike, *, flat: float, decay: float) -> NDArray[np.float64]:
