@@ -21,6 +21,8 @@ SAMPLES = {
     "direction": np.sign(np.linspace(-0.1, 0.2, 12)),
     "strength": np.linspace(0.1, 2.0, 12),
     "voltage": np.linspace(-2e3, 3e3, 12),
+    "gap": np.linspace(0.0, 1e-4, 12),
+    "pressure": np.geomspace(10.0, 1e7, 12),
     "permittivity": np.linspace(1.0, 2000.0, 12),
     "values": np.linspace(0.1, 30.0, 12),
 }

@@ -55,6 +55,7 @@ KINDS: Final = {
     "Pa s/m": ("a damping per area", "1 kPa s/m"),
     "J/m2": ("an energy per area", "0.17 J/m2"),
     "S": ("a conductance", "20 uS"),
+    "S/m2": ("a conductance per area", "20 mS/m2"),
     "rad": ("an angle", "0.5 rad"),
 }
 """Every unit a parameter or a signal may have: what it is called and how it is written."""

@@ -7,6 +7,7 @@ gap plane is the physical one; inside a lossy dielectric a Maxwell stress is a c
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from electrovib.core.constants import eps0
@@ -82,9 +83,15 @@ def layer_of(section: Section, name: str) -> LayerState:
 
 
 def gap_field(section: Section) -> Linear:
-    """Field in the gap; without a layer named gap, that of a vanishing gap that does not leak."""
+    """Field in the gap; without a layer named gap, that of a vanishing gap that does not leak.
+
+    Where bridges cover a share of the gap, the field times the root of the share that pulls: its stress is the
+    mean over the area.
+    """
     if "gap" in section.names:
-        return section["gap"].field
+        gap = section["gap"]
+        pulling = gap.material.pulling_share
+        return gap.field if pulling == 1 else gap.field * math.sqrt(pulling)
     return layer_of(section, "insulator").displacement * (1 / eps0)
 
 
@@ -94,7 +101,8 @@ class GapPlane(ForceLaw):
     Notes
     -----
     p = eps0 E^2/2. Equal to virtual work at fixed voltage on the gap. With no layer named ``gap`` it is the
-    limit of a vanishing, non-conducting gap, E = D/eps0.
+    limit of a vanishing, non-conducting gap, E = D/eps0. In a gap of `BridgedAir` E is the field times the root
+    of the share without bridges, so that p is the mean over the area.
     """
 
     reference: ClassVar[str] = "virtual work at fixed voltage"

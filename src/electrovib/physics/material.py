@@ -37,10 +37,14 @@ class Material(Model, family=True):
     Notes
     -----
     Time factor exp(+j w t), eps* = eps' - j eps''; eps*(w) = polarisation(w) + conductivity/(j w eps0).
-    Passive: Im eps* <= 0 at all frequencies.
+    Passive: Im eps* <= 0 at all frequencies. Every member declares its `conductivity` at zero frequency.
     """
 
-    conductivity: Annotated[Number, _CONDUCTIVITY]
+    if TYPE_CHECKING:  # a parameter of most members; a mixture has it from its parts
+
+        @property
+        def conductivity(self) -> float:
+            """Conductivity at zero frequency [S/m]."""
 
     @abstractmethod
     def polarisation(self, frequency: ArrayLike) -> Complex:
@@ -80,6 +84,15 @@ class Material(Model, family=True):
     def debye(self) -> DebyeSum | None:
         """Give the finite sum of Debye terms this material is, or None if it is not one."""
         return None
+
+    @property
+    def pulling_share(self) -> float:
+        """Share of the area on which the field of this layer pulls; a bridge that conducts does not."""
+        return 1.0
+
+    def conducting(self, conductivity: float) -> Self:
+        """Give the same material with another conductivity at zero frequency [S/m]."""
+        return self.model_copy(update={"conductivity": conductivity})
 
     @property
     def slowest_relaxation(self) -> float | None:
