@@ -143,9 +143,9 @@ def _lateral(scenario: Scenario, times: Real) -> Real:
     return force
 
 
-def _enough(samples: int, span: float) -> int:
-    """Give a power of two times the samples whose step is short enough."""
-    count = samples
+def _enough(samples: int, span: float, *, begin: int | None = None) -> int:
+    """Give a power of two times the samples, or those to begin with, whose step is short enough."""
+    count = begin or samples
     while span / count > COARSEST * FEWEST / samples and count < MOST:
         count *= 2
     return count
@@ -182,7 +182,7 @@ def _late(scenario: Scenario, window: float, samples: int) -> tuple[Lines, ...]:
     assert period is not None
     repeats = max(1, int(window / period * (1 + 1e-12)))
     span = repeats * period
-    count = _enough(samples, span)
+    count = _enough(samples, span, begin=samples // 8)  # a march is slow, and the level is tested afterwards
     start = scenario.replace({"time.initial_state": {"model": "AtRest"}})
     force = _lateral(start, _middles(2 * count, span / count))
     how = f"{repeats} period(s) of {period:.4g} s from rest, after as many that are left out; not known to have settled"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -132,30 +133,33 @@ def threshold_ratio(first: Scenario, second: Scenario, person: Perception, *, sa
 
 
 def crossover(pair: Pair, low: float, high: float, person: Perception) -> float:
-    """Frequency at which two drives are felt at one voltage.
+    """Lowest frequency at which two drives are felt at one voltage.
 
     Parameters
     ----------
     pair : callable
         Frequency [Hz] to the two scenarios, of one peak voltage.
     low, high : float
-        Between which it is looked for [Hz].
+        Between which it is looked for, an octave at a time [Hz].
     person : Perception
         Channels and skin.
 
     Returns
     -------
     float
-        Hz, one of them if there are several; 0 if the second is not felt at a lower voltage even at `low`,
-        infinite if it still is at `high`.
+        Hz; 0 if the second is not felt at a lower voltage even at `low`, infinite if it is at every octave up
+        to `high`. Two crossings within an octave are not seen.
     """
     from scipy.optimize import brentq
 
     def ratio(logarithm: float) -> float:
         return threshold_ratio(*pair(float(np.exp(logarithm))), person)
 
-    if ratio(float(np.log(low))) <= 0:
+    octaves = int(np.ceil(np.log2(high / low) * (1 - 1e-12)))
+    places = [float(place) for place in np.linspace(np.log(low), np.log(high), octaves + 1)]
+    if ratio(places[0]) <= 0:
         return 0.0
-    if ratio(float(np.log(high))) > 0:
-        return float("inf")
-    return float(np.exp(brentq(ratio, np.log(low), np.log(high), xtol=1e-3)))
+    for before, after in itertools.pairwise(places):
+        if ratio(after) <= 0:
+            return float(np.exp(brentq(ratio, before, after, xtol=1e-3)))
+    return float("inf")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.core.model import read_model
 from electrovib.physics.perception import (
     BEST_FREQUENCIES,
     RECALLED_CORNER,
@@ -77,55 +78,51 @@ def perceive(
     relative to the level of a sine of force with half the peak to peak of this force as amplitude, at the
     frequency where the most sensitive channel is best.
     """
-    scenario, trace, person = _inputs(source, set or {}, perception)
+    changes = {path: value for path, value in (set or {}).items() if not _personal(path)}
+    scenario, trace = _experiment(source, changes)
+    person = perception or getattr(scenario, "perception", None) or Perception()
+    person = _changed(person, {path: value for path, value in (set or {}).items() if _personal(path)})
     given = person.compliance or getattr(scenario, "finger", None)
-    if trace is None:
-        assert scenario is not None
+    if scenario is not None:
         found, error = _converged(scenario, person, given)
-    else:
-        windows = measured_lines(trace, window=person.window)
-        if windows[0].signal == "skin_displacement":
-            given = None
-        found, error = max(windows, key=lambda one: _level(one, person, given)), math.nan
-    title = (
-        scenario.title
-        if scenario is not None
-        else str((trace.attrs if trace is not None else {}).get("title", ""))
-    )
-    return _percept(found, person, given, title=title, error=error)
+        return _percept(found, person, given, title=scenario.title, error=error)
+    windows = measured_lines(trace, window=person.window)
+    if windows[0].signal == "skin_displacement":
+        given = None
+    found = max(windows, key=lambda one: _level(one, person, given))
+    return _percept(found, person, given, title=str(trace.attrs.get("title", "")), error=math.nan)
 
 
-def _inputs(
-    source: Any, changes: Mapping[str, Any], perception: Perception | None
-) -> tuple[Scenario | None, xarray.Dataset | None, Perception]:
-    """Find the scenario or the measurement, and the person with the changes meant for it."""
-    own = {
-        path.removeprefix("perception."): value
-        for path, value in changes.items()
-        if path.startswith("perception.")
+def _personal(path: str) -> bool:
+    return path.partition(".")[0] == "perception"
+
+
+def _experiment(source: Any, changes: Mapping[str, Any]) -> tuple[Scenario | None, Any]:
+    """Find the scenario, or the measured Trace."""
+    if isinstance(source, Scenario):
+        return source.replace(changes) if changes else source, None
+    found = source if hasattr(source, "data_vars") else load(source, changes=changes or None)
+    if isinstance(found, Scenario):
+        return found, None
+    if "over" in found.attrs:
+        raise InputError("this Trace is a sweep: perceive one scenario, with --set for the parameter swept")
+    if "scenario" not in found.attrs and not changes:
+        return None, found
+    scenario = scenario_of(found)
+    return scenario.replace(changes) if changes else scenario, None
+
+
+def _changed(person: Perception, changes: Mapping[str, Any]) -> Perception:
+    """Change a perception by paths that begin with its name."""
+    inner = {
+        path.removeprefix("perception."): value for path, value in changes.items() if path != "perception"
     }
-    rest = {path: value for path, value in changes.items() if not path.startswith("perception.")}
-    found = source if isinstance(source, Scenario) or hasattr(source, "data_vars") else load(source)
-    trace = None
-    if not isinstance(found, Scenario):
-        if "over" in found.attrs:
-            raise InputError(
-                "this Trace is a sweep: perceive one scenario, with --set for the parameter swept"
-            )
-        trace, found = (None, scenario_of(found)) if "scenario" in found.attrs else (found, None)
-    if trace is not None and rest:
-        raise InputError(
-            f"--set {next(iter(rest))}: a measured Trace has no parameters; only perception.* can be set"
-        )
-    if found is not None and rest:
-        found = found.replace(rest)
-    person = perception or getattr(found, "perception", None) or Perception()
-    if own:
-        try:
-            person = person.replace(own)
-        except InputError as error:
-            raise InputError(_in_perception(problem) for problem in error.problems) from None
-    return found, trace, person
+    try:
+        if "perception" in changes:
+            person = read_model(Perception, changes["perception"])
+        return person.replace(inner) if inner else person
+    except InputError as error:
+        raise InputError(_in_perception(problem) for problem in error.problems) from None
 
 
 def _in_perception(problem: str) -> str:

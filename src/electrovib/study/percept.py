@@ -184,7 +184,9 @@ def stands_on(found: Lines, person: Perception, given: Any) -> tuple[str, ...]:
         texts.append(
             f"threshold: {person.threshold:.4g} m within {person.threshold_uncertainty:g} dB, by the user"
         )
-    texts.append(f"difference threshold: {person.difference_threshold:g} dB of voltage amplitude; {RYU}")
+    texts.append(
+        f"difference threshold: {person.difference_threshold:g} dB, taken as of voltage amplitude, which {RYU}, does not say"
+    )
     return (*texts, MOTION)
 
 
@@ -219,7 +221,7 @@ def just_noticeable(first: Percept, second: Percept) -> Difference:
     noticeable = abs(difference) > threshold
     text = (
         f"{difference:+.2f} dB of voltage amplitude against {threshold:g} dB: {'can' if noticeable else 'cannot'} be told"
-        f" apart by strength; {RYU}, in which the quantity of the decibels is not said and voltage amplitude is taken"
+        f" apart by strength; 1.21 dB is from {RYU}, which does not say of what: taken as of voltage amplitude"
     )
     if first.loudest != second.loudest:
         text += f"; felt by different channels ({first.loudest}, {second.loudest}), which may tell them apart otherwise"

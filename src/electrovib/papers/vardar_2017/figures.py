@@ -129,19 +129,19 @@ def ratio() -> Panel:
 def crossovers() -> Panel:
     """Frequency of equal thresholds against the time constant, for each weight and with edges."""
     taus = np.geomspace(TIME_CONSTANTS[0], TIME_CONSTANTS[-1], 8)
-    curves = [
-        Curve(weight, taus, np.array([crossover_of(float(tau), weight) for tau in taus]))
-        for weight in WEIGHTS
-    ]
+    curves = []
+    for weight in WEIGHTS:
+        found = np.array([crossover_of(float(tau), weight) for tau in taus])
+        curves.append(Curve(weight, taus, found, kind="points" if weight.startswith("both") else "line"))
     edged = np.array([crossover_of(float(tau), edge=EDGE) for tau in taus])
     known = np.isfinite(edged)  # where the edges leave a crossing at all
-    curves.append(Curve("Pacinian, on the force, edges of 200 us", taus[known], edged[known]))
+    curves.append(Curve("Pacinian, on the force, edges of 200 us", taus[known], edged[known], kind="dashed"))
     curves.append(Curve("60 Hz, the paper", taus[[0, -1]], np.full(2, 60.0), kind="dashed"))
     return Panel(
         "crossover",
         "Frequency of equal thresholds against the time constant of the skin",
         "Skins without dispersion on the coat. A reading of the skin, and a little of the weight: 60 Hz is forced"
-        " by nothing.",
+        " by nothing. A channel for low frequencies changes nothing here: its points lie on the first line.",
         ("time constant", "s"),
         ("frequency of equal thresholds", "Hz"),
         tuple(curves),

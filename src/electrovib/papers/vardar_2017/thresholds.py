@@ -78,7 +78,7 @@ def sine_over_square(
 
 
 def crossover(skin: Material, *, edge: float = 0.0, person: Perception = ON_FORCE) -> float:
-    """Frequency of equal thresholds.
+    """Lowest frequency of equal thresholds.
 
     Parameters
     ----------
