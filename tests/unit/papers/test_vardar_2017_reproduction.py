@@ -28,7 +28,9 @@ def test_the_numbers_of_the_rows(found):
     assert rows["crossover_tau"] == pytest.approx((48.0, 630.0), rel=0.01)  # closed form apart from this code
     assert rows["crossover_weight"] == pytest.approx((85.3, 91.2), rel=0.01)
     assert rows["edges_480"] == pytest.approx((-7.6, -2.8), abs=0.1)
-    assert rows["best_frequency"] == pytest.approx(125.0, rel=0.13)  # half a step of the 22 frequencies
+    assert rows["best_frequency"] == pytest.approx(
+        125.0, rel=0.04
+    )  # the high-pass of the skin moves it by a little
     tau = rows["tau_of_60"] * 1e-3
     assert vardar_2017.sine_over_square(vardar_2017.first_order_skin(tau), 60.0) == pytest.approx(0, abs=0.01)
 

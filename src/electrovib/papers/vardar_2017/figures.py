@@ -76,7 +76,7 @@ def curves_of(skin: Material) -> ThresholdCurves:
         "square, edges of 200 us": {**square, "edge": EDGE},
     }
     screen = scenarios()["sine"].replace({"stack.stratum_corneum.material": skin})
-    places = np.geomspace(FREQUENCIES[0], FREQUENCIES[-1], 22)
+    places = np.geomspace(FREQUENCIES[0], FREQUENCIES[-1], 19)
     return threshold_over_frequency(screen, places, drives, perception=BOTH_CHANNELS)
 
 
@@ -128,11 +128,13 @@ def ratio() -> Panel:
 
 def crossovers() -> Panel:
     """Frequency of equal thresholds against the time constant, for each weight and with edges."""
-    taus = np.geomspace(TIME_CONSTANTS[0], TIME_CONSTANTS[-1], 8)
+    taus = np.geomspace(TIME_CONSTANTS[0], TIME_CONSTANTS[-1], 7)
     curves = []
     for weight in WEIGHTS:
-        found = np.array([crossover_of(float(tau), weight) for tau in taus])
-        curves.append(Curve(weight, taus, found, kind="points" if weight.startswith("both") else "line"))
+        points = weight.startswith("both")
+        chosen = taus[::2] if points else taus
+        found = np.array([crossover_of(float(tau), weight) for tau in chosen])
+        curves.append(Curve(weight, chosen, found, kind="points" if points else "line"))
     edged = np.array([crossover_of(float(tau), edge=EDGE) for tau in taus])
     known = np.isfinite(edged)  # where the edges leave a crossing at all
     curves.append(Curve("Pacinian, on the force, edges of 200 us", taus[known], edged[known], kind="dashed"))

@@ -12,6 +12,7 @@ from electrovib.papers.vardar_2017.scenarios import first_order_skin
 from electrovib.papers.vardar_2017.thresholds import BOTH_CHANNELS, sine_over_square
 from electrovib.papers.vardar_2017.values import CITATION, NOT_READ
 from electrovib.physics.perception import MOTION, RYU, NonPacinian, Pacinian
+from electrovib.solve.transfer import Real
 from electrovib.study.reproduction import Page, Reproduction, Row, Table
 
 EQUATIONS: Final = {
@@ -89,12 +90,20 @@ def _u_shape() -> Row:
         "best_frequency",
         "frequency of the lowest threshold of the sine, 7.7 ms",
         None,
-        float(curves.frequency[place]),
+        lowest_of(curves.frequency, sine),
         "Hz",
         "consistent" if shaped else "open",
         "The paper reports a U. The force of a sine moves at twice its frequency, so the lowest threshold is at half"
         " of what the Pacinian channel likes best.",
     )
+
+
+def lowest_of(frequency: Real, level: Real) -> float:
+    """Frequency [Hz] of the lowest level [dB], by a parabola through it and its neighbours in the logarithm."""
+    place = min(max(int(np.argmin(level)), 1), len(level) - 2)
+    near = slice(place - 1, place + 2)
+    bend, slope, _ = np.polyfit(np.log(frequency[near] / frequency[place]), level[near], 2)
+    return float(frequency[place] * np.exp(-slope / (2 * bend)))
 
 
 def _equal() -> tuple[Row, ...]:
