@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from electrovib.solve.scenario import load as load
     from electrovib.solve.scenario import scenario_of as scenario_of
     from electrovib.solve.simulate import simulate as simulate
+    from electrovib.study.perceive import perceive as perceive
     from electrovib.study.sweep import sweep as sweep
     from electrovib.view import plots as plot
     from electrovib.view.report import report as report
@@ -27,6 +28,7 @@ _PLACES = {
     "init": "electrovib.apps.init",
     "load": "electrovib.solve.scenario",
     "models": "electrovib.study.catalogue",
+    "perceive": "electrovib.study.perceive",
     "report": "electrovib.view.report",
     "reproduce": "electrovib.view.reproduce",
     "run": "electrovib.apps.run",

@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from electrovib.apps.cli import compare, export, init, models, report, reproduce, run, version
+from electrovib.apps.cli import compare, export, init, models, perceive, report, reproduce, run, version
 from electrovib.core.errors import ElectrovibError, InputError
 
 app = typer.Typer(
@@ -19,7 +19,7 @@ app = typer.Typer(
 )
 
 
-for _command in (run, compare, reproduce, models, report, export, init, version):
+for _command in (run, compare, perceive, reproduce, models, report, export, init, version):
     _command.register(app)
 
 
