@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -62,6 +64,105 @@ def test_the_static_force_is_drawn_over_a_parameter(leaky):
 def test_an_unknown_law_is_refused_with_the_nearest_name():
     with pytest.raises(InputError, match="Did you mean 'GapPlane'"):
         compare(load("vezzoli_2014/fig6"), models=["GapPlan"])
+
+
+COAT = {
+    "stack.insulator.thickness": 1e-6,
+    "stack.insulator.material.permittivity": 3.9,
+    "stack.stratum_corneum.material.permittivity": 1650.0,
+    "drive": {"model": "Constant", "level": 100.0},
+}
+
+
+@pytest.fixture(scope="module")
+def coat():
+    """31 N on 1 cm2: 265 MV/m in a gap that is no layer of the stack."""
+    return compare(load("vezzoli_2014/fig6").replace(COAT), over={"drive.level": np.array([10.0, 100.0])})
+
+
+def test_an_entry_beyond_breakdown_carries_its_lamp(coat):
+    broken = {entry.name: entry.breakdown for entry in coat.entries}
+    assert "265 MV/m" in broken.pop("GapPlane")
+    assert not any(broken.values())
+    rows = {row[0]: row for row in coat.tables[0].rows}
+    assert "(beyond breakdown)" in rows["GapPlane"][3]
+    assert "(beyond breakdown)" not in rows["InsulatorPlane"][3]
+    told = {what: law for law, what in coat.tables[1].rows}
+    assert next(law for what, law in told.items() if "static: the gap field" in what) == "GapPlane"
+    assert next(law for what, law in told.items() if "stratum corneum" in what) == "every law"
+
+
+def test_lamps_of_a_law_without_a_response_in_time_are_those_of_the_stack(coat):
+    found = {entry.name: entry for entry in coat.entries}
+    assert found["Vezzoli2014PerFrequency"].warnings == found["StratumCorneumPlane"].warnings != ()
+
+
+def test_air_that_breaks_down_is_marked_in_the_figure(coat):
+    marks = [curve for curve in coat.panels[-1].curves if curve.kind == "points"]
+    assert [(curve.label, list(curve.x)) for curve in marks] == [("GapPlane: air breaks down", [100.0])]
+
+
+def test_a_law_pulls_as_the_gap_plane_at_some_gap(coat):
+    """V^2/(K + g)^2 of the gap plane against each law: 8 and 15 um on the coat."""
+    why = {entry.name: entry.why for entry in coat.entries}
+    electrical = 1e-6 / 3.9 + 200e-6 / 1650
+    for name, ratio in (("EffectiveMediumPlane", electrical / 201e-6), ("StratumCorneumPlane", 1 / 1650)):
+        gap = electrical * (1 / math.sqrt(ratio) - 1)
+        assert f"gap plane at a gap of {1e6 * gap:.2g} um" in why[name]
+
+
+def test_leak_time_and_polarity_are_told(coat, leaky):
+    said = coat.pages[0].paragraphs
+    assert any("no gap that could leak" in text for text in said)
+    assert any("from 18.66 mN to" in text for text in said)
+    assert any("No law can show a polarity effect" in text for text in said)
+    assert any("The gap leaks" in text for text in leaky.pages[0].paragraphs)
+    assert "charge that has crossed counts as lost" in " ".join(said)
+
+
+def test_a_rectifying_layer_shows_polarity():
+    found = compare(load("kaczmarek_2006/skin_positive"))
+    polarity = {entry.name: entry.polarity for entry in found.entries}
+    # the skin's own voltage decays 7.7/2.5 times faster in one direction, and so does the integral of its square
+    assert polarity["StratumCorneumPlane"] == pytest.approx(2.5 / 7.7, rel=2e-2)
+    assert polarity["GapPlane"] == pytest.approx(1.0, abs=1e-2)
+    assert any("A layer tells the polarity" in text for text in found.pages[0].paragraphs)
+
+
+def test_nothing_that_conducts_keeps_every_force():
+    still = {"stack.stratum_corneum.material.conductivity": 0.0}
+    found = compare(load("vezzoli_2014/fig6").replace(still), models=["GapPlane"])
+    text = " ".join(found.pages[0].paragraphs)
+    assert "nothing conducts" in text
+    assert "differ by a factor" not in text
+
+
+def test_a_law_looks_the_same_in_every_figure_and_none_hides_another(coat):
+    looks = [
+        {curve.label: curve.look for curve in panel.curves if curve.kind != "points"} for panel in coat.panels
+    ]
+    for look in looks:
+        assert look.items() <= looks[0].items()
+    kinds = {curve.label: curve.kind for curve in coat.panels[-1].curves}
+    assert [kinds[name] for name in ("EffectiveMediumPlane", "Vezzoli2014Causal", "Vezzoli2014PerFrequency")] == [
+        "line", "dashed", "dotted",
+    ]  # fmt: skip
+
+
+def test_a_parameter_of_one_law_moves_no_other():
+    scenario = load("persson_2018/coat")
+    over = {"force.mean_gap": np.array([5e-6, 20e-6])}
+    found = compare(scenario, models=["Persson2018RoughGap", "GapPlane"], over=over)
+    forces = {curve.label: curve.y for curve in found.panels[-1].curves if curve.kind != "points"}
+    assert forces["Persson2018RoughGap"][0] > 2 * forces["Persson2018RoughGap"][1]
+    assert forces["GapPlane"][0] == forces["GapPlane"][1]
+
+
+def test_laws_that_cannot_run_here_leave_nothing_to_compare():
+    with pytest.raises(InputError, match="mean_gap: missing"):
+        compare(load("vezzoli_2014/fig6"), models=["Persson2018RoughGap"])
+    with pytest.raises(InputError, match="names no force law"):
+        compare(load("vezzoli_2014/fig6"), models=[])
 
 
 def test_catalogue_lists_everything_found_with_status_and_checks():
