@@ -38,7 +38,14 @@ class Limits(Model):
     """What the set-up promises not to exceed."""
 
     current: Annotated[
-        Number, Quantity("A", 1e-9, 10, "largest current into the contact, by the amplifier's own limiter")
+        Number,
+        Quantity(
+            "A",
+            1e-9,
+            10,
+            "largest current into the contact, by the amplifier's own limiter",
+            "Vezzoli 2014, section 4",
+        ),
     ] = 250e-6
     example: ClassVar[dict[str, Any]] = {}
 

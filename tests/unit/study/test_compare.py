@@ -187,6 +187,40 @@ def test_bibtex_has_key_and_citation(name):
     assert entry.count("{") == entry.count("}")
 
 
+MODELS = {name: kind for family in catalogue.families() for name, kind in find_members(family).items()}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_parameter_has_a_meaning_and_a_default_or_none_with_its_source(name):
+    table = catalogue.parameters(MODELS[name])
+    assert table.headings == ("name", "unit", "range", "default", "meaning", "source")
+    for _, _, _, default, meaning, source in table.rows:
+        assert len(meaning) > 3
+        assert default
+        assert (source == "yours to give") == (default == "needed")
+        assert source
+
+
+def test_a_default_that_is_no_definition_names_its_source():
+    rows = {row[0]: row for row in catalogue.parameters(MODELS["Grounded"]).rows}
+    assert "IEEE" in rows["resistance"][-1]
+    rows = {row[0]: row for row in catalogue.parameters(MODELS["Persson2018RoughGap"]).rows}
+    assert rows["mean_gap"][3:6:2] == ("needed", "yours to give")
+    assert rows["spots"][3] == "PullingSpots"
+
+
+def test_a_paper_shows_its_values_with_their_sources():
+    rows = {row[0]: row[1:] for row in catalogue.values(papers()["kim_2015"]).rows}
+    assert rows["stack.insulator.thickness"] == ("90 um", "not read; as in vezzoli_2014, section 3.1")
+    assert catalogue.values(papers()["ciavarella_2020"]) is None
+
+
+def test_bibtex_can_be_typeset():
+    """An underscore of a DOI would end a LaTeX run; the field `doi` is not typeset."""
+    entry = catalogue.bibtex(papers()["vardar_2017"], "vardar_2017")
+    assert r"978-3-319-42321-0\_18" in entry
+
+
 def test_an_unknown_name_is_refused():
     with pytest.raises(InputError, match="neither a model nor a paper"):
         catalogue.find("GapPlne")

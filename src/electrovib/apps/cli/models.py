@@ -98,6 +98,7 @@ def _beside_the_gap_plane(model: type[Model]) -> list[str]:
 
 def paper_lines(module: ModuleType, name: str) -> list[str]:
     """Show one paper."""
+    from electrovib.apps.cli.table import as_text
     from electrovib.study import catalogue
 
     lines = [name, "=" * len(name), module.CITATION, "", f"how read   {module.STATUS}"]
@@ -108,6 +109,9 @@ def paper_lines(module: ModuleType, name: str) -> list[str]:
         lines += [f"run        electrovib run {name}/{scenario}" for scenario in module.scenarios()]
     if hasattr(module, "skins"):
         lines += [f"skin       {skin.name} ({skin.status}): {skin.note}" for skin in module.skins().values()]
+    table = catalogue.values(module)
+    if table:
+        lines += ["", as_text(table)]
     return lines + _disagreements(module) + _checks(module)
 
 
