@@ -219,11 +219,16 @@ def claims(module: ModuleType) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        ``claims`` and ``does not claim``; a paper without them is refused by the tests.
+        ``claims``, ``does not claim``, and ``here``: what the docstring says of our computation after that. A paper
+        without the first two is refused by the tests.
     """
     text = _plain(inspect.getdoc(module) or "")
     found = re.search(r"Claims: (.*?)\s*Does not claim: (.*)", text)
-    return {"claims": found[1], "does not claim": found[2]} if found else {}
+    if not found:
+        return {}
+    without, _, here = found[2].partition(". ")
+    said = {"claims": found[1], "does not claim": f"{without.rstrip('.')}."}
+    return said | {"here": here} if here else said
 
 
 def _plain(text: str) -> str:

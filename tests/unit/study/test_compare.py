@@ -55,6 +55,15 @@ def test_defects_of_the_founding_paper_are_told(leaky):
         assert word in text
 
 
+def test_defects_of_the_papers_compared_come_first(leaky):
+    titles = [page.title for page in leaky.pages]
+    assert titles[1] == "What the papers of these laws do not bear"
+    assert all(text.startswith(("Vezzoli 2014", "Persson")) for text in leaky.pages[1].paragraphs)
+    others = " ".join(leaky.pages[2].paragraphs)
+    for word in ("250 Hz is a fit of the leak", "rho_g > eps_d rho_d", "positive pulses"):
+        assert word in others
+
+
 def test_the_static_force_is_drawn_over_a_parameter(leaky):
     panel = leaky.panels[-1]
     assert panel.x == ("stack.gap.thickness", "m")
@@ -178,6 +187,12 @@ def test_every_paper_says_what_it_claims_and_what_not(name):
     said = catalogue.claims(papers()[name])
     assert said["claims"]
     assert said["does not claim"]
+
+
+def test_what_is_computed_here_is_not_told_as_what_a_paper_does_not_claim():
+    said = catalogue.claims(papers()["nakamura_2017"])
+    assert said["does not claim"].endswith("a spring constant.")
+    assert said["here"].startswith("The electrics are two leaky layers")
 
 
 @pytest.mark.parametrize("name", list(papers()))

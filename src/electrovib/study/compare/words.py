@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from electrovib.core.discovery import papers
+from electrovib.core.discovery import find_members, paper_of, papers
 from electrovib.core.units import format_quantity
+from electrovib.physics.force import ForceLaw
 from electrovib.solve.scenario import Scenario
 from electrovib.study.compare.entry import Entry
 from electrovib.study.explain import conducting, knows_polarity, listed
@@ -68,9 +69,15 @@ def pages(scenario: Scenario, entries: Sequence[Entry]) -> tuple[Page, ...]:
     """Tell why the laws differ on this stack, and where papers do not bear their own equations."""
     said = [*_in_size(entries), _in_time(entries), _leak(scenario), _polarity(scenario, entries)]
     found = [Page("Why they differ", (*said, *(f"{entry.name}: {entry.why}." for entry in entries)))]
-    disagreements = tuple(text for module in papers().values() for text in getattr(module, "DEFECTS", ()))
-    if disagreements:
-        found.append(Page("Where papers contradict themselves or each other", disagreements))
+    laws = find_members(ForceLaw)
+    own = {paper_of(laws[entry.name]) for entry in entries}
+    told: dict[bool, list[str]] = {True: [], False: []}
+    for name, module in papers().items():
+        told[name in own] += getattr(module, "DEFECTS", ())
+    if told[True]:
+        found.append(Page("What the papers of these laws do not bear", tuple(told[True])))
+    if told[False]:
+        found.append(Page("Where other papers contradict each other", tuple(told[False])))
     return tuple(found)
 
 
