@@ -82,24 +82,37 @@ class Listed:
     runnable: str
 
 
-def models() -> tuple[Listed, ...]:
+def models(name: str = "") -> tuple[Listed, ...]:
     """List all models, then all papers.
+
+    Parameters
+    ----------
+    name : str
+        Only this model or paper; all if empty.
 
     Returns
     -------
     tuple of Listed
         Found, never kept in a list of names.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, with the nearest one.
     """
+    if name:
+        find(name)
+        return tuple(entry for entry in models() if entry.name == name)
     found = []
     for family, predicts in families().items():
-        for name, model in sorted(find_members(family).items()):
+        for key, model in sorted(find_members(family).items()):
             author_year = paper_of(model)
             count = len(model.checks) + (len(_checks(papers()[author_year])) if author_year else 0)
-            found.append(Listed(name, predicts, author_year, model.status, count, "yes"))
-    for name, module in papers().items():
+            found.append(Listed(key, predicts, author_year, model.status, count, "yes"))
+    for key, module in papers().items():
         runnable = "not: " + _plain(getattr(module, "NOT_READ", "")) if _not_runnable(module) else "yes"
         status = getattr(module, "STATUS", "")
-        found.append(Listed(name, "papers", name, status, len(_checks(module)), runnable))
+        found.append(Listed(key, "papers", key, status, len(_checks(module)), runnable))
     return tuple(found)
 
 

@@ -182,6 +182,12 @@ def test_catalogue_lists_everything_found_with_status_and_checks():
     assert listed["vezzoli_2014"].checks == 3
 
 
+def test_one_model_can_be_asked_for():
+    assert [entry.predicts for entry in catalogue.models("GapPlane")] == ["attraction of the finger"]
+    with pytest.raises(InputError, match="Did you mean 'GapPlane'"):
+        catalogue.models("GapPlne")
+
+
 @pytest.mark.parametrize("name", list(papers()))
 def test_every_paper_says_what_it_claims_and_what_not(name):
     said = catalogue.claims(papers()[name])
