@@ -75,7 +75,9 @@ def pages(scenario: Scenario, entries: Sequence[Entry]) -> tuple[Page, ...]:
     for name, module in papers().items():
         told[name in own] += getattr(module, "DEFECTS", ())
     if told[True]:
-        found.append(Page("What the papers of these laws do not bear", tuple(told[True])))
+        found.append(
+            Page("Where the papers of these laws contradict themselves or others", tuple(told[True]))
+        )
     if told[False]:
         found.append(Page("Where other papers contradict each other", tuple(told[False])))
     return tuple(found)
