@@ -53,6 +53,11 @@ def test_field_solution():
     assert leaky < 1e-3
 
 
+def test_field_solution_is_drawn(tmp_path):
+    example("field_solution").draw(tmp_path / "field.png")
+    assert (tmp_path / "field.png").stat().st_size > 10_000
+
+
 def test_every_example_is_tested():
     tested = {name.removeprefix("test_") for name in globals() if name.startswith("test_")}
     assert {path.stem for path in (ROOT / "examples").glob("*.py")} <= tested

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import model_validator
+from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY
@@ -196,7 +196,7 @@ class Prony(Material):
     }
 
     permittivity_high: Annotated[Number, _HIGH]
-    terms: tuple[DebyeTerm, ...]
+    terms: Annotated[tuple[DebyeTerm, ...], Field(description="relaxations that are added")]
     conductivity: Annotated[Number, _CONDUCTIVITY]
 
     @_NAN_PASSES
@@ -244,7 +244,7 @@ class ColeCole(Material):
     }
 
     permittivity_high: Annotated[Number, _HIGH]
-    terms: tuple[ColeColeTerm, ...]
+    terms: Annotated[tuple[ColeColeTerm, ...], Field(description="relaxations that are added")]
     conductivity: Annotated[Number, _CONDUCTIVITY]
 
     @_NAN_PASSES

@@ -259,11 +259,16 @@ def test_models_are_listed_and_shown(cli):
         (["compare", "vezzoli_2014/fig6", "--models", "GapPlne"], ["Did you mean 'GapPlane'?"]),
         (["compare", "vezzoli_2014/fig6", "-o", "page.pdf"], [".html"]),
         (["compare", "nothing.toml"], ["nothing.toml"]),
+        (["compare", "-o", "page.html"], ["--output: needs a scenario"]),
+        (["compare", "--models", "GapPlane"], ["--models: needs a scenario"]),
+        (["compare", "vezzoli_2014/fig6", "--models", ","], ["names no force law"]),
+        (["compare", "vezzoli_2014/fig6", "--models", "Persson2018RoughGap"], ["mean_gap: missing"]),
     ],
 )
 def test_mistakes_in_compare_and_models(arguments, words, cli, here):
     code, _, err = cli(*arguments)
     assert code == 2
+    assert "Traceback" not in err
     for word in words:
         assert word in err
     assert list(here.iterdir()) == []
