@@ -98,7 +98,7 @@ class Tabulated(Material):
         except PydanticCustomError as fault:
             why = fault.message()
             if f"no column '{loss.column}'" in why:
-                forms = ", ".join(sorted(find_members(LossColumn)))
+                forms = ", ".join(sorted(find_members(LossColumn)))  # type: ignore[type-abstract]
                 why += f' The loss may be told in other forms: loss = {{ model = "..." }} with {forms}.'
             raise PydanticCustomError("file", "{why}", {"why": why}) from None
 
