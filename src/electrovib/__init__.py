@@ -9,14 +9,18 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from electrovib.apps.init import init as init
     from electrovib.apps.run import run as run
     from electrovib.export.save import save as save
+    from electrovib.export.scenario import export as export
     from electrovib.solve.scenario import Scenario as Scenario
     from electrovib.solve.scenario import load as load
     from electrovib.solve.scenario import scenario_of as scenario_of
     from electrovib.solve.simulate import simulate as simulate
+    from electrovib.study.catalogue import models as models
     from electrovib.study.sweep import sweep as sweep
     from electrovib.view import plots as plot
+    from electrovib.view.compare import compare as compare
     from electrovib.view.report import report as report
     from electrovib.view.reproduce import reproduce as reproduce
 

@@ -66,8 +66,17 @@ def run(
         from electrovib.view.report import report as write_report
 
         with tracked("drawing the report"):
-            write_report(trace, Path(report))
+            write_report(_named(trace, scenario), Path(report))
     return trace
+
+
+def _named(
+    trace: xarray.Dataset, source: str | Path | Scenario | Mapping[str, Any]
+) -> xarray.Dataset | dict[str, xarray.Dataset]:
+    """Give a Trace without a title the name of its file."""
+    if trace.attrs["title"] or not isinstance(source, (str, Path)):
+        return trace
+    return {Path(source).stem: trace}
 
 
 def _prepared(

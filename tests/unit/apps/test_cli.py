@@ -75,6 +75,12 @@ def test_a_trace_repeats_its_run_and_its_sweep(cli):
         np.testing.assert_allclose(first["drive.rise"], np.geomspace(5e-3, 50e-3, 3), rtol=1e-12)
 
 
+def test_the_report_of_a_scenario_without_a_title_is_named_after_its_file(cli, here):
+    (here / "my touchscreen.toml").write_text(GOOD)
+    assert cli("run", "my touchscreen.toml", "--report", "out.html")[0] == 0
+    assert "<title>my touchscreen</title>" in (here / "out.html").read_text()
+
+
 def test_init_prints_a_scenario_that_reads_back_equal(cli, here):
     code, out, _ = cli("init", "vezzoli_2014/fig7")
     assert code == 0
