@@ -38,6 +38,9 @@ def test_every_number_the_paper_states_has_a_row(rows):
         ("C_sc", 6.906, 0.0005),
         ("static_force_1000V", 56.55, 0.005),
         ("equation_3", 1.004772, 1e-6),
+        # by hand: K = 90 um/3.35 + T/1560, law (1) goes as 1/(K (T + 90 um)), the gap plane as 1/K^2
+        ("thickness_spread_law_1", 2.5974, 5e-5),
+        ("thickness_spread_gap", 1.0143, 5e-5),
     ],
 )
 def test_single_numbers(rows, name, expect, digits):
