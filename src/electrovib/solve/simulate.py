@@ -19,6 +19,7 @@ from electrovib.solve.current import caveat
 from electrovib.solve.expand import Surroundings, mean_force, modes, per_volt_of, phasors, total_force
 from electrovib.solve.periodic import count_harmonics, spectrum
 from electrovib.solve.respond import respond
+from electrovib.solve.sampling import sampling
 from electrovib.solve.scenario import PeriodicState, Scenario
 from electrovib.solve.section import ModalSection, PhasorSection
 from electrovib.solve.transfer import Real, Transfer
@@ -75,7 +76,8 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
         signals, choice = _one_sine(scenario, section, times)
     attributes |= choice
     variables: dict[str, Any] = {**signals, **_over_frequency(scenario, at_frequency)}
-    attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in _lamps(scenario, variables)])
+    spoken = [*_lamps(scenario, variables), *sampling(scenario.drive, times)]
+    attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
     coordinates = {
         "time": times,
         "frequency": frequency,
