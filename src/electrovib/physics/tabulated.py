@@ -10,6 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.column_unit import column_unit, is_unit_of
 from electrovib.core.constants import VACUUM_PERMITTIVITY
+from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.core.files import read_columns
 from electrovib.core.lamps import Lamp
@@ -100,7 +101,14 @@ class Tabulated(Material):
             "permittivity_samples": (default["permittivity_column"], "1"),
             "loss_samples": (loss.column, loss.unit),
         }
-        return content | read_columns(str(content["file"]), wanted)
+        try:
+            return content | read_columns(str(content["file"]), wanted)
+        except PydanticCustomError as fault:
+            why = fault.message()
+            if f"no column '{loss.column}'" in why:
+                forms = ", ".join(sorted(find_members(LossColumn)))  # type: ignore[type-abstract]
+                why += f' The loss may be told in other forms: loss = {{ model = "..." }} with {forms}.'
+            raise PydanticCustomError("file", "{why}", {"why": why}) from None
 
     @model_validator(mode="after")
     def _is_passive(self) -> Self:

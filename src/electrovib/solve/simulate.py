@@ -18,6 +18,7 @@ from electrovib.solve.current import caveat
 from electrovib.solve.electrical import electrical
 from electrovib.solve.expand import mean_force, modes, per_volt_of, phasors
 from electrovib.solve.mechanical import mechanical
+from electrovib.solve.sampling import sampling
 from electrovib.solve.scenario import Scenario
 from electrovib.solve.section import ModalSection, PhasorSection
 from electrovib.solve.transfer import Real
@@ -76,9 +77,8 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
         **moved.signals,
         **_over_frequency(scenario, at_frequency),
     }
-    attributes["lamps"] = json.dumps(
-        [lamp.to_dict() for lamp in [*_lamps(scenario, variables), *moved.lamps]]
-    )
+    spoken = [*_lamps(scenario, variables), *moved.lamps, *sampling(scenario.drive, times)]
+    attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
     coordinates = {
         "time": times,
         "frequency": frequency,

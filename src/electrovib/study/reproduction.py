@@ -85,7 +85,7 @@ class Curve:
     label : str
         For the legend.
     x, y : ndarray, shape (n,)
-        In the units of the panel's axes, SI.
+        In the units of the panel's axes, SI; a NaN leaves a gap.
     upper : ndarray, shape (n,), optional
         Upper edge; `y` is then the lower one.
     kind : str

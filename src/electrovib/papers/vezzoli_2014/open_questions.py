@@ -33,8 +33,8 @@ def page(rows: tuple[Row, ...]) -> Page:
             "The plane. Law (1) divides an energy by the geometric thickness. The finger separates from the plate in"
             " the gap, where the static force is 10.74 times larger (607.6 against 56.55 mN for a vanishing gap, 27.5"
             " mN for 100 um). That the spread between persons comes from the thickness of their skin is a property of"
-            f" law (1): from 400 to 100 um it rises by a factor {1 + _number(found['thickness_spread_law_1']):.2f}, the"
-            f" field in the gap by {100 * _number(found['thickness_spread_gap']):.1f} %.",
+            f" law (1): from 400 to 100 um it rises by a factor {_number(found['thickness_spread_law_1']):.2f}, the"
+            f" force in the gap by {100 * (_number(found['thickness_spread_gap']) - 1):.1f} %.",
             "The frequency in the time domain. Putting eps(f) and rho(f) into a formula for a pulse is not causal: the"
             f" law as printed answers with {interval('causality_residual')} of its peak 1 ms before a 20 ms ramp begins,"
             " for dispersive skins. So it is kept for one sine at a time, and a causal law stands beside it, in which"

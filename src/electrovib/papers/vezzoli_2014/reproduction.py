@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.papers.vezzoli_2014.values import CITATION
 from electrovib.study.reproduction import Reproduction, Table
+
+if TYPE_CHECKING:
+    from electrovib.physics.tabulated import Tabulated
 
 EQUATIONS: Final[Mapping[str, str]] = {
     "1": r"$f_e = \frac{\varepsilon_0 A v^2}{2 (T_i/\varepsilon_i + T_s/\varepsilon_s)(T_s + T_i)}$",
@@ -53,11 +56,18 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
     )
 
 
-def _own_skin(file: str) -> Any:
-    from electrovib.core.model import read_model
+def _own_skin(file: str) -> Tabulated:
+    from pydantic import ValidationError
+
+    from electrovib.core.errors import InputError
     from electrovib.physics.tabulated import Tabulated
 
-    return read_model(Tabulated, {"file": file, "loss": {"model": "Resistivity"}, "conductivity": 0.0})
+    content = {"file": file, "loss": {"model": "Resistivity"}, "conductivity": 0.0}
+    try:
+        return Tabulated.model_validate(content)
+    except ValidationError as error:
+        faults = [item["msg"].removeprefix(f"{file}: ") for item in error.errors(include_url=False)]
+        raise InputError(f"skin = {file}: {fault}" for fault in faults) from None
 
 
 def _skin_table(skins: Mapping[str, Any], own: Any) -> Table:
