@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import NotCausalError
-from electrovib.solve.expand import Surroundings, phasors, total_force
+from electrovib.physics.contact import FixedArea
+from electrovib.physics.programme import Steady
+from electrovib.solve.expand import Surroundings, contact_share, phasors, total_force
 from electrovib.solve.periodic import count_harmonics, spectrum
 from electrovib.solve.respond import AMPLITUDE, respond
 from electrovib.solve.scenario import PeriodicState, Scenario
@@ -108,7 +110,11 @@ def electrical(
     )
     given = {key.removeprefix(AMPLITUDE): row for key, row in found.items() if key.startswith(AMPLITUDE)}
     force = total_force(scenario, given)
-    return Electrical(found, force if weights is None else weights @ force, choice)
+    if weights is not None:
+        force = weights @ force
+    if not isinstance(scenario.contact, FixedArea) and not isinstance(scenario.load.programme, Steady):
+        force = force * contact_share(scenario, times)
+    return Electrical(found, force, choice)
 
 
 def _linear_quantities(scenario: Scenario, section: ModalSection) -> dict[str, Transfer]:

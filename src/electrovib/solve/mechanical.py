@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.physics.contact import FixedArea
 from electrovib.physics.drive.parts import Linear, Tones
 from electrovib.physics.friction import Creep, FirstOrderLag, SteadyFriction
 from electrovib.solve.chain import finger_filters, measured, respond_mechanically
 from electrovib.solve.electrical import Electrical
+from electrovib.solve.expand import contact_share
 from electrovib.solve.filters.declared import cascade, first_order
 from electrovib.solve.filters.filter import Filter
 from electrovib.solve.scenario import PeriodicState
@@ -98,6 +100,11 @@ def mechanical(
     moved.add({"normal_force": scenario.load.forces(times)})
     if scenario.motion.speed is not None:
         moved.add({"sliding_speed": scenario.motion.speeds(times)})
+    if not isinstance(scenario.contact, FixedArea):
+        moved.add({"gross_contact_area": scenario.contact_area * contact_share(scenario, times)})
+    if scenario.contact.surface is not None:
+        normal = scenario.load.forces(times) + answer.force
+        moved.add({"real_contact_area": chain.real_area(normal)})
     wanted = chain.filters()
     if isinstance(scenario.friction, SteadyFriction):
         moved.add({"lateral_force": chain.steady(times, answer.force)})
@@ -131,10 +138,15 @@ class _Chain:
 
     def steady(self, times: Real, force: Real) -> Real:
         """Friction that load and attraction [N] would have at these times [s] if it had no memory."""
-        law = _steady(self.scenario.friction)
-        return np.asarray(
-            law.lateral_force(self.scenario.load.forces(times), force, np.full(len(times), np.nan))
-        )
+        law, normal = _steady(self.scenario.friction), self.scenario.load.forces(times)
+        return np.asarray(law.lateral_force(normal, force, self.real_area(normal + force)))
+
+    def real_area(self, force: Real) -> Real:
+        """Area that touches [m2] under a whole normal force [N]; NaN where the contact does not tell."""
+        contact = self.scenario.contact
+        if contact.surface is None and not _steady(self.scenario.friction).needs_real_area:
+            return np.full(len(force), np.nan)
+        return np.asarray(contact.real_area(force))
 
     def filters(self) -> dict[str, Filter]:
         """Name what follows the steady friction: the friction itself, and the skin."""

@@ -29,5 +29,6 @@ def moistened(scenario: Scenario, moisture: Moisture) -> dict[str, float]:
         found["stack.stratum_corneum.material.conductivity"] = moisture.skin_conductivity(thickness)
     for name in ("conductivity", "spot_conductivity"):
         found[f"stack.gap.material.{name}"] = 1 / moisture.gap_resistivity()
-    found["friction.coefficient"] = moisture.coefficient()
+    for where in ("friction", "friction.steady"):
+        found[f"{where}.coefficient"] = moisture.coefficient()
     return {path: value for path, value in found.items() if path in known}

@@ -135,7 +135,7 @@ def _linear(drive: Drive, *, settled: bool) -> dict[str, Any]:
 
 def _renewed(scenario: Scenario, transfers: dict[str, Transfer], times: Real) -> Response:
     """Answer at every place under the sliding finger; what is no amplitude of the law is the mean over them."""
-    length = scenario.contact.gross_area() ** 0.5
+    length = scenario.contact.sliding_length(scenario.load.normal_force)
     over = renewal.Renewal.over(length)
     found = renewal.renewed(transfers, scenario.drive, times, motion=scenario.motion, renewal=over)
     kept = {name: rows if name.startswith(AMPLITUDE) else over.weights @ rows for name, rows in found.items()}
@@ -151,7 +151,7 @@ def _leaky(
     name: str,
     element: SeriesElement,
 ) -> tuple[dict[str, Real], dict[str, Any]]:
-    layers, area = scenario.stack.layers, scenario.contact.gross_area()
+    layers, area = scenario.stack.layers, scenario.contact_area
     leak = layers[name].leak
     assert leak is not None
     if isinstance(scenario.time.initial_state, PeriodicState):

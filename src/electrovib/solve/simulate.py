@@ -98,7 +98,7 @@ def _provenance(scenario: Scenario) -> dict[str, Any]:
 
 
 def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any]:
-    area = scenario.contact.gross_area()
+    area = scenario.contact_area
     per_volt = per_volt_of(scenario, section.frequency)
     variables: dict[str, Any] = {}
     effective = scenario.force.effective_voltage(per_volt)
