@@ -224,12 +224,12 @@ def _beyond_the_field() -> tuple[Candidate, ...]:
     sinking = {"source_current": 250e-6, "sink_current": 2e-6, "stray_capacitance": 50e-12}
     rig = {
         "model": "Tribometer",
+        "normal": {"natural_frequency": 2e3, "damping_ratio": 0.02, "time_constant": 10.0},
         "lateral": {
             "natural_frequency": 500.0,
             "damping_ratio": 0.5,
             "bandwidth": 1e3,
-            "relaxation_share": 0.2,
-            "relaxation_time": 50e-3,
+            "creep": {"share": 0.25, "time": 50e-3},
         },
     }
     return (
@@ -251,7 +251,7 @@ def _beyond_the_field() -> tuple[Candidate, ...]:
             "sensor relaxes",
             {"rig": rig},
             "step the sensor with a weight: the same relaxation without finger and voltage",
-            f"a fifth of the reading follows in 50 ms, {_CHOICE}: what the paper suspects",
+            f"a quarter more creeps in with 50 ms, {_CHOICE}: what the paper suspects",
             signal="lateral_force_measured",
         ),
     )
