@@ -211,6 +211,7 @@ def candidates() -> tuple[Candidate, ...]:
             f"conductivity doubled at 3 kV/m in the skin, {_CHOICE}",
             linear=False,
         ),
+        *_beyond_the_field(),
     )
 
 
