@@ -49,6 +49,7 @@ KINDS: Final = {
     "kg": ("a mass", "0.2 g"),
     "N/m": ("a stiffness", "1 kN/m"),
     "N s/m": ("a damping", "1 N s/m"),
+    "N/V": ("a sensitivity", "0.31 N/V"),
     "Pa/m": ("a stiffness per area", "10 MPa/m"),
     "Pa s/m": ("a damping per area", "1 kPa s/m"),
     "J/m2": ("an energy per area", "0.17 J/m2"),

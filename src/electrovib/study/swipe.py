@@ -1,0 +1,361 @@
+"""A recorded swipe reduced to normal force, lateral force and friction, with what the baseline leaves uncertain."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.core.trace import make_trace
+from electrovib.study.swipe_parts import (
+    SHORTEST,
+    find_contacts,
+    find_slides,
+    middle,
+    sliding_speed,
+    travel,
+)
+
+if TYPE_CHECKING:
+    import xarray
+    from numpy.typing import NDArray
+
+    from electrovib.study.recording import Recording
+    from electrovib.study.swipe_parts import Contact, Span
+
+_BLOCKS = 10
+"""Parts of the window whose scatter gives the statistical error."""
+_COVERAGE = 2.0
+"""Standard errors added on either side of an interval: 95 % for Gaussian scatter."""
+_BEST_FIRST = ("interpolated", "before", "after")
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number, its value for every choice of the baseline, and its statistical error.
+
+    Parameters
+    ----------
+    value : float
+        With the best baseline there is: interpolated, else the only one.
+    by_baseline : mapping of str to float
+        With each simple choice of the baseline.
+    standard_error : float
+        Of the mean over the window, from the scatter of its parts and of the baseline.
+    """
+
+    value: float
+    by_baseline: dict[str, float]
+    standard_error: float
+
+    @property
+    def baseline_interval(self) -> tuple[float, float]:
+        """Lowest and highest value over the choices of the baseline."""
+        return min(self.by_baseline.values()), max(self.by_baseline.values())
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The same with two standard errors on either side: the stated uncertainty."""
+        low, high = self.baseline_interval
+        return low - _COVERAGE * self.standard_error, high + _COVERAGE * self.standard_error
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give plain numbers for JSON."""
+        return {
+            "value": self.value,
+            "interval": list(self.interval),
+            "baseline_interval": list(self.baseline_interval),
+            "by_baseline": dict(self.by_baseline),
+            "standard_error": self.standard_error,
+        }
+
+
+@dataclass(frozen=True)
+class SwipeResult:
+    """One swipe, reduced.
+
+    Parameters
+    ----------
+    normal_force, lateral_force : Estimate
+        Mean over the window [N]; the lateral force counts along the side to which friction pulls here.
+    friction : Estimate
+        Their ratio [1].
+    direction : int
+        1 where the position grows, else -1.
+    speed, way : float
+        Mean speed in the window [m/s], way of the whole slide [m].
+    contact, window : tuple of float
+        Begin and end [s].
+    words : tuple of str
+        What was decided, and what cannot be.
+    trace : Trace
+        The whole record with this swipe's baseline taken off.
+    """
+
+    normal_force: Estimate
+    lateral_force: Estimate
+    friction: Estimate
+    direction: int
+    speed: float
+    way: float
+    contact: tuple[float, float]
+    window: tuple[float, float]
+    words: tuple[str, ...]
+    trace: xarray.Dataset
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give plain numbers and words for JSON, in SI, without the Trace."""
+        return {
+            "normal_force": self.normal_force.to_dict(),
+            "lateral_force": self.lateral_force.to_dict(),
+            "friction": self.friction.to_dict(),
+            "direction": self.direction,
+            "speed": self.speed,
+            "way": self.way,
+            "contact": list(self.contact),
+            "window": list(self.window),
+            "words": list(self.words),
+        }
+
+
+def reduce_swipe(recording: Recording, *, trim: float = 0.05) -> SwipeResult:
+    """Reduce the longest swipe of a recording to forces and friction.
+
+    Parameters
+    ----------
+    recording : Recording
+        From `electrovib.study.recording.read_recording`.
+    trim : float
+        Fraction of the way that is left out at both ends of the slide [1], 0 to 0.4.
+
+    Returns
+    -------
+    SwipeResult
+        Of the swipe with the longest way; its words say how many there are.
+
+    Raises
+    ------
+    InputError
+        If no contact, no unloaded part or no motion is found.
+    """
+    found = reduce_swipes(recording, trim=trim)
+    return max(found, key=lambda swipe: swipe.way)
+
+
+def reduce_swipes(recording: Recording, *, trim: float = 0.05) -> tuple[SwipeResult, ...]:
+    """Reduce every swipe of a recording to forces and friction.
+
+    Parameters
+    ----------
+    recording : Recording
+        From `electrovib.study.recording.read_recording`.
+    trim : float
+        Fraction of the way that is left out at both ends of each slide [1], 0 to 0.4.
+
+    Returns
+    -------
+    tuple of SwipeResult
+        In time; at least one.
+
+    Raises
+    ------
+    InputError
+        If no contact, no unloaded part or no motion is found.
+
+    Notes
+    -----
+    The zero of a sensor is the median of the nearest unloaded stretch, at most as long as the window. Before,
+    after, the mean of both and the straight line between them are four values of everything; the line is exact
+    for a drift in proportion to time, and any drift that lies between before and after at the time of the
+    swipe is inside the interval. The statistical error is that of the means of ten parts of the window, so a
+    friction that changes along the plate counts as scatter.
+    """
+    if not 0 <= trim <= 0.4:
+        raise InputError(f"trim = {trim}: expected a fraction of the way between 0 and 0.4")
+    contacts = find_contacts(recording)
+    pairs = [(contact, slide) for contact in contacts for slide in find_slides(recording, contact)]
+    windows = [(contact, slide, middle(recording, slide, contact, trim)) for contact, slide in pairs]
+    windows = [
+        (contact, slide, window) for contact, slide, window in windows if window[1] - window[0] >= 2 * _BLOCKS
+    ]
+    if not windows:
+        way = max(float(np.ptp(recording.position[a:b])) for a, b in (contact.span for contact in contacts))
+        raise InputError(
+            f"{recording.source}: no motion found during contact: the carriage goes {way:.3g} m while the finger"
+            " presses. Are encoder.column and encoder.step right?"
+        )
+    return tuple(
+        _reduced(recording, contact, slide, window, len(windows)) for contact, slide, window in windows
+    )
+
+
+@dataclass(frozen=True)
+class _Zero:
+    """The zero of both sensors in one unloaded stretch."""
+
+    time: float
+    normal: float
+    lateral: float
+    normal_error: float
+    lateral_error: float
+
+
+def _reduced(recording: Recording, contact: Contact, slide: Span, window: Span, swipes: int) -> SwipeResult:
+    zeros = _zeros(recording, contact, window)
+    time = recording.time[slice(*window)]
+    at = float(np.mean(time))
+    choices = _choices(zeros, at)
+    normal = _block_means(recording.normal_force, window)
+    lateral = _block_means(recording.lateral_force, window)
+    best = next(name for name in _BEST_FIRST if name in choices)
+    side = float(np.sign(np.mean(lateral) - choices[best][1])) or 1.0
+    pressed = {name: float(np.mean(normal) - zero[0]) for name, zero in choices.items()}
+    if min(pressed.values()) <= 0:
+        raise InputError(
+            f"{recording.source}: the zero of the normal force drifts by more than the load ({pressed}); no friction"
+            " can be told."
+        )
+    pulled = {name: side * float(np.mean(lateral) - zero[1]) for name, zero in choices.items()}
+    ratio = {name: pulled[name] / pressed[name] for name in choices}
+    normal_zero_error = max(zero.normal_error for zero in zeros.values())
+    lateral_zero_error = max(zero.lateral_error for zero in zeros.values())
+    normal_error = float(np.hypot(_standard_error(normal), normal_zero_error))
+    lateral_error = float(np.hypot(_standard_error(lateral), lateral_zero_error))
+    # of the ratio of means: scatter of lateral - ratio * normal, so that what both have in common cancels
+    residual = side * lateral - ratio[best] * normal
+    zero_error = np.hypot(lateral_zero_error, ratio[best] * normal_zero_error)
+    ratio_error = float(np.hypot(_standard_error(residual), zero_error)) / min(pressed.values())
+    direction = 1 if recording.position[slide[1] - 1] > recording.position[slide[0]] else -1
+    estimates = (
+        Estimate(pressed[best], pressed, normal_error),
+        Estimate(pulled[best], pulled, lateral_error),
+        Estimate(ratio[best], ratio, ratio_error),
+    )
+    span = (float(recording.time[contact.span[0]]), float(recording.time[contact.span[1] - 1]))
+    inside = (float(time[0]), float(time[-1]))
+    speed = travel(recording, window) / (inside[1] - inside[0])
+    words = _words(recording, zeros, contact, travel(recording, slide), inside, swipes, estimates)
+    result = {"normal_force": estimates[0], "lateral_force": estimates[1], "friction": estimates[2]}
+    trace = _trace(recording, zeros, {name: value.to_dict() for name, value in result.items()}, words)
+    return SwipeResult(*estimates, direction, speed, travel(recording, slide), span, inside, words, trace)
+
+
+def _zeros(recording: Recording, contact: Contact, window: Span) -> dict[str, _Zero]:
+    """Take the zeros before and after from the unloaded samples nearest to the contact."""
+    longest = window[1] - window[0]
+    found = {}
+    if contact.before is not None:
+        found["before"] = _zero(
+            recording, (max(contact.before[0], contact.before[1] - longest), contact.before[1])
+        )
+    if contact.after is not None:
+        found["after"] = _zero(
+            recording, (contact.after[0], min(contact.after[1], contact.after[0] + longest))
+        )
+    if not found:
+        raise InputError(
+            f"{recording.source}: no part of {SHORTEST:g} s is free of load beside the contact that begins at"
+            f" {recording.time[contact.span[0]]:.3g} s, so the zero of the sensors is unknown."
+        )
+    return found
+
+
+def _zero(recording: Recording, span: Span) -> _Zero:
+    part = slice(*span)
+    normal, lateral = recording.normal_force[part], recording.lateral_force[part]
+    return _Zero(
+        float(np.mean(recording.time[part])),
+        float(np.median(normal)),
+        float(np.median(lateral)),
+        _standard_error(_detrended(_block_means(recording.normal_force, span, median=True))),
+        _standard_error(_detrended(_block_means(recording.lateral_force, span, median=True))),
+    )
+
+
+def _choices(zeros: dict[str, _Zero], at: float) -> dict[str, tuple[float, float]]:
+    """Give the zeros of both forces by each simple choice."""
+    found = {name: (zero.normal, zero.lateral) for name, zero in zeros.items()}
+    if len(zeros) == 2:
+        before, after = zeros["before"], zeros["after"]
+        part = (at - before.time) / (after.time - before.time)
+        for name, weight in (("mean", 0.5), ("interpolated", part)):
+            normal = (1 - weight) * before.normal + weight * after.normal
+            found[name] = (normal, (1 - weight) * before.lateral + weight * after.lateral)
+    return found
+
+
+def _block_means(values: NDArray[np.float64], span: Span, *, median: bool = False) -> NDArray[np.float64]:
+    blocks = np.array_split(values[slice(*span)], _BLOCKS)
+    return np.array([np.median(block) if median else np.mean(block) for block in blocks])
+
+
+def _standard_error(means: NDArray[np.float64]) -> float:
+    return float(np.std(means, ddof=1) / np.sqrt(len(means)))
+
+
+def _detrended(means: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Take a straight line off: a drift is no scatter, the choice of the baseline accounts for it."""
+    place = np.arange(len(means)) - (len(means) - 1) / 2
+    return means - place * (place @ means) / (place @ place)
+
+
+def _words(
+    recording: Recording,
+    zeros: dict[str, _Zero],
+    contact: Contact,
+    way: float,
+    window: tuple[float, float],
+    swipes: int,
+    estimates: tuple[Estimate, Estimate, Estimate],
+) -> tuple[str, ...]:
+    """Say what was decided."""
+    normal, lateral, friction = estimates
+    first, last = (recording.time[place] for place in (contact.span[0], contact.span[1] - 1))
+    said = [
+        f"The finger presses from {first:.2f} to {last:.2f} s and slides {way * 1e3:.1f} mm;"
+        f" forces are means from {window[0]:.2f} to {window[1]:.2f} s.",
+        f"Normal force {normal.value:.3f} N, lateral force {lateral.value:.3f} N, friction {friction.value:.3f}"
+        f" ({friction.interval[0]:.3f} to {friction.interval[1]:.3f}, of which the choice of the baseline makes"
+        f" {friction.baseline_interval[0]:.3f} to {friction.baseline_interval[1]:.3f}).",
+    ]
+    if len(zeros) == 2:
+        drift = zeros["after"].lateral - zeros["before"].lateral
+        said.append(
+            f"The zero of the lateral force moves by {drift * 1e3:.0f} mN from before to after the contact."
+        )
+    else:
+        said.append(
+            f"The sensors are free of load only {next(iter(zeros))} the contact: a drift cannot be judged, and the"
+            " interval does not contain it."
+        )
+    if recording.wraps:
+        said.append(f"The encoder wrapped {recording.wraps} time{'s' * (recording.wraps > 1)}.")
+    if swipes > 1:
+        said.append(f"The recording holds {swipes} swipes.")
+    return tuple(said)
+
+
+def _trace(
+    recording: Recording, zeros: dict[str, _Zero], result: dict[str, Any], words: tuple[str, ...]
+) -> xarray.Dataset:
+    at = [zero.time for zero in zeros.values()]
+    normal = np.interp(recording.time, at, [zero.normal for zero in zeros.values()])
+    lateral = np.interp(recording.time, at, [zero.lateral for zero in zeros.values()])
+    over_time = ("time",)
+    return make_trace(
+        {
+            "normal_force_measured": (over_time, recording.normal_force - normal),
+            "lateral_force_measured": (over_time, recording.lateral_force - lateral),
+            "sliding_speed": (over_time, sliding_speed(recording)),
+        },
+        {"time": recording.time},
+        {
+            "source": recording.source,
+            "channels": json.dumps(recording.channels.to_dict()),
+            "swipe": json.dumps(result),
+            "words": "\n".join(words),
+        },
+    )
