@@ -80,7 +80,7 @@ class Encoder(Model):
         """
         jumps = np.diff(counts, prepend=counts[:1])
         if self.wraps_at:
-            return -self.wraps_at * np.cumsum(np.rint(jumps / self.wraps_at))
+            return np.asarray(-self.wraps_at * np.cumsum(np.rint(jumps / self.wraps_at)), dtype=np.float64)
         size = np.abs(jumps)
         low, high = _REGISTERS
         nearest = np.where(size < (low + high) / 2, low, high)
@@ -100,7 +100,7 @@ class Encoder(Model):
             Position [m], 0 at the first sample, wraps undone.
         """
         unwrapped = counts + self.wraps(counts)
-        return self.step * (unwrapped - unwrapped[0])
+        return np.asarray(self.step * (unwrapped - unwrapped[0]), dtype=np.float64)
 
 
 class Clock(Model, family=True):

@@ -10,8 +10,15 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
+from electrovib.study.swipe_baseline import (
+    BLOCKS,
+    Estimate,
+    block_means,
+    choices_of,
+    standard_error,
+    zeros_beside,
+)
 from electrovib.study.swipe_parts import (
-    SHORTEST,
     find_contacts,
     find_slides,
     middle,
@@ -21,56 +28,12 @@ from electrovib.study.swipe_parts import (
 
 if TYPE_CHECKING:
     import xarray
-    from numpy.typing import NDArray
 
     from electrovib.study.recording import Recording
+    from electrovib.study.swipe_baseline import Zero
     from electrovib.study.swipe_parts import Contact, Span
 
-_BLOCKS = 10
-"""Parts of the window whose scatter gives the statistical error."""
-_COVERAGE = 2.0
-"""Standard errors added on either side of an interval: 95 % for Gaussian scatter."""
 _BEST_FIRST = ("interpolated", "before", "after")
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A number, its value for every choice of the baseline, and its statistical error.
-
-    Parameters
-    ----------
-    value : float
-        With the best baseline there is: interpolated, else the only one.
-    by_baseline : mapping of str to float
-        With each simple choice of the baseline.
-    standard_error : float
-        Of the mean over the window, from the scatter of its parts and of the baseline.
-    """
-
-    value: float
-    by_baseline: dict[str, float]
-    standard_error: float
-
-    @property
-    def baseline_interval(self) -> tuple[float, float]:
-        """Lowest and highest value over the choices of the baseline."""
-        return min(self.by_baseline.values()), max(self.by_baseline.values())
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """The same with two standard errors on either side: the stated uncertainty."""
-        low, high = self.baseline_interval
-        return low - _COVERAGE * self.standard_error, high + _COVERAGE * self.standard_error
-
-    def to_dict(self) -> dict[str, Any]:
-        """Give plain numbers for JSON."""
-        return {
-            "value": self.value,
-            "interval": list(self.interval),
-            "baseline_interval": list(self.baseline_interval),
-            "by_baseline": dict(self.by_baseline),
-            "standard_error": self.standard_error,
-        }
 
 
 @dataclass(frozen=True)
@@ -179,7 +142,7 @@ def reduce_swipes(recording: Recording, *, trim: float = 0.05) -> tuple[SwipeRes
     pairs = [(contact, slide) for contact in contacts for slide in find_slides(recording, contact)]
     windows = [(contact, slide, middle(recording, slide, contact, trim)) for contact, slide in pairs]
     windows = [
-        (contact, slide, window) for contact, slide, window in windows if window[1] - window[0] >= 2 * _BLOCKS
+        (contact, slide, window) for contact, slide, window in windows if window[1] - window[0] >= 2 * BLOCKS
     ]
     if not windows:
         way = max(float(np.ptp(recording.position[a:b])) for a, b in (contact.span for contact in contacts))
@@ -192,24 +155,13 @@ def reduce_swipes(recording: Recording, *, trim: float = 0.05) -> tuple[SwipeRes
     )
 
 
-@dataclass(frozen=True)
-class _Zero:
-    """The zero of both sensors in one unloaded stretch."""
-
-    time: float
-    normal: float
-    lateral: float
-    normal_error: float
-    lateral_error: float
-
-
 def _reduced(recording: Recording, contact: Contact, slide: Span, window: Span, swipes: int) -> SwipeResult:
-    zeros = _zeros(recording, contact, window)
+    zeros = zeros_beside(recording, contact, window)
     time = recording.time[slice(*window)]
     at = float(np.mean(time))
-    choices = _choices(zeros, at)
-    normal = _block_means(recording.normal_force, window)
-    lateral = _block_means(recording.lateral_force, window)
+    choices = choices_of(zeros, at)
+    normal = block_means(recording.normal_force, window)
+    lateral = block_means(recording.lateral_force, window)
     best = next(name for name in _BEST_FIRST if name in choices)
     side = float(np.sign(np.mean(lateral) - choices[best][1])) or 1.0
     pressed = {name: float(np.mean(normal) - zero[0]) for name, zero in choices.items()}
@@ -222,12 +174,12 @@ def _reduced(recording: Recording, contact: Contact, slide: Span, window: Span, 
     ratio = {name: pulled[name] / pressed[name] for name in choices}
     normal_zero_error = max(zero.normal_error for zero in zeros.values())
     lateral_zero_error = max(zero.lateral_error for zero in zeros.values())
-    normal_error = float(np.hypot(_standard_error(normal), normal_zero_error))
-    lateral_error = float(np.hypot(_standard_error(lateral), lateral_zero_error))
+    normal_error = float(np.hypot(standard_error(normal), normal_zero_error))
+    lateral_error = float(np.hypot(standard_error(lateral), lateral_zero_error))
     # of the ratio of means: scatter of lateral - ratio * normal, so that what both have in common cancels
     residual = side * lateral - ratio[best] * normal
     zero_error = np.hypot(lateral_zero_error, ratio[best] * normal_zero_error)
-    ratio_error = float(np.hypot(_standard_error(residual), zero_error)) / min(pressed.values())
+    ratio_error = float(np.hypot(standard_error(residual), zero_error)) / min(pressed.values())
     direction = 1 if recording.position[slide[1] - 1] > recording.position[slide[0]] else -1
     estimates = (
         Estimate(pressed[best], pressed, normal_error),
@@ -243,68 +195,9 @@ def _reduced(recording: Recording, contact: Contact, slide: Span, window: Span, 
     return SwipeResult(*estimates, direction, speed, travel(recording, slide), span, inside, words, trace)
 
 
-def _zeros(recording: Recording, contact: Contact, window: Span) -> dict[str, _Zero]:
-    """Take the zeros before and after from the unloaded samples nearest to the contact."""
-    longest = window[1] - window[0]
-    found = {}
-    if contact.before is not None:
-        found["before"] = _zero(
-            recording, (max(contact.before[0], contact.before[1] - longest), contact.before[1])
-        )
-    if contact.after is not None:
-        found["after"] = _zero(
-            recording, (contact.after[0], min(contact.after[1], contact.after[0] + longest))
-        )
-    if not found:
-        raise InputError(
-            f"{recording.source}: no part of {SHORTEST:g} s is free of load beside the contact that begins at"
-            f" {recording.time[contact.span[0]]:.3g} s, so the zero of the sensors is unknown."
-        )
-    return found
-
-
-def _zero(recording: Recording, span: Span) -> _Zero:
-    part = slice(*span)
-    normal, lateral = recording.normal_force[part], recording.lateral_force[part]
-    return _Zero(
-        float(np.mean(recording.time[part])),
-        float(np.median(normal)),
-        float(np.median(lateral)),
-        _standard_error(_detrended(_block_means(recording.normal_force, span, median=True))),
-        _standard_error(_detrended(_block_means(recording.lateral_force, span, median=True))),
-    )
-
-
-def _choices(zeros: dict[str, _Zero], at: float) -> dict[str, tuple[float, float]]:
-    """Give the zeros of both forces by each simple choice."""
-    found = {name: (zero.normal, zero.lateral) for name, zero in zeros.items()}
-    if len(zeros) == 2:
-        before, after = zeros["before"], zeros["after"]
-        part = (at - before.time) / (after.time - before.time)
-        for name, weight in (("mean", 0.5), ("interpolated", part)):
-            normal = (1 - weight) * before.normal + weight * after.normal
-            found[name] = (normal, (1 - weight) * before.lateral + weight * after.lateral)
-    return found
-
-
-def _block_means(values: NDArray[np.float64], span: Span, *, median: bool = False) -> NDArray[np.float64]:
-    blocks = np.array_split(values[slice(*span)], _BLOCKS)
-    return np.array([np.median(block) if median else np.mean(block) for block in blocks])
-
-
-def _standard_error(means: NDArray[np.float64]) -> float:
-    return float(np.std(means, ddof=1) / np.sqrt(len(means)))
-
-
-def _detrended(means: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Take a straight line off: a drift is no scatter, the choice of the baseline accounts for it."""
-    place = np.arange(len(means)) - (len(means) - 1) / 2
-    return means - place * (place @ means) / (place @ place)
-
-
 def _words(
     recording: Recording,
-    zeros: dict[str, _Zero],
+    zeros: dict[str, Zero],
     contact: Contact,
     way: float,
     window: tuple[float, float],
@@ -339,7 +232,7 @@ def _words(
 
 
 def _trace(
-    recording: Recording, zeros: dict[str, _Zero], result: dict[str, Any], words: tuple[str, ...]
+    recording: Recording, zeros: dict[str, Zero], result: dict[str, Any], words: tuple[str, ...]
 ) -> xarray.Dataset:
     at = [zero.time for zero in zeros.values()]
     normal = np.interp(recording.time, at, [zero.normal for zero in zeros.values()])
