@@ -157,42 +157,51 @@ def reduce_swipes(recording: Recording, *, trim: float = 0.05) -> tuple[SwipeRes
 
 def _reduced(recording: Recording, contact: Contact, slide: Span, window: Span, swipes: int) -> SwipeResult:
     zeros = zeros_beside(recording, contact, window)
-    time = recording.time[slice(*window)]
-    at = float(np.mean(time))
-    choices = choices_of(zeros, at)
-    normal = block_means(recording.normal_force, window)
-    lateral = block_means(recording.lateral_force, window)
+    estimates = _estimates(recording, zeros, window)
+    direction = 1 if recording.position[slide[1] - 1] > recording.position[slide[0]] else -1
+    span = (float(recording.time[contact.span[0]]), float(recording.time[contact.span[1] - 1]))
+    inside = (float(recording.time[window[0]]), float(recording.time[window[1] - 1]))
+    speed = travel(recording, window) / (inside[1] - inside[0])
+    words = _words(recording, zeros, contact, travel(recording, slide), inside, swipes, estimates)
+    result = dict(zip(("normal_force", "lateral_force", "friction"), estimates, strict=True))
+    trace = _trace(recording, zeros, {name: value.to_dict() for name, value in result.items()}, words)
+    return SwipeResult(*estimates, direction, speed, travel(recording, slide), span, inside, words, trace)
+
+
+def _estimates(
+    recording: Recording, zeros: dict[str, Zero], window: Span
+) -> tuple[Estimate, Estimate, Estimate]:
+    """Give normal force, lateral force and friction with their uncertainty."""
+    choices = choices_of(zeros, float(np.mean(recording.time[slice(*window)])))
+    at = block_means(recording.time, window)
+    normal, lateral = (
+        block_means(force, window) for force in (recording.normal_force, recording.lateral_force)
+    )
     best = next(name for name in _BEST_FIRST if name in choices)
     side = float(np.sign(np.mean(lateral) - choices[best][1])) or 1.0
     pressed = {name: float(np.mean(normal) - zero[0]) for name, zero in choices.items()}
     if min(pressed.values()) <= 0:
         raise InputError(
-            f"{recording.source}: the zero of the normal force drifts by more than the load ({pressed}); no friction"
-            " can be told."
+            f"{recording.source}: the zero of the normal force drifts by more than the load, {pressed[best]:.3g} N: no"
+            " friction can be told."
         )
     pulled = {name: side * float(np.mean(lateral) - zero[1]) for name, zero in choices.items()}
     ratio = {name: pulled[name] / pressed[name] for name in choices}
-    normal_zero_error = max(zero.normal_error for zero in zeros.values())
-    lateral_zero_error = max(zero.lateral_error for zero in zeros.values())
-    normal_error = float(np.hypot(standard_error(normal), normal_zero_error))
-    lateral_error = float(np.hypot(standard_error(lateral), lateral_zero_error))
+    # a drift is no scatter: take the line between the zeros off before the parts of the window are compared
+    stamps = [zero.time for zero in zeros.values()]
+    normal = normal - np.interp(at, stamps, [zero.normal for zero in zeros.values()])
+    lateral = side * (lateral - np.interp(at, stamps, [zero.lateral for zero in zeros.values()]))
+    normal_zero = max(zero.normal_error for zero in zeros.values())
+    lateral_zero = max(zero.lateral_error for zero in zeros.values())
     # of the ratio of means: scatter of lateral - ratio * normal, so that what both have in common cancels
-    residual = side * lateral - ratio[best] * normal
-    zero_error = np.hypot(lateral_zero_error, ratio[best] * normal_zero_error)
-    ratio_error = float(np.hypot(standard_error(residual), zero_error)) / min(pressed.values())
-    direction = 1 if recording.position[slide[1] - 1] > recording.position[slide[0]] else -1
-    estimates = (
-        Estimate(pressed[best], pressed, normal_error),
-        Estimate(pulled[best], pulled, lateral_error),
-        Estimate(ratio[best], ratio, ratio_error),
+    of_ratio = np.hypot(
+        standard_error(lateral - ratio[best] * normal), np.hypot(lateral_zero, ratio[best] * normal_zero)
     )
-    span = (float(recording.time[contact.span[0]]), float(recording.time[contact.span[1] - 1]))
-    inside = (float(time[0]), float(time[-1]))
-    speed = travel(recording, window) / (inside[1] - inside[0])
-    words = _words(recording, zeros, contact, travel(recording, slide), inside, swipes, estimates)
-    result = {"normal_force": estimates[0], "lateral_force": estimates[1], "friction": estimates[2]}
-    trace = _trace(recording, zeros, {name: value.to_dict() for name, value in result.items()}, words)
-    return SwipeResult(*estimates, direction, speed, travel(recording, slide), span, inside, words, trace)
+    return (
+        Estimate(pressed[best], pressed, float(np.hypot(standard_error(normal), normal_zero))),
+        Estimate(pulled[best], pulled, float(np.hypot(standard_error(lateral), lateral_zero))),
+        Estimate(ratio[best], ratio, float(of_ratio) / min(pressed.values())),
+    )
 
 
 def _words(

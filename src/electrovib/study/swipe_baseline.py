@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 BLOCKS = 10
 """Parts of a window whose scatter gives the statistical error."""
-_COVERAGE = 2.0
-"""Standard errors added on either side of an interval: 95 % for Gaussian scatter."""
+_COVERAGE = 2.262
+"""Standard errors added on either side of an interval: 95 % for a mean of ten parts (Student's t)."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Estimate:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """The same with two standard errors on either side: the stated uncertainty."""
+        """The same with 2.26 standard errors, 95 %, on either side: the stated uncertainty."""
         low, high = self.baseline_interval
         return low - _COVERAGE * self.standard_error, high + _COVERAGE * self.standard_error
 
