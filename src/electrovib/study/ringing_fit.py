@@ -42,7 +42,7 @@ def resonant_release(stamps: NDArray[np.float64], force: NDArray[np.float64], wi
     from scipy.optimize import least_squares
 
     step = float(np.median(np.diff(stamps)))
-    slow, fast = 2 / window, 1 / (6 * step)
+    slow, fast = 0.5 / window, 1 / (6 * step)
     if fast <= slow:
         raise InputError(f"samples {step:g} s apart are too few to show a ringing within {window:g} s")
 

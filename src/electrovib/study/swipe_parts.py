@@ -18,6 +18,8 @@ SMOOTHING = 20e-3
 """Time over which a finger neither touches, leaves nor turns [s]."""
 SHORTEST = 0.1
 """Contacts and pauses shorter than this are bounces [s]."""
+_LIGHT = 0.3
+"""A contact, once it has reached half of the load, lasts as long as this part of it is left."""
 CLEAR = 5.0
 """A load stands this many standard deviations of the unloaded signal above it, or it is no contact."""
 FEWEST_COUNTS = 100.0
@@ -82,7 +84,7 @@ def find_contacts(recording: Recording) -> list[Contact]:
     InputError
         If there are no two levels, or no part of the record is free of load.
     """
-    time, force = recording.time, smoothed(recording.time, recording.normal_force)
+    time, force = recording.time, _level(recording.time, smoothed(recording.time, recording.normal_force))
     level = _split(force)
     low, high = force[force <= level], force[force > level]
     free, loaded = float(np.median(low)), float(np.median(high))
@@ -93,9 +95,9 @@ def find_contacts(recording: Recording) -> list[Contact]:
             f" {loaded - free:.3g} N with a scatter of {noise:.3g} N below it). Is normal.column the right one?"
         )
     count = max(1, round(SHORTEST / _period(time)))
-    spans = [
-        span for span in _runs(_closed(force > (free + loaded) / 2, count)) if span[1] - span[0] >= count
-    ]
+    light = force > free + _LIGHT * (loaded - free)
+    heavy = force > (free + loaded) / 2
+    spans = [span for span in _runs(_closed(light, count)) if np.count_nonzero(heavy[slice(*span)]) >= count]
     if not spans:
         raise InputError(
             f"{recording.source}: no contact found that lasts {SHORTEST:g} s; the normal force only jumps"
@@ -192,6 +194,28 @@ def _width(time: NDArray[np.float64]) -> int:
     return max(3, round(SMOOTHING / _period(time)))
 
 
+def _level(time: NDArray[np.float64], force: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Take off the drift in proportion to time with which two levels describe the force best."""
+    thin = slice(None, None, max(1, len(force) // 2000))
+    few, at = force[thin], np.linspace(-0.5, 0.5, len(force[thin]))
+    span = 2 * float(np.ptp(few))
+    best = 0.0
+    for _ in range(3):  # each time around the best so far, ten times as fine
+        slopes = best + span * np.linspace(-1, 1, 41)
+        best = min(slopes, key=lambda slope: _scatter_about_two_levels(few - slope * at))
+        span /= 10
+    return np.asarray(force - best * (time - time.mean()) / (time[-1] - time[0]))
+
+
+def _scatter_about_two_levels(values: NDArray[np.float64]) -> float:
+    """Sum of squares about the means of the two groups with the least of it."""
+    level = _split(values)
+    high = values > level
+    return float(
+        sum(np.sum((part - part.mean()) ** 2) for part in (values[high], values[~high]) if len(part))
+    )
+
+
 def _split(values: NDArray[np.float64]) -> float:
     """Find the level that splits values into two groups of least scatter (Otsu's threshold)."""
     ordered = np.sort(values)
@@ -236,7 +260,21 @@ def _with_free_sides(
         before = (start, first - lead) if first - lead - start >= shortest else None
         after = (last + tail, stop) if stop - last - tail >= shortest else None
         found.append(Contact((first, last), before, after))
-    return found
+    return _with_far_sides(found)
+
+
+def _with_far_sides(contacts: list[Contact]) -> list[Contact]:
+    """Where a finger came back too soon, take the free samples on the other side of its neighbours."""
+    before, after = None, None
+    befores, afters = [], []
+    for contact in contacts:
+        before = contact.before or before
+        befores.append(before)
+    for contact in reversed(contacts):
+        after = contact.after or after
+        afters.append(after)
+    sides = zip(contacts, befores, reversed(afters), strict=True)
+    return [Contact(contact.span, before, after) for contact, before, after in sides]
 
 
 def _run_length(mask: NDArray[np.bool_]) -> int:

@@ -149,6 +149,75 @@ def test_several_swipes_and_a_way_back():
     assert reduce_swipe(calibrated(columns, channels())).direction == 1
 
 
+def pressed_by(load, *, friction=0.4, position=None):
+    """Make the columns of a finger that presses with any load over time and rubs along any way."""
+    time = np.arange(16_000) / 2000
+    position = np.interp(time, [3, 5], [0, 80e-3]) if position is None else position(time)
+    pressed = load(time)
+    noise = 2e-3 * np.random.default_rng(0).standard_normal((2, len(time)))
+    moving = np.sign(np.round(np.gradient(position, time), 6))
+    return {
+        "normal": (pressed + noise[0]) / -0.31 + 5.0,
+        "lateral": (friction * pressed * moving + noise[1]) / 0.444,
+        "encoder": np.rint(position / STEP) % 2**32,
+    }
+
+
+@pytest.mark.parametrize(
+    "load",
+    [
+        lambda time: 0.5 * np.interp(time, [1, 2, 6, 7.5], [0, 1, 1, 0]) + 0.05 * time,
+        lambda time: 0.5 * np.interp(time, [1.9, 2, 6, 6.1], [0, 1, 1, 0]) * (1 + 0.5 * np.sin(9 * time)),
+        lambda time: 0.5 * np.interp(time, [1, 4, 7], [0, 1, 0]),
+        lambda time: 0.5 * np.interp(time, [6.9, 7], [1, 0]),
+        lambda time: 0.5 * np.interp(time, [0.3, 0.4, 7.6, 7.7], [0, 1, 1, 0]),
+    ],
+    ids=["slow", "wobbling", "triangle", "from the beginning", "nearly always"],
+)
+def test_any_load_over_time(load):
+    drift = 0.05 if load(np.array([0.0, 8.0]))[1] > 0.3 else 0.0
+    columns = pressed_by(lambda time: load(time) - drift * time)
+    columns["normal"] += drift * np.arange(16_000) / 2000 / -0.31
+    found = reduce_swipe(calibrated(columns, channels()))
+    assert found.friction.value == pytest.approx(0.4, abs=10 * found.friction.standard_error)
+    assert found.friction.standard_error < 2e-3
+
+
+@pytest.mark.parametrize("drift", [0.05, -0.05, 0.15])
+def test_a_drift_larger_than_the_load(drift):
+    """0.5 N on a zero that moves by up to 1.2 N: the line is right, and the interval says how little is known."""
+    found = reduce_swipe(calibrated(made(drifts=(drift, 0.1)), channels()))
+    assert found.friction.value == pytest.approx(0.4, abs=10 * found.friction.standard_error)
+    low, high = found.friction.interval
+    assert high - low > 0.5
+
+
+def test_back_and_forth_in_one_contact():
+    columns = pressed_by(
+        lambda time: 0.5 * ((time > 2) & (time < 6)),
+        position=lambda time: np.interp(time, [2.5, 3.5, 4.5, 5.5], [0, 0.04, 0.04, 0]),
+    )
+    found = reduce_swipes(calibrated(columns, channels()))
+    assert [swipe.direction for swipe in found] == [1, -1]
+    assert [swipe.friction.value for swipe in found] == pytest.approx([0.4, 0.4], rel=5e-3)
+
+
+def test_a_finger_that_comes_back_at_once_has_the_zeros_of_its_neighbours():
+    columns = pressed_by(lambda time: 0.5 * ((time > 1) & (time < 7) & (np.abs(time - 2.5) > 0.12)))
+    found = reduce_swipe(calibrated(columns, channels()))
+    assert set(found.friction.by_baseline) == {"before", "after", "mean", "interpolated"}
+    assert found.friction.value == pytest.approx(0.4, rel=5e-3)
+
+
+def test_wrong_counts_and_spikes_do_no_harm():
+    columns = made()
+    columns["encoder"][[7000, 9000]] = [10_000, 0]
+    columns["normal"][[100, 9000]] = [-9, 9]
+    columns["lateral"][1000] = 50
+    found = reduce_swipe(calibrated(columns, channels()))
+    assert found.friction.value == pytest.approx(0.4, rel=5e-3)
+
+
 def test_a_motion_without_contact_is_no_swipe():
     """A carriage that goes back before the finger comes, as rigs do."""
     columns = made()

@@ -10,7 +10,6 @@ import numpy as np
 from electrovib.core.errors import DataFileError
 from electrovib.data.columns.column import Column, real_numbers
 from electrovib.data.columns.faults import DAMAGE, check_file, damaged, suggestion
-from electrovib.data.columns.headings import name_and_unit
 from electrovib.data.readers.mat5 import Mat5
 
 if TYPE_CHECKING:
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-_COLUMN: Final = re.compile(r"([A-Za-z]\w*)(?:\[(\d{1,9})\])?")
+_COLUMN: Final = re.compile(r"(([A-Za-z]\w*)(?:\[(\d{1,9})\])?)(?:\s+\[([^\[\]]+)\])?")
 _NUMERIC: Final = "double|single|u?int(?:8|16|32|64)"
 
 
@@ -77,14 +76,16 @@ def from_matlab(path: Path, columns: Sequence[str | int]) -> dict[str | int, Col
     arrays: dict[str, NDArray[np.float64]] = {}
     found: dict[str | int, Column] = {}
     for column in columns:
-        wanted, unit = name_and_unit(column) if isinstance(column, str) else (f"[{column}]", "")
-        match = _COLUMN.fullmatch(wanted)
-        if isinstance(column, str) and match is None:
-            raise DataFileError(
-                f"{path}: '{column}' names no column; write 'name[3]' for column 3, 0 first, of the array 'name'."
-            )
-        name = match[1] if match else ""
-        number = column if isinstance(column, int) else int(match[2]) if match and match[2] else None
+        wanted, name, unit = f"[{column}]", "", ""
+        number = column if isinstance(column, int) else None
+        if isinstance(column, str):
+            match = _COLUMN.fullmatch(column)
+            if match is None:
+                raise DataFileError(
+                    f"{path}: '{column}' names no column; write 'name[3]' for column 3, 0 first, of the array 'name'."
+                )
+            wanted, name, unit = match[1], match[2], match[4] or ""
+            number = int(match[3]) if match[3] else None
         if name not in arrays:
             arrays[name] = read_matlab(path, name)
         found[column] = real_numbers(
