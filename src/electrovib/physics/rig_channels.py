@@ -11,6 +11,7 @@ from pydantic_core import PydanticCustomError
 from electrovib.core.column_unit import column_unit
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.drive.sampled import Refuse, StampTreatment
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -122,6 +123,7 @@ class TimeColumn(Clock):
 
     column: str | int
     unit: Annotated[str, column_unit("s")] = "s"
+    stamps: StampTreatment = Refuse()
 
 
 class TribometerChannels(Model):

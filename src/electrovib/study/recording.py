@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from electrovib.physics.drive.sampled import StampTreatment
     from electrovib.physics.rig_channels import TribometerChannels
 
 _FEWEST = 100
@@ -119,15 +120,16 @@ def calibrated(
         problems.append(f"{source}: the columns differ in length: {sizes}.")
     if problems:
         raise InputError(problems)
+    clock = channels.clock
+    if isinstance(clock, TimeColumn):
+        kept = increasing(given["time"], clock.stamps, source)
+        given = {name: values[kept] for name, values in given.items()}
+        time = given["time"] - given["time"][0]
+    else:
+        assert isinstance(clock, EvenSamples)
+        time = np.arange(len(given["encoder"])) / clock.rate
     counts = given["encoder"]
     jumps = np.diff(channels.encoder.wraps(counts))
-    if isinstance(channels.clock, EvenSamples):
-        time = np.arange(len(counts)) / channels.clock.rate
-    else:
-        time = given["time"] - given["time"][0]
-        back = np.flatnonzero(np.diff(time) <= 0)
-        if len(back):
-            raise InputError(f"{source}: time must increase, but sample {back[0] + 1} does not.")
     return Recording(
         time,
         channels.normal.force(given["normal"]),
@@ -138,6 +140,40 @@ def calibrated(
         source,
         int(np.count_nonzero(jumps)),
     )
+
+
+def increasing(time: NDArray[np.float64], stamps: StampTreatment, source: str) -> NDArray[np.bool_]:
+    """Tell which samples of a record to keep.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        s.
+    stamps : StampTreatment
+        What to do with stamps that do not increase.
+    source : str
+        For the message.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        True for those to keep.
+
+    Raises
+    ------
+    InputError
+        If the treatment refuses the record, or hardly anything is left.
+    """
+    try:
+        kept = stamps.keep(time)
+    except ValueError as error:
+        fault = str(error).partition(". To drop")[0]
+        raise InputError(f"{source}: {fault}. With stamps KeepIncreasing such samples are dropped.") from None
+    if np.count_nonzero(kept) < _FEWEST:
+        raise InputError(
+            f"{source}: only {np.count_nonzero(kept)} samples with increasing time stamps are left."
+        )
+    return kept
 
 
 def _faults(source: str, name: str, values: NDArray[np.float64]) -> list[str]:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.physics.drive.sampled import Refuse
+from electrovib.study.recording import increasing
 from electrovib.study.ringing_fit import plain_release, resonant_release
 from electrovib.study.ringing_parts import (
     Decay,
@@ -21,6 +23,8 @@ from electrovib.study.ringing_parts import (
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from electrovib.physics.drive.sampled import StampTreatment
 
 _REMAINS = 0.05
 """The fit ends when the fitted ringing has fallen to this."""
@@ -110,6 +114,7 @@ def ringing(
     voltage: NDArray[np.float64],
     *,
     duration: float = 20e-3,
+    stamps: StampTreatment | None = None,
 ) -> Ringing:
     """Fit a release and one resonance of the load cell to a recorded force, and say what is left.
 
@@ -123,6 +128,8 @@ def ringing(
         Drive as read back [V]; it may alias, as long as its last fall shows.
     duration : float
         How long after the drive ends to look at most [s].
+    stamps : StampTreatment, optional
+        What to do with stamps that do not increase; refused if not given.
 
     Returns
     -------
@@ -142,35 +149,39 @@ def ringing(
     are held through. The cell is y'' + (w/Q) y' + w^2 y = w^2 f. All four are fitted; the two levels follow
     linearly. The fit ends where the fitted ringing has fallen to 5 %.
     """
-    stamps, measured, end = _checked(time, force, voltage, duration)
-    scatter = _scatter(stamps, measured, duration)
+    since, measured, volts, end = _checked(time, force, voltage, duration, stamps or Refuse())
+    scatter = _scatter(since, measured, duration)
     window, fit = duration, None
     for _ in range(6):
-        here = (stamps > -duration / 2) & (stamps < window)
-        fit = resonant_release(stamps[here], measured[here], window)
+        here = (since > -duration / 2) & (since < window)
+        fit = resonant_release(since[here], measured[here], window)
         wanted = min(duration, fit[0][0] + np.log(1 / _REMAINS) * fit[0][3] / (np.pi * fit[0][2]))
         if abs(wanted - window) < 0.02 * window:
             break
         window = float(wanted)
     assert fit is not None
     (delay, fall_time, frequency, quality), held, after, misfit, model = fit
-    without = plain_release(stamps[here], measured[here], window)
+    without = plain_release(since[here], measured[here], window)
     extrema = find_extrema(
-        stamps, measured, start=delay, period=1 / frequency, level=after, scatter=scatter, end=duration
+        since, measured, start=delay, period=1 / frequency, level=after, scatter=scatter, end=duration
     )
-    early, late = _decays(stamps, measured, extrema, 1 / frequency)
-    pause = longest_pause(stamps, np.asarray(voltage, float), since=-duration)
+    early, late = _decays(since, measured, extrema, 1 / frequency)
+    pause = longest_pause(since, volts, since=-duration)
     words = _words(frequency, quality, misfit, without[0], extrema, early, late) + _about_pauses(delay, pause)
     return Ringing(
         end, delay, fall_time, held, after, frequency, quality, misfit, without[0], pause, scatter, tuple(extrema), early,
-        late, stamps[here], measured[here], model, without[1], words,
+        late, since[here], measured[here], model, without[1], words,
     )  # fmt: skip
 
 
 def _checked(
-    time: NDArray[np.float64], force: NDArray[np.float64], voltage: NDArray[np.float64], duration: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Refuse what is no record; give stamps counted from the end of the drive, forces, and that end."""
+    time: NDArray[np.float64],
+    force: NDArray[np.float64],
+    voltage: NDArray[np.float64],
+    duration: float,
+    stamps: StampTreatment,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]:
+    """Refuse what is no record; give times counted from the end of the drive, forces, voltages, and that end."""
     columns = {
         "time": np.asarray(time, float),
         "force": np.asarray(force, float),
@@ -188,19 +199,17 @@ def _checked(
         problems.append(f"duration = {duration}: expected a time, for instance 20e-3")
     if problems:
         raise InputError(problems)
-    stamps, measured = columns["time"], columns["force"]
-    back = np.flatnonzero(np.diff(stamps) <= 0)
-    if len(back):
-        raise InputError(f"time: must increase, but sample {back[0] + 1} does not")
-    end = drive_end(stamps, columns["voltage"])
-    counted = stamps - end
+    kept = increasing(columns["time"], stamps, "time")
+    when, measured, volts = (values[kept] for values in columns.values())
+    end = drive_end(when, volts)
+    counted = when - end
     near = (counted > -duration / 2) & (counted < duration)
     if counted[-1] < duration / 2 or counted[0] > -duration / 4 or np.count_nonzero(near) < 40:
         raise InputError(
             f"the drive ends at {end:.6g} s, but there are only {np.count_nonzero(near)} samples from"
             f" {duration / 2:g} s before to {duration:g} s after; record longer or change duration"
         )
-    return counted, measured, end
+    return counted, measured, volts, end
 
 
 def _scatter(stamps: NDArray[np.float64], force: NDArray[np.float64], duration: float) -> float:

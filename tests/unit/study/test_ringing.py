@@ -8,6 +8,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
+from electrovib.physics.drive.sampled import KeepIncreasing
 from electrovib.physics.resonance import release_seen_by_sensor
 from electrovib.study.ringing import ringing
 from electrovib.study.ringing_parts import damped_sine, drive_end, longest_pause
@@ -124,6 +125,14 @@ def test_too_few_samples_for_a_damped_sine():
     assert damped_sine(time, time, start=0.0, end=1e-3) is None
 
 
+def test_repeated_stamps_are_refused_or_dropped():
+    columns = [np.insert(values, 3850, values[3850]) for values in made()]
+    with pytest.raises(InputError, match=r"1 of 5121 stamps do not: sample 3851.*repeats"):
+        ringing(*columns)
+    found, whole = ringing(*columns, stamps=KeepIncreasing()), ringing(*made())
+    assert found.frequency == whole.frequency
+
+
 def changed(place, change):
     columns = list(made())
     columns[place] = change(columns[place].copy())
@@ -146,7 +155,10 @@ def spoiled(values):
         (changed(2, lambda v: v * 0 + 300), "never goes on and off"),
         (changed(2, lambda v: v[::-1] * 0 + np.linspace(0, 300, len(v))), "still on at the last sample"),
         (changed(1, spoiled), "force: sample 7 is nan"),
-        (changed(0, lambda v: v[::-1]), "time: must increase, but sample 1 does not"),
+        (
+            changed(0, lambda v: v[::-1]),
+            r"time: time must increase, but 5119 of 5120 stamps do not: sample 1 .*KeepIncreasing",
+        ),
         (changed(0, lambda v: v[:-1]), r"expected one row each, of one length; they have time \(5119,\)"),
         (
             [values[:3850] for values in made()],

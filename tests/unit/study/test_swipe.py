@@ -258,6 +258,26 @@ def test_time_stamps_of_a_csv(tmp_path):
     assert found.friction.value == pytest.approx(0.4, rel=1e-2)
 
 
+def test_stamps_that_do_not_increase():
+    columns = {name: np.repeat(values, 2) for name, values in made(rate=500.0).items()}
+    columns["time"] = np.repeat(np.arange(4000) / 500, 2)
+    known = channels().to_dict()
+    for stamps, words in (
+        ({"model": "Refuse"}, "4000 of 8000 stamps do not: sample 1"),
+        ({"model": "KeepIncreasing"}, ""),
+    ):
+        clock = {"model": "TimeColumn", "column": 0, "stamps": stamps}
+        rig = read_model(TribometerChannels, known | {"clock": clock})
+        if words:
+            with pytest.raises(InputError, match=words):
+                calibrated(columns, rig)
+        else:
+            assert reduce_swipe(calibrated(columns, rig)).friction.value == pytest.approx(0.4, rel=1e-2)
+            columns["time"][:] = 0
+            with pytest.raises(InputError, match="only 1 samples with increasing time stamps are left"):
+                calibrated(columns, rig)
+
+
 def altered(**changes):
     columns = made()
     for name, change in changes.items():
