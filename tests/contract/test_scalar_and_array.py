@@ -25,9 +25,10 @@ SAMPLES = {
     "pressure": np.geomspace(10.0, 1e7, 12),
     "permittivity": np.linspace(1.0, 2000.0, 12),
     "values": np.linspace(0.1, 30.0, 12),
+    "reading": np.linspace(-5.0, 5.0, 12),
 }
 """What each argument that may be an array is tried with."""
-WHOLE_RECORDS = {("keep", "time")}
+WHOLE_RECORDS = {("keep", "time"), ("wraps", "counts"), ("position", "counts")}
 """Arguments that are one record, not elements on their own."""
 
 

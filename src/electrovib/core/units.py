@@ -51,6 +51,7 @@ KINDS: Final = {
     "N s/m": ("a damping", "1 N s/m"),
     "kg s/m": ("a mass per speed", "32 g s/m"),
     "N s/m2": ("a stiffness per speed", "4 kN s/m2"),
+    "N/V": ("a sensitivity", "0.31 N/V"),
     "Pa/m": ("a stiffness per area", "10 MPa/m"),
     "Pa s/m": ("a damping per area", "1 kPa s/m"),
     "J/m2": ("an energy per area", "0.17 J/m2"),
