@@ -14,6 +14,8 @@ SAMPLES = {
     "D": np.linspace(-2e-4, 3e-4, 12),
     "normal_force": np.linspace(0.0, 2.0, 12),
     "electrostatic_force": np.linspace(0.0, 0.5, 12),
+    "force": np.linspace(-3.0, 3.1, 12),
+    "full_scale": np.linspace(0.5, 2.5, 12),
     "permittivity": np.linspace(1.0, 2000.0, 12),
     "values": np.linspace(0.1, 30.0, 12),
 }

@@ -95,6 +95,7 @@ class MassSpringDamper(Finger):
     damping: Annotated[Number, Quantity("N s/m", 1e-6, 1e4, "lateral damping of the fingertip")]
     growth: GrowthWithSpeed | None = None
 
+    @np.errstate(invalid="ignore")  # a NaN is handed on
     def compliance(self, frequency: ArrayLike) -> NDArray[np.complex128]:
         """Displacement per force [m/N], complex, at frequencies [Hz]."""
         angular = 2 * np.pi * np.asarray(frequency, dtype=float)

@@ -169,22 +169,6 @@ class Digitiser(Model):
         half = 2.0 ** (self.bits - 1)
         return np.asarray(np.clip(self.levels(force, full_scale), -half, half - 1) * (full_scale / half))
 
-    def clipped(self, force: ArrayLike, full_scale: float) -> NDArray[np.bool_]:
-        """Whether forces lie beyond the last level.
-
-        Parameters
-        ----------
-        force, full_scale
-            As for `levels` [N].
-
-        Returns
-        -------
-        ndarray of bool, shape of `force`
-            True where the reading is not the nearest level.
-        """
-        half, level = 2.0 ** (self.bits - 1), self.levels(force, full_scale)
-        return np.asarray((level < -half) | (level > half - 1))
-
 
 class Rig(Model, family=True):
     """What measures the forces."""
