@@ -64,9 +64,9 @@ def chain(drive: Array) -> Array:
     """Reading of the lateral sensor at every 80th sample, settled under the first force."""
     force = into_friction(electrics(drive))
     start = SENSOR.state(force[0])
-    return march_pairs(
-        SENSOR.poles, [SENSOR.gains], [0.0], force[:-1], force[1:], STEP, start, keep=KEEP
-    )[0][0]
+    return march_pairs(SENSOR.poles, [SENSOR.gains], [0.0], force[:-1], force[1:], STEP, start, keep=KEEP)[0][
+        0
+    ]
 
 
 def reference(drive: Array) -> tuple[Array, Array]:
