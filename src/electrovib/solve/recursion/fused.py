@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.recursion.blocks import PRODUCT, block_states, block_weights, numbers
+from electrovib.solve.recursion.blocks import PRODUCT, block_states, block_weights, march_even, numbers
 from electrovib.solve.recursion.hold import weights_of
-from electrovib.solve.recursion.record import gather
+from electrovib.solve.recursion.record import Drive, gather
 from electrovib.solve.recursion.scan import fold_length, states_before
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     System = tuple[ArrayLike, ArrayLike, float]
 
-_BLOCK = 64  # samples of the first system, at most
+_BLOCK, _SHORTEST = 64, 16  # samples of the first system in a block, at most and at least
 _PRODUCTS = 4  # of the first system before the formula: some 20 000 samples, which stay in the second cache
 
 
@@ -68,23 +68,30 @@ def march_chain(
     Notes
     -----
     The same as ``march``, the formula and ``march_pairs`` with ``keep``, up to rounding. What lies between is
-    made in tiles that stay in the cache, and of the second system only the state at every k-th sample. Fast
-    where ``keep`` has a divisor between 30 and 64.
+    made in tiles that stay in the cache, and of the second system only the state at every k-th sample. Where
+    ``keep`` has no divisor from 16 to 64, one whole record is made after the other.
     """
     values = np.ascontiguousarray(samples, np.float64)
     if values.size < 2:
         raise InputError(f"march.samples has {values.size} numbers: give at least two.")
     sides = values[:-1], values[1:], step
-    front, _, rest = gather(
+    front, drive, rest = gather(
         first[0], np.atleast_2d(first[1]), [first[2]], *sides, np.zeros(np.size(first[0]))
     )
     none = np.zeros(np.size(second[0]))
     back, _, _ = gather(second[0], np.atleast_2d(second[1]), [second[2]], *sides, none, keep=keep, pairs=True)
+    block = max(size for size in range(1, min(keep, _BLOCK) + 1) if keep % size == 0)
+    if block < _SHORTEST:
+        whole = march_even(front, drive, rest, 1)[0][0]
+        formula(whole)
+        start = np.full(back.poles.size, settled * whole[0], complex)
+        kept: Array = march_even(back, Drive(whole[:-1], whole[1:], drive.steps), start, keep)[0][0]
+        return kept
     z, rows = back.poles * step, (values.size - 1) // keep
     onto_state = block_weights(back, z, 1, keep, keep).onto_state[0]
     columns, lines = fold_length(rows + 1)
     states, inputs = np.zeros((lines * columns, onto_state.shape[1])), np.empty(rows + 1)
-    for part, between in _between(front, formula, values, step, keep, rest):
+    for part, between in _between(front, formula, values, step, keep, block, rest):
         inputs[part] = between[:, 0]
         if between.shape[1] == keep:
             np.matmul(between, onto_state, out=states[part])
@@ -104,13 +111,13 @@ def _between(
     values: Array,
     step: float,
     keep: int,
+    block: int,
     state: States,
 ) -> Iterator[tuple[slice, Array]]:
     """Give what the second system sees, some rows of ``keep`` samples at a time, then the first of what is left.
 
     Every array given is used up before the next one is made, in the same memory.
     """
-    block = max(size for size in range(1, min(keep, _BLOCK) + 1) if keep % size == 0)
     z, rows = front.poles * step, (values.size - 1) // keep
     weights = block_weights(front, z, 1, block, 1)
     whole = values[: rows * keep].reshape(rows * (keep // block), block)
