@@ -23,6 +23,8 @@ SAMPLES = {
     "voltage": np.linspace(-2e3, 3e3, 12),
     "gap": np.linspace(0.0, 1e-4, 12),
     "pressure": np.geomspace(10.0, 1e7, 12),
+    "force": np.linspace(-3.0, 3.1, 12),
+    "full_scale": np.linspace(0.5, 2.5, 12),
     "permittivity": np.linspace(1.0, 2000.0, 12),
     "values": np.linspace(0.1, 30.0, 12),
     "reading": np.linspace(-5.0, 5.0, 12),

@@ -7,6 +7,7 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
@@ -93,8 +94,11 @@ class MassSpringDamper(Finger):
     mass: Annotated[Number, Quantity("kg", 1e-7, 1, "mass that moves with the skin of the contact")]
     stiffness: Annotated[Number, Quantity("N/m", 1, 1e6, "lateral stiffness of the fingertip")]
     damping: Annotated[Number, Quantity("N s/m", 1e-6, 1e4, "lateral damping of the fingertip")]
-    growth: GrowthWithSpeed | None = None
+    growth: Annotated[
+        GrowthWithSpeed | None, Field(description="rise of mass and stiffness with sliding speed")
+    ] = None
 
+    @np.errstate(invalid="ignore")  # a NaN is handed on
     def compliance(self, frequency: ArrayLike) -> NDArray[np.complex128]:
         """Displacement per force [m/N], complex, at frequencies [Hz]."""
         angular = 2 * np.pi * np.asarray(frequency, dtype=float)

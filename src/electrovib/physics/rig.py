@@ -169,22 +169,6 @@ class Digitiser(Model):
         half = 2.0 ** (self.bits - 1)
         return np.asarray(np.clip(self.levels(force, full_scale), -half, half - 1) * (full_scale / half))
 
-    def clipped(self, force: ArrayLike, full_scale: float) -> NDArray[np.bool_]:
-        """Whether forces lie beyond the last level.
-
-        Parameters
-        ----------
-        force, full_scale
-            As for `levels` [N].
-
-        Returns
-        -------
-        ndarray of bool, shape of `force`
-            True where the reading is not the nearest level.
-        """
-        half, level = 2.0 ** (self.bits - 1), self.levels(force, full_scale)
-        return np.asarray((level < -half) | (level > half - 1))
-
 
 class Rig(Model, family=True):
     """What measures the forces."""
@@ -213,9 +197,9 @@ class Tribometer(Rig):
         "digitiser": Digitiser.example,
     }
 
-    normal: PiezoSensor
-    lateral: LateralSensor
-    digitiser: Digitiser | None = None
+    normal: Annotated[PiezoSensor, Field(description="sensor of the normal force, under the plate")]
+    lateral: Annotated[LateralSensor, Field(description="sensor of the lateral force, with the table on it")]
+    digitiser: Annotated[Digitiser | None, Field(description="what samples both channels")] = None
 
     @model_validator(mode="after")
     def _noise_belongs_to_readings(self) -> Self:

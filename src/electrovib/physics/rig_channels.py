@@ -28,7 +28,7 @@ class ForceChannel(Model):
     equation: ClassVar[Mapping[str, str]] = {"force": "sensitivity*(reading - offset)"}
     example: ClassVar[Mapping[str, Any]] = {"column": 0, "sensitivity": 0.5}
 
-    column: str | int
+    column: Annotated[str | int, Field(description="name or number of the column")]
     sensitivity: Annotated[Number, Quantity("N/V", -1e6, 1e6, "force per volt, negative if load lowers it")]
     offset: Annotated[Number, Quantity("V", -1e3, 1e3, "voltage without force, where it is known")] = 0.0
 
@@ -55,7 +55,7 @@ class Encoder(Model):
 
     example: ClassVar[Mapping[str, Any]] = {"column": 1, "step": 1e-6}
 
-    column: str | int
+    column: Annotated[str | int, Field(description="name or number of the column")]
     step: Annotated[Number, Quantity("m", -1.0, 1.0, "way per count, negative if it counts backwards")]
     wraps_at: Annotated[Number, Quantity("1", 0, 2.0**53, "counts after which it wraps, 0 to find out")] = 0.0
 
@@ -121,9 +121,11 @@ class TimeColumn(Clock):
 
     example: ClassVar[Mapping[str, Any]] = {"column": 0}
 
-    column: str | int
-    unit: Annotated[str, column_unit("s")] = "s"
-    stamps: StampTreatment = Refuse()
+    column: Annotated[str | int, Field(description="name or number of the column")]
+    unit: Annotated[str, column_unit("s"), Field(description="unit of the column")] = "s"
+    stamps: Annotated[StampTreatment, Field(description="what to do with stamps that do not increase")] = (
+        Refuse()
+    )
 
 
 class TribometerChannels(Model):

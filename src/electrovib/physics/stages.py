@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Complex: TypeAlias = NDArray[np.complex128]
+_NAN_PASSES = np.errstate(invalid="ignore")
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,7 @@ class Resonance:
     natural_frequency: float
     damping_ratio: float
 
+    @_NAN_PASSES
     def at(self, frequency: ArrayLike) -> Complex:
         """Response [-] at frequencies [Hz]."""
         ratio = np.asarray(frequency, dtype=float) / self.natural_frequency
@@ -44,6 +46,7 @@ class LowPass:
 
     cut_off: float
 
+    @_NAN_PASSES
     def at(self, frequency: ArrayLike) -> Complex:
         """Response [-] at frequencies [Hz]."""
         return np.asarray(1 / (1 + 1j * np.asarray(frequency, dtype=float) / self.cut_off))
@@ -61,6 +64,7 @@ class HighPass:
 
     time_constant: float
 
+    @_NAN_PASSES
     def at(self, frequency: ArrayLike) -> Complex:
         """Response [-] at frequencies [Hz]."""
         turn = 2j * np.pi * np.asarray(frequency, dtype=float) * self.time_constant
@@ -82,6 +86,7 @@ class Relaxation:
     shares: tuple[float, ...]
     times: tuple[float, ...]
 
+    @_NAN_PASSES
     def at(self, frequency: ArrayLike) -> Complex:
         """Response [-] at frequencies [Hz]."""
         turn = 2j * np.pi * np.asarray(frequency, dtype=float)

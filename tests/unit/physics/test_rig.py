@@ -57,15 +57,17 @@ def test_levels():
     step = 2 / 128
     expected = np.array([0, step, -step, 0, 127 * step, 127 * step, 127 * step, -2, -2, -2])
     assert digitiser.reading(force, 2.0).tolist() == expected.tolist()
-    assert digitiser.clipped(force, 2.0).tolist() == [False] * 5 + [True, True, False, True, True]
+    clipped = digitiser.levels(force, 2.0) * step != digitiser.reading(force, 2.0)
+    assert clipped.tolist() == [False] * 5 + [True, True, False, True, True]
 
 
 @given(st.floats(-3, 3), st.integers(1, 24))
 def test_a_reading_is_half_a_level_off_unless_clipped(force, bits):
     digitiser = Digitiser(sampling_rate=1.0, bits=bits, normal_range=2.0, lateral_range=1.0, seed=0)
     level = 4.0 / 2**bits
-    off = abs(digitiser.reading(force, 2.0) - force)
-    if not digitiser.clipped(force, 2.0):
+    reading = digitiser.reading(force, 2.0)
+    off = abs(reading - force)
+    if reading == digitiser.levels(force, 2.0) * level:
         assert off <= level / 2 * (1 + 1e-9)
     else:
         assert off > level / 2 * (1 - 1e-9)

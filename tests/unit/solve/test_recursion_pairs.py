@@ -11,6 +11,7 @@ from electrovib.solve.recursion import (
     hold_weights,
     hold_weights_complex,
     march,
+    march_chain,
     march_loop,
     march_pairs,
     march_pairs_loop,
@@ -160,3 +161,37 @@ def test_what_does_not_fit_is_refused(way, wrong, message):
 def test_keep_is_a_count(way, keep):
     with pytest.raises(InputError, match="whole number of points"):
         way([-1.0], [[1.0]], [0.0], [0.0], [0.0], 0.1, [0.0], keep=keep)
+
+
+@settings(deadline=None, max_examples=60)
+@given(records(), st.sampled_from([1, 2, 3, 7, 64, 67, 80, 120, 500]), st.booleans(), st.integers(2, 20_000))
+def test_a_formula_between_two_systems(record, keep, settled, count):
+    """The same as one after the other: in tiles, at the ends of tiles, with fewer samples than are kept."""
+    poles, gains, direct, *_ = record
+    rng = np.random.default_rng(count)
+    first = -(10.0 ** rng.uniform(-4, 1, 3)), rng.normal(size=3), 0.3
+    samples = rng.uniform(-10, 10, count)
+    step = 1 / max(1.0, np.abs(poles).max(initial=0.0))
+
+    def squared(values):
+        np.multiply(values, values, out=values)
+        values += 1.0
+
+    between = march(first[0], [first[1]], [first[2]], samples[:-1], samples[1:], step, np.zeros(3))[0][0]
+    squared(between)
+    start = np.full(poles.size, between[0]) if settled else np.zeros(poles.size)
+    expected = march_pairs(poles, gains[:1], direct[:1], between[:-1], between[1:], step, start, keep=keep)[
+        0
+    ][0]
+    found = march_chain(
+        first, squared, (poles, gains[0], direct[0]), samples, step, keep=keep, settled=settled
+    )
+    scale = np.abs(between).max() * (2 * np.abs(gains[0]).sum() + abs(direct[0]))
+    assert found.shape == expected.shape
+    assert np.abs(found - expected).max() <= SAME * scale
+
+
+def test_a_chain_needs_two_samples():
+    system = ([-1.0], [1.0], 0.0)
+    with pytest.raises(InputError, match="at least two"):
+        march_chain(system, np.square, system, [1.0], 0.1, keep=1)

@@ -6,6 +6,7 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.friction.base import Friction, SteadyFriction
@@ -28,7 +29,9 @@ class BristleFriction(Friction, family=True):
     deflection z is the state. It stores stiffness z^2/2.
     """
 
-    steady: SteadyFriction
+    steady: Annotated[
+        SteadyFriction, Field(description="friction of steady sliding, from which the strength follows")
+    ]
     stiffness: Annotated[Number, _STIFFNESS]
 
     @abstractmethod

@@ -158,7 +158,8 @@ def _digitised(rig: Rig, digitiser: Digitiser, forces: dict[str, Real]) -> tuple
     ):
         seen = force + noise * np.random.default_rng(stream).standard_normal(len(force))
         readings[name] = digitiser.reading(seen, full_scale)
-        beyond = int(np.count_nonzero(digitiser.clipped(seen, full_scale)))
+        nearest = digitiser.levels(seen, full_scale) * (full_scale / 2.0 ** (digitiser.bits - 1))
+        beyond = int(np.count_nonzero(readings[name] != nearest))
         text = (
             f"{beyond} of {len(seen)} {name} readings lie beyond the range of {format_quantity(full_scale, 'N')} and are"
             if beyond

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from electrovib.solve.recursion.blocks import march_even
+from electrovib.solve.recursion.fused import march_chain
 from electrovib.solve.recursion.hold import hold_weights, hold_weights_complex
 from electrovib.solve.recursion.jittered import march_jittered
 from electrovib.solve.recursion.loop import march_loop, march_pairs_loop
@@ -18,6 +19,7 @@ __all__ = [
     "hold_weights",
     "hold_weights_complex",
     "march",
+    "march_chain",
     "march_loop",
     "march_pairs",
     "march_pairs_loop",

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _BLOCK = 64  # samples; shorter costs more in states, longer costs more in the empty half of the triangle
 # Multiplications in one product: OpenBLAS keeps these on one thread. More threads gain a quarter on idle
 # cores, and lose up to a hundredfold when another process holds one of them.
-_PRODUCT = 4 * 65536
+PRODUCT = 4 * 65536
 
 
 class BlockWeights(NamedTuple):
@@ -73,12 +73,12 @@ def march_even(modes: Modes, drive: Drive, state: States, keep: int) -> tuple[Ar
     last = weights_of(z)[2]
     signals = [drive.starts] if jumps is None else [drive.starts, jumps]
     block = keep * max(1, _BLOCK // keep)
-    weights = _block_weights(modes, z, len(signals), block, keep)
+    weights = block_weights(modes, z, len(signals), block, keep)
     blocks, rest = divmod(drive.starts.size, block)
     whole = [signal[: blocks * block].reshape(blocks, block) for signal in signals]
     tail = np.zeros((len(signals), 1, block))  # the samples left over and the last point
     tail[:, 0, :rest] = [signal[blocks * block :] for signal in signals]
-    states = _block_states(whole, weights.onto_state, z, state - last * drive.starts[0])
+    states = block_states(whole, weights.onto_state, z, state - last * drive.starts[0])
     final = last * drive.ends[-1] + np.exp(rest * z) * states[blocks].view(z.dtype)
     final += np.einsum("sm,smk->k", tail[:, 0, :rest], weights.onto_state[:, block - rest :]).view(z.dtype)
     tail[0, 0, rest] = drive.ends[-1]
@@ -92,8 +92,27 @@ def march_even(modes: Modes, drive: Drive, state: States, keep: int) -> tuple[Ar
     return output, final
 
 
-def _block_weights(modes: Modes, z: States, signals: int, block: int, keep: int) -> BlockWeights:
-    """Spread the one-step weights over a block, for the drive alone or for the drive and its jumps."""
+def block_weights(modes: Modes, z: States, signals: int, block: int, keep: int) -> BlockWeights:
+    """Spread the one-step weights over a block, for the drive alone or for the drive and its jumps.
+
+    Parameters
+    ----------
+    modes : Modes
+        Poles, gains and direct share.
+    z : ndarray, (poles,)
+        Poles times step [-].
+    signals : int
+        1 for the drive alone, 2 for the drive and its jumps.
+    block : int
+        Samples in a block.
+    keep : int
+        Every so many samples of a block one is put out.
+
+    Returns
+    -------
+    BlockWeights
+        What a block gives [-].
+    """
     decay, first, last = weights_of(z)
     powers = np.exp(np.multiply.outer(np.arange(block + 1), z))  # not decay**n: slow modes lose digits
     after_drive = np.vstack([np.zeros_like(z), (decay * last + first) * powers[:-1]])
@@ -102,22 +121,50 @@ def _block_weights(modes: Modes, z: States, signals: int, block: int, keep: int)
     responses[:, 0, 0] += modes.direct + (modes.gains @ last).real
     since = np.arange(0, block, keep) - np.arange(block - keep + 1)[:, np.newaxis]
     triangles = np.where(since >= 0, responses[:, :, np.maximum(since, 0)], 0.0)
-    free = _numbers(np.conj(modes.gains[:, np.newaxis] * powers[:block:keep])).swapaxes(1, 2)
+    free = numbers(np.conj(modes.gains[:, np.newaxis] * powers[:block:keep])).swapaxes(1, 2)
     shape = (modes.direct.size, -1, block // keep)
     onto_output = np.concatenate([triangles.reshape(shape), free], axis=1)
-    return BlockWeights(onto_output, _numbers(np.ascontiguousarray(kernels[:, :0:-1])))
+    return BlockWeights(onto_output, numbers(np.ascontiguousarray(kernels[:, :0:-1])))
 
 
-def _numbers(modes: States) -> Array:
-    """Lay real and imaginary parts side by side, or leave real modes as they are."""
+def numbers(modes: States) -> Array:
+    """Lay real and imaginary parts side by side, or leave real modes as they are.
+
+    Parameters
+    ----------
+    modes : ndarray, (..., poles)
+        float64 or complex128.
+
+    Returns
+    -------
+    ndarray, (..., numbers)
+        float64, in the unit of the modes.
+    """
     return np.ascontiguousarray(modes).view(np.float64)
 
 
-def _block_states(whole: Sequence[Array], onto_state: Array, z: States, state: States) -> Array:
-    """Give the state before every whole block and after the last, (blocks + 1, numbers)."""
-    blocks, block, numbers = len(whole[0]), *onto_state.shape[1:]
+def block_states(whole: Sequence[Array], onto_state: Array, z: States, state: States) -> Array:
+    """Give the state before every whole block and after the last.
+
+    Parameters
+    ----------
+    whole : sequence of ndarray, (blocks, block)
+        Drive, and its jumps if there are any.
+    onto_state : ndarray, (signals, block, numbers)
+        From ``block_weights``.
+    z : ndarray, (poles,)
+        Poles times step [-].
+    state : ndarray, (poles,)
+        Before the first block, as ``w`` of ``march_even``.
+
+    Returns
+    -------
+    ndarray, (blocks + 1, numbers)
+        ``w``, in the unit of the drive.
+    """
+    blocks, block, width = len(whole[0]), *onto_state.shape[1:]
     columns, rows = fold_length(blocks + 1)
-    states = np.zeros((rows * columns, numbers))
+    states = np.zeros((rows * columns, width))
     for signal, weights in zip(whole, onto_state, strict=True):
         for tile in _tiles(blocks, weights):
             states[tile] += signal[tile] @ weights
@@ -135,6 +182,6 @@ def _fill(output: Array, whole: Sequence[Array], states: Array, onto_output: Arr
 
 def _tiles(blocks: int, weights: Array) -> Iterator[slice]:
     """Cut the blocks into tiles whose product with the weights stays on one thread."""
-    height = max(1, _PRODUCT // max(1, weights.size))  # no poles, no weights
+    height = max(1, PRODUCT // max(1, weights.size))  # no poles, no weights
     for begin in range(0, blocks, height):
         yield slice(begin, min(begin + height, blocks))
