@@ -198,6 +198,31 @@ class StackStates:
         terms = np.arange(len(self.rates))[self.owners == index] + len(self.charges)
         return np.asarray(self.permittivities[index] * moment.field[index] + np.sum(state[terms], axis=0))
 
+    def named(self, state: Real, moment: Moment, gap: float | Real | None = None) -> dict[str, Real]:
+        """Give the voltage across the layers, and each one's field and bound displacement by its name.
+
+        Parameters
+        ----------
+        state : ndarray, shape (size, n)
+            At n times.
+        moment : Moment
+            Of the same times.
+        gap : float or ndarray, shape (n,)
+            Thickness of the moving layer [m].
+
+        Returns
+        -------
+        dict of str to ndarray, shape (n,)
+            `stack_voltage` [V], ``field NAME`` [V/m] and ``displacement NAME`` [C/m2].
+        """
+        thickness, count = self.with_gap(gap), len(self.names)
+        drops = moment.field * (thickness if thickness.ndim > 1 else thickness[:, None])
+        found = {"stack_voltage": np.asarray(np.sum(drops[:count], axis=0))}
+        for index, name in enumerate(self.names):
+            found[f"field {name}"] = moment.field[index]
+            found[f"displacement {name}"] = self.displacement(state, moment, index)
+        return found
+
 
 def stack_states(
     layers: Mapping[str, Layer],

@@ -272,17 +272,9 @@ class Electrics:
             held = np.clip(current, *self._limits)
             slope = np.where(held == current, slope, self._held(own, held, moment))
             density = self.space.density(own, slope, moment)
-        found = {
+        return {
             "drive_voltage": drive,
             "plate_voltage": voltage,
             "current": self.space.area * density,
             "amplifier_current": self._stray * slope + self.space.area * density,
-        }
-        thickness = self.space.with_gap(gap)
-        count = len(self.space.names)
-        drops = moment.field * (thickness if thickness.ndim > 1 else thickness[:, None])
-        found["stack_voltage"] = np.sum(drops[:count], axis=0)
-        for index, name in enumerate(self.space.names):
-            found[f"field {name}"] = moment.field[index]
-            found[f"displacement {name}"] = self.space.displacement(own, moment, index)
-        return found
+        } | self.space.named(own, moment, gap)
