@@ -44,6 +44,21 @@ class Distance(Model, family=True):
         """
 
     @abstractmethod
+    def rate(self, time: ArrayLike) -> NDArray[np.float64]:
+        """Rate of change of the distance, just after a break.
+
+        Parameters
+        ----------
+        time : array_like, any shape
+            s; NaN gives NaN.
+
+        Returns
+        -------
+        ndarray
+            m/s, negative on approach, same shape.
+        """
+
+    @abstractmethod
     def breaks(self) -> tuple[float, ...]:
         """Times at which the distance is not smooth [s], increasing."""
 
@@ -74,6 +89,11 @@ class TremblingDistance(Distance):
         """Give a sine about the mean [m] at times [s]."""
         turn = 2 * np.pi * self.frequency * np.asarray(time, dtype=float)
         return np.asarray(self.mean + self.amplitude * np.sin(turn))
+
+    def rate(self, time: ArrayLike) -> NDArray[np.float64]:
+        """Give its rate of change [m/s] at times [s]."""
+        angular = 2 * np.pi * self.frequency
+        return np.asarray(angular * self.amplitude * np.cos(angular * np.asarray(time, dtype=float)))
 
     def breaks(self) -> tuple[float, ...]:
         """Give none."""
@@ -122,6 +142,15 @@ class TouchAndLift(Distance):
         up = np.clip((times - end) / (far - end), 0.0, 1.0)
         near = (np.cos(np.pi * up) - np.cos(np.pi * down)) / 2  # 0 far, 1 near
         return np.asarray(self.far * (self.near / self.far) ** near)
+
+    def rate(self, time: ArrayLike) -> NDArray[np.float64]:
+        """Rate of change [m/s] at times [s]; 0 at the ends of approach and lift."""
+        times = np.asarray(time, dtype=float)
+        begin, top, end, far = self.breaks()
+        down = np.clip((times - begin) / (top - begin), 0.0, 1.0)
+        up = np.clip((times - end) / (far - end), 0.0, 1.0)
+        nearing = np.sin(np.pi * down) / (top - begin) - np.sin(np.pi * up) / (far - end)
+        return np.asarray(self.gap(times) * np.log(self.near / self.far) * np.pi / 2 * nearing)
 
     def breaks(self) -> tuple[float, ...]:
         """Give the ends of approach and lift."""

@@ -10,6 +10,8 @@ from electrovib.physics.drive.parts import Linear, Smooth, Tones
 from electrovib.solve.transient import transient
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from electrovib.physics.conduction import Conduction
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.drive.parts import Part
@@ -22,6 +24,8 @@ GROWTH = 1.1
 """Of each step over the one before, after a jump: every time constant is met with steps that suit it."""
 FIRST = 0.01
 """First step after a jump, times the fastest rate there is."""
+FEW = 200
+"""As many bends of a drive get fine steps after them, as its jumps do."""
 _SLACK = 512 * float(np.finfo(float).eps)
 """Steps shorter than this against the time could not be halved."""
 
@@ -140,3 +144,39 @@ def _part_marks(part: Part, end: float) -> tuple[Real, Real]:
     else:
         values = part.formula(gates)
     return gates, np.where(gates == part.start, values, -values)
+
+
+def smooth_grid(drive: Drive, time: Real, *, speed: float, breaks: Sequence[float], fastest: float) -> Real:
+    """Choose steps for a march of high order beneath something that moves.
+
+    Parameters
+    ----------
+    drive : Drive
+        Off before time 0.
+    time : ndarray, shape (n,)
+        Output times, all of which become ends of steps [s].
+    speed : float
+        Fastest rate of what is marched [1/s].
+    breaks : sequence of float
+        Times at which the motion is not smooth [s].
+    fastest : float
+        Highest frequency of the motion [Hz].
+
+    Returns
+    -------
+    ndarray
+        Increasing, from 0 to the last output time [s].
+    """
+    end = float(time[-1])
+    if end <= 0:
+        return np.zeros(1)
+    marks, heights = _marks(drive, end)
+    kinks = marks if len(marks) <= FEW else marks[heights != 0]
+    jumps = np.unique(np.append(kinks, 0.0))
+    bends = np.array([each for each in breaks if 0 < each < end])
+    count = max(STEPS, int(np.ceil(end * fastest * STEPS_PER_PERIOD)))
+    pieces = [time, bends, np.linspace(0.0, end, count + 1)]
+    pieces += [_oscillating(part, end) for part in drive.parts() if not isinstance(part, Linear)]
+    for jump, following in zip(jumps.tolist(), [*jumps[1:].tolist(), end], strict=True):
+        pieces.append(jump + _growing(FIRST / speed, following - jump))
+    return _with_marks(np.concatenate(pieces), np.concatenate([marks, bends]), end)

@@ -1,0 +1,280 @@
+"""Amplifier, series elements, charge and polarisation of a stack as states that stand beside others.
+
+`Electrics` keeps its states in one slice of a state vector and its signs in one slice of the mode: `rate`,
+`switches` and `jump` take that slice, with the gap and its rate of change, whoever moves it. `attraction` gives
+the pressure across the gap, for whoever holds against it. A system that composes them tells `jump` of every
+break in order of time, because the drive is smooth only from one break to the next, and the stretch is kept.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.constants import eps0
+from electrovib.core.errors import InputError
+from electrovib.solve.nonlinear.stretch import Stretch, drive_breaks, largest_voltage, stretch_after
+
+if TYPE_CHECKING:
+    from electrovib.physics.amplifier import Amplifier
+    from electrovib.physics.drive.base import Drive
+    from electrovib.solve.nonlinear.integrate import Mode
+    from electrovib.solve.state_space import Moment, StackStates
+    from electrovib.solve.transfer import Real
+
+SLACK = 1e-9
+"""How far, over its scale, a field or a voltage passes its kink before the side changes: noise shall not."""
+_SLOWEST = 1e-6
+"""Scale of the voltage across a series resistance over that of the drive, at least."""
+
+
+class Electrics:
+    """States of a stack behind an amplifier.
+
+    Parameters
+    ----------
+    space : StackStates
+        Layers and series elements.
+    drive : Drive
+        A voltage, off before time 0.
+    end : float
+        Last time [s].
+    amplifier : Amplifier, optional
+        Between drive and plate; the drive itself if absent.
+
+    Notes
+    -----
+    States: those of `space`, and the plate's voltage where the amplifier cannot follow at once. Mode: on which
+    side of its largest voltage the aim is; whether the amplifier gives its lowest (-1) or highest (1) current or
+    its voltage (0); the sign of the field of each leak with a kink.
+    """
+
+    def __init__(
+        self, space: StackStates, drive: Drive, *, end: float, amplifier: Amplifier | None = None
+    ) -> None:
+        self.space, self.drive, self.amplifier = space, drive, amplifier
+        self._breaks = drive_breaks(drive, end)
+        self._end = end
+        self._stretch = Stretch(0.0, 0.0, 0.0)
+        self._gain = 1.0 if amplifier is None else amplifier.gain
+        self._stray = 0.0 if amplifier is None else amplifier.stray_capacitance
+        self._limits = (-np.inf, np.inf) if amplifier is None else amplifier.current_limits
+        self._saturation = amplifier.saturation if amplifier is not None else None
+        band = amplifier.bandwidth if amplifier is not None else None
+        self._corner = None if band is None else 2 * np.pi * band
+        self.limited = bool(np.isfinite(self._limits[1]))
+        self.follows = self._corner is None and not self.limited
+        self.size = space.size + (not self.follows)
+        highest = abs(self._gain) * largest_voltage(drive, end)
+        self.volts = highest if self._saturation is None else min(highest, self._saturation)
+
+    @property
+    def scale(self) -> Real:
+        """Size of each state."""
+        space = self.space
+        weights = space.repeats * space.thicknesses / space.permittivities
+        elastance = float(np.sum(weights))
+        largest = float(np.max(np.abs(space.charges), initial=0.0))
+        charge = self.volts / elastance + largest
+        sizes = np.full(self.size, charge)
+        if space.resistance > 0:
+            times = np.linspace(0.0, self._end, 4001)
+            speed = abs(self._gain) * float(np.max(np.abs(self.drive.slope(times))))
+            share = speed * space.area * space.resistance / (elastance * self.volts)
+            sizes[space.size - 1] = (self.volts + largest * elastance) * float(np.clip(share, _SLOWEST, 1.0))
+        if not self.follows:
+            sizes[-1] = self.volts
+        return sizes
+
+    def begin(self, gap: float | None = None) -> tuple[Real, Mode]:
+        """State before time 0, and the mode after it."""
+        state = np.concatenate([self.space.start(), np.zeros(self.size - self.space.size)])
+        self._stretch = Stretch(0.0, 0.0, 0.0)
+        after = self.jump(0.0, state)
+        aim = self._gain * self._stretch.voltage(0.0)[0]
+        clipped = 0 if self._saturation is None else int(np.sign(aim)) * (abs(aim) > self._saturation)
+        moment = self._supplied(0.0, after, (clipped, 0), gap, 0.0)[2]
+        signs = tuple(-1 if moment.field[index] < 0 else 1 for index in self.space.polarities)
+        self._stretch = Stretch(0.0, 0.0, 0.0)
+        return state, (clipped, 0, *signs)
+
+    def breaks(self) -> list[float]:
+        """Times of breaks of the drive [s]."""
+        return list(self._breaks)
+
+    def jump(self, time: float, state: Real) -> Real:
+        """State just after a break [s], and from now on the drive's next stretch."""
+        before = self._stretch.voltage(time)[0]
+        if time == 0 or time in self._breaks:
+            beyond = self._end if time < self._end else 1.001 * time
+            following = next((b for b in self._breaks if b > time), beyond)
+            self._stretch = stretch_after(self.drive, time, following)
+        after = self._stretch.voltage(time)[0]
+        old, new = (self._aimed(before), self._aimed(after)) if time > 0 else (0.0, self._aimed(after))
+        place = self.space.size - 1
+        if self.space.resistance == 0 or (self._corner is not None) or (old == new and time > 0):
+            return state
+        state = state.copy()
+        if self.follows:
+            state[place] += new - old
+        elif self._stray == 0:  # the plate jumps until the resistance takes the largest current
+            across = state[-1] - state[place]
+            lowest, highest = (self.space.resistance * limit for limit in self._limits)
+            state[place] = np.clip(new - across, lowest, highest)
+            state[-1] = across + state[place]
+        return state
+
+    def rate(
+        self, time: float, state: Real, mode: Mode, *, gap: float | None = None, closing: float = 0.0
+    ) -> Real:
+        """Rate of change of each state [its unit/s]."""
+        _, slope, moment = self._supplied(time, state, mode, gap, closing)
+        own = self.space.rate(state[: self.space.size], slope, moment)
+        return own if self.follows else np.append(own, slope)
+
+    def switches(
+        self, time: float, state: Real, mode: Mode, *, gap: float | None = None, closing: float = 0.0
+    ) -> Real:
+        """Values that stay above 0 as long as the mode holds."""
+        return np.array([value for value, _ in self._watched(time, state, mode, gap, closing)])
+
+    def following(
+        self,
+        index: int,
+        time: float,
+        state: Real,
+        mode: Mode,
+        *,
+        gap: float | None = None,
+        closing: float = 0.0,
+    ) -> Mode:
+        """Mode after the switch of this index has fallen through zero."""
+        return self._watched(time, state, mode, gap, closing)[index][1]
+
+    def attraction(self, time: float, state: Real, mode: Mode, *, gap: float | None = None) -> float:
+        """Pressure with which the field of the layer `gap` pulls, eps0 E^2/2 [Pa]."""
+        if "gap" not in self.space.names:
+            raise InputError("stack.gap: the pressure is that of the field in the gap; add a table stack.gap")
+        moment = self._supplied(time, state, mode, gap, 0.0)[2]
+        field = float(moment.field[self.space.names.index("gap")])
+        return eps0 * field**2 / 2
+
+    def _aimed(self, voltage: float) -> float:
+        return voltage if self.amplifier is None else float(self.amplifier.aim(voltage))
+
+    def _aim(self, time: float, side: int) -> tuple[float, float]:
+        """Voltage aimed at and its rate of change, on one side of the largest voltage."""
+        if side and self._saturation is not None:
+            return side * self._saturation, 0.0
+        voltage, slope = self._stretch.voltage(time)
+        return self._gain * voltage, self._gain * slope
+
+    def _supplied(
+        self, time: float, state: Real, mode: Mode, gap: float | None, closing: float
+    ) -> tuple[float, float, Moment]:
+        """Voltage of the plate, its rate of change, and what that does to the stack."""
+        own = state[: self.space.size]
+        signs = dict(zip(self.space.polarities, mode[2:], strict=True)) if len(mode) > 2 else None
+        voltage, slope = self._aim(time, mode[0])
+        if not self.follows and (self._corner is not None or mode[1]):
+            slope = 0.0 if self._corner is None else self._corner * (voltage - float(state[-1]))
+            voltage = float(state[-1])
+        moment = self.space.moment(own, voltage, gap=gap, closing=closing, signs=signs)
+        if mode[1]:
+            slope = float(self._held(own, self._limits[mode[1] > 0], moment))
+        return voltage, slope, moment
+
+    def _held(self, own: Real, current: float | Real, moment: Moment) -> Real:
+        """Rate of change of the plate's voltage under a given current."""
+        area, stray = self.space.area, self._stray
+        if self.space.resistance == 0:
+            fixed = current - area * moment.loss / moment.elastance
+            return np.asarray(fixed / (stray + area / moment.elastance))
+        if stray > 0:
+            return np.asarray((current - area * self.space.density(own, 0.0, moment)) / stray)
+        return np.asarray(moment.elastance * current / area - moment.loss)
+
+    def _watched(
+        self, time: float, state: Real, mode: Mode, gap: float | None, closing: float
+    ) -> list[tuple[float, Mode]]:
+        """Collect what must stay above 0, and the mode that follows where it does not."""
+        _, slope, moment = self._supplied(time, state, mode, gap, closing)
+        found: list[tuple[float, Mode]] = []
+        clipped, held, *signs = mode
+        if self._saturation is not None:
+            free = self._aim(time, 0)[0]
+            rest = (held, *signs)
+            if clipped:
+                found.append((clipped * free - self._saturation, (0, *rest)))
+            else:
+                found += [(self._saturation - side * free, (side, *rest)) for side in (-1, 1)]
+        if self.limited:
+            found += self._limit_watch(time, state, mode, slope, moment)
+        for place, index in enumerate(self.space.polarities, start=2):
+            size = SLACK * self.volts / float(np.sum(self.space.thicknesses))
+            turned = (*mode[:place], -mode[place], *mode[place + 1 :])
+            found.append((mode[place] * float(moment.field[index]) + size, turned))
+        return found
+
+    def _limit_watch(
+        self, time: float, state: Real, mode: Mode, slope: float, moment: Moment
+    ) -> list[tuple[float, Mode]]:
+        clipped, held, *signs = mode
+        behind = self._aim(time, clipped)[0] - float(state[-1])
+        if held:
+            wanted = behind if self._corner is None else (self._corner * behind - slope) / self._corner
+            return [(held * wanted, (clipped, 0, *signs))]
+        current = self._stray * slope + self.space.area * float(
+            self.space.density(state[: self.space.size], slope, moment)
+        )
+        found = [
+            (side * (self._limits[side > 0] - current) / self._limits[1], (clipped, side, *signs))
+            for side in (-1, 1)
+        ]
+        if self._corner is None:
+            slack = SLACK * self.volts
+            found += [(slack - side * behind, (clipped, side, *signs)) for side in (-1, 1)]
+        return found
+
+    def signals(self, times: Real, states: Real, gap: Real | None, closing: Real | float) -> dict[str, Real]:
+        """What happens at output times, from the states alone.
+
+        Parameters
+        ----------
+        times : ndarray, shape (n,)
+            s.
+        states : ndarray, shape (size, n)
+            Of this slice; at a jump those after it.
+        gap, closing : ndarray, shape (n,)
+            m, m/s.
+
+        Returns
+        -------
+        dict of str to ndarray, shape (n,)
+            Voltages, currents, and each layer's field and bound displacement, by the names of the signals.
+        """
+        own, drive = states[: self.space.size], self.drive.voltage(times)
+        aim = drive if self.amplifier is None else self.amplifier.aim(drive)
+        slope = self._gain * self.drive.slope(times) * (aim == self._gain * drive)
+        voltage = aim
+        if self._corner is not None:
+            voltage = states[-1]
+            slope = self._corner * (aim - voltage)
+        elif self.limited:
+            voltage = np.where(np.abs(states[-1] - aim) <= 10 * SLACK * self.volts, aim, states[-1])
+        moment = self.space.moment(own, voltage, gap=gap, closing=closing)
+        density = self.space.density(own, slope, moment)
+        if self.limited:
+            current = self._stray * slope + self.space.area * density
+            if self._corner is None:  # a plate that is behind is on its way with the largest current
+                current = np.where(voltage < aim, np.inf, np.where(voltage > aim, -np.inf, current))
+            held = np.clip(current, *self._limits)
+            slope = np.where(held == current, slope, self._held(own, held, moment))
+            density = self.space.density(own, slope, moment)
+        return {
+            "drive_voltage": drive,
+            "plate_voltage": voltage,
+            "current": self.space.area * density,
+            "amplifier_current": self._stray * slope + self.space.area * density,
+        } | self.space.named(own, moment, gap)

@@ -1,0 +1,247 @@
+"""General reference for a finger over a plate: any leaks, a gap that changes, an amplifier with limits.
+
+Slow and general: one stiff system of charges, polarisations, plate voltage and gap, implicit and adaptive, with
+every kink located. The fast solvers are tested against it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.physics.motion import Distance
+from electrovib.solve.nonlinear.electrics import Electrics
+from electrovib.solve.nonlinear.integrate import TOLERANCE, Solved, integrate
+from electrovib.solve.nonlinear.stretch import snapped
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from electrovib.physics.amplifier import Amplifier
+    from electrovib.physics.drive.base import Drive
+    from electrovib.solve.nonlinear.integrate import Mode
+    from electrovib.solve.state_space import StackStates
+    from electrovib.solve.transfer import Real
+
+
+class Surface(Protocol):
+    """What holds the finger off the plate."""
+
+    def pressure(self, gap: Any) -> Any:
+        """Pressure [Pa] at a gap [m], falling with it."""
+
+
+@dataclass(frozen=True)
+class Yielding:
+    """A gap that follows load, attraction and the surfaces' resistance to being pressed together.
+
+    Parameters
+    ----------
+    surface : Surface
+        Pressure over gap.
+    load : callable
+        Pressure that presses the finger down [Pa] at a time [s].
+    start : float
+        Gap at time 0, at rest [m].
+    damping : float
+        Per area [Pa s/m], above 0 unless there is a mass.
+    mass : float
+        Per area [kg/m2]; 0 for a gap that only creeps.
+    """
+
+    surface: Surface
+    load: Callable[[float], float]
+    start: float
+    damping: float = 0.0
+    mass: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse a gap that nothing slows down."""
+        if self.damping <= 0 and self.mass <= 0:
+            raise InputError("damping = 0 and mass = 0: nothing slows the gap down; give one of them")
+
+
+Gap: TypeAlias = Distance | Yielding | None
+"""What moves the layer `gap`: a hand that holds against everything, forces, or nothing."""
+
+
+class FingerOverPlate:
+    """A stack whose gap stays, is moved, or yields; a `System` for `integrate`.
+
+    Parameters
+    ----------
+    electrics : Electrics
+        Its states come first.
+    motion : Distance, Yielding or None
+        Of the layer that `electrics.space` has as moving.
+    """
+
+    def __init__(self, electrics: Electrics, motion: Gap = None) -> None:
+        self.electrics, self.motion = electrics, motion
+
+    @property
+    def mechanical(self) -> int:
+        """How many states the gap has."""
+        return (1 + (self.motion.mass > 0)) if isinstance(self.motion, Yielding) else 0
+
+    @property
+    def scale(self) -> Real:
+        """Size of each state."""
+        sizes = self.electrics.scale
+        if isinstance(self.motion, Yielding):
+            start = self.motion.start
+            slowed = self.motion.damping or np.sqrt(self.motion.mass * self.motion.load(0.0) / start)
+            speed = self.motion.load(0.0) / (slowed or 1.0)
+            sizes = np.append(sizes, [start, speed or start][: self.mechanical])
+        return sizes
+
+    def begin(self) -> tuple[Real, Mode]:
+        """State before time 0, and the mode after it."""
+        gap = self.motion.start if isinstance(self.motion, Yielding) else self._gap(0.0, np.zeros(0))[0]
+        state, mode = self.electrics.begin(gap)
+        return (np.append(state, [gap, 0.0][: self.mechanical]) if gap is not None else state), mode
+
+    def breaks(self, end: float) -> list[float]:
+        """Breaks of the drive and of the motion, up to an end [s]."""
+        bends = self.motion.breaks() if isinstance(self.motion, Distance) else ()
+        return sorted({*self.electrics.breaks(), *(bend for bend in bends if 0 < bend < end)})
+
+    def jump(self, time: float, state: Real) -> Real:
+        """State just after a break [s]."""
+        count = self.electrics.size
+        own = self.electrics.jump(time, state[:count])
+        return np.concatenate([own, state[count:]])
+
+    def rate(self, time: float, state: Real, mode: Mode) -> Real:
+        """Rate of change of each state [its unit/s]."""
+        own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
+        found = self.electrics.rate(time, own, mode, gap=gap, closing=closing)
+        if not isinstance(self.motion, Yielding):
+            return found
+        if self.motion.mass > 0:
+            push = self._push(time, state, mode) - self.motion.damping * closing
+            return np.append(found, [closing, push / self.motion.mass])
+        return np.append(found, closing)
+
+    def switches(self, time: float, state: Real, mode: Mode) -> Real:
+        """Values that stay above 0 as long as the mode holds."""
+        own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
+        return self.electrics.switches(time, own, mode, gap=gap, closing=closing)
+
+    def following(self, index: int, time: float, state: Real, mode: Mode) -> Mode:
+        """Mode after the switch of this index has fallen through zero."""
+        own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
+        return self.electrics.following(index, time, own, mode, gap=gap, closing=closing)
+
+    def _push(self, time: float, state: Real, mode: Mode) -> float:
+        """Pressure that opens the gap: of the surface, less load and attraction."""
+        assert isinstance(self.motion, Yielding)
+        count = self.electrics.size
+        gap = float(state[count])
+        pull = self.electrics.attraction(time, state[:count], mode, gap=gap)
+        return float(self.motion.surface.pressure(gap)) - self.motion.load(time) - pull
+
+    def _gap(self, time: float, state: Real, mode: Mode | None = None) -> tuple[float | None, float]:
+        """Gap [m] and its rate of change [m/s]."""
+        if self.motion is None:
+            return None, 0.0
+        if isinstance(self.motion, Distance):
+            at = np.array(time)
+            return float(self.motion.gap(at)), float(self.motion.rate(at))
+        gap = float(state[self.electrics.size])
+        if self.motion.mass > 0:
+            return gap, float(state[self.electrics.size + 1])
+        return gap, 0.0 if mode is None else self._push(time, state, mode) / self.motion.damping
+
+    def signals(self, times: Real, solved: Solved) -> dict[str, Real]:
+        """Signals at the output times, as `Electrics.signals`, and the gap."""
+        if self.motion is None:
+            return self.electrics.signals(times, solved.states, None, 0.0)
+        pairs = zip(times.tolist(), solved.states.T, solved.modes, strict=True)
+        moved = np.array([self._gap(time, state, mode) for time, state, mode in pairs], dtype=float)
+        own = solved.states[: self.electrics.size]
+        found = self.electrics.signals(times, own, moved[:, 0], moved[:, 1])
+        return found | {"gap": moved[:, 0]}
+
+
+@dataclass(frozen=True)
+class Followed:
+    """What the general reference finds.
+
+    Parameters
+    ----------
+    found : dict of str to ndarray
+        Signals at the output times.
+    solved : Solved
+        States, modes, events and effort.
+    """
+
+    found: dict[str, Real]
+    solved: Solved
+
+    def reason(self, why: str) -> str:
+        """Say why this solver ran and how.
+
+        Parameters
+        ----------
+        why : str
+            What of the models no faster solver takes.
+        """
+        return (
+            f"{why}: charges, polarisations and what moves as one stiff system from rest, Radau's method of order 5,"
+            f" {self.solved.steps} steps, {len(self.solved.events)} events located"
+        )
+
+
+def follow_finger(
+    space: StackStates,
+    drive: Drive,
+    times: Real,
+    *,
+    amplifier: Amplifier | None = None,
+    motion: Gap = None,
+    tolerance: float = TOLERANCE,
+) -> Followed:
+    """Solve a finger over a plate from rest by the general reference.
+
+    Parameters
+    ----------
+    space : StackStates
+        Layers, with any leaks, and series elements; its moving layer if there is a motion.
+    drive : Drive
+        A voltage, off before time 0.
+    times : ndarray, shape (n,)
+        Increasing, from 0 on [s].
+    amplifier : Amplifier, optional
+        Between drive and plate.
+    motion : Distance, Yielding or None
+        Of the moving layer.
+    tolerance : float
+        Local error of a step.
+
+    Returns
+    -------
+    Followed
+        `drive_voltage`, `plate_voltage`, `stack_voltage`, `current`, `amplifier_current`, each layer's
+        ``field NAME`` and ``displacement NAME``, and `gap` where it moves; at a jump the value after it.
+
+    Raises
+    ------
+    InputError
+        If a motion has no layer to move, or the drive prescribes the current.
+    """
+    if drive.quantity == "current":
+        raise InputError(
+            f"drive = {type(drive).__name__}: the general solver takes a voltage; with fixed gap and at most one leak"
+            " a current drive has its own solver"
+        )
+    if (motion is not None) != (space.moving is not None):
+        raise InputError("motion.distance: it needs the layer 'gap', and moves nothing else")
+    system = FingerOverPlate(Electrics(space, drive, end=float(times[-1]), amplifier=amplifier), motion)
+    state, mode = system.begin()
+    outputs = snapped(times, system.breaks(float(times[-1])))
+    solved = integrate(system, state, mode, outputs, tolerance=tolerance)
+    return Followed(system.signals(times, solved), solved)

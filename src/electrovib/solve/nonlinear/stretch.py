@@ -1,0 +1,132 @@
+"""The drive from one of its breaks to the next, where it is smooth up to both ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.physics.drive.parts import Linear, Tones
+
+if TYPE_CHECKING:
+    from electrovib.physics.drive.base import Drive
+    from electrovib.physics.drive.parts import Part, Smooth
+    from electrovib.solve.transfer import Real
+
+_SLACK = 16 * float(np.finfo(float).eps)
+"""Breaks nearer to each other than this against the time are one."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Voltage of a drive that is smooth: a straight line, tones and formulas.
+
+    Parameters
+    ----------
+    start, level, slope : float
+        Beginning [s], and the straight line from there [V, V/s].
+    parts : tuple of Tones or Smooth
+        Those that are on.
+    """
+
+    start: float
+    level: float
+    slope: float
+    parts: tuple[Tones | Smooth, ...] = ()
+
+    def voltage(self, time: float) -> tuple[float, float]:
+        """Voltage [V] and its rate of change [V/s], also just before the break that ends the stretch."""
+        value, rate = self.level + self.slope * (time - self.start), self.slope
+        for part in self.parts:
+            if isinstance(part, Tones):
+                wave = part.amplitudes * np.exp(2j * np.pi * part.frequencies * time)
+                value += float(np.sum(wave.real))
+                rate -= float(np.sum(2 * np.pi * part.frequencies * wave.imag))
+            else:
+                at = np.array(time)
+                value, rate = value + float(part.formula(at)), rate + float(part.derivative(at))
+        return value, rate
+
+
+def drive_breaks(drive: Drive, end: float) -> list[float]:
+    """Times after 0 and up to an end at which a drive bends, jumps or is switched.
+
+    Parameters
+    ----------
+    drive : Drive
+        Off before time 0.
+    end : float
+        s.
+
+    Returns
+    -------
+    list of float
+        s, increasing.
+    """
+    found: list[float] = []
+    for part in drive.parts():
+        if isinstance(part, Linear):
+            found += part.until(end).times.tolist()
+        else:
+            found += [gate for gate in (part.start, part.stop) if np.isfinite(gate)]
+    kept: list[float] = []
+    for time in sorted(found):
+        if 0 < time <= end * (1 + _SLACK) and (not kept or time - kept[-1] > _SLACK * time):
+            kept.append(end if time > end * (1 - _SLACK) else time)
+    return kept
+
+
+def snapped(times: Real, breaks: list[float]) -> Real:
+    """Put output times [s] that meet a break but for rounding on the break, as the drive itself reads them."""
+    if not breaks:
+        return times
+    marks = np.array(breaks)
+    places = np.clip(np.searchsorted(marks, times), 1, max(len(marks) - 1, 1))
+    found = times.copy()
+    for near in (marks[places - 1], marks[np.minimum(places, len(marks) - 1)]):
+        found = np.where(np.abs(times - near) <= _SLACK * times, near, found)
+    return found
+
+
+def stretch_after(drive: Drive, time: float, following: float) -> Stretch:
+    """Give the drive as it is between two neighbouring breaks.
+
+    Parameters
+    ----------
+    drive : Drive
+        Off before time 0.
+    time, following : float
+        The breaks [s].
+
+    Returns
+    -------
+    Stretch
+        Beginning at the first of them.
+    """
+    level, slope = 0.0, 0.0
+    kept: list[Tones | Smooth] = []
+    middle = (time + following) / 2
+    for part in drive.parts():
+        if isinstance(part, Linear):
+            piece = np.array(middle)
+            rise = float(part.slope(piece))
+            level, slope = level + float(part.value(piece)) - rise * (middle - time), slope + rise
+        elif part.start <= middle < part.stop:
+            kept.append(part)
+    return Stretch(time, level, slope, tuple(kept))
+
+
+def largest_voltage(drive: Drive, end: float) -> float:
+    """Largest voltage up to a time [s], of either sign, and at least 1e-12 [V]."""
+    corners = [np.linspace(0.0, end, 4001), np.array(drive_breaks(drive, end))]
+    values = [np.abs(drive.voltage(times)) for times in corners if len(times)]
+    values += [np.abs(part.before) for part in drive.parts() if isinstance(part, Linear)]
+    return max(1e-12, *(float(np.max(each)) for each in values))
+
+
+def highest_frequency(part: Part) -> float:
+    """Fastest oscillation in a part of a drive [Hz]; 0 for straight pieces."""
+    if isinstance(part, Linear):
+        return 0.0
+    return float(np.max(part.frequencies)) if isinstance(part, Tones) else part.highest_frequency
