@@ -6,6 +6,7 @@ current; the plate's voltage is known in closed form until the next change, and 
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -214,7 +215,7 @@ def _clipped(start: float, stop: float, level: float, slope: float, limit: float
     crossings = [start + (side * limit - level) / slope for side in (-1, 1)] if slope else []
     cuts = [start, *sorted(each for each in crossings if start < each < stop), stop]
     found = []
-    for first, last in zip(cuts[:-1], cuts[1:], strict=True):
+    for first, last in itertools.pairwise(cuts):
         middle = level + slope * ((first + last) / 2 - start)
         free = abs(middle) <= limit
         begin = level + slope * (first - start) if free else np.sign(middle) * limit
@@ -245,8 +246,10 @@ class _March:
     def run(self, pieces: Sequence[_Piece], time: Real) -> tuple[dict[str, Real], list[float]]:
         """Responses at output times [s], and when the amplifier changed."""
         wanted = snapped(time, [piece.start for piece in pieces])
-        found = {name: np.empty(len(time)) for name in [*self.transfers, "plate_voltage", "amplifier_current"]}
-        self.scale = max(max(abs(p.level) for p in pieces), 1e-12)
+        found = {
+            name: np.empty(len(time)) for name in [*self.transfers, "plate_voltage", "amplifier_current"]
+        }
+        self.scale = max(*(abs(p.level) for p in pieces), 1e-12)
         now, voltage, states, mode = 0.0, 0.0, np.zeros(len(self.rates)), 0
         changes: list[float] = []
         for piece in pieces:
@@ -270,7 +273,9 @@ class _March:
                     mode = turned
                     changes.append(now)
                 if len(changes) > MOST_CHANGES:
-                    raise ElectrovibError(f"the amplifier changed more than {MOST_CHANGES} times before {now} s")
+                    raise ElectrovibError(
+                        f"the amplifier changed more than {MOST_CHANGES} times before {now} s"
+                    )
         return found, changes
 
     def _course(self, mode: int, now: float, voltage: float, states: Real, piece: _Piece) -> Course:

@@ -93,8 +93,9 @@ def electrical(
     """
     if not scenario.force.causal:
         return _one_sine(scenario, section, times)
-    law, spare = scenario.force, force_alone and scenario.drive.quantity == "voltage"
-    spare = spare and all(layer.leak is None for layer in scenario.stack.layers.values())
+    plain = scenario.drive.quantity == "voltage" and scenario.circuit.amplifier is None
+    plain = plain and all(layer.leak is None for layer in scenario.stack.layers.values())
+    law, spare = scenario.force, force_alone and plain
 
     def wanted(section: ModalSection) -> dict[str, Transfer]:
         amplitudes = law.amplitudes(section)

@@ -110,6 +110,8 @@ def mechanical(
         moved.add({"lateral_force": chain.steady(times, answer.force)})
         del wanted["lateral_force"]
     error = 0.0
+    if wanted or scenario.rig is not None:
+        chain.prepare()
     if wanted:
         rows, error = chain.follow(wanted)
         moved.add(rows)
@@ -133,8 +135,6 @@ class _Chain:
         self.scenario, self.times, self.answer, self.at = scenario, times, answer, at
         self.settled = isinstance(scenario.time.initial_state, PeriodicState)
         self.bend = 0.0
-        if answer.choice["solver"] not in CLOSED:
-            self.at, self.bend = _between(at, times, self._corners())
 
     def steady(self, times: Real, force: Real) -> Real:
         """Friction that load and attraction [N] would have at these times [s] if it had no memory."""
@@ -147,6 +147,11 @@ class _Chain:
         if contact.surface is None and not _steady(self.scenario.friction).needs_real_area:
             return np.full(len(force), np.nan)
         return np.asarray(contact.real_area(force))
+
+    def prepare(self) -> None:
+        """March an attraction once that has no closed form, before it is asked for many times."""
+        if self.answer.choice["solver"] not in CLOSED:
+            self.at, self.bend = _between(self.at, self.times, self._corners())
 
     def filters(self) -> dict[str, Filter]:
         """Name what follows the steady friction: the friction itself, and the skin."""

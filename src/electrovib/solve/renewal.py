@@ -160,13 +160,15 @@ class _Memory:
         return np.asarray(found[self._places.ravel()].reshape(self._shape))
 
 
-def refuse_with(*, settled: bool, current: bool, leak: str | None, floating: bool) -> None:
+def refuse_with(
+    *, settled: bool, current: bool, leak: str | None, floating: bool, amplified: bool, closing: bool
+) -> None:
     """Refuse what renewal does not go together with.
 
     Parameters
     ----------
-    settled, current, floating : bool
-        Periodic state, current drive, floating body or second electrode.
+    settled, current, floating, amplified, closing : bool
+        Periodic state, current drive, floating body or second electrode, an amplifier, a gap that yields.
     leak : str or None
         Layer with a nonlinear leak.
 
@@ -179,6 +181,8 @@ def refuse_with(*, settled: bool, current: bool, leak: str | None, floating: boo
         "time.initial_state = PeriodicState: start AtRest and look at a late period": settled,
         "a drive that prescribes the current: the places share it; use a voltage drive": current,
         f"stack.{leak}.leak: give the layer a material that conducts": leak is not None,
+        "circuit.amplifier: leave it away": amplified,
+        "contact.closing: leave it away": closing,
         "this circuit.return_path: the places share its voltage; use Grounded": floating,
     }
     found = [text for text, applies in reasons.items() if applies]

@@ -170,7 +170,7 @@ def smooth_grid(drive: Drive, time: Real, *, speed: float, breaks: Sequence[floa
     end = float(time[-1])
     if end <= 0:
         return np.zeros(1)
-    marks, heights = _marks(drive, end)
+    marks, heights = marks_of(drive, end)
     kinks = marks if len(marks) <= FEW else marks[heights != 0]
     jumps = np.unique(np.append(kinks, 0.0))
     bends = np.array([each for each in breaks if 0 < each < end])

@@ -7,6 +7,7 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
@@ -20,8 +21,25 @@ if TYPE_CHECKING:
 
 _RIDGES = Quantity("1", 0.01, 1, "share of the outline that the ridges of the print fill")
 _LENGTH = Quantity("m", 1e-6, 1, "length of the contact along the sliding direction")
+_CLOSING = Field(description="lets the gap follow load and attraction; it stays as it is without")
 _RIDGE_SHARE = 2 / 3
 """A ridged print has one third less contact area than flat skin: Warman and Ennos, J. Exp. Biol. 212, 2016 (2009)."""
+
+
+class Closing(Model):
+    """A gap that follows load and attraction: the layer ``gap`` closes against the relief of the skin.
+
+    Notes
+    -----
+    damping g' = repulsion(g) - load pressure - attraction: what is squeezed out resists, no mass. It begins at
+    rest with the thickness of the layer, or where the relief carries the load.
+    """
+
+    example: ClassVar[Mapping[str, Any]] = {"damping": 1e6}
+
+    damping: Annotated[
+        Number, Quantity("Pa s/m", 1e-3, 1e15, "pressure over the speed with which the gap closes")
+    ]
 
 
 class Contact(Model, family=True):
@@ -47,6 +65,10 @@ class Contact(Model, family=True):
         @property
         def surface(self) -> Surface | None:
             """How the relief answers a pressure, if given."""
+
+        @property
+        def closing(self) -> Closing | None:
+            """How the gap follows the forces, if it does."""
 
     @abstractmethod
     def gross_area(self, normal_force: float | None = None) -> float:
@@ -152,6 +174,7 @@ class FixedArea(Contact):
     ridge_share: Annotated[Number, _RIDGES] = _RIDGE_SHARE
     length: Annotated[Number | None, _LENGTH] = None
     surface: Surface | None = None
+    closing: Annotated[Closing | None, _CLOSING] = None
 
     def gross_area(self, normal_force: float | None = None) -> float:
         """Area of the outline of the contact [m2], whatever the force."""
@@ -188,6 +211,7 @@ class GrowingArea(Contact):
     ridge_share: Annotated[Number, _RIDGES] = _RIDGE_SHARE
     length: Annotated[Number | None, _LENGTH] = None
     surface: Surface | None = None
+    closing: Annotated[Closing | None, _CLOSING] = None
 
     def gross_area(self, normal_force: float | None = None) -> float:
         """Area of the outline of the contact: area (force/at_force)^exponent [m2]."""
