@@ -31,6 +31,28 @@ class BristleFriction(Friction, family=True):
     steady: SteadyFriction
     stiffness: Annotated[Number, _STIFFNESS]
 
+    @property
+    def yields_smoothly(self) -> bool:
+        """Tell whether the rate of the deflection is smooth where the bristles reach the strength."""
+        return True
+
+    def strength_at(self, speed: NDArray[np.float64], strength: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Steady friction at a speed, without viscous part.
+
+        Parameters
+        ----------
+        speed : float or ndarray
+            m/s.
+        strength : float or ndarray, same shape
+            Of fast sliding [N].
+
+        Returns
+        -------
+        float or ndarray
+            N, same shape.
+        """
+        return np.asarray(strength + 0 * np.asarray(speed))[()]
+
     @abstractmethod
     def deflection_rate(
         self,
@@ -110,20 +132,7 @@ class LuGre(BristleFriction):
     viscous_damping: Annotated[Number, Quantity("N s/m", 0, 1e6, "damping of the sliding")] = 0.0
 
     def strength_at(self, speed: NDArray[np.float64], strength: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Steady friction at a speed, without viscous part.
-
-        Parameters
-        ----------
-        speed : float or ndarray
-            m/s.
-        strength : float or ndarray, same shape
-            Of fast sliding [N].
-
-        Returns
-        -------
-        float or ndarray
-            N, same shape.
-        """
+        """Steady friction [N], larger at slow speeds."""
         excess = (self.static_ratio - 1) * np.exp(-((np.asarray(speed) / self.stribeck_speed) ** 2))
         return np.asarray(strength * (1 + excess))[()]
 
@@ -160,6 +169,11 @@ class Dahl(BristleFriction):
     example: ClassVar[Mapping[str, Any]] = {"steady": _COULOMB, "stiffness": 500.0}
 
     exponent: Annotated[Number, Quantity("1", 0.5, 5, "how the stiffness falls; 1 is an exponential")] = 1.0
+
+    @property
+    def yields_smoothly(self) -> bool:
+        """Tell whether |1 - r|^exponent sign(1 - r) is a polynomial: odd exponents."""
+        return self.exponent % 2 == 1
 
     def deflection_rate(
         self,
