@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _COULOMB: Mapping[str, Any] = {"model": "Coulomb", "coefficient": 0.5}
+_NEAREST = 1e-8
+"""Share of the strength within which Dahl's rate is straight for exponents below 1, whose slope would be endless."""
 _STIFFNESS = Quantity("N/m", 1e-3, 1e12, "stiffness of the contact before it slides")
 
 
@@ -160,7 +162,8 @@ class Dahl(BristleFriction):
     Notes
     -----
     z' = u |1 - r|^exponent sign(1 - r), r = stiffness z sign(u)/strength, F = stiffness z. It slides steadily at
-    the strength and knows no static excess: it does not stick and slip by itself. A finger in other people's
+    the strength and knows no static excess: it does not stick and slip by itself. Below exponent 1 it reaches
+    the strength after a finite way, and the last 1e-8 of it is taken as straight. A finger in other people's
     code has coefficient 0.6, 500 N/m, exponent 0.7.
     """
 
@@ -184,7 +187,8 @@ class Dahl(BristleFriction):
     ) -> NDArray[np.float64]:
         """Rate of the deflection [m/s]."""
         left = 1 - direction * self.stiffness * np.asarray(deflection) / strength
-        return np.asarray(speed * np.abs(left) ** self.exponent * np.sign(left))[()]
+        size = np.hypot(left, _NEAREST) if self.exponent < 1 else np.abs(left)
+        return np.asarray(speed * left * np.where(size > 0, size, 1.0) ** (self.exponent - 1))[()]
 
     def force(
         self, deflection: NDArray[np.float64], rate: NDArray[np.float64], speed: NDArray[np.float64]

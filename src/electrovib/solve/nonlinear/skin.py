@@ -97,6 +97,9 @@ class Skin(Protocol):
     def natural_speed(self, strength: float) -> float:
         """Speed [m/s] that a strength [N] gives where the hand rests."""
 
+    def natural_force(self, speed: float) -> float:
+        """Force [N] that a speed [m/s] gives where nothing rubs."""
+
     def energies(self, now: Real) -> Energies:
         """Energies [J] from the slices over time."""
 
@@ -182,6 +185,10 @@ class ElasticSkin:
         """Speed [m/s] of the skin let go from the stretch under a strength [N]."""
         return strength / float(np.sqrt(self.stiffness * self.mass))
 
+    def natural_force(self, speed: float) -> float:
+        """Force [N] of the spring when the skin is stopped from a speed [m/s]."""
+        return speed * float(np.sqrt(self.stiffness * self.mass))
+
     def energies(self, now: Real) -> Energies:
         """Energies [J]."""
         kinetic = self.mass * now[1] ** 2 / 2
@@ -256,6 +263,11 @@ class RigidSkin:
         """Give 1 m/s: without a finger, whatever the strength [N], no speed but the hand's counts."""
         del strength
         return 1.0
+
+    def natural_force(self, speed: float) -> float:
+        """Give none [N]: a rigid finger needs no force for its speed [m/s]."""
+        del speed
+        return 0.0
 
     def energies(self, now: Real) -> Energies:
         """Energies [J]."""

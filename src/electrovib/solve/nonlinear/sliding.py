@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.nonlinear.integrate import TOLERANCE, integrate
+from electrovib.solve.nonlinear.integrate import integrate
 from electrovib.solve.nonlinear.skin import ElasticSkin, RigidSkin, Skin
 
 if TYPE_CHECKING:
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 OverTime: TypeAlias = "Callable[[float | Real], float | Real]"
 """A quantity at times [s], one or many; at a jump the value after it."""
 
+TOLERANCE = 1e-8
+"""Local error of a step: the energy then closes to some 1e-8 of the work."""
 SMALLEST = 1e-9
 """Strength of a lifted finger over the largest: its bristles let go at once, and nothing is divided by zero."""
 _DEAD_BAND = 1e-10
@@ -195,8 +197,9 @@ def sliding(
             "that slips needs 0 or above, so check load, attraction and contact"
         )
     skin = _skin(law, mass, stiffness, damping)
-    largest_strength = float(strengths.max()) or 1.0
-    largest_speed = float(np.max(np.abs(speed(looks)))) or skin.natural_speed(largest_strength)
+    fastest = float(np.max(np.abs(speed(looks))))
+    largest_strength = float(strengths.max()) or skin.natural_force(fastest) or 1.0
+    largest_speed = fastest or skin.natural_speed(largest_strength)
     system = Sliding(skin, speed, strength, tuple(breaks), largest_strength, largest_speed)
     at_start, strength_at_start = float(speed(0.0)), float(system.strength_of(0.0))
     state = skin.settled(at_start, strength_at_start) if settled else np.zeros(skin.states)
