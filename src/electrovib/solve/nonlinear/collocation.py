@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.errors import ElectrovibError
+
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from electrovib.solve.transfer import Real
 
@@ -125,7 +128,7 @@ def _collocate(
     stages = np.zeros((STAGES, len(state)))
     at = state
     for _ in range(_MOST_RENEWALS):
-        matrix = np.eye(stages.size) - size * np.kron(_WEIGHTS, _jacobian(rate, start, at, scale))
+        matrix = np.eye(stages.size) - size * np.kron(_WEIGHTS, jacobian(rate, start, at, scale))
         factors = factor(matrix)
         last = np.inf
         for _ in range(_MOST_ITERATIONS):
@@ -144,8 +147,23 @@ def _collocate(
     return None
 
 
-def _jacobian(rate: Callable[[float, Real], Real], time: float, state: Real, scale: Real) -> Real:
-    """Differences forward, of half the digits."""
+def jacobian(rate: Callable[[float, Real], Real], time: float, state: Real, scale: Real) -> Real:
+    """Jacobian of a rate, by differences forward.
+
+    Parameters
+    ----------
+    rate : callable
+        Of time [s] and state.
+    time : float
+        s.
+    state, scale : ndarray, shape (states,)
+        Where, and the size of each state.
+
+    Returns
+    -------
+    ndarray, shape (states, states)
+        Of half the digits.
+    """
     steps = np.sqrt(np.finfo(float).eps) * np.maximum(scale, np.abs(state))
     base = rate(time, state)
     columns = []
@@ -154,3 +172,106 @@ def _jacobian(rate: Callable[[float, Real], Real], time: float, state: Real, sca
         moved[index] += step
         columns.append((rate(time, moved) - base) / (moved[index] - state[index]))
     return np.transpose(columns)
+
+
+def steps_to(
+    rate: Callable[[float, Real], Real], start: float, state: Real, size: float, scale: Real
+) -> tuple[Piece, ...]:
+    """March one step, which must succeed.
+
+    Parameters
+    ----------
+    rate : callable
+        Of time [s] and state.
+    start, size : float
+        Beginning and length [s].
+    state, scale : ndarray, shape (states,)
+        At the beginning, and the size of each state.
+
+    Returns
+    -------
+    tuple of Piece
+        One, or its halves.
+
+    Raises
+    ------
+    ElectrovibError
+        If halving does not help.
+    """
+    pieces = march(rate, start, state, size, scale)
+    if pieces is None:
+        raise ElectrovibError(f"the equations could not be solved beyond {start:.6g} s")
+    return pieces
+
+
+def adaptive_steps(
+    rate: Callable[[float, Real], Real], start: float, stop: float, state: Real, scale: Real, tolerance: float
+) -> Iterator[tuple[float, Real, Callable[[Real], Real]]]:
+    """Steps whose length follows from the error: each one's end, the state there, and its polynomial.
+
+    Parameters
+    ----------
+    rate : callable
+        Of time [s] and state.
+    start, stop : float
+        Beginning and end [s].
+    state, scale : ndarray, shape (states,)
+        At the beginning, and the size of each state.
+    tolerance : float
+        Local error of a step: relative, and absolute against the scale.
+
+    Yields
+    ------
+    tuple of (float, ndarray, callable)
+        End of a step [s], state there, polynomial of times [s].
+    """
+    from scipy.integrate import Radau
+
+    solver = Radau(
+        rate,
+        start,
+        state,
+        stop,
+        rtol=tolerance,
+        atol=tolerance * scale,
+        jac=lambda time, now: jacobian(rate, time, now, scale),
+    )
+    solver.lu, solver.solve_lu = (
+        factor,
+        solve,
+    )  # scipy's own take several times longer than the small systems do
+    while solver.status == "running":
+        message = solver.step()
+        if solver.status == "failed":
+            raise ElectrovibError(f"the equations could not be solved beyond {solver.t:.6g} s: {message}")
+        yield float(solver.t), solver.y, solver.dense_output()
+
+
+def even_steps(
+    rate: Callable[[float, Real], Real], start: float, stop: float, state: Real, scale: Real, step: float
+) -> Iterator[tuple[float, Real, Callable[[Real], Real]]]:
+    """Steps of one length, the given one or a little less, without control of the error.
+
+    Parameters
+    ----------
+    rate : callable
+        Of time [s] and state.
+    start, stop : float
+        Beginning and end [s].
+    state, scale : ndarray, shape (states,)
+        At the beginning, and the size of each state.
+    step : float
+        s.
+
+    Yields
+    ------
+    tuple of (float, ndarray, callable)
+        End of a step [s], state there, polynomial of times [s].
+    """
+    count = max(1, int(np.ceil((stop - start) / step * (1 - 1e-9))))
+    bounds = np.linspace(start, stop, count + 1).tolist()
+    for before, after in itertools.pairwise(bounds):
+        taken = steps_to(rate, before, state, after - before, scale)
+        state = taken[-1].state
+        for piece in taken:
+            yield after if piece is taken[-1] else piece.end, piece.state, piece

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError
-from electrovib.solve.nonlinear.collocation import Piece, factor, march, solve
+from electrovib.solve.nonlinear.collocation import Piece, adaptive_steps, even_steps
+from electrovib.solve.nonlinear.events import first_fall, land
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
 
     from electrovib.solve.transfer import Real
 
@@ -24,9 +24,6 @@ TOLERANCE = 1e-9
 MOST_EVENTS = 100_000
 _APART = 1e-13
 """Events nearer to each other than this share of the whole time count as one."""
-_LOOKS = np.array([0.2, 0.4, 0.6, 0.8])
-"""Where inside a step the switches are looked at, besides its end."""
-_MOST_CORRECTIONS = 8
 
 
 class System(Protocol):
@@ -46,16 +43,76 @@ class System(Protocol):
         """Times up to `end` [s] at which the rate is not smooth in time, or the state jumps."""
 
     def jump(self, time: float, state: Real) -> Real:
-        """State just after a break [s], from that just before."""
+        """State just after a break.
+
+        Parameters
+        ----------
+        time : float
+            Of the break [s].
+        state : ndarray, shape (states,)
+            Just before it.
+
+        Returns
+        -------
+        ndarray, shape (states,)
+            Just after it.
+        """
 
     def rate(self, time: float, state: Real, mode: Mode) -> Real:
-        """Rate of change of each state [its unit/s]."""
+        """Rate of change of each state.
+
+        Parameters
+        ----------
+        time : float
+            s.
+        state : ndarray, shape (states,)
+            There.
+        mode : Mode
+            That holds.
+
+        Returns
+        -------
+        ndarray, shape (states,)
+            Unit of each state per second.
+        """
 
     def switches(self, time: float, state: Real, mode: Mode) -> Real:
-        """Values that stay above 0 as long as the mode holds."""
+        """Values that stay above 0 as long as the mode holds.
+
+        Parameters
+        ----------
+        time : float
+            s.
+        state : ndarray, shape (states,)
+            There.
+        mode : Mode
+            That holds.
+
+        Returns
+        -------
+        ndarray, shape (switches,)
+            In any unit.
+        """
 
     def following(self, index: int, time: float, state: Real, mode: Mode) -> Mode:
-        """Mode after the switch of this index has fallen through zero."""
+        """Mode after a switch has fallen through zero.
+
+        Parameters
+        ----------
+        index : int
+            Which switch.
+        time : float
+            When [s].
+        state : ndarray, shape (states,)
+            There.
+        mode : Mode
+            That has ended.
+
+        Returns
+        -------
+        Mode
+            That begins.
+        """
 
 
 @dataclass(frozen=True)
@@ -203,13 +260,13 @@ def _leg(
     pieces: list[Callable[[Real], Real]] = []
     bounds = [start]
     taken = (
-        _adaptive(rate, start, stop, state, system.scale, tolerance)
+        adaptive_steps(rate, start, stop, state, system.scale, tolerance)
         if step is None
-        else _even(rate, start, stop, state, system.scale, step)
+        else even_steps(rate, start, stop, state, system.scale, step)
     )
     for after, end_state, piece in taken:
         before, before_state = bounds[-1], state
-        fall = _first_fall(system, piece, before, after, end_state, mode)
+        fall = first_fall(system, piece, before, after, end_state, mode)
         if fall is None:
             pieces.append(piece)
             bounds.append(after)
@@ -218,110 +275,10 @@ def _leg(
         when, index = fall
         landed: tuple[Piece, ...] = ()
         if when > before:
-            landed = _land(rate, system, before, before_state, when, after, index, mode)
+            landed = land(rate, system, before, before_state, when, after, index, mode)
             when, state = landed[-1].end, landed[-1].state
         when = min(max(when, start + _APART * stop), stop)
         every: tuple[Callable[[Real], Real], ...] = (*pieces, *landed) or (piece,)
         bounds += [part.end for part in landed[:-1]] + [when] * bool(landed or not pieces)
         return _Leg(when, state, index, every, tuple(bounds), len(every), asked)
     return _Leg(stop, state, None, tuple(pieces), tuple(bounds), len(pieces), asked)
-
-
-def _adaptive(
-    rate: Callable[[float, Real], Real], start: float, stop: float, state: Real, scale: Real, tolerance: float
-) -> Iterator[tuple[float, Real, Callable[[Real], Real]]]:
-    """Steps whose length follows from the error: each one's end, the state there, and its polynomial."""
-    from scipy.integrate import Radau
-
-    solver = Radau(rate, start, state, stop, rtol=tolerance, atol=tolerance * scale)
-    solver.lu, solver.solve_lu = (
-        factor,
-        solve,
-    )  # scipy's own take several times longer than the small systems do
-    while solver.status == "running":
-        message = solver.step()
-        if solver.status == "failed":
-            raise ElectrovibError(f"the equations could not be solved beyond {solver.t:.6g} s: {message}")
-        yield float(solver.t), solver.y, solver.dense_output()
-
-
-def _even(
-    rate: Callable[[float, Real], Real], start: float, stop: float, state: Real, scale: Real, step: float
-) -> Iterator[tuple[float, Real, Callable[[Real], Real]]]:
-    """Steps of one length, the given one or a little less."""
-    count = max(1, int(np.ceil((stop - start) / step * (1 - 1e-9))))
-    bounds = np.linspace(start, stop, count + 1).tolist()
-    for before, after in itertools.pairwise(bounds):
-        taken = _marched(rate, before, state, after - before, scale)
-        state = taken[-1].state
-        for piece in taken:
-            yield after if piece is taken[-1] else piece.end, piece.state, piece
-
-
-def _marched(
-    rate: Callable[[float, Real], Real], start: float, state: Real, size: float, scale: Real
-) -> tuple[Piece, ...]:
-    pieces = march(rate, start, state, size, scale)
-    if pieces is None:
-        raise ElectrovibError(f"the equations could not be solved beyond {start:.6g} s")
-    return pieces
-
-
-def _land(
-    rate: Callable[[float, Real], Real],
-    system: System,
-    before: float,
-    state: Real,
-    when: float,
-    after: float,
-    index: int,
-    mode: Mode,
-) -> tuple[Piece, ...]:
-    """Solve the shortened step again, and correct its length until its own end is the root."""
-    for _ in range(_MOST_CORRECTIONS):
-        landed = _marched(rate, before, state, when - before, system.scale)
-        last = landed[-1]
-        value = float(system.switches(last.end, last.state, mode)[index])
-        early = last.start + 0.875 * last.size
-        slope = (value - float(system.switches(early, last(np.asarray(early)), mode)[index])) / (
-            last.end - early
-        )
-        if value == 0 or not slope < 0:
-            break
-        corrected = min(when - value / slope, after)
-        if corrected <= before or abs(corrected - when) <= _APART * after:
-            break
-        when = corrected
-    return landed
-
-
-def _first_fall(
-    system: System, piece: Callable[[Real], Real], before: float, after: float, state: Real, mode: Mode
-) -> tuple[float, int] | None:
-    """Find when the first switch falls through zero in a step, and which; it may have risen again by the end."""
-    from scipy.optimize import brentq
-
-    def value(time: float, index: int) -> float:
-        return float(system.switches(time, piece(np.asarray(time)), mode)[index])
-
-    if not len(system.switches(after, state, mode)):
-        return None
-    looks = before + (after - before) * _LOOKS
-    inside = piece(looks).T
-    values = [system.switches(time, each, mode) for time, each in zip(looks.tolist(), inside, strict=True)]
-    values.append(system.switches(after, state, mode))
-    fallen = np.array(values) < 0
-    if not fallen.any():
-        return None
-    first = int(np.argmax(fallen.any(axis=1)))
-    ends = [before, *looks.tolist(), after]
-    falls = []
-    for index in np.flatnonzero(fallen[first]).tolist():
-        low, high = ends[first], ends[first + 1]
-        if value(low, index) <= 0:
-            falls.append((low, index))
-        elif value(high, index) >= 0:  # the polynomial's end and the state differ by rounding
-            falls.append((high, index))
-        else:
-            falls.append((float(brentq(value, low, high, args=(index,), xtol=1e-300, rtol=1e-15)), index))
-    return min(falls)

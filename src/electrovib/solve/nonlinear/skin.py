@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -45,17 +46,21 @@ class Energies:
         return float(np.max(np.abs(missing))) / size if size > 0 else 0.0
 
 
-class Skin(Protocol):
-    """What slides: a slice of the state and its rate."""
+@dataclass(frozen=True)
+class Skin(ABC):
+    """What slides: a slice of the state and its rate.
 
-    @property
-    def law(self) -> BristleFriction:
-        """Friction of the contact."""
+    Parameters
+    ----------
+    law : BristleFriction
+        Friction of the contact.
+    """
 
-    @property
-    def states(self) -> int:
-        """Length of the slice."""
+    law: BristleFriction
+    states: ClassVar[int]
+    """Length of the slice."""
 
+    @abstractmethod
     def rate(self, now: Real, speed: float, strength: float, direction: int) -> Real:
         """Rate of change of the slice.
 
@@ -76,36 +81,95 @@ class Skin(Protocol):
             Unit of each state per second.
         """
 
-    def speed_over_plate(self, now: Real, speed: float | Real) -> float | Real:
-        """Speed of the skin over the plate [m/s], from the slice and the speed of the bone."""
+    @abstractmethod
+    def speed_over_plate(self, now: Real, speed: float | Real) -> Real:
+        """Speed of the skin over the plate.
 
+        Parameters
+        ----------
+        now : ndarray, shape (states,) or (states, n)
+            The slice.
+        speed : float or ndarray, shape (n,)
+            Of the bone over the plate [m/s].
+
+        Returns
+        -------
+        ndarray, shape () or (n,)
+            m/s.
+        """
+
+    @abstractmethod
     def deflection(self, now: Real) -> Real:
         """Deflection of the bristles [m]."""
 
+    @abstractmethod
     def displacement(self, now: Real) -> Real:
         """Displacement of the skin against the bone [m]."""
 
     def left(self, now: Real, strength: float, direction: int) -> float:
-        """Share of the strength that the bristles have left [1]."""
+        """Share of the strength that the bristles have left.
 
+        Parameters
+        ----------
+        now : ndarray, shape (states,)
+            The slice.
+        strength : float
+            N, above 0.
+        direction : int
+            Sign of the skin's speed over the plate.
+
+        Returns
+        -------
+        float
+            1 where the bristles do not push, 0 at the strength, negative beyond [1].
+        """
+        return 1 - direction * self.law.stiffness * float(self.deflection(now)) / strength
+
+    @abstractmethod
     def scale(self, strength: float, speed: float) -> Real:
-        """Size of each state, from the largest strength [N] and speed [m/s]."""
+        """Size of each state.
 
+        Parameters
+        ----------
+        strength, speed : float
+            Largest of the friction [N] and of the bone [m/s], above 0.
+
+        Returns
+        -------
+        ndarray, shape (states,)
+            In the unit of each, above 0.
+        """
+
+    @abstractmethod
     def settled(self, speed: float, strength: float) -> Real:
-        """Slice of steady sliding at a speed [m/s] under a strength [N]."""
+        """Slice of steady sliding.
 
+        Parameters
+        ----------
+        speed, strength : float
+            Of the bone [m/s] and of the friction [N].
+
+        Returns
+        -------
+        ndarray, shape (states,)
+            In the unit of each.
+        """
+
+    @abstractmethod
     def natural_speed(self, strength: float) -> float:
         """Speed [m/s] that a strength [N] gives where the hand rests."""
 
+    @abstractmethod
     def natural_force(self, speed: float) -> float:
         """Force [N] that a speed [m/s] gives where nothing rubs."""
 
+    @abstractmethod
     def energies(self, now: Real) -> Energies:
         """Energies [J] from the slices over time."""
 
 
 @dataclass(frozen=True)
-class ElasticSkin:
+class ElasticSkin(Skin):
     """Skin with mass on a spring and a damper: displacement, speed, deflection, work, two heats.
 
     Parameters
@@ -116,29 +180,13 @@ class ElasticSkin:
         kg, N/m, N s/m; the first two above 0.
     """
 
-    law: BristleFriction
     mass: float
     stiffness: float
     damping: float
     states: ClassVar[int] = 6
 
     def rate(self, now: Real, speed: float, strength: float, direction: int) -> Real:
-        """Rate of the slice, from bone speed [m/s], strength [N] and direction.
-
-        Parameters
-        ----------
-        now : ndarray, shape (6,)
-            The slice.
-        speed, strength : float
-            m/s, N.
-        direction : int
-            Sign of the skin's speed.
-
-        Returns
-        -------
-        ndarray, shape (6,)
-            m/s, m/s2, m/s, W, W, W.
-        """
+        """Rate of the slice: m/s, m/s2, m/s, W, W, W."""
         displacement, over_plate, deflection = now[0], now[1], now[2]
         skin_speed = speed - over_plate
         rate, friction = _friction(self.law, deflection, over_plate, strength, direction)
@@ -154,7 +202,7 @@ class ElasticSkin:
             ]
         )
 
-    def speed_over_plate(self, now: Real, speed: float | Real) -> float | Real:
+    def speed_over_plate(self, now: Real, speed: float | Real) -> Real:
         """Second state [m/s]; the bone's does not matter."""
         del speed
         return np.asarray(now[1])
@@ -166,10 +214,6 @@ class ElasticSkin:
     def displacement(self, now: Real) -> Real:
         """First state [m]."""
         return np.asarray(now[0])
-
-    def left(self, now: Real, strength: float, direction: int) -> float:
-        """Share left [1] of a strength [N]."""
-        return 1 - direction * self.law.stiffness * float(now[2]) / strength
 
     def scale(self, strength: float, speed: float) -> Real:
         """Sizes from strength [N] and speed [m/s]."""
@@ -199,7 +243,7 @@ class ElasticSkin:
 
 
 @dataclass(frozen=True)
-class RigidSkin:
+class RigidSkin(Skin):
     """Skin that moves as the bone does: deflection, work, heat of the friction.
 
     Parameters
@@ -208,34 +252,18 @@ class RigidSkin:
         Friction of the contact.
     """
 
-    law: BristleFriction
     states: ClassVar[int] = 3
 
     def rate(self, now: Real, speed: float, strength: float, direction: int) -> Real:
-        """Rate of the slice, from bone speed [m/s], strength [N] and direction.
-
-        Parameters
-        ----------
-        now : ndarray, shape (3,)
-            The slice.
-        speed, strength : float
-            m/s, N.
-        direction : int
-            Sign of the speed.
-
-        Returns
-        -------
-        ndarray, shape (3,)
-            m/s, W, W.
-        """
+        """Rate of the slice: m/s, W, W."""
         rate, friction = _friction(self.law, now[0], speed, strength, direction)
         work = friction * speed
         return np.array([rate, work, work - self.law.stiffness * now[0] * rate])
 
-    def speed_over_plate(self, now: Real, speed: float | Real) -> float | Real:
+    def speed_over_plate(self, now: Real, speed: float | Real) -> Real:
         """Speed of the bone [m/s]."""
         del now
-        return speed
+        return np.asarray(speed)
 
     def deflection(self, now: Real) -> Real:
         """First state [m]."""
@@ -244,10 +272,6 @@ class RigidSkin:
     def displacement(self, now: Real) -> Real:
         """None [m]."""
         return np.zeros_like(now[0])
-
-    def left(self, now: Real, strength: float, direction: int) -> float:
-        """Share left [1] of a strength [N]."""
-        return 1 - direction * self.law.stiffness * float(now[0]) / strength
 
     def scale(self, strength: float, speed: float) -> Real:
         """Sizes from strength [N]; the speed [m/s] is given."""

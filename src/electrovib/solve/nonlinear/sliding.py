@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.nonlinear.integrate import integrate
+from electrovib.solve.nonlinear.integrate import System, integrate
 from electrovib.solve.nonlinear.skin import ElasticSkin, RigidSkin, Skin
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ _LOOKS = 4096
 
 
 @dataclass(frozen=True)
-class Sliding:
+class Sliding(System):
     """Equations of a skin that slides over the plate under a given strength of the friction.
 
     Parameters
@@ -232,9 +232,7 @@ def _looks(times: Real, breaks: Sequence[float]) -> Real:
     return np.unique([0.0, *times[::every], float(times[-1]), *inside])
 
 
-def _skin(
-    law: BristleFriction, mass: float | None, stiffness: float | None, damping: float | None
-) -> ElasticSkin | RigidSkin:
+def _skin(law: BristleFriction, mass: float | None, stiffness: float | None, damping: float | None) -> Skin:
     """Rigid without finger; a finger needs all three numbers."""
     if mass is None and stiffness is None and damping is None:
         return RigidSkin(law)
