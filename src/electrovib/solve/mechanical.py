@@ -11,7 +11,8 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.drive.parts import Linear, Tones
-from electrovib.physics.friction import Creep, FirstOrderLag, SteadyFriction
+from electrovib.physics.friction import BristleFriction, Creep, FirstOrderLag, SteadyFriction
+from electrovib.solve.bristles import slide
 from electrovib.solve.chain import finger_filters, measured, respond_mechanically
 from electrovib.solve.electrical import Electrical
 from electrovib.solve.expand import contact_share
@@ -105,7 +106,12 @@ def mechanical(
     if scenario.contact.surface is not None:
         normal = scenario.load.forces(times) + answer.force
         moved.add({"real_contact_area": chain.real_area(normal)})
-    wanted = chain.filters()
+    if isinstance(scenario.friction, BristleFriction):
+        chain.prepare()
+        chain.slip(moved)
+        wanted = {}
+    else:
+        wanted = chain.filters()
     if isinstance(scenario.friction, SteadyFriction):
         moved.add({"lateral_force": chain.steady(times, answer.force)})
         del wanted["lateral_force"]
@@ -161,6 +167,17 @@ class _Chain:
             skin = finger_filters(_at_speed(self.scenario))
             found |= {name: cascade(friction, each) for name, each in skin.items()}
         return found
+
+    def slip(self, moved: Moved) -> None:
+        """March a skin with bristles, which no filter describes."""
+        law, count = self.scenario.friction, len(self.times)
+        assert isinstance(law, BristleFriction)
+        found, how = slide(self.scenario, law, self.times, self._force, self._corners())
+        rows = {"lateral_force": found.lateral_force, "bristle_deflection": found.bristle_deflection}
+        if self.scenario.finger is not None:
+            rows |= {"skin_displacement": found.skin_displacement, "skin_speed": found.skin_speed}
+        moved.add({name: row[len(row) - count :] for name, row in rows.items()})
+        moved.how |= how
 
     def follow(self, wanted: dict[str, Filter]) -> tuple[dict[str, Real], float]:
         """Run filters behind the steady friction."""
