@@ -21,7 +21,12 @@ if TYPE_CHECKING:
 
 
 class Finger(Model, family=True):
-    """How far the skin of the contact moves sideways under a lateral force: one resonance on a compliance."""
+    """How the skin of the contact moves sideways under a lateral force.
+
+    Notes
+    -----
+    A member is one resonance on a compliance: that is what a solver follows.
+    """
 
     @abstractmethod
     def compliance_at_rest(self) -> float:
@@ -76,13 +81,15 @@ class MassSpringDamper(Finger):
 
     Notes
     -----
-    No value has a default, because none has been read. As recalled from Wiertlewski and Hayward 2012 the orders of
-    magnitude are 1 kN/m, 1 N s/m and 0.1 to 0.2 g: elastic below about 100 Hz, viscous above, overdamped. They
-    vary between persons and with load. One mass, spring and damper may be too little at 0.05 to 0.5 N and 50 to
+    That skin is mass, damper and spring is in the abstract of Balasubramanian, Pool and Vardar 2025. No value has a
+    default, because none has been read. As recalled from Wiertlewski and Hayward 2012 the orders of magnitude are
+    1 kN/m, 1 N s/m and 0.1 to 0.2 g: elastic below about 100 Hz, viscous above, overdamped. They vary between
+    persons and with load. One mass, spring and damper may be too little at 0.05 to 0.5 N and 50 to
     500 Hz (abstract, World Haptics 2005).
     """
 
-    status: ClassVar[str] = "recalled"
+    reference: ClassVar[str] = "arXiv:2505.11162"
+    status: ClassVar[str] = "abstract"
     equation: ClassVar[Mapping[str, str]] = {
         "compliance": "1/(stiffness - mass*(2*pi*frequency)**2 + 2*pi*I*frequency*damping)",
         "compliance_at_rest": "1/stiffness",
