@@ -280,7 +280,7 @@ def test_states_stand_beside_others():
         def scale(self):
             return np.append(self.electrics.scale, 1.0)
 
-        def breaks(self, end):
+        def breaks(self, end):  # noqa: ARG002
             return self.electrics.breaks()
 
         def jump(self, time, state):
