@@ -190,7 +190,9 @@ class Network:
         weights = np.append(self.static, self.conductances) if leaks else self.conductances
         order = np.argsort(nodes)
         found = secular_roots(nodes[order], weights[order], self.capacitance)
-        apart = -found.differences()[:, np.argsort(order)][:, int(leaks) :]  # rate of branch less that of mode
+        apart = -found.differences()[:, np.argsort(order)][
+            :, int(leaks) :
+        ]  # rate of branch less that of mode
         rates, shapes = found.values, self.rates / apart
         sizes = rates * found.slope
         if not leaks:

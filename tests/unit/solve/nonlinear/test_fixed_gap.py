@@ -66,7 +66,9 @@ def quantities(section):
 def worst(expected, found):
     """Largest error over the largest value, of the worst signal."""
     errors = [
-        np.max(np.abs(found[name] - row)) / np.max(np.abs(row)) for name, row in expected.items() if np.any(row)
+        np.max(np.abs(found[name] - row)) / np.max(np.abs(row))
+        for name, row in expected.items()
+        if np.any(row)
     ]
     return max(errors)
 
@@ -250,7 +252,9 @@ def test_a_stack_only_stores_and_loses(drawn, name):
     stored = np.zeros(len(times))
     for index, key in enumerate(layers):
         polarised = states[len(space.charges) + index]
-        energy = space.permittivities[index] * found[f"field {key}"] ** 2 + polarised**2 / space.strengths[index]
+        energy = (
+            space.permittivities[index] * found[f"field {key}"] ** 2 + polarised**2 / space.strengths[index]
+        )
         stored += AREA * space.thicknesses[index] * energy / 2
     # the trapezium rule of the power over 10 us
     assert np.all(given_ - stored >= -1e-3 * np.max(stored))
