@@ -133,7 +133,7 @@ def _parallel(drive: Array) -> Callable[[], Array]:
     return work
 
 
-def _roots() -> tuple[Array, Array, float]:
+def roots() -> tuple[Array, Array, float]:
     """Zeros, poles and gain of the same discrete transfer function, both in rising order."""
     decay, now, before = _sections()
     gain = DIRECT + now.sum()
@@ -145,7 +145,7 @@ def _roots() -> tuple[Array, Array, float]:
 def _biquads(drive: Array) -> Callable[[], Array]:
     from scipy.signal import sosfilt, zpk2sos
 
-    sections = zpk2sos(*_roots())
+    sections = zpk2sos(*roots())
     return lambda: sosfilt(sections, drive)
 
 
@@ -153,7 +153,7 @@ def _singles(drive: Array) -> Callable[[], Array]:
     """One pole and the zero beside it in every section: the most accurate series form, twice the work."""
     from scipy.signal import sosfilt
 
-    zeros, poles, gain = _roots()
+    zeros, poles, gain = roots()
     sections = np.array([[1.0, -zero, 0.0, 1.0, -pole, 0.0] for zero, pole in zip(zeros, poles, strict=True)])
     sections[0, :3] *= gain
     return lambda: sosfilt(sections, drive)

@@ -9,6 +9,7 @@ gives a leaky stack over frequency. Printed: how far the gap-plane law, the stac
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -274,7 +275,10 @@ def draw(file: str | Path, finger: Finger | None = None) -> None:
     extent = 1e6 * (finger.film + finger.gap + finger.edge_radius)
     left.set(xlim=(-extent, 2 * extent), ylim=(0, 1.5 * extent), aspect="equal")
     left.set(xlabel="distance from the end of the flat contact (um)", ylabel="height over the plate (um)")
-    figure.colorbar(picture, ax=left, label="potential (V)")
+    left.axhline(1e6 * finger.film, color="white", linestyle="--", linewidth=0.8)
+    left.text(1.95 * extent, 1e6 * finger.film, "film", ha="right", va="top")
+    left.text(-0.5 * extent, 1.2 * extent, "deep finger\n(conductor)", ha="center", va="center")
+    figure.colorbar(picture, ax=left, label="potential (V)", shrink=0.6)
     half_widths = np.geomspace(2 * extent, 100 * extent, 8) * 1e-6
     fingers = [finger._replace(half_width=half) for half in half_widths]
     forces = [stress_force(solve(one)) / (pressed(one) * one.area) for one in fingers]
@@ -301,5 +305,7 @@ def main() -> Real:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) > 1:  # the name of a picture
+        draw(sys.argv[1])
     for error, name in zip(main(), ("planar law", "virtual work", "correction", "leaky stack"), strict=True):
         print(f"{name}: {error:+.1e}")

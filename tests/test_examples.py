@@ -53,6 +53,36 @@ def test_field_solution():
     assert leaky < 1e-3
 
 
+def test_field_solution_is_drawn(tmp_path):
+    example("field_solution").draw(tmp_path / "field.png")
+    assert (tmp_path / "field.png").stat().st_size > 10_000
+
+
+def test_measured_swipe(tmp_path):
+    module = example("measured_swipe")
+    swipe = module.main()
+    low, high = swipe.friction.interval
+    assert low <= 0.4 <= high
+    # the zero drifts in proportion to time, so the straight line is right: noise of 3 mV over 18 000 samples
+    # and the 50 ms in which friction sets in leave less than 1 %
+    assert swipe.friction.value == pytest.approx(0.4, rel=1e-2)
+    assert max(swipe.friction.by_baseline.values()) > 0.43
+    module.draw(swipe).savefig(tmp_path / "swipe.png")
+    assert (tmp_path / "swipe.png").stat().st_size > 5000
+
+
+def test_clutch_release(tmp_path):
+    module = example("clutch_release")
+    release = module.main()
+    # noise of 5 mN on 0.7 N over about 110 samples
+    assert release.frequency == pytest.approx(350, rel=5e-3)
+    assert release.quality == pytest.approx(3, rel=3e-2)
+    assert release.misfit < 0.03
+    assert release.misfit_without > 0.3
+    module.draw(release).savefig(tmp_path / "release.png")
+    assert (tmp_path / "release.png").stat().st_size > 5000
+
+
 def test_every_example_is_tested():
     tested = {name.removeprefix("test_") for name in globals() if name.startswith("test_")}
     assert {path.stem for path in (ROOT / "examples").glob("*.py")} <= tested

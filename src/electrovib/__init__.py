@@ -9,14 +9,20 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from electrovib.apps.init import init as init
     from electrovib.apps.run import run as run
     from electrovib.export.save import save as save
+    from electrovib.export.scenario import export as export
     from electrovib.solve.scenario import Scenario as Scenario
     from electrovib.solve.scenario import load as load
     from electrovib.solve.scenario import scenario_of as scenario_of
     from electrovib.solve.simulate import simulate as simulate
+    from electrovib.study.catalogue import models as models
+    from electrovib.study.perceive import perceive as perceive
     from electrovib.study.sweep import sweep as sweep
+    from electrovib.study.truth_table import truth_table as truth_table
     from electrovib.view import plots as plot
+    from electrovib.view.compare import compare as compare
     from electrovib.view.report import report as report
     from electrovib.view.reproduce import reproduce as reproduce
 
@@ -27,6 +33,7 @@ _PLACES = {
     "init": "electrovib.apps.init",
     "load": "electrovib.solve.scenario",
     "models": "electrovib.study.catalogue",
+    "perceive": "electrovib.study.perceive",
     "report": "electrovib.view.report",
     "reproduce": "electrovib.view.reproduce",
     "run": "electrovib.apps.run",
@@ -34,6 +41,7 @@ _PLACES = {
     "scenario_of": "electrovib.solve.scenario",
     "simulate": "electrovib.solve.simulate",
     "sweep": "electrovib.study.sweep",
+    "truth_table": "electrovib.study.truth_table",
 }
 
 

@@ -161,7 +161,8 @@ def models(draw, kind):
             content[name] = kind.example[name]
         inner = [part for part in getattr(field.annotation, "__args__", ()) if isinstance(part, type)]
         if inner and issubclass(inner[0], Model) and not inner[0].is_family:
-            content[name] = draw(st.lists(models(inner[0]), max_size=3))
+            one = models(inner[0])
+            content[name] = draw(st.none() | one if type(None) in inner else st.lists(one, max_size=3))
         elif field.default is PydanticUndefined and name not in content:
             content[name] = field.default_factory() if field.default_factory else None
     try:

@@ -120,7 +120,7 @@ def test_it_is_listed_and_shown(contributed):
     shown = call(contributed, "electrovib", "models", "SaturatingStress")
     for word in (
         "breakdown",
-        "100 kV/m and 1 GV/m",
+        "100 kV/m to 1 GV/m",
         "attraction levels off",
         "anything above 10 MV/m",
         "19.92",

@@ -17,6 +17,8 @@ AGREEMENT = 1e-12
 REFUSAL = 1e-6
 """A change of the equation has to show at least this much."""
 POINTS = 100
+DECADES = {"frequency": (-1, 9), "gap": (-9, -4), "pressure": (0, 7)}
+"""Powers of ten between which an argument that cannot be negative is tried."""
 
 
 def arguments_of(kind, method):
@@ -35,16 +37,16 @@ def compiled(kind, method, text):
     expression = sympy.sympify(text, locals=known)
     unknown = expression.free_symbols - set(known.values())
     assert not unknown, f"{kind.__name__}.{method}: the equation uses {unknown}"
-    return sympy.lambdify([known[name] for name in names], expression, "numpy")
+    return sympy.lambdify([known[name] for name in names], expression, ["scipy", "numpy"])
 
 
 def values_for(name, random):
-    """Frequencies over the band of the contracts; anything else of either sign, over 18 decades.
+    """Frequencies over the band of the contracts, gaps and pressures of skin; anything else of either sign, over 18 decades.
 
     So wide, because a parameter that only matters at high fields has to be seen.
     """
-    if name == "frequency":
-        return 10 ** random.uniform(-1, 9, POINTS)
+    if name in DECADES:
+        return 10 ** random.uniform(*DECADES[name], POINTS)
     return random.choice([-1, 1], POINTS) * 10 ** random.uniform(-9, 9, POINTS)
 
 

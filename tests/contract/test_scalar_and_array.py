@@ -21,11 +21,16 @@ SAMPLES = {
     "direction": np.sign(np.linspace(-0.1, 0.2, 12)),
     "strength": np.linspace(0.1, 2.0, 12),
     "voltage": np.linspace(-2e3, 3e3, 12),
+    "gap": np.linspace(0.0, 1e-4, 12),
+    "pressure": np.geomspace(10.0, 1e7, 12),
+    "force": np.linspace(-3.0, 3.1, 12),
+    "full_scale": np.linspace(0.5, 2.5, 12),
     "permittivity": np.linspace(1.0, 2000.0, 12),
     "values": np.linspace(0.1, 30.0, 12),
+    "reading": np.linspace(-5.0, 5.0, 12),
 }
 """What each argument that may be an array is tried with."""
-WHOLE_RECORDS = {("keep", "time")}
+WHOLE_RECORDS = {("keep", "time"), ("wraps", "counts"), ("position", "counts")}
 """Arguments that are one record, not elements on their own."""
 
 

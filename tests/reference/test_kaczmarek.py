@@ -130,3 +130,11 @@ def test_falling_over_rising_edge(positive, negative):
 def test_sources_say_what_was_not_read():
     for scenario in kaczmarek.scenarios().values():
         assert all("not printed" in text or text == "air" for text in scenario.sources.values())
+
+
+def test_the_numbers_of_the_disagreement():
+    pulse = kaczmarek.scenarios()["skin_positive"]
+    found = {name: ratio for name, (ratio, _) in kaczmarek.polarity_of_laws(pulse).items()}
+    assert f"{found['Vezzoli2014Causal']:.2f} of a negative one" in kaczmarek.DEFECTS[0]
+    assert f"{found['GapPlane']:.3f} of it in the gap plane" in kaczmarek.DEFECTS[0]
+    assert round(kaczmarek.SLOW / kaczmarek.FAST) == 3

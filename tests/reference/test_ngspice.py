@@ -102,6 +102,11 @@ SHOES = FLOATING | {"leak": 1e9}
 SECOND = {"model": "SecondElectrode", "area": 0.5e-4}
 ONE_WAY = {"model": "PolarityConduction", "conductivity_positive": 5e-6, "conductivity_negative": 1e-6}
 
+BRIDGED = {
+    "thickness": 3e-6,
+    "material": {"model": "BridgedAir", "bridged_share": 0.3, "spot_conductivity": 1e-8},
+}
+
 
 @pytest.fixture(scope="session")
 def cases(finger):
@@ -133,6 +138,7 @@ def cases(finger):
         "initial charge, no resistance": build(drive=TRAPEZIUM, stack=charged, return_path=FLOATING | {"resistance": 0}),
         "current": build(drive=CURRENT, stack=full, return_path=FLOATING),
         "current, settled": build(drive=CURRENT, stack=full, return_path=FLOATING | {"leak": 1e7}, settled=True),
+        "bridged gap": build(drive=SQUARE, stack=full | {"gap": BRIDGED}, resistance=1e3),
         "rectifying": build(drive=SQUARE, stack=rectifying, resistance=1e3),
     }  # fmt: skip
 
@@ -140,7 +146,7 @@ def cases(finger):
 NAMES = (
     "founding film", "founding film, palmar skin", "static law", "leaky gap", "leaky gap, no resistance", "floating",
     "floating, leak", "second electrode", "modulated", "modulated, settled", "step", "burst", "chirp", "measured",
-    "initial charge", "initial charge, no resistance", "current", "current, settled", "rectifying",
+    "initial charge", "initial charge, no resistance", "current", "current, settled", "bridged gap", "rectifying",
 )  # fmt: skip
 
 

@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from electrovib.apps.changes import readable_changes
 from electrovib.apps.progress import tracked
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, gathered
 from electrovib.solve.scenario import DEFAULT, Scenario, load, scenario_of
 from electrovib.solve.simulate import simulate
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 def run(
     scenario: str | Path | Scenario | Mapping[str, Any] = DEFAULT,
     *,
-    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+    set: Mapping[str, Any] | Sequence[str] = (),  # noqa: A002 - the name of the option
     over: Sequence[str] | Mapping[str, Sequence[float]] = (),
     output: str | Path | None = None,
     report: str | Path | None = None,
@@ -30,8 +31,8 @@ def run(
     ----------
     scenario : str, Path, Scenario or mapping
         A TOML file, a paper's scenario (``"vezzoli_2014/fig6"``), or a Trace file, whose run is repeated.
-    set : mapping of str to value, optional
-        Dotted path to value: ``{"drive.high": "150 V"}``.
+    set : mapping of str to value, or sequence of str, optional
+        Dotted path to value: ``{"drive.high": "150 V"}`` or ``["drive.high=150 V"]``.
     over : sequence of str, or mapping of str to sequence of float
         ``"path=from:to:n"`` or ``"path=from:to:nlog"``; each gives the Trace a dimension.
     output : str or Path, optional
@@ -47,12 +48,9 @@ def run(
     Raises
     ------
     ElectrovibError
-        For anything a user can mend; nothing has been written then.
+        For anything a user can mend, all at once as far as it can be told; nothing has been written then.
     """
-    experiment, axes = _experiment(scenario, set or {})
-    if over:
-        axes = _axes(experiment, over)
-    _check_outputs(output, report, axes)
+    experiment, axes = _prepared(scenario, set, over, (output, report))
     with tracked("simulating") as progress:
         if axes:
             from electrovib.study.sweep import sweep
@@ -68,8 +66,38 @@ def run(
         from electrovib.view.report import report as write_report
 
         with tracked("drawing the report"):
-            write_report(trace, Path(report))
+            write_report(_named(trace, scenario), Path(report))
     return trace
+
+
+def _named(
+    trace: xarray.Dataset, source: str | Path | Scenario | Mapping[str, Any]
+) -> xarray.Dataset | dict[str, xarray.Dataset]:
+    """Give a Trace without a title the name of its file."""
+    if trace.attrs["title"] or not isinstance(source, (str, Path)):
+        return trace
+    return {Path(source).stem: trace}
+
+
+def _prepared(
+    scenario: str | Path | Scenario | Mapping[str, Any],
+    changes: Mapping[str, Any] | Sequence[str],
+    over: Sequence[str] | Mapping[str, Sequence[float]],
+    outputs: tuple[str | Path | None, str | Path | None],
+) -> tuple[Scenario, dict[str, Any]]:
+    """Find scenario and sweep; list what is wrong with file, options and outputs at once."""
+    found, problems = readable_changes(changes)
+    experiment, axes = None, {}
+    with gathered(problems):
+        experiment, axes = _experiment(scenario, found)
+    if experiment is not None and over:
+        with gathered(problems):
+            axes = _axes(experiment, over)
+    with gathered(problems):
+        _check_outputs(*outputs, axes)
+    if problems or experiment is None:
+        raise InputError(problems)
+    return experiment, axes
 
 
 def _check_outputs(output: str | Path | None, report: str | Path | None, axes: Mapping[str, Any]) -> None:
@@ -77,12 +105,17 @@ def _check_outputs(output: str | Path | None, report: str | Path | None, axes: M
     from electrovib.data.atomic import check_writable
     from electrovib.export.save import check_output
 
+    problems: list[str] = []
     if output is not None:
-        check_output(Path(output), dict.fromkeys(("time", "frequency", "layer", *axes), 1))
-    if report is not None:
-        if Path(report).suffix not in {".html", ".htm"}:
-            raise InputError(f"--report {report}: a report is an .html file")
-        check_writable([Path(report)])
+        with gathered(problems):
+            check_output(Path(output), dict.fromkeys(("time", "frequency", "layer", *axes), 1))
+    if report is not None and Path(report).suffix not in {".html", ".htm"}:
+        problems.append(f"--report {report}: a report is an .html file")
+    elif report is not None:
+        with gathered(problems):
+            check_writable([Path(report)])
+    if problems:
+        raise InputError(problems)
 
 
 def _axes(experiment: Scenario, over: Sequence[str] | Mapping[str, Sequence[float]]) -> dict[str, Any]:

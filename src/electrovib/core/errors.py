@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import difflib
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
 
 class ElectrovibError(Exception):
@@ -33,6 +34,26 @@ class DataFileError(InputError):
 
 class NotCausalError(ElectrovibError):
     """A law without a time-domain form was asked for one."""
+
+
+@contextmanager
+def gathered(problems: list[str]) -> Iterator[None]:
+    """Add what is wrong with an input to a list and go on, so that the rest is looked at too.
+
+    Parameters
+    ----------
+    problems : list of str
+        Grows by the sentences of an InputError raised in the block; other errors pass.
+
+    Yields
+    ------
+    None
+        The block leaves at its first error.
+    """
+    try:
+        yield
+    except InputError as error:
+        problems += error.problems
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

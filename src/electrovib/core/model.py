@@ -59,12 +59,11 @@ class Model(BaseModel):
         if isinstance(value, cls):
             return value
         if not isinstance(value, Mapping):
-            why = f"expected a table of parameters of {cls.__name__}"
-            raise PydanticCustomError("table", "{why}", {"why": why})
+            raise PydanticCustomError("table", "{why}", {"why": cls._wants(value)})
         content = dict(value)
         name = content.pop("model", None)
         if cls.is_family:
-            return cls._member(name).model_validate(content)
+            return cls._member(name).model_validate(dict(value))  # with its name, for messages
         if name not in (None, cls.__name__):
             why = f"expected the model {cls.__name__}, not '{name}'"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
@@ -129,6 +128,16 @@ class Model(BaseModel):
         if quantity is None:
             return cls.model_fields[field].description or f"'{field}' of {cls.__name__}"
         return f"{quantity.doc}, between {quantity.range()}"
+
+    @classmethod
+    def _wants(cls, value: object) -> str:
+        """Say how to write what stands where a table belongs; of a family, which members there are."""
+        if not cls.is_family:
+            return f"expected a table of parameters of {cls.__name__}"
+        from electrovib.core.discovery import find_members
+
+        known = nearest(str(value), find_members(cls))
+        return f'expected a table that names a {cls.__name__} model, {{ model = "..." }}.{known}'
 
     @classmethod
     def _member(cls, name: object) -> type[Self]:
@@ -243,8 +252,8 @@ def sentence(item: Mapping[str, Any]) -> str:
         return f"{path}: {item['msg']}"
     shown = item["input"]
     if isinstance(shown, Mapping):
-        shown = f"{{model = {shown['model']!r}, ...}}" if "model" in shown else "{...}"
-        return f"{path or 'the file'} = {shown}: {item['msg']}"
+        named = [f"{key} = {shown[key]!r}, " for key in ("model", "file") if shown.get(key)]
+        return f"{path or 'the file'} = {{{''.join(named)}...}}: {item['msg']}"
     text = repr(shown)
     return f"{path or 'the file'} = {text if len(text) <= 60 else text[:57] + '...'}: {item['msg']}"
 

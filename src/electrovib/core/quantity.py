@@ -30,12 +30,15 @@ class Quantity:
         Inclusive finite range in that unit.
     doc : str
         What the number means, in a few words.
+    source : str
+        Where the default comes from; empty without one, or where it is 0 or absent.
     """
 
     unit: str
     low: float
     high: float
     doc: str
+    source: str = ""
 
     def __post_init__(self) -> None:
         """Refuse a declaration that is itself wrong."""
@@ -72,9 +75,9 @@ class Quantity:
             raise PydanticCustomError("quantity", "{why}", {"why": f"must lie between {self.range()}"})
         return number
 
-    def range(self) -> str:
-        """Write the range for a person."""
-        return f"{format_quantity(self.low, self.unit)} and {format_quantity(self.high, self.unit)}"
+    def range(self, between: str = " and ") -> str:
+        """Write the range for a person, with a word between the ends."""
+        return f"{format_quantity(self.low, self.unit)}{between}{format_quantity(self.high, self.unit)}"
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Validate through `read`; keep a None that the field's own type allows."""

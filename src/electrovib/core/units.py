@@ -49,10 +49,14 @@ KINDS: Final = {
     "kg": ("a mass", "0.2 g"),
     "N/m": ("a stiffness", "1 kN/m"),
     "N s/m": ("a damping", "1 N s/m"),
+    "kg s/m": ("a mass per speed", "32 g s/m"),
+    "N s/m2": ("a stiffness per speed", "4 kN s/m2"),
+    "N/V": ("a sensitivity", "0.31 N/V"),
     "Pa/m": ("a stiffness per area", "10 MPa/m"),
     "Pa s/m": ("a damping per area", "1 kPa s/m"),
     "J/m2": ("an energy per area", "0.17 J/m2"),
     "S": ("a conductance", "20 uS"),
+    "S/m2": ("a conductance per area", "20 mS/m2"),
     "rad": ("an angle", "0.5 rad"),
 }
 """Every unit a parameter or a signal may have: what it is called and how it is written."""

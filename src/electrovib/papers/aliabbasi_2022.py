@@ -36,6 +36,11 @@ NOT_READ = (
     "The equations and curves of the paper were not read, and its maximum near 250 Hz is recalled; only the abstract"
     " of the thesis, with the division at 250 Hz, was read."
 )
+DEFECTS = (
+    "AliAbbasi 2022, a maximum near 250 Hz (recalled), against Vezzoli 2014, which rises and saturates: the place of the"
+    " maximum goes about as one over the resistivity of the gap, 32 Hz, 1.6 kHz and 32 kHz for 1e9, 2e7 and 1e6 ohm m on one"
+    " dispersive skin. So 250 Hz is a fit of the leak and not a constant of fingers.",
+)
 
 DIVISION = 250.0
 """Between leakage below and properties of the stratum corneum above, abstract of the thesis [Hz]."""

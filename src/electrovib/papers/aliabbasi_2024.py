@@ -170,7 +170,7 @@ def remaining_impedance(scenario: Scenario, frequency: NDArray[np.float64]) -> N
     ndarray of complex
         ohm.
     """
-    area = scenario.contact.gross_area()
+    area = scenario.contact_area
     total = 1 / (phasors(scenario, frequency).current_density * area)
     known = [
         scenario.stack.layers[name].impedance(frequency) / area for name in ("insulator", "stratum_corneum")
@@ -195,7 +195,7 @@ def estimate(scenario: Scenario, frequency: float, *, voltage: float) -> tuple[f
         g = eps0 A w/Im(1/Z) [m], which a leak in parallel does not disturb, and the mean of the attraction
         eps0 A |V_g/g|^2/4 [N], V_g the voltage of the remaining impedance.
     """
-    area, at = scenario.contact.gross_area(), np.array([frequency])
+    area, at = scenario.contact_area, np.array([frequency])
     left = complex(remaining_impedance(scenario, at)[0])
     gap = eps0 * area * 2 * math.pi * frequency / (1 / left).imag
     current = complex(phasors(scenario, at).current_density[0]) * area * voltage

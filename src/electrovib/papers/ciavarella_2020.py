@@ -6,19 +6,32 @@ Claims: rough conductors and insulators under a voltage by a bearing-area model;
 voltage, rms height and the longest wavelength of the roughness, real contact and friction also on the rms
 slope, hence on where the spectrum is cut; two criteria of stickiness; the coefficient of friction decays with
 the normal pressure and tends to a plateau.
-Does not claim: numbers of a finger; values that could be read here. Only the abstract was read.
+Does not claim: numbers of a finger; values that could be read here. Only the abstract was read: the surface
+here has the form as it is remembered, without the number in front of it.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from itertools import pairwise
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from electrovib.core.checks import Check
 from electrovib.core.constants import eps0
-from electrovib.physics.roughness import contact_fraction, local_pull
+from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.contact.surface import (
+    MODULUS,
+    SLOPE,
+    Surface,
+    exponential_gap,
+    exponential_pressure,
+    gaussian_gaps,
+)
+from electrovib.physics.roughness import GaussianGaps, contact_fraction, contact_growth, local_pull
 
 CITATION = (
     "M. Ciavarella, A. Papangelo, A simplified theory of electroadhesion for rough interfaces, Front. Mech. Eng. 6, 27"
@@ -27,8 +40,69 @@ CITATION = (
 STATUS = "abstract"
 NOT_READ = (
     "equation not read: repulsion against mean gap is recalled as c q0 h_rms E* exp(-2 u/h_rms) beside the averaged"
-    " attraction, with a factor c near 1 that nobody here has seen; so there is no law of it to run"
+    " attraction; the factor c near 1 nobody here has seen, so BearingArea has no default for it and the paper no scenario"
 )
+
+
+class BearingArea(Surface):
+    """A rough elastic skin by its bearing area: repulsion falls e^2-fold over an rms height.
+
+    Notes
+    -----
+    p = c q0 h_rms E* exp(-2 gap/h_rms), q0 = 2 pi over the longest wavelength of the roughness. The form is
+    recalled, not read, so the factor c has to be given. A_real/A0 = erf(sqrt(2) p/(E* h')) is that of
+    Persson's theory, also recalled.
+    """
+
+    reference: ClassVar[str] = "doi:10.3389/fmech.2020.00027"
+    status: ClassVar[str] = "recalled"
+    equation: ClassVar[Mapping[str, str]] = {
+        "pressure": "prefactor*2*pi/longest_wavelength*rms_height*modulus*exp(-2*gap/rms_height)",
+        "slope": "-4*pi*prefactor*modulus/longest_wavelength*exp(-2*gap/rms_height)",
+        "real_share": "erf(sqrt(2)*pressure/(modulus*rms_slope))",
+    }
+    example: ClassVar[Mapping[str, Any]] = {
+        "prefactor": 1.0,
+        "modulus": 2e7,
+        "rms_height": 2e-5,
+        "rms_slope": 1.0,
+        "longest_wavelength": 4e-4,
+    }
+
+    prefactor: Annotated[Number, Quantity("1", 1e-3, 1e3, "factor c of the repulsion")]
+    modulus: Annotated[Number, MODULUS]
+    rms_height: Annotated[Number, Quantity("m", 1e-10, 1e-2, "root mean square height of the relief")]
+    rms_slope: Annotated[Number, SLOPE]
+    longest_wavelength: Annotated[Number, Quantity("m", 1e-8, 1, "longest wavelength of the roughness")]
+
+    def pressure(self, gap: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Repulsion per area [Pa]."""
+        return exponential_pressure(gap, flat=self._flat, decay=self.rms_height / 2)
+
+    def slope(self, gap: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Change of the repulsion with the gap [Pa/m]."""
+        return -self.pressure(gap) / (self.rms_height / 2)
+
+    def gap(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Mean gap under a pressure [m]."""
+        return exponential_gap(pressure, flat=self._flat, decay=self.rms_height / 2)
+
+    def real_share(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Share that touches."""
+        return contact_fraction(pressure, modulus=self.modulus, slope=self.rms_slope)
+
+    def real_growth(self, pressure: float) -> float:
+        """Growth of the touching share with pressure [1/Pa]."""
+        return contact_growth(pressure, modulus=self.modulus, slope=self.rms_slope)
+
+    def gaps(self, pressure: float) -> GaussianGaps:
+        """Gaps under a pressure: those with its mean gap and its real contact."""
+        at = np.asarray(pressure)
+        return gaussian_gaps(mean_gap=float(self.gap(at)), touching=float(self.real_share(at)))
+
+    @property
+    def _flat(self) -> float:
+        return self.prefactor * 2 * math.pi / self.longest_wavelength * self.rms_height * self.modulus
 
 
 def friction_coefficient(

@@ -33,6 +33,11 @@ NOT_READ = (
     "The equations and the figure of force over frequency were not read: which voltage the first-order circuit"
     " filters, and at which plane the force is taken, is our reading."
 )
+DEFECTS = (
+    "Meyer 2013 against Vezzoli 2014: the same measurements are unambiguously at odds with a first-order circuit for the"
+    " one, and agree with it for the other, which lets permittivity and resistivity of the skin follow the frequency: the"
+    " freedom that was added.",
+)
 
 CUT_OFF = 500.0
 """Upper bound of the model's cut-off, abstract [Hz]."""

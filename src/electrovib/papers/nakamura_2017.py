@@ -35,6 +35,11 @@ NOT_READ = (
     "The paper's tables of layers and its spring and damper were not read; two leaky layers in series are the textbook"
     " form of its electrics."
 )
+DEFECTS = (
+    "Nakamura 2017 against Vezzoli 2014 under a constant voltage: between two layers that leak the attraction rises if"
+    " rho_g > eps_d rho_d and falls if not; on the founding paper's film, which blocks, that of a gap that leaks at all ends"
+    " at 0. Both follow from layers in series: the stacks differ, not the physics.",
+)
 
 VOLTAGE, AREA = 100.0, 1e-4
 THICKNESS, PERMITTIVITY, RESISTIVITY = 200e-6, 1650.0, 5.6e5

@@ -12,10 +12,8 @@ parameters could not be read. Only the abstracts were read; the numbers here are
 
 from __future__ import annotations
 
-import math
-
 from electrovib.core.checks import Check
-from electrovib.core.constants import eps0
+from electrovib.physics.adhesion import adhesive_range, adhesive_strength, contact_area, separation_energy
 
 CITATION = (
     "V. L. Popov, M. Hess, Voltage induced friction in a contact of a finger and a touchscreen with a thin dielectric"
@@ -31,67 +29,6 @@ DEFECTS = (
     "Popov 2018 takes the strength of adhesion on the air side of the interface, eps_r times what the stress inside the"
     " coat would be (673 against 173 kPa for 1 um of 3.9 at 100 V): the choice of a plane again, here that of the gap.",
 )
-
-
-def separation_energy(*, voltage: float, thickness: float, permittivity: float) -> float:
-    """Energy that pulling the conductors apart takes, for each area: eps0 eps_r V^2/(2 h).
-
-    Parameters
-    ----------
-    voltage : float
-        V.
-    thickness, permittivity : float
-        Of the coat [m] and 1.
-
-    Returns
-    -------
-    float
-        J/m2.
-    """
-    return eps0 * permittivity * voltage**2 / (2 * thickness)
-
-
-def adhesive_strength(*, voltage: float, thickness: float, permittivity: float) -> float:
-    """Stress of the closed contact on its air side, eps0 eps_r^2 V^2/(2 h^2), in Pa; arguments in SI."""
-    return eps0 * (permittivity * voltage / thickness) ** 2 / 2
-
-
-def adhesive_range(*, thickness: float, permittivity: float) -> float:
-    """Gap, h/eps_r, over which the attraction falls to a quarter [m]; strength times range is the energy."""
-    return thickness / permittivity
-
-
-def adhesive_load(normal_force: float, *, radius: float, energy: float) -> float:
-    """Load under which a sphere without adhesion has the contact area of an adhesive one.
-
-    Parameters
-    ----------
-    normal_force : float
-        N, 0 or more.
-    radius : float
-        Of the sphere [m], above 0.
-    energy : float
-        Of separation, for each area [J/m2].
-
-    Returns
-    -------
-    float
-        N.
-
-    Notes
-    -----
-    Johnson, Kendall and Roberts: F + w + sqrt(2 w F + w^2), w = 3 pi R energy. Smooth, elastic, attraction
-    of short range against the sphere's deformation.
-    """
-    weight = 3 * math.pi * radius * energy
-    return normal_force + weight + math.sqrt(2 * weight * normal_force + weight**2)
-
-
-def contact_area(normal_force: float, *, radius: float, modulus: float, energy: float = 0.0) -> float:
-    """Contact area of a smooth elastic sphere on a plate [m2]; E* in `modulus`, load in N, all in SI."""
-    load = adhesive_load(normal_force, radius=radius, energy=energy)
-    return math.pi * math.pow(3 * radius * load / (4 * modulus), 2 / 3)
-
 
 _COAT = {"thickness": 1e-6, "permittivity": 3.9}
 _FINGER = {"radius": 1e-2, "modulus": 50e3}

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
     from electrovib.physics.material import Complex
 
-_RESISTANCE = Quantity("ohm", 0, 1e12, "resistance")
+_BODY = "1 kohm is the usual design value of a body (IEEE guide, second-hand)"
+_RESISTANCE = Quantity("ohm", 0, 1e12, "body", _BODY)
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class ReturnPath(Model, family=True):
 class Grounded(ReturnPath):
     """A body connected to ground, for instance by a wrist strap."""
 
-    resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "body and strap")] = 1000.0
+    resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "body and strap", _BODY)] = 1000.0
 
     def element(self) -> SeriesElement:
         """Give the resistance."""
@@ -108,9 +109,9 @@ class SecondElectrode(ReturnPath):
     example: ClassVar[Mapping[str, Any]] = {"area": 0.5e-4}
 
     area: Annotated[Number, Quantity("m2", 1e-9, 1, "contact area on the second electrode")]
-    resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "through the finger between the contacts")] = (
-        1000.0
-    )
+    resistance: Annotated[
+        Number, Quantity("ohm", 0, 1e12, "through the finger between the contacts", "a choice")
+    ] = 1000.0
 
     def element(self) -> SeriesElement:
         """Give the resistance through the finger."""

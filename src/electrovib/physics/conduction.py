@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-_CONDUCTIVITY = Quantity("S/m", 0, 1e3, "conductivity")
-
 
 class Conduction(Model, family=True):
     """A conduction current that rises with the field, but not in proportion to it.
@@ -82,8 +80,8 @@ class PolarityConduction(Conduction):
         "conductivity_negative": 1.8e-6,
     }
 
-    conductivity_positive: Annotated[Number, _CONDUCTIVITY]
-    conductivity_negative: Annotated[Number, _CONDUCTIVITY]
+    conductivity_positive: Annotated[Number, Quantity("S/m", 0, 1e3, "for fields towards the finger")]
+    conductivity_negative: Annotated[Number, Quantity("S/m", 0, 1e3, "for fields towards the plate")]
 
     def current_density(self, E: ArrayLike) -> NDArray[np.float64]:
         """Conduction current density [A/m2] at fields [V/m]."""
@@ -111,7 +109,7 @@ class FieldConduction(Conduction):
     }
     example: ClassVar[Mapping[str, Any]] = {"conductivity": 1.8e-6, "onset_field": 5e4}
 
-    conductivity: Annotated[Number, _CONDUCTIVITY]
+    conductivity: Annotated[Number, Quantity("S/m", 0, 1e3, "conductivity of a vanishing field")]
     onset_field: Annotated[Number, Quantity("V/m", 1, 1e12, "field at which the conductivity has doubled")]
 
     def current_density(self, E: ArrayLike) -> NDArray[np.float64]:

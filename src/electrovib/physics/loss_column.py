@@ -6,6 +6,7 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from electrovib.core.column_unit import column_unit
 from electrovib.core.constants import VACUUM_PERMITTIVITY
@@ -61,8 +62,8 @@ class LossFactor(LossColumn):
 
     noun: ClassVar[str] = "loss factor"
 
-    column: str | int = "loss"
-    unit: Annotated[str, column_unit("1")] = "1"
+    column: Annotated[str | int, Field(description="name or number of the column")] = "loss"
+    unit: Annotated[str, column_unit("1"), Field(description="unit of the column")] = "1"
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
         """Take the column as it is."""
@@ -75,8 +76,8 @@ class LossTangent(LossColumn):
 
     noun: ClassVar[str] = "loss tangent"
 
-    column: str | int = "loss_tangent"
-    unit: Annotated[str, column_unit("1")] = "1"
+    column: Annotated[str | int, Field(description="name or number of the column")] = "loss_tangent"
+    unit: Annotated[str, column_unit("1"), Field(description="unit of the column")] = "1"
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
         """Give eps' tan delta."""
@@ -89,8 +90,8 @@ class Conductivity(LossColumn):
 
     noun: ClassVar[str] = "conductivity"
 
-    column: str | int = "conductivity"
-    unit: Annotated[str, column_unit("S/m")] = "S/m"
+    column: Annotated[str | int, Field(description="name or number of the column")] = "conductivity"
+    unit: Annotated[str, column_unit("S/m"), Field(description="unit of the column")] = "S/m"
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
         """Give sigma/(w eps0)."""
@@ -104,8 +105,8 @@ class Resistivity(LossColumn):
     noun: ClassVar[str] = "resistivity"
     needs: ClassVar[str] = "above 0"
 
-    column: str | int = "resistivity"
-    unit: Annotated[str, column_unit("ohm m")] = "ohm m"
+    column: Annotated[str | int, Field(description="name or number of the column")] = "resistivity"
+    unit: Annotated[str, column_unit("ohm m"), Field(description="unit of the column")] = "ohm m"
 
     def allowed(self, values: Real) -> NDArray[np.bool_]:
         """Tell which values a passive dielectric may have; 0 would be an infinite loss."""

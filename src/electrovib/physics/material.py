@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import model_validator
+from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY
@@ -37,10 +37,14 @@ class Material(Model, family=True):
     Notes
     -----
     Time factor exp(+j w t), eps* = eps' - j eps''; eps*(w) = polarisation(w) + conductivity/(j w eps0).
-    Passive: Im eps* <= 0 at all frequencies.
+    Passive: Im eps* <= 0 at all frequencies. Every member declares its `conductivity` at zero frequency.
     """
 
-    conductivity: Annotated[Number, _CONDUCTIVITY]
+    if TYPE_CHECKING:  # a parameter of most members; a mixture has it from its parts
+
+        @property
+        def conductivity(self) -> float:
+            """Conductivity at zero frequency [S/m]."""
 
     @abstractmethod
     def polarisation(self, frequency: ArrayLike) -> Complex:
@@ -80,6 +84,15 @@ class Material(Model, family=True):
     def debye(self) -> DebyeSum | None:
         """Give the finite sum of Debye terms this material is, or None if it is not one."""
         return None
+
+    @property
+    def pulling_share(self) -> float:
+        """Share of the area on which the field of this layer pulls; a bridge that conducts does not."""
+        return 1.0
+
+    def conducting(self, conductivity: float) -> Self:
+        """Give the same material with another conductivity at zero frequency [S/m]."""
+        return self.model_copy(update={"conductivity": conductivity})
 
     @property
     def slowest_relaxation(self) -> float | None:
@@ -183,7 +196,7 @@ class Prony(Material):
     }
 
     permittivity_high: Annotated[Number, _HIGH]
-    terms: tuple[DebyeTerm, ...]
+    terms: Annotated[tuple[DebyeTerm, ...], Field(description="relaxations that are added")]
     conductivity: Annotated[Number, _CONDUCTIVITY]
 
     @_NAN_PASSES
@@ -231,7 +244,7 @@ class ColeCole(Material):
     }
 
     permittivity_high: Annotated[Number, _HIGH]
-    terms: tuple[ColeColeTerm, ...]
+    terms: Annotated[tuple[ColeColeTerm, ...], Field(description="relaxations that are added")]
     conductivity: Annotated[Number, _CONDUCTIVITY]
 
     @_NAN_PASSES

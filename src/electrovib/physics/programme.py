@@ -6,7 +6,7 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
@@ -115,7 +115,7 @@ class Corners(Programme):
         "points": ({"time": 0.0, "share": 0.0}, {"time": 0.1, "share": 1.0}, {"time": 0.3, "share": 0.2})
     }
 
-    points: tuple[Corner, ...]
+    points: Annotated[tuple[Corner, ...], Field(description="corners, in the order of their times")]
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

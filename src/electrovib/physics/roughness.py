@@ -301,3 +301,24 @@ def contact_fraction(pressure: ArrayLike, *, modulus: float, slope: float) -> ND
 
     share: NDArray[np.float64] = erf(math.sqrt(2) * np.asarray(pressure, dtype=float) / (modulus * slope))
     return share
+
+
+def contact_growth(pressure: float, *, modulus: float, slope: float) -> float:
+    """Rate at which `contact_fraction` grows with pressure.
+
+    Parameters
+    ----------
+    pressure : float
+        Nominal pressure [Pa], 0 or more.
+    modulus : float
+        Effective modulus [Pa], above 0.
+    slope : float
+        Root mean square slope, above 0.
+
+    Returns
+    -------
+    float
+        1/Pa.
+    """
+    reduced = pressure / (modulus * slope)
+    return math.sqrt(8 / math.pi) / (modulus * slope) * math.exp(-2 * reduced**2)

@@ -38,7 +38,14 @@ class Limits(Model):
     """What the set-up promises not to exceed."""
 
     current: Annotated[
-        Number, Quantity("A", 1e-9, 10, "largest current into the contact, by the amplifier's own limiter")
+        Number,
+        Quantity(
+            "A",
+            1e-9,
+            10,
+            "largest current into the contact, by the amplifier's own limiter",
+            "Vezzoli 2014, section 4",
+        ),
     ] = 250e-6
     example: ClassVar[dict[str, Any]] = {}
 
@@ -137,7 +144,7 @@ def lamps(
         text = f"the insulator's field reaches {shown}; no breakdown_field is declared for it"
         found.append(Lamp("film strength", "unknown", text))
     if "gap" in thicknesses:
-        found += _air(peak_fields["gap"], thicknesses["gap"])
+        found += air_lamps(peak_fields["gap"], thicknesses["gap"])
     if "stratum_corneum" in thicknesses:
         voltage = peak_fields["stratum_corneum"] * thicknesses["stratum_corneum"]
         why = "up to there skin conducts in proportion"
@@ -157,7 +164,25 @@ def lamps(
     return found
 
 
-def _air(field: float, gap: float) -> list[Lamp]:
+def air_lamps(field: float, gap: float) -> list[Lamp]:
+    """Judge the air between plate and finger.
+
+    Parameters
+    ----------
+    field : float
+        Largest absolute field in the gap [V/m].
+    gap : float
+        m; 0 for a vanishing gap, about which Paschen's law says nothing.
+
+    Returns
+    -------
+    list of Lamp
+        Paschen's law where there is a gap, then field emission.
+    """
+    why = "where micro-gaps break down by field emission (recalled value)"
+    emission = _against("field emission", field, FIELD_EMISSION, "V/m", what="the gap field", why=why)
+    if gap <= 0:
+        return [emission]
     if gap >= SMALLEST_PASCHEN_GAP:
         why = "where air breaks down by Paschen's law (its secondary emission is a recalled value)"
         what = "the voltage across the gap"
@@ -166,8 +191,7 @@ def _air(field: float, gap: float) -> list[Lamp]:
         paschen = Lamp(
             "Paschen", "unknown", f"a gap of {format_quantity(gap, 'm')} is below the law's reach, 5 um"
         )
-    why = "where micro-gaps break down by field emission (recalled value)"
-    return [paschen, _against("field emission", field, FIELD_EMISSION, "V/m", what="the gap field", why=why)]
+    return [paschen, emission]
 
 
 def _current(peak: float, limits: Limits, *, jumps: bool) -> Lamp:

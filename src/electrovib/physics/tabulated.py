@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.column_unit import column_unit, is_unit_of
 from electrovib.core.constants import VACUUM_PERMITTIVITY
+from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.core.files import read_columns
 from electrovib.core.lamps import Lamp
@@ -63,17 +64,25 @@ class Tabulated(Material):
         "conductivity": 2e-6,
     }
 
-    file: str = ""
-    frequency_column: str | int = "frequency"
-    frequency_unit: Annotated[str, column_unit("Hz")] = "Hz"
-    permittivity_column: str | int = "permittivity"
+    file: Annotated[str, Field(description="csv, npy or nc file with the table")] = ""
+    frequency_column: Annotated[str | int, Field(description="name or number of the column")] = "frequency"
+    frequency_unit: Annotated[str, column_unit("Hz"), Field(description="unit of the column")] = "Hz"
+    permittivity_column: Annotated[str | int, Field(description="name or number of the column")] = (
+        "permittivity"
+    )
     loss: LossColumn = LossFactor()
     conductivity: Annotated[
         Number, Quantity("S/m", 0, 1e3, "conductivity at zero frequency, at most the smallest of the table")
     ]
-    frequency_samples: Samples = Samples([])
-    permittivity_samples: Samples = Samples([])
-    loss_samples: Samples = Samples([])
+    frequency_samples: Annotated[Samples, Field(description="frequencies [Hz], in place of a file")] = (
+        Samples([])
+    )
+    permittivity_samples: Annotated[
+        Samples, Field(description="relative permittivities [1], in place of a file")
+    ] = Samples([])
+    loss_samples: Annotated[
+        Samples, Field(description="the loss, as its column tells it, in place of a file")
+    ] = Samples([])
 
     @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
@@ -92,7 +101,14 @@ class Tabulated(Material):
             "permittivity_samples": (default["permittivity_column"], "1"),
             "loss_samples": (loss.column, loss.unit),
         }
-        return content | read_columns(str(content["file"]), wanted)
+        try:
+            return content | read_columns(str(content["file"]), wanted)
+        except PydanticCustomError as fault:
+            why = fault.message()
+            if f"no column '{loss.column}'" in why:
+                forms = ", ".join(sorted(find_members(LossColumn)))  # type: ignore[type-abstract]
+                why += f' The loss may be told in other forms: loss = {{ model = "..." }} with {forms}.'
+            raise PydanticCustomError("file", "{why}", {"why": why}) from None
 
     @model_validator(mode="after")
     def _is_passive(self) -> Self:

@@ -29,7 +29,7 @@ class Surroundings:
     @classmethod
     def of(cls, scenario: Scenario) -> Surroundings:
         """Collect contact and circuit."""
-        area = scenario.contact.gross_area()
+        area = scenario.contact_area
         second = scenario.circuit.return_path.second_contact(area)
         return cls(area, scenario.circuit.element(), second)
 
@@ -52,7 +52,7 @@ def phasors(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> Phaso
         Per volt of the drive; per ampere of a drive that prescribes the current.
     """
     section = per_volt_of(scenario, frequency, leaks=leaks)
-    area = scenario.contact.gross_area()
+    area = scenario.contact_area
     return per_ampere(section, area=area) if scenario.drive.quantity == "current" else section
 
 
@@ -115,6 +115,28 @@ def total_force(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
         denser = {name: values * around.second for name, values in amplitudes.items()}
         total = total + around.area / around.second * scenario.force.pressure(**denser)
     return np.asarray(total)
+
+
+def contact_share(scenario: Scenario, times: Real) -> Real:
+    """Gross contact area over that under the full load.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Contact and load.
+    times : ndarray, shape (n,)
+        s.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        1; the circuit sees the area of the full load all the time, the attraction that of the moment.
+    """
+    force = scenario.load.forces(times)
+    pressed = force > 0
+    pressure = scenario.contact.mean_pressure(np.where(pressed, force, 1.0))
+    area = np.where(pressed, force, 0.0) / pressure
+    return np.asarray(area / scenario.contact_area)
 
 
 def mean_force(scenario: Scenario, section: PhasorSection, amplitude: float) -> Real:

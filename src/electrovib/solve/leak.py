@@ -71,7 +71,7 @@ def linearised(layers: Mapping[str, Layer]) -> dict[str, Layer]:
         found[name] = layer
         if layer.leak is not None:
             conductivity = layer.material.conductivity + layer.leak.small_signal
-            material = layer.material.model_copy(update={"conductivity": conductivity})
+            material = layer.material.conducting(conductivity)
             found[name] = layer.model_copy(update={"material": material, "leak": None})
     return found
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from electrovib.core.errors import InputError
+from electrovib.physics.circuit import Grounded
+from electrovib.solve import renewal
+from electrovib.solve.amplifier import amplified_response
 from electrovib.solve.branch import leaky_response
 from electrovib.solve.current import REASON, current_response, drive_voltage
+from electrovib.solve.general import beyond_modes, solve_beyond, time_section
 from electrovib.solve.leak import leak_alone, leak_section, leaking_layer
 from electrovib.solve.periodic import count_harmonics
 from electrovib.solve.scenario import PeriodicState
@@ -21,6 +25,27 @@ if TYPE_CHECKING:
     from electrovib.solve.section import ModalSection
     from electrovib.solve.transfer import Real, Transfer
 
+AMPLITUDE = "amplitude "
+"""Before the name of an amplitude of the force law, among what is wanted of a solver."""
+
+
+class Response(NamedTuple):
+    """What a solver found.
+
+    Parameters
+    ----------
+    found : dict of str to ndarray
+        Quantities over time; amplitudes of the law over places and time where there are places.
+    choice : dict
+        Solver and reason, and of a march its error.
+    weights : ndarray or None
+        Share of the contact that each place stands for.
+    """
+
+    found: dict[str, Real]
+    choice: dict[str, Any]
+    weights: Real | None = None
+
 
 def respond(
     scenario: Scenario,
@@ -30,7 +55,7 @@ def respond(
     *,
     element: SeriesElement,
     second: float,
-) -> tuple[dict[str, Real], dict[str, Any]]:
+) -> Response:
     """Compute quantities of a stack over time with the solver its models ask for.
 
     Parameters
@@ -50,10 +75,8 @@ def respond(
 
     Returns
     -------
-    found : dict of str to ndarray
+    Response
         The quantities, `drive_voltage`, and `drive_current` under current drive.
-    choice : dict
-        Solver and reason, and of a march its error.
 
     Raises
     ------
@@ -63,10 +86,29 @@ def respond(
     drive, layers = scenario.drive, scenario.stack.layers
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     current = drive.quantity == "current"
+    if beyond_modes(scenario) and not scenario.motion.renews_film:
+        found, choice = solve_beyond(scenario, section, times, element=element, second=second)
+        return Response(found | _law(scenario, found), choice)
     name = leaking_layer(layers, second=second)
     _refuse_gaps_of_a_law(scenario, current=current, leak=name)
-    if name is not None:
+    weights = None
+    if scenario.motion.renews_film:
+        floating = not isinstance(scenario.circuit.return_path, Grounded)
+        amplified = scenario.circuit.amplifier is not None
+        renewal.refuse_with(
+            settled=settled,
+            current=current,
+            leak=name,
+            floating=floating,
+            amplified=amplified,
+            closing=scenario.contact.closing is not None,
+        )
+        found, choice, weights = _renewed(scenario, wanted(section), times)
+    elif name is not None:
         found, choice = _leaky(scenario, section, wanted, times, name, element)
+    elif scenario.circuit.amplifier is not None:
+        found, choice = _amplified(scenario, wanted(section), times, settled=settled)
+        current = False
     elif current:
         found = current_response(wanted(section), drive, times, settled=settled)
         choice = {"solver": "current drive", "solver_reason": f"{REASON}, {_start(drive, settled=settled)}"}
@@ -80,7 +122,32 @@ def respond(
         )
     else:
         found["drive_voltage"] = drive.voltage(times)
-    return found, choice
+    return Response(found, choice, weights)
+
+
+def _law(scenario: Scenario, found: dict[str, Real]) -> dict[str, Real]:
+    """Ask the force law for its amplitudes in a record."""
+    seen, law = time_section(scenario, scenario.contact_area, found), scenario.force
+    amplitudes = {f"{AMPLITUDE}{name}": values for name, values in law.amplitudes(seen).items()}
+    effective = law.effective_voltage(seen)
+    return amplitudes if effective is None else amplitudes | {"effective_voltage": effective}
+
+
+def _amplified(
+    scenario: Scenario, transfers: dict[str, Transfer], times: Real, *, settled: bool
+) -> tuple[dict[str, Real], dict[str, Any]]:
+    """Answer behind an amplifier."""
+    amplifier, drive = scenario.circuit.amplifier, scenario.drive
+    assert amplifier is not None
+    answer = amplified_response(transfers, drive, times, amplifier=amplifier, settled=settled)
+    if not amplifier.is_limited:
+        how = "its gain and pole are a filter before the stack"
+        why = f"linear layers behind an amplifier without limits: {how}, {_start(drive, settled=settled)}"
+        return answer.found, {"solver": "periodic" if settled else "transient", "solver_reason": why}
+    choice: dict[str, Any] = {"solver": "amplifier", "solver_reason": answer.reason()}
+    if answer.error:
+        choice["step_error"] = answer.error
+    return answer.found, choice
 
 
 def _refuse_gaps_of_a_law(scenario: Scenario, *, current: bool, leak: str | None) -> None:
@@ -107,6 +174,16 @@ def _linear(drive: Drive, *, settled: bool) -> dict[str, Any]:
     return {"solver": "periodic" if settled else "transient", "solver_reason": why}
 
 
+def _renewed(scenario: Scenario, transfers: dict[str, Transfer], times: Real) -> Response:
+    """Answer at every place under the sliding finger; what is no amplitude of the law is the mean over them."""
+    length = scenario.contact.sliding_length(scenario.load.normal_force)
+    over = renewal.Renewal.over(length)
+    found = renewal.renewed(transfers, scenario.drive, times, motion=scenario.motion, renewal=over)
+    kept = {name: rows if name.startswith(AMPLITUDE) else over.weights @ rows for name, rows in found.items()}
+    why = f"linear layers under a finger that slides over fresh film: real modes from rest, {renewal.REASON}"
+    return Response(kept, {"solver": "renewal", "solver_reason": why}, over.weights)
+
+
 def _leaky(
     scenario: Scenario,
     section: ModalSection,
@@ -115,7 +192,7 @@ def _leaky(
     name: str,
     element: SeriesElement,
 ) -> tuple[dict[str, Real], dict[str, Any]]:
-    layers, area = scenario.stack.layers, scenario.contact.gross_area()
+    layers, area = scenario.stack.layers, scenario.contact_area
     leak = layers[name].leak
     assert leak is not None
     if isinstance(scenario.time.initial_state, PeriodicState):

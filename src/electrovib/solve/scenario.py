@@ -21,9 +21,13 @@ from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.circuit import Circuit
 from electrovib.physics.contact import Contact
 from electrovib.physics.drive.base import Drive
+from electrovib.physics.finger import Finger
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import Friction, Load
+from electrovib.physics.moisture import Moisture
 from electrovib.physics.motion import Motion
+from electrovib.physics.perception import Perception
+from electrovib.physics.rig import Rig
 from electrovib.physics.safety import Limits
 from electrovib.physics.stack import Stack
 from electrovib.solve.transfer import Real
@@ -112,6 +116,10 @@ class Scenario(Model):
     contact: Contact
     load: Load
     motion: Motion = Motion()
+    finger: Finger | None = None
+    rig: Rig | None = None
+    perception: Perception | None = None
+    moisture: Moisture | None = None
     circuit: Circuit
     stack: Stack
     time: TimeGrid = TimeGrid()
@@ -128,6 +136,27 @@ class Scenario(Model):
         return self
 
     @model_validator(mode="after")
+    def _touches(self) -> Self:
+        if self.contact.gross_area(self.load.normal_force) <= 0:
+            raise ValueError(
+                f"contact = {type(self.contact).__name__}: without a load there is no contact area; give load.normal_force,"
+                " or contact.model = FixedArea"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _moistened(self) -> Self:
+        """Let moisture set what it moves, so that every table shows what was computed with."""
+        if self.moisture is not None:
+            from electrovib.solve.moisture import moistened
+
+            content = self.to_dict()
+            put(content, moistened(self, self.moisture))
+            object.__setattr__(self, "stack", read_model(Stack, content["stack"]))
+            object.__setattr__(self, "friction", read_model(Friction, content["friction"]))
+        return self
+
+    @model_validator(mode="after")
     def _charge_sits_on_one_contact(self) -> Self:
         charged = [name for name, layer in self.stack.layers.items() if layer.initial_charge]
         if charged and self.circuit.return_path.second_contact(1.0):
@@ -136,6 +165,11 @@ class Scenario(Model):
                 " told for both; remove the charge, or use another return path"
             )
         return self
+
+    @property
+    def contact_area(self) -> float:
+        """Gross contact area under the full load [m2]."""
+        return self.contact.gross_area(self.load.normal_force)
 
     def canonical(self) -> str:
         """Write the canonical JSON of the physics, without the words for people."""

@@ -10,27 +10,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.core.errors import InputError, NotCausalError
 from electrovib.core.lamps import Lamp
 from electrovib.core.trace import make_trace
 from electrovib.physics.drive.parts import Linear
-from electrovib.physics.friction import SteadyFriction
 from electrovib.physics.safety import lamps, peak
 from electrovib.solve.current import caveat
-from electrovib.solve.expand import Surroundings, mean_force, modes, per_volt_of, phasors, total_force
-from electrovib.solve.periodic import count_harmonics, spectrum
-from electrovib.solve.respond import respond
-from electrovib.solve.scenario import PeriodicState, Scenario
+from electrovib.solve.electrical import electrical
+from electrovib.solve.expand import mean_force, modes, per_volt_of, phasors
+from electrovib.solve.mechanical import mechanical
+from electrovib.solve.sampling import sampling
+from electrovib.solve.scenario import Scenario
 from electrovib.solve.section import ModalSection, PhasorSection
-from electrovib.solve.transfer import Real, Transfer
+from electrovib.solve.transfer import Real
 
 if TYPE_CHECKING:
     import xarray
 
     from electrovib.physics.force import ForceLaw
-
-_AMPLITUDE = "amplitude "
-"""Before the name of an amplitude of the force law, among what is wanted of a solver."""
 
 
 def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
@@ -68,15 +64,21 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     section, reduction_error = modes(scenario)
     attributes = _provenance(scenario)
     attributes["reduction_error"] = reduction_error
+    answer = electrical(scenario, section, times)
     if scenario.force.causal:
-        signals, choice = _over_time(scenario, section, times)
         bare = phasors(scenario, frequency, leaks=False)
         attributes["transfer_error"] = _transfer_error(scenario.force, section, bare)
-    else:
-        signals, choice = _one_sine(scenario, section, times)
-    attributes |= choice
-    variables: dict[str, Any] = {**signals, **_over_frequency(scenario, at_frequency)}
-    attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in _lamps(scenario, variables)])
+    moved = mechanical(
+        scenario, times, answer, functools.partial(electrical, scenario, section, force_alone=True)
+    )
+    attributes |= answer.choice | moved.how
+    variables: dict[str, Any] = {
+        **answer.signals(section),
+        **moved.signals,
+        **_over_frequency(scenario, at_frequency),
+    }
+    spoken = [*_lamps(scenario, variables), *moved.lamps, *sampling(scenario.drive, times)]
+    attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
     coordinates = {
         "time": times,
         "frequency": frequency,
@@ -95,99 +97,8 @@ def _provenance(scenario: Scenario) -> dict[str, Any]:
     }
 
 
-def _linear_quantities(scenario: Scenario, section: ModalSection) -> dict[str, Transfer]:
-    wanted: dict[str, Transfer] = {
-        "stack_voltage": section.voltage,
-        "current": section.current_density * Surroundings.of(scenario).area,
-    }
-    for name in section.names:
-        wanted[f"field {name}"] = section[name].field
-        wanted[f"displacement {name}"] = section[name].displacement
-    return wanted
-
-
-def _over_time(
-    scenario: Scenario, section: ModalSection, times: Real
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    law = scenario.force
-
-    def wanted(section: ModalSection) -> dict[str, Transfer]:
-        amplitudes = law.amplitudes(section)
-        found = _linear_quantities(scenario, section)
-        effective = law.effective_voltage(section)
-        if effective is not None:
-            found["effective_voltage"] = effective
-        return found | {f"{_AMPLITUDE}{name}": transfer for name, transfer in amplitudes.items()}
-
-    around = Surroundings.of(scenario)
-    found, choice = respond(scenario, section, wanted, times, element=around.element, second=around.second)
-    given = {key.removeprefix(_AMPLITUDE): row for key, row in found.items() if key.startswith(_AMPLITUDE)}
-    return _signals(scenario, section, found, total_force(scenario, given)), choice
-
-
-def _signals(
-    scenario: Scenario, section: ModalSection, found: dict[str, Real], force: Real
-) -> dict[str, Any]:
-    across = ("drive_voltage", "drive_current", "stack_voltage", "effective_voltage")
-    signals: dict[str, Any] = {name: (("time",), found[name]) for name in across if name in found}
-    for quantity in ("field", "displacement"):
-        rows = np.array([found[f"{quantity} {name}"] for name in section.names])
-        signals[quantity] = (("layer", "time"), rows)
-    signals["current"] = (("time",), found["current"])
-    signals["electrostatic_force"] = (("time",), force)
-    normal = np.full(len(force), scenario.load.normal_force)
-    signals["normal_force"] = (("time",), normal)
-    if not isinstance(scenario.friction, SteadyFriction):
-        raise InputError(f"friction = {type(scenario.friction).__name__}: not solved yet")
-    signals["lateral_force"] = (
-        ("time",),
-        scenario.friction.lateral_force(normal, force, np.full(len(force), np.nan)),
-    )
-    return signals
-
-
-def _one_sine(
-    scenario: Scenario, section: ModalSection, times: Real
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Steady state under one sine by magnitudes, for a law without a time-domain form."""
-    law, drive = scenario.force, scenario.drive
-    settled = isinstance(scenario.time.initial_state, PeriodicState)
-    if not settled or count_harmonics(drive) != 1:
-        raise NotCausalError(refusal(law, drive.__class__.__name__, settled=settled))
-    frequencies, tones = spectrum(drive, harmonics=1)
-    loudest = int(np.argmax(np.abs(tones)))  # the others are there with no amplitude
-    frequency, tone = frequencies[loudest : loudest + 1], tones[loudest]
-    if frequency[0] == 0:
-        raise NotCausalError(refusal(law, "constant voltage", settled=settled))
-    exact = phasors(scenario, frequency)
-    wave = tone * np.exp(2j * np.pi * frequency[0] * times)
-    given = {name: np.real(value[0] * wave) for name, value in law.amplitudes(exact).items()}
-    around = Surroundings.of(scenario)
-    wanted = functools.partial(_linear_quantities, scenario)
-    found, _ = respond(scenario, section, wanted, times, element=around.element, second=around.second)
-    effective = law.effective_voltage(exact)
-    if effective is not None:
-        found["effective_voltage"] = np.real(effective[0] * wave)
-    choice = {
-        "solver": "one sine",
-        "solver_reason": f"{type(law).__name__} gives magnitudes at one frequency only: one sine in its steady state",
-    }
-    return _signals(scenario, section, found, total_force(scenario, given)), choice
-
-
-def refusal(law: ForceLaw, drive: str, *, settled: bool) -> str:
-    """Say why a law without a causal form cannot answer, and what to use instead."""
-    what = f"the harmonics of a {drive}" if settled else f"a {drive} from rest"
-    return (
-        f"force = {type(law).__name__}: it gives the size of a response at one frequency and is not causal: with a"
-        f" dispersive skin it would answer {what} before the drive begins. Use"
-        f" {law.instead or 'a causal law'}, or drive it with one Sine from"
-        ' time.initial_state = { model = "PeriodicState" }'
-    )
-
-
 def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any]:
-    area = scenario.contact.gross_area()
+    area = scenario.contact_area
     per_volt = per_volt_of(scenario, section.frequency)
     variables: dict[str, Any] = {}
     effective = scenario.force.effective_voltage(per_volt)

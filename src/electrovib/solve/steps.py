@@ -53,7 +53,7 @@ def step_grid(drive: Drive, time: Real, driven: Transfer, leaking: Transfer, *, 
     end = float(time[-1])
     if end <= 0:
         return np.zeros(1)
-    marks, heights = _marks(drive, end)
+    marks, heights = marks_of(drive, end)
     pieces = [time, marks, np.linspace(0.0, end, STEPS + 1)]
     pieces += [_oscillating(part, end) for part in drive.parts() if not isinstance(part, Linear)]
     fields = transient({"field": driven}, drive, np.unique(np.concatenate(pieces)))["field"]
@@ -107,14 +107,27 @@ def jump_heights(drive: Drive, grid: Real) -> Real:
     ndarray, shape (n,)
         In the unit of the drive; 0 where it does not jump, and at time 0.
     """
-    marks, heights = _marks(drive, float(grid[-1]))
+    marks, heights = marks_of(drive, float(grid[-1]))
     found = np.zeros(len(grid))
     np.add.at(found, np.searchsorted(grid, marks), heights)
     return found
 
 
-def _marks(drive: Drive, end: float) -> tuple[Real, Real]:
-    """Times after 0 at which the drive bends or jumps, and by how much it jumps."""
+def marks_of(drive: Drive, end: float) -> tuple[Real, Real]:
+    """Times after 0 at which the drive bends or jumps, and by how much it jumps.
+
+    Parameters
+    ----------
+    drive : Drive
+        Off before time 0.
+    end : float
+        Up to when [s].
+
+    Returns
+    -------
+    times, heights : ndarray, shape (n,)
+        s, and in the unit of the drive; not in order.
+    """
     found = [_part_marks(part, end) for part in drive.parts()]
     times, heights = (np.concatenate(column) for column in zip(*found, strict=True))
     inside = (times > 0) & (times <= end)
@@ -157,7 +170,7 @@ def smooth_grid(drive: Drive, time: Real, *, speed: float, breaks: Sequence[floa
     end = float(time[-1])
     if end <= 0:
         return np.zeros(1)
-    marks, heights = _marks(drive, end)
+    marks, heights = marks_of(drive, end)
     kinks = marks if len(marks) <= FEW else marks[heights != 0]
     jumps = np.unique(np.append(kinks, 0.0))
     bends = np.array([each for each in breaks if 0 < each < end])

@@ -7,11 +7,12 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Any
+from typing import Any, get_args
 
 from electrovib.core.discovery import find_members, paper_of, papers
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.model import Model, quantity_of
+from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.physics.circuit import ReturnPath
 from electrovib.physics.contact import Contact
@@ -81,24 +82,37 @@ class Listed:
     runnable: str
 
 
-def models() -> tuple[Listed, ...]:
+def models(name: str = "") -> tuple[Listed, ...]:
     """List all models, then all papers.
+
+    Parameters
+    ----------
+    name : str
+        Only this model or paper; all if empty.
 
     Returns
     -------
     tuple of Listed
         Found, never kept in a list of names.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, with the nearest one.
     """
+    if name:
+        find(name)
+        return tuple(entry for entry in models() if entry.name == name)
     found = []
     for family, predicts in families().items():
-        for name, model in sorted(find_members(family).items()):
+        for key, model in sorted(find_members(family).items()):
             author_year = paper_of(model)
             count = len(model.checks) + (len(_checks(papers()[author_year])) if author_year else 0)
-            found.append(Listed(name, predicts, author_year, model.status, count, "yes"))
-    for name, module in papers().items():
+            found.append(Listed(key, predicts, author_year, model.status, count, "yes"))
+    for key, module in papers().items():
         runnable = "not: " + _plain(getattr(module, "NOT_READ", "")) if _not_runnable(module) else "yes"
         status = getattr(module, "STATUS", "")
-        found.append(Listed(name, "papers", name, status, len(_checks(module)), runnable))
+        found.append(Listed(key, "papers", key, status, len(_checks(module)), runnable))
     return tuple(found)
 
 
@@ -147,23 +161,69 @@ def find(name: str) -> type[Model] | ModuleType:
 
 
 def parameters(model: type[Model]) -> Table:
-    """Give a model's parameters: unit, range, default, meaning."""
+    """Give a model's parameters: unit, range, default, meaning, source of the default."""
     rows = []
     for name, declared in model.model_fields.items():
         quantity = quantity_of(model, name)
+        default = None if declared.is_required() else declared.get_default(call_default_factory=True)
+        needed = "needed" if declared.is_required() else ""
         if quantity is None:
-            default = (
-                "needed" if declared.is_required() else str(declared.get_default(call_default_factory=True))
-            )
-            rows.append((name, "", "", default[:40], declared.description or ""))
+            meaning = declared.description or _family_of(declared.annotation)
+            rows.append((name, "", "", needed or _named(default), meaning, _source(model, default, needed)))
             continue
-        default = "needed" if declared.is_required() else _shown(declared.default, quantity.unit)
-        rows.append((name, quantity.unit, quantity.range(), default, quantity.doc))
-    return Table("parameters", ("name", "unit", "range", "default", "meaning"), tuple(rows))
+        shown = needed or ("none" if default is None else format_quantity(default, quantity.unit))
+        source = quantity.source or _source(model, default, needed)
+        rows.append((name, quantity.unit, quantity.range(" to "), shown, quantity.doc, source))
+    return Table("parameters", ("name", "unit", "range", "default", "meaning", "source"), tuple(rows))
 
 
-def _shown(value: float | None, unit: str) -> str:
-    return "none" if value is None else format_quantity(value, unit)
+def _named(default: Any) -> str:
+    if isinstance(default, Samples):
+        return "none" if not len(default) else str(default)
+    return type(default).__name__ if isinstance(default, Model) else str(default) or "none"
+
+
+def _family_of(annotation: Any) -> str:
+    """Say what a parameter is that is itself a model."""
+    known = families()
+    return next((known[kind] for kind in (annotation, *get_args(annotation)) if kind in known), "")
+
+
+def _source(model: type[Model], default: Any, needed: str) -> str:
+    if needed:
+        return "yours to give"
+    if default is None or default in (0.0, "") or (isinstance(default, Samples) and not len(default)):
+        return "nothing unless given"
+    return (paper_of(model) and model.reference) or "a choice"
+
+
+def values(module: ModuleType) -> Table | None:
+    """Give what a paper's ready-made scenarios are made of, with the source of each value.
+
+    Parameters
+    ----------
+    module : module
+        The paper.
+
+    Returns
+    -------
+    Table or None
+        One row for each parameter with a source; None without scenarios.
+    """
+    found: dict[str, tuple[list[str], str]] = {}
+    for scenario in getattr(module, "scenarios", dict)().values():
+        for path, value, quantity in scenario.parameters():
+            if path in scenario.sources and value is not None:
+                shown, _ = found.setdefault(path, ([], scenario.sources[path]))
+                shown.append(format_quantity(value, quantity.unit))
+    rows = tuple(
+        (path, _several(list(dict.fromkeys(shown))), source) for path, (shown, source) in found.items()
+    )
+    return Table("values of its scenarios", ("parameter", "value", "source"), rows) if rows else None
+
+
+def _several(shown: list[str]) -> str:
+    return ", ".join(shown[:3]) + (f" and {len(shown) - 3} more" if len(shown) > 3 else "")
 
 
 def claims(module: ModuleType) -> dict[str, str]:
@@ -172,11 +232,16 @@ def claims(module: ModuleType) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        ``claims`` and ``does not claim``; a paper without them is refused by the tests.
+        ``claims``, ``does not claim``, and ``here``: what the docstring says of our computation after that. A paper
+        without the first two is refused by the tests.
     """
     text = _plain(inspect.getdoc(module) or "")
     found = re.search(r"Claims: (.*?)\s*Does not claim: (.*)", text)
-    return {"claims": found[1], "does not claim": found[2]} if found else {}
+    if not found:
+        return {}
+    without, _, here = found[2].partition(". ")
+    said = {"claims": found[1], "does not claim": f"{without.rstrip('.')}."}
+    return said | {"here": here} if here else said
 
 
 def _plain(text: str) -> str:
@@ -199,9 +264,10 @@ def bibtex(module: ModuleType, name: str) -> str:
         ``@misc`` with the citation as a note, and the DOI where the citation has one.
     """
     citation = module.CITATION
+    note = re.sub(r"(?<!\\)([&%#_])", r"\\\1", citation)
     doi = re.search(r"doi:(10\.\S+?)(?=[\s,;)]|$)", citation)
     year = re.search(r"_(\d{4})", name)
-    fields = [f"  note = {{{citation}}}"]
+    fields = [f"  note = {{{note}}}"]
     if year:
         fields.append(f"  year = {{{year[1]}}}")
     if doi:

@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
+import numpy as np
+
+from electrovib.core.units import format_quantity
+from electrovib.physics.circuit import Grounded
+from electrovib.physics.conduction import Conduction
 from electrovib.solve.scenario import Scenario
 
 AGREES = 0.01
@@ -26,27 +33,45 @@ def explain(scenario: Scenario, ratio: float) -> str:
     Returns
     -------
     str
-        One sentence; says so when the known reasons do not give the ratio.
+        Without a full stop; says so when the known reasons do not give the ratio.
     """
     expected, words = _reason(scenario)
     if expected is None:
-        return f"{words}; {ratio:.4g} of the gap plane here"
-    if abs(ratio / expected - 1) <= AGREES:
-        return f"{words}: {expected:.4g} of the gap plane"
-    return (
-        f"{words} would give {expected:.4g} of the gap plane, but it is {ratio:.4g}: the law has more in it"
-    )
+        said = f"{words}: {ratio:.4g} of the gap plane here"
+    elif abs(ratio / expected - 1) > AGREES:
+        return f"{words} would give {expected:.4g} of the gap plane, but it is {ratio:.4g}: the law has more in it"
+    elif expected == 1:
+        return words
+    else:
+        said = f"{words}: {expected:.4g} of the gap plane"
+    return said + _equal_gap(scenario, ratio)
+
+
+def _electrical(scenario: Scenario) -> tuple[float, float]:
+    """Electrical thickness of the whole stack and of what is not the gap [m]."""
+    layers = scenario.stack.layers
+    each = {name: layer.thickness / static_permittivity(scenario, name) for name, layer in layers.items()}
+    return sum(each.values()), sum(value for name, value in each.items() if name != "gap")
+
+
+def _equal_gap(scenario: Scenario, ratio: float) -> str:
+    """Name the gap at which the gap plane would pull as much; only where the gap leaves the voltage alone."""
+    whole, solid = _electrical(scenario)
+    gap = whole / ratio**0.5 - solid
+    if not isinstance(scenario.circuit.return_path, Grounded) or gap <= 0:
+        return ""
+    return f", as much as the gap plane at a gap of {format_quantity(float(f'{gap:.2g}'), 'm')}"
 
 
 def _reason(scenario: Scenario) -> tuple[float | None, str]:
     plane, layers = scenario.force.plane, scenario.stack.layers
     permittivity = {name: static_permittivity(scenario, name) for name in layers}
-    electrical = sum(layer.thickness / permittivity[name] for name, layer in layers.items())
+    electrical, solid = _electrical(scenario)
     if plane == "gap":
         if "gap" not in layers:
             return 1.0, "the field of a vanishing gap, D/eps0"
-        solid = electrical - layers["gap"].thickness / permittivity["gap"]
-        return 1.0, f"the field in the gap, {(solid / electrical) ** 2:.3g} of a vanishing one"
+        less = f"{(solid / electrical) ** 2:.3g} of the force of a vanishing one"
+        return 1.0, f"the field in a gap of {format_quantity(layers['gap'].thickness, 'm')}, {less}"
     if plane in layers:
         value = permittivity[plane]
         return permittivity.get(
@@ -61,27 +86,70 @@ def _reason(scenario: Scenario) -> tuple[float | None, str]:
         medium = length / solid
         gap = "" if "gap" not in layers else ", and it takes no account of the gap"
         return expected, f"energy over geometric thickness, effective permittivity {medium:.4g}{gap}"
-    return None, f"cut free at: {plane}"
+    return None, f"cut free at the {plane}"
 
 
-def in_time(early: float, late: float) -> str:
-    """Say what becomes of the force while the voltage is held.
+def conducting(scenario: Scenario) -> tuple[str, ...]:
+    """Name the layers that conduct, from the plate to the finger."""
+    layers = scenario.stack.layers.items()
+    return tuple(name for name, layer in layers if layer.material.conductivity or layer.leak is not None)
+
+
+def listed(names: Iterable[str]) -> str:
+    """Write names as people do: ``a``, ``a and b``, ``a, b and c``."""
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def knows_polarity(scenario: Scenario) -> bool:
+    """Tell whether a layer answers to +V otherwise than to -V: it rectifies, or holds charge at the start."""
+    layers = scenario.stack.layers.values()
+    return any(layer.initial_charge or (layer.leak and not _odd(layer.leak)) for layer in layers)
+
+
+def _odd(leak: Conduction) -> bool:
+    fields = np.geomspace(1.0, 1e9, 19)
+    return np.allclose(leak.current_density(fields), -leak.current_density(-fields), rtol=1e-12, atol=0.0)
+
+
+def in_time(scenario: Scenario, early: float, late: float) -> str:
+    """Say what becomes of the force while the voltage is held, and which layer does it.
 
     Parameters
     ----------
+    scenario : Scenario
+        Stack and law.
     early, late : float
         Just after a step and 50 ms later [N].
 
     Returns
     -------
     str
-        Begins with a verb.
+        Begins with a verb, without a full stop.
     """
     if early <= 0:
         return "starts from nothing"
-    change = late / early
+    names, change = conducting(scenario), late / early
     if abs(change - 1) < 1e-2:
-        return "keeps its force while the voltage is held"
-    if change > 1:
-        return f"rises by a factor {change:.3g} while the voltage is held: its plane gains field as others conduct"
-    return f"falls to {change:.2g} of itself while the voltage is held: charge or field leaves its plane"
+        though = f", although {_conduct(names)}" if names else ": nothing conducts"
+        return f"keeps its force while the voltage is held{though}"
+    size = f"rises by a factor {change:.3g}" if change > 1 else f"falls to {change:.2g} of itself"
+    return f"{size} while the voltage is held: {_because(scenario.force.plane, names, rises=change > 1)}"
+
+
+def _because(plane: str, names: tuple[str, ...], *, rises: bool) -> str:
+    others = [name for name in names if name != plane]
+    if not names:
+        return "layers go on polarising, or the return path charges"
+    if rises and others:
+        return f"{_conduct(others)}, so field goes from there to the plane of this law"
+    if not rises and plane in names:
+        return f"{_conduct([plane])}, so field goes from there to the other layers"
+    if not rises and plane == "effective medium":
+        return f"{_conduct(names)}, and charge that has crossed counts as lost in this law"
+    return _conduct(names)
+
+
+def _conduct(names: Iterable[str]) -> str:
+    chosen = [f"the {name}" for name in names]
+    return f"{listed(chosen)} {'conduct' if len(chosen) > 1 else 'conducts'}"

@@ -85,11 +85,13 @@ class Curve:
     label : str
         For the legend.
     x, y : ndarray, shape (n,)
-        In the units of the panel's axes, SI.
+        In the units of the panel's axes, SI; a NaN leaves a gap.
     upper : ndarray, shape (n,), optional
         Upper edge; `y` is then the lower one.
     kind : str
-        ``"line"``, ``"dashed"``, ``"points"`` or ``"band"``.
+        ``"line"``, ``"dashed"``, ``"dotted"``, ``"points"`` or ``"band"``.
+    look : int, optional
+        Place in the palette, for what must look the same in several panels; by default that in the panel.
     """
 
     label: str
@@ -97,6 +99,7 @@ class Curve:
     y: Real
     upper: Real | None = None
     kind: str = "line"
+    look: int | None = None
 
 
 @dataclass(frozen=True)

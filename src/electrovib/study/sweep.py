@@ -52,6 +52,8 @@ def parse_over(scenario: Scenario, texts: Sequence[str]) -> dict[str, Real]:
     for text in texts:
         try:
             path, values = _parse_one(scenario, text)
+            if path in found:
+                problems.append(f"--over {text}: '{path}' is swept twice")
             found[path] = values
         except InputError as error:
             problems += error.problems

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any, Final
 
 from electrovib.core.checks import STATUSES
-from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.units import format_quantity
 from electrovib.physics.safety import FIELD_EMISSION
 from electrovib.solve.scenario import Scenario
-from electrovib.study.compare import static_force
+from electrovib.study.compare.static import air_breaks_down, static_force
 from electrovib.study.reproduction import Table
 
 AREA: Final = 1e-4
@@ -134,8 +132,8 @@ def truth_table() -> Table:
     headings = ("law", "form", "gap", *(f"{stack.name} ({stack.status})" for stack in (FILM, SCREEN)))
     caption = (
         "Static force on 1 cm2, nothing conducting. Beyond breakdown: more than"
-        f" {format_quantity(FIELD_EMISSION, 'V/m')} in air (a recalled value), a limit and not a force one would see."
-        " Under a sine, half."
+        f" {format_quantity(FIELD_EMISSION, 'V/m')} in air (a recalled value), or from 5 um on more than Paschen's"
+        " voltage across the gap: a limit and not a force one would see. Under a sine, half."
     )
     return Table("Static force by plane", headings, tuple(rows), caption)
 
@@ -163,5 +161,5 @@ def cell(stack: PlateStack, law: str, gap: float = 0.0) -> float:
 def _cell(stack: PlateStack, law: str, gap: float = 0.0) -> str:
     force = cell(stack, law, gap)
     shown = format_quantity(force, "N", digits=4)
-    field = math.sqrt(2 * force / (eps0 * AREA))  # in the gap, where the gap plane cuts
-    return f"{shown} (beyond breakdown)" if law == "GapPlane" and field > FIELD_EMISSION else shown
+    broken = law == "GapPlane" and air_breaks_down(stack.scenario(law, gap), stack.voltage)
+    return f"{shown} (beyond breakdown)" if broken else shown

@@ -65,8 +65,9 @@ def _check(path: Path) -> None:
 
 
 def _write(found: Comparison, path: Path) -> None:
-    from electrovib.core.discovery import papers
+    from electrovib.core.discovery import find_members, paper_of, papers
     from electrovib.data.atomic import write_text
+    from electrovib.physics.force import ForceLaw
     from electrovib.study.reproduction import Reproduction
     from electrovib.view.reproduce import _drawn as drawn
     from electrovib.view.reproduce import page_of
@@ -77,7 +78,10 @@ def _write(found: Comparison, path: Path) -> None:
         figure = drawn(panel)
         figure.axes[0].set_title("", loc="left")  # on the page it is a heading
         drawings[panel.id] = to_svg(figure)
-    cited = tuple(module.CITATION for module in papers().values())
+    told = {paper_of(find_members(ForceLaw)[entry.name]) for entry in found.entries}
+    cited = tuple(
+        module.CITATION for name, module in papers().items() if name in told or hasattr(module, "DEFECTS")
+    )
     title = found.scenario.title or "a stack"
     content = Reproduction(
         "comparison",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -27,6 +28,21 @@ _WIDTH: Final = 9.4
 _LETTER: Final = 0.072
 """Width of a letter in a legend [inch]."""
 _MOST_STACKS: Final = 4
+BEYOND: Final = (
+    "plate_voltage",
+    "amplifier_current",
+    "gap",
+    "normal_force",
+    "sliding_speed",
+    "gross_contact_area",
+    "real_contact_area",
+    "bristle_deflection",
+    "skin_displacement",
+    "skin_speed",
+    "normal_force_measured",
+    "lateral_force_measured",
+)
+"""Signals beside the drive and the forces, in the order of the chain."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +69,7 @@ def figures(traces: Mapping[str, xarray.Dataset], scenarios: Mapping[str, Scenar
     list of PageFigure
         In the order of the page.
     """
-    return [*_stacks(scenarios), *_over_time(traces), *_over_frequency(traces)]
+    return [*_stacks(scenarios), *_over_time(traces), *_beyond(traces), *_over_frequency(traces)]
 
 
 def _stacks(scenarios: Mapping[str, Scenario]) -> list[PageFigure]:
@@ -92,6 +108,25 @@ def _over_time(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
     if has(traces, "lateral_force"):
         wanted.append(("lateral force", plots.lateral_force))
     return _multiples(traces, wanted, "Over time", "time")
+
+
+def _beyond(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
+    """Draw what amplifier, contact, finger and rig add, each signal that some Trace has and that moves."""
+    wanted: list[tuple[str, Callable[..., Axes]]] = [
+        (name.replace("_", " "), functools.partial(plots.over_time, name=name))
+        for name in BEYOND
+        if any(_moves(trace, name) for trace in traces.values())
+    ]
+    return _multiples(traces, wanted, "Amplifier, contact, finger and rig", "beyond")
+
+
+def _moves(trace: xarray.Dataset, name: str) -> bool:
+    """Tell whether a Trace has a signal that is not the same all the time."""
+    if name not in trace or "time" not in trace[name].dims:
+        return False
+    values = trace[name]
+    spread = float((values.max("time") - values.min("time")).max())
+    return spread > 1e-9 * float(abs(values).max())
 
 
 def _over_frequency(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:

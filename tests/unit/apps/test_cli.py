@@ -75,6 +75,12 @@ def test_a_trace_repeats_its_run_and_its_sweep(cli):
         np.testing.assert_allclose(first["drive.rise"], np.geomspace(5e-3, 50e-3, 3), rtol=1e-12)
 
 
+def test_the_report_of_a_scenario_without_a_title_is_named_after_its_file(cli, here):
+    (here / "my touchscreen.toml").write_text(GOOD)
+    assert cli("run", "my touchscreen.toml", "--report", "out.html")[0] == 0
+    assert "<title>my touchscreen</title>" in (here / "out.html").read_text()
+
+
 def test_init_prints_a_scenario_that_reads_back_equal(cli, here):
     code, out, _ = cli("init", "vezzoli_2014/fig7")
     assert code == 0
@@ -213,6 +219,58 @@ def test_a_mistake_in_an_option_is_told_in_one_line(arguments, words, cli, here)
     assert list(here.iterdir()) == []
 
 
+def test_mistakes_of_file_options_and_outputs_are_told_together(cli, here):
+    (here / "bad.toml").write_text(GOOD.replace("90 um", "2 V"))
+    code, _, err = cli(
+        "run", "bad.toml", "--set", "drive.high", "-o", "nowhere/out.nc", "--report", "out.pdf"
+    )
+    assert code == 2
+    words = ("--set drive.high: expected PATH=VALUE", "stack.insulator.thickness", "'nowhere'", ".html")
+    assert [word in line for word, line in zip(words, err.splitlines(), strict=True)] == [True] * 4
+    assert {path.name for path in here.iterdir()} == {"bad.toml"}
+
+
+@pytest.mark.parametrize(
+    ("option", "first", "second"),
+    [
+        ("--set", "drive.high=1 V", "drive.high=2 V"),
+        ("--over", "drive.rise=1ms:2ms:2", "drive.rise=1ms:3ms:2"),
+    ],
+)
+def test_a_parameter_given_twice_is_refused(option, first, second, cli):
+    code, _, err = cli("run", option, first, option, second)
+    assert code == 2
+    assert err.startswith(f"electrovib: {option} {second}: ")
+    assert "twice" in err
+    assert len(err.splitlines()) == 1
+
+
+def test_changes_may_be_texts_for_the_public_function_too():
+    from electrovib import run
+
+    told = run(set=["drive.high=500 V", 'force={ model = "GapPlane" }'])
+    assert told.equals(run(set={"drive.high": 500, "force": {"model": "GapPlane"}}))
+
+
+def test_both_files_of_a_csv_are_named(cli, here):
+    _, out, _ = cli("run", "-o", "out.csv")
+    assert out.splitlines()[-2:] == ["written: out.csv", "written: out.frequency.csv"]
+    assert all((here / name).exists() for name in ("out.csv", "out.frequency.csv"))
+
+
+def test_an_interrupt_is_told_and_leaves_nothing(cli, here, monkeypatch):
+    from electrovib.apps import run as module
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(module, "simulate", interrupted)
+    code, out, err = cli("run", "-o", "out.nc")
+    assert (code, out) == (130, "")
+    assert err == "electrovib: interrupted, nothing was left half written\n"
+    assert list(here.iterdir()) == []
+
+
 def test_usage_errors_are_one_line_and_code_2():
     result = subprocess.run(
         [sys.executable, "-m", "electrovib", "run", "--nonsense"], capture_output=True, text=True, check=False
@@ -259,11 +317,16 @@ def test_models_are_listed_and_shown(cli):
         (["compare", "vezzoli_2014/fig6", "--models", "GapPlne"], ["Did you mean 'GapPlane'?"]),
         (["compare", "vezzoli_2014/fig6", "-o", "page.pdf"], [".html"]),
         (["compare", "nothing.toml"], ["nothing.toml"]),
+        (["compare", "-o", "page.html"], ["--output: needs a scenario"]),
+        (["compare", "--models", "GapPlane"], ["--models: needs a scenario"]),
+        (["compare", "vezzoli_2014/fig6", "--models", ","], ["names no force law"]),
+        (["compare", "vezzoli_2014/fig6", "--models", "Persson2018RoughGap"], ["mean_gap: missing"]),
     ],
 )
 def test_mistakes_in_compare_and_models(arguments, words, cli, here):
     code, _, err = cli(*arguments)
     assert code == 2
+    assert "Traceback" not in err
     for word in words:
         assert word in err
     assert list(here.iterdir()) == []

@@ -116,7 +116,8 @@ def test_all_mistakes_are_told_at_once():
         "count = True: expected a whole number",
         "filling.extra: unknown parameter 'extra' of Mixture. Known: first, second, share.",
         "filling.first = {model = 'Plane', ...}: unknown Filling model 'Plane'. Did you mean 'Plain'?",
-        "filling.second = 3: expected a table of parameters of Filling",
+        'filling.second = 3: expected a table that names a Filling model, { model = "..." }.'
+        " Known: Mixture, Plain, Unfinished.",
         "filling.share = '2 V': expected a plain number, for instance '0.5'",
         "name = 5: Input should be a valid string",
         "thicknes: unknown parameter 'thicknes' of Slab. Did you mean 'thickness'?",
@@ -147,6 +148,7 @@ def test_all_mistakes_are_told_at_once():
         ),
         ({"thickness": 1, "filling": {"model": 1}}, "filling = {model = 1, ...}: needs a name"),
         ({"model": "Slob", "thickness": 1}, "expected the model Slab, not 'Slob'"),
+        ({"thickness": 1, "filling": "plain"}, "{ model = \"...\" }. Did you mean 'Plain'?"),
         ([], "the file = []: expected a table of parameters of Slab"),
     ],
 )

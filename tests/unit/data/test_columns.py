@@ -174,7 +174,9 @@ def test_files_that_are_none(tmp_path):
     for name, words in cases.items():
         with pytest.raises(DataFileError, match=words):
             read_columns(tmp_path / name, BY_NUMBER)
-    with pytest.raises(DataFileError, match=r"read from \.csv, \.txt, \.tsv, \.npy, \.nc, not from '\.xlsx'"):
+    with pytest.raises(
+        DataFileError, match=r"read from \.csv, \.txt, \.tsv, \.npy, \.nc, \.mat, not from '\.xlsx'"
+    ):
         read_columns(written(tmp_path, "x", "a.xlsx"), BY_NUMBER)
 
 

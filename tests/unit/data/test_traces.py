@@ -331,7 +331,9 @@ def test_parts_of_a_csv_belong_together(tmp_path):
     with pytest.raises(DataFileError, match=r"a\.frequency\.csv: is of another save"):
         load_csv(path)
     other.unlink()
-    with pytest.raises(DataFileError, match=r"a\.frequency\.csv: there is no such file"):
+    with pytest.raises(
+        DataFileError, match=r"a\.frequency\.csv: there is no such file, but a\.csv was saved together"
+    ):
         load_csv(path)
 
 

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
+from electrovib.core.errors import InputError
+from electrovib.core.model import read_model
 from electrovib.papers import ciavarella_2020
 
 
-def test_it_runs_nothing():
-    """An equation nobody has read is not offered: no law, scenario or skin, and the reason in words."""
-    for thing in vars(ciavarella_2020).values():
-        assert not (isinstance(thing, type) and thing.__module__ == ciavarella_2020.__name__)
+def test_what_was_not_read_is_not_remembered_either():
+    """The form is there, the number in front of it is the user's; no scenario pretends to be the paper's."""
+    with pytest.raises(InputError, match="prefactor"):
+        read_model(ciavarella_2020.BearingArea, {"modulus": 1e7, "rms_height": 1e-5, "rms_slope": 1.0})
+    assert all(field.is_required() for field in ciavarella_2020.BearingArea.model_fields.values())
+    assert ciavarella_2020.BearingArea.status == "recalled"
     assert not hasattr(ciavarella_2020, "scenarios")
     assert not hasattr(ciavarella_2020, "skins")
     assert "equation not read" in ciavarella_2020.NOT_READ

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from electrovib.papers import popov_2018
+from electrovib.physics import adhesion
 from electrovib.physics.roughness import local_pull
 
 COAT = {"thickness": 1e-6, "permittivity": 3.9}
@@ -31,34 +32,34 @@ def test_it_runs_nothing():
     ],
 )
 def test_energy_strength_and_range(voltage, coat, energy, strength, reach):
-    found = popov_2018.separation_energy(voltage=voltage, **coat)
+    found = adhesion.separation_energy(voltage=voltage, **coat)
     assert found == pytest.approx(energy, rel=2e-3)  # three digits
-    assert popov_2018.adhesive_strength(voltage=voltage, **coat) == pytest.approx(strength, rel=2e-3)
-    assert popov_2018.adhesive_range(**coat) == pytest.approx(reach, rel=2e-3)
-    product = popov_2018.adhesive_strength(voltage=voltage, **coat) * popov_2018.adhesive_range(**coat)
+    assert adhesion.adhesive_strength(voltage=voltage, **coat) == pytest.approx(strength, rel=2e-3)
+    assert adhesion.adhesive_range(**coat) == pytest.approx(reach, rel=2e-3)
+    product = adhesion.adhesive_strength(voltage=voltage, **coat) * adhesion.adhesive_range(**coat)
     assert product == pytest.approx(found, rel=1e-14)
 
 
 def test_energy_is_that_of_pulling_the_conductors_apart():
     """The pull of the coat and a growing gap, summed over the gap, is the energy of separation."""
 
-    electrical = popov_2018.adhesive_range(**COAT)
+    electrical = adhesion.adhesive_range(**COAT)
     in_ranges = quad(
         lambda gap: float(local_pull(100.0, electrical_thickness=electrical, gap=gap * electrical)), 0, np.inf
     )[0]
     work = in_ranges * electrical
-    assert work == pytest.approx(popov_2018.separation_energy(voltage=100.0, **COAT), rel=1e-7)
+    assert work == pytest.approx(adhesion.separation_energy(voltage=100.0, **COAT), rel=1e-7)
     quarter = local_pull(100.0, electrical_thickness=electrical, gap=electrical)
-    assert quarter == pytest.approx(popov_2018.adhesive_strength(voltage=100.0, **COAT) / 4, rel=1e-12)
+    assert quarter == pytest.approx(adhesion.adhesive_strength(voltage=100.0, **COAT) / 4, rel=1e-12)
 
 
 @pytest.mark.parametrize(("load", "gain"), [(0.1, 45.5), (0.5, 18.5), (2.0, 8.9)])
 def test_growth_of_an_adhesive_sphere(load, gain):
     assert 100 * popov_2018.area_gain(load) == pytest.approx(gain, abs=0.06)  # a tenth of a percent
-    energy = popov_2018.separation_energy(voltage=100.0, **COAT)
+    energy = adhesion.separation_energy(voltage=100.0, **COAT)
     soft, stiff = (
-        popov_2018.contact_area(load, radius=1e-2, modulus=modulus, energy=energy)
-        / popov_2018.contact_area(load, radius=1e-2, modulus=modulus)
+        adhesion.contact_area(load, radius=1e-2, modulus=modulus, energy=energy)
+        / adhesion.contact_area(load, radius=1e-2, modulus=modulus)
         for modulus in (5e3, 5e6)
     )
     assert soft == pytest.approx(stiff, rel=1e-12)  # whatever the modulus
@@ -66,6 +67,6 @@ def test_growth_of_an_adhesive_sphere(load, gain):
 
 
 def test_without_energy_the_sphere_is_that_of_hertz():
-    assert popov_2018.adhesive_load(0.3, radius=1e-2, energy=0.0) == 0.3
-    radius = np.sqrt(popov_2018.contact_area(0.3, **FINGER) / np.pi)
+    assert adhesion.adhesive_load(0.3, radius=1e-2, energy=0.0) == 0.3
+    radius = np.sqrt(adhesion.contact_area(0.3, **FINGER) / np.pi)
     assert 4 * FINGER["modulus"] * radius**3 / (3 * FINGER["radius"]) == pytest.approx(0.3, rel=1e-12)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.discovery import paper
+from electrovib.core.errors import InputError
 from electrovib.papers.vezzoli_2014 import compute, numbers
 from electrovib.study.reproduction import Row
 
@@ -37,6 +38,9 @@ def test_every_number_the_paper_states_has_a_row(rows):
         ("C_sc", 6.906, 0.0005),
         ("static_force_1000V", 56.55, 0.005),
         ("equation_3", 1.004772, 1e-6),
+        # by hand: K = 90 um/3.35 + T/1560, law (1) goes as 1/(K (T + 90 um)), the gap plane as 1/K^2
+        ("thickness_spread_law_1", 2.5974, 5e-5),
+        ("thickness_spread_gap", 1.0143, 5e-5),
     ],
 )
 def test_single_numbers(rows, name, expect, digits):
@@ -117,7 +121,8 @@ def test_rows_are_plain_json_and_panels_are_finite(reproduction):
     for panel in reproduction.panels:
         for curve in panel.curves:
             assert len(curve.x) == len(curve.y)
-            assert np.all(np.isfinite(curve.y))
+            drawn = curve.y[~np.isnan(curve.y)] if panel.id == "fig6" else curve.y
+            assert np.all(np.isfinite(drawn))
 
 
 def test_a_verdict_that_a_row_does_not_bear_is_refused():
@@ -125,3 +130,42 @@ def test_a_verdict_that_a_row_does_not_bear_is_refused():
         Row("x", "x", None, 1.0, "1", "reproduced", "")
     with pytest.raises(ValueError, match="needs a note"):
         Row("x", "x", None, 1.0, "1", "open", "")
+
+
+@pytest.fixture
+def skin_table(tmp_path):
+    path = tmp_path / "skin.csv"
+    rows = [(100, 2000, 1e5), (300, 1800, 7e4), (1000, 1500, 4e4), (3000, 1200, 2e4), (10000, 900, 1e4)]
+    lines = ["frequency [Hz],permittivity,resistivity [ohm m]", *(f"{f},{e},{r}" for f, e, r in rows)]
+    path.write_text("\n".join(lines))
+    return path, np.array(rows)
+
+
+def test_a_table_of_ones_own_is_drawn_as_its_rows(skin_table):
+    """A point is a measured one: nothing between the rows is drawn as if it had been measured."""
+    path, rows = skin_table
+    panels = {panel.id: panel for panel in paper("vezzoli_2014").reproduce(skin=str(path)).panels}
+    (drawn,) = [curve for curve in panels["fig4"].curves if curve.label == "your table"]
+    assert drawn.kind == "points"
+    assert np.array_equal(drawn.x, rows[:, 0])
+    assert drawn.y == pytest.approx(8.8541878128e-12 * rows[:, 1] * rows[:, 2], rel=1e-12)
+
+
+def test_faults_of_ones_own_table_name_the_option_and_the_file(skin_table):
+    path, _ = skin_table
+    path.write_text(path.read_text().replace("70000.0", "-1"))
+    with pytest.raises(InputError) as caught:
+        paper("vezzoli_2014").reproduce(skin=str(path))
+    assert str(caught.value).startswith(
+        f"skin = {path}: row 1 (first is 0), 300 Hz: resistivity = -1 must be"
+    )
+    with pytest.raises(InputError) as caught:
+        paper("vezzoli_2014").reproduce(skin=str(path.with_name("none.csv")))
+    assert str(caught.value).startswith(f"skin = {path.with_name('none.csv')}: there is no such file.")
+
+
+def test_figure_6_draws_nothing_below_its_floor(reproduction):
+    (panel,) = [panel for panel in reproduction.panels if panel.id == "fig6"]
+    drawn = np.concatenate([curve.y for curve in panel.curves])
+    assert np.nanmin(drawn) >= 1e-7
+    assert np.isnan(drawn).any()

@@ -18,6 +18,17 @@ shares = st.floats(0, 0.99)
 CASES = {"ratio": radii, "permittivity": permittivities, "share": shares}
 
 
+@pytest.mark.parametrize(
+    ("width", "round_contact", "percent"),
+    [(2e-3, False, 10.4), (5e-3, False, 4.2), (10e-3, False, 2.1), (20e-3, False, 1.0), (10e-3, True, 4.2)],
+)
+def test_the_numbers_of_the_document(width, round_contact, percent):
+    finger = {"electrical_thickness": 90e-6 / 3.35 + 5e-6 + 200e-6 / 1560, "edge_radius": 0.2e-3}
+    film = {"film_thickness": 90e-6, "film_permittivity": 3.35}
+    factor = fringe_factor(width=width, round_contact=round_contact, **finger, **film)
+    assert round(100 * (float(factor) - 1), 1) == percent
+
+
 def in_units_of_thickness(permittivity, share, ratio):
     return {
         "electrical_thickness": 1.0,

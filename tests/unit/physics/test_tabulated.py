@@ -315,12 +315,26 @@ def test_faults_of_a_file_are_told_once(tmp_path):
             read_model(Material, {"model": "Tabulated", "file": str(tmp_path / file), "conductivity": 0})
         assert len(caught.value.problems) == 1
         assert case["words"] in str(caught.value)
+        assert f"{{model = 'Tabulated', file = '{tmp_path / file}', ...}}: " in str(caught.value)
     wrong = {"file": str(tmp_path / "up.csv"), "loss": {"model": "LossFactor", "colum": "loss"}}
     with pytest.raises(InputError) as caught:
         read_model(Material, {"model": "Tabulated", "conductivity": 0} | wrong)
     assert caught.value.problems == (
         "loss.colum: unknown parameter 'colum' of LossFactor. Did you mean 'column'?",
     )
+
+
+def test_a_table_without_the_usual_loss_column_names_the_other_forms(tmp_path):
+    write(tmp_path / "skin.csv", "frequency,permittivity,resistivity", FOUR, FOUR, FOUR)
+    content = {"model": "Tabulated", "file": str(tmp_path / "skin.csv"), "conductivity": 0}
+    with pytest.raises(InputError, match="no column 'loss'") as caught:
+        read_model(Material, content)
+    assert 'loss = { model = "..." } with Conductivity, LossFactor, LossTangent, Resistivity' in str(
+        caught.value
+    )
+    with pytest.raises(InputError, match="no column 'frequenzy'") as caught:
+        read_model(Material, content | {"frequency_column": "frequenzy"})
+    assert "loss" not in str(caught.value)
 
 
 @pytest.mark.parametrize("loss", LossColumn.__subclasses__())

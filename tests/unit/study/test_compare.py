@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -53,6 +55,15 @@ def test_defects_of_the_founding_paper_are_told(leaky):
         assert word in text
 
 
+def test_defects_of_the_papers_compared_come_first(leaky):
+    titles = [page.title for page in leaky.pages]
+    assert titles[1] == "Where the papers of these laws contradict themselves or others"
+    assert all(text.startswith(("Vezzoli 2014", "Persson")) for text in leaky.pages[1].paragraphs)
+    others = " ".join(leaky.pages[2].paragraphs)
+    for word in ("250 Hz is a fit of the leak", "rho_g > eps_d rho_d", "positive pulses"):
+        assert word in others
+
+
 def test_the_static_force_is_drawn_over_a_parameter(leaky):
     panel = leaky.panels[-1]
     assert panel.x == ("stack.gap.thickness", "m")
@@ -64,12 +75,117 @@ def test_an_unknown_law_is_refused_with_the_nearest_name():
         compare(load("vezzoli_2014/fig6"), models=["GapPlan"])
 
 
+COAT = {
+    "stack.insulator.thickness": 1e-6,
+    "stack.insulator.material.permittivity": 3.9,
+    "stack.stratum_corneum.material.permittivity": 1650.0,
+    "drive": {"model": "Constant", "level": 100.0},
+}
+
+
+@pytest.fixture(scope="module")
+def coat():
+    """31 N on 1 cm2: 265 MV/m in a gap that is no layer of the stack."""
+    return compare(load("vezzoli_2014/fig6").replace(COAT), over={"drive.level": np.array([10.0, 100.0])})
+
+
+def test_an_entry_beyond_breakdown_carries_its_lamp(coat):
+    broken = {entry.name: entry.breakdown for entry in coat.entries}
+    assert "265 MV/m" in broken.pop("GapPlane")
+    assert not any(broken.values())
+    rows = {row[0]: row for row in coat.tables[0].rows}
+    assert "(beyond breakdown)" in rows["GapPlane"][3]
+    assert "(beyond breakdown)" not in rows["InsulatorPlane"][3]
+    told = {what: law for law, what in coat.tables[1].rows}
+    assert next(law for what, law in told.items() if "static: the gap field" in what) == "GapPlane"
+    assert next(law for what, law in told.items() if "stratum corneum" in what) == "every law"
+
+
+def test_lamps_of_a_law_without_a_response_in_time_are_those_of_the_stack(coat):
+    found = {entry.name: entry for entry in coat.entries}
+    assert found["Vezzoli2014PerFrequency"].warnings == found["StratumCorneumPlane"].warnings != ()
+
+
+def test_air_that_breaks_down_is_marked_in_the_figure(coat):
+    marks = [curve for curve in coat.panels[-1].curves if curve.kind == "points"]
+    assert [(curve.label, list(curve.x)) for curve in marks] == [("GapPlane: air breaks down", [100.0])]
+
+
+def test_a_law_pulls_as_the_gap_plane_at_some_gap(coat):
+    """V^2/(K + g)^2 of the gap plane against each law: 8 and 15 um on the coat."""
+    why = {entry.name: entry.why for entry in coat.entries}
+    electrical = 1e-6 / 3.9 + 200e-6 / 1650
+    for name, ratio in (("EffectiveMediumPlane", electrical / 201e-6), ("StratumCorneumPlane", 1 / 1650)):
+        gap = electrical * (1 / math.sqrt(ratio) - 1)
+        assert f"gap plane at a gap of {1e6 * gap:.2g} um" in why[name]
+
+
+def test_leak_time_and_polarity_are_told(coat, leaky):
+    said = coat.pages[0].paragraphs
+    assert any("no gap that could leak" in text for text in said)
+    assert any("from 18.66 mN to" in text for text in said)
+    assert any("No law can show a polarity effect" in text for text in said)
+    assert any("The gap leaks" in text for text in leaky.pages[0].paragraphs)
+    assert "charge that has crossed counts as lost" in " ".join(said)
+
+
+def test_a_rectifying_layer_shows_polarity():
+    found = compare(load("kaczmarek_2006/skin_positive"))
+    polarity = {entry.name: entry.polarity for entry in found.entries}
+    # the skin's own voltage decays 7.7/2.5 times faster in one direction, and so does the integral of its square
+    assert polarity["StratumCorneumPlane"] == pytest.approx(2.5 / 7.7, rel=2e-2)
+    assert polarity["GapPlane"] == pytest.approx(1.0, abs=1e-2)
+    assert any("A layer tells the polarity" in text for text in found.pages[0].paragraphs)
+
+
+def test_nothing_that_conducts_keeps_every_force():
+    still = {"stack.stratum_corneum.material.conductivity": 0.0}
+    found = compare(load("vezzoli_2014/fig6").replace(still), models=["GapPlane"])
+    text = " ".join(found.pages[0].paragraphs)
+    assert "nothing conducts" in text
+    assert "differ by a factor" not in text
+
+
+def test_a_law_looks_the_same_in_every_figure_and_none_hides_another(coat):
+    looks = [
+        {curve.label: curve.look for curve in panel.curves if curve.kind != "points"} for panel in coat.panels
+    ]
+    for look in looks:
+        assert look.items() <= looks[0].items()
+    kinds = {curve.label: curve.kind for curve in coat.panels[-1].curves}
+    assert [kinds[name] for name in ("EffectiveMediumPlane", "Vezzoli2014Causal", "Vezzoli2014PerFrequency")] == [
+        "line", "dashed", "dotted",
+    ]  # fmt: skip
+
+
+def test_a_parameter_of_one_law_moves_no_other():
+    scenario = load("persson_2018/coat")
+    over = {"force.mean_gap": np.array([5e-6, 20e-6])}
+    found = compare(scenario, models=["Persson2018RoughGap", "GapPlane"], over=over)
+    forces = {curve.label: curve.y for curve in found.panels[-1].curves if curve.kind != "points"}
+    assert forces["Persson2018RoughGap"][0] > 2 * forces["Persson2018RoughGap"][1]
+    assert forces["GapPlane"][0] == forces["GapPlane"][1]
+
+
+def test_laws_that_cannot_run_here_leave_nothing_to_compare():
+    with pytest.raises(InputError, match="mean_gap: missing"):
+        compare(load("vezzoli_2014/fig6"), models=["Persson2018RoughGap"])
+    with pytest.raises(InputError, match="names no force law"):
+        compare(load("vezzoli_2014/fig6"), models=[])
+
+
 def test_catalogue_lists_everything_found_with_status_and_checks():
     listed = {entry.name: entry for entry in catalogue.models()}
     assert set(find_members(ForceLaw)) | set(papers()) <= set(listed)
     assert listed["Vezzoli2014Causal"].paper == "vezzoli_2014"
     assert listed["Vezzoli2014Causal"].status == "full text"
     assert listed["vezzoli_2014"].checks == 3
+
+
+def test_one_model_can_be_asked_for():
+    assert [entry.predicts for entry in catalogue.models("GapPlane")] == ["attraction of the finger"]
+    with pytest.raises(InputError, match="Did you mean 'GapPlane'"):
+        catalogue.models("GapPlne")
 
 
 @pytest.mark.parametrize("name", list(papers()))
@@ -79,11 +195,51 @@ def test_every_paper_says_what_it_claims_and_what_not(name):
     assert said["does not claim"]
 
 
+def test_what_is_computed_here_is_not_told_as_what_a_paper_does_not_claim():
+    said = catalogue.claims(papers()["nakamura_2017"])
+    assert said["does not claim"].endswith("a spring constant.")
+    assert said["here"].startswith("The electrics are two leaky layers")
+
+
 @pytest.mark.parametrize("name", list(papers()))
 def test_bibtex_has_key_and_citation(name):
     entry = catalogue.bibtex(papers()[name], name)
     assert entry.startswith(f"@misc{{{name},")
     assert entry.count("{") == entry.count("}")
+
+
+MODELS = {name: kind for family in catalogue.families() for name, kind in find_members(family).items()}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_parameter_has_a_meaning_and_a_default_or_none_with_its_source(name):
+    table = catalogue.parameters(MODELS[name])
+    assert table.headings == ("name", "unit", "range", "default", "meaning", "source")
+    for _, _, _, default, meaning, source in table.rows:
+        assert len(meaning) > 3
+        assert default
+        assert (source == "yours to give") == (default == "needed")
+        assert source
+
+
+def test_a_default_that_is_no_definition_names_its_source():
+    rows = {row[0]: row for row in catalogue.parameters(MODELS["Grounded"]).rows}
+    assert "IEEE" in rows["resistance"][-1]
+    rows = {row[0]: row for row in catalogue.parameters(MODELS["Persson2018RoughGap"]).rows}
+    assert rows["mean_gap"][3:6:2] == ("needed", "yours to give")
+    assert rows["spots"][3] == "PullingSpots"
+
+
+def test_a_paper_shows_its_values_with_their_sources():
+    rows = {row[0]: row[1:] for row in catalogue.values(papers()["kim_2015"]).rows}
+    assert rows["stack.insulator.thickness"] == ("90 um", "not read; as in vezzoli_2014, section 3.1")
+    assert catalogue.values(papers()["ciavarella_2020"]) is None
+
+
+def test_bibtex_can_be_typeset():
+    """An underscore of a DOI would end a LaTeX run; the field `doi` is not typeset."""
+    entry = catalogue.bibtex(papers()["vardar_2017"], "vardar_2017")
+    assert r"978-3-319-42321-0\_18" in entry
 
 
 def test_an_unknown_name_is_refused():

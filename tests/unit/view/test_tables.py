@@ -71,6 +71,8 @@ def test_models_are_those_that_were_chosen(scenario):
         "force",
         "friction",
         "contact",
+        "load.programme",
+        "motion.programme",
         "circuit.return_path",
         "stack.insulator.material",
         "stack.gap.material",

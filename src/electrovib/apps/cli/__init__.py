@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import sys
+from typing import Final, NoReturn
 
 import typer
 
-from electrovib.apps.cli import compare, export, init, models, report, reproduce, run, version
+from electrovib.apps.cli import compare, export, init, models, perceive, report, reproduce, run, version
 from electrovib.core.errors import ElectrovibError, InputError
+
+INTERRUPTED: Final = 130
+"""Exit code after Ctrl-C: 128 and the number of the signal."""
 
 app = typer.Typer(
     name="electrovib",
@@ -19,7 +23,7 @@ app = typer.Typer(
 )
 
 
-for _command in (run, compare, reproduce, models, report, export, init, version):
+for _command in (run, compare, perceive, reproduce, models, report, export, init, version):
     _command.register(app)
 
 
@@ -32,10 +36,18 @@ def main() -> None:
     except ElectrovibError as error:
         _stop(str(error))
     except KeyboardInterrupt:
-        print("electrovib: interrupted, nothing was left half written", file=sys.stderr)
-        sys.exit(130)
+        _interrupted()
+    except SystemExit as stop:  # the library turns an interrupt into this code, without a word
+        if stop.code == INTERRUPTED:
+            _interrupted()
+        raise
     except BrokenPipeError:
         sys.exit(1)
+
+
+def _interrupted() -> NoReturn:
+    print("electrovib: interrupted, nothing was left half written", file=sys.stderr)
+    sys.exit(INTERRUPTED)
 
 
 def _stop(*lines: str) -> None:

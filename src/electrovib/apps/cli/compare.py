@@ -32,12 +32,15 @@ def command(
     if not scenario:
         from electrovib.study.truth_table import truth_table
 
+        _refuse_without_scenario({"--models": models, "--over": over, "--output": output})
         print(as_text(truth_table()))
         return
     from electrovib.apps.progress import tracked
     from electrovib.view.compare import compare
 
-    names = [name.strip() for name in models.split(",") if name.strip()] if models else None
+    names = None
+    if models is not None:
+        names = list(dict.fromkeys(name.strip() for name in models.split(",") if name.strip()))
     with tracked("comparing force laws"):
         found = compare(scenario, models=names, over=over or [], output=output)
     for table in found.tables:
@@ -47,3 +50,12 @@ def command(
         print("\n\n".join(page.paragraphs) + "\n")
     if output:
         print(f"written: {output}")
+
+
+def _refuse_without_scenario(options: dict[str, object]) -> None:
+    from electrovib.core.errors import InputError
+
+    given = [name for name, value in options.items() if value is not None]
+    if given:
+        example = "electrovib compare vezzoli_2014/fig6"
+        raise InputError(f"{name}: needs a scenario, for instance {example} {name} ..." for name in given)

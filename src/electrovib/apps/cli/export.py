@@ -6,8 +6,6 @@ from typing import Annotated
 
 import typer
 
-from electrovib.apps.cli.run import read_changes
-
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -24,6 +22,7 @@ def command(
     ] = None,
 ) -> None:
     """Write a scenario as a netlist: drive, layers, body and force, for ngspice."""
+    from electrovib.apps.changes import read_changes
     from electrovib.export.scenario import export
 
     written = export(scenario, output, set=read_changes(changes or []))

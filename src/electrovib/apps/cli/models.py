@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from electrovib.core.checks import Check
     from electrovib.core.model import Model
 
 
@@ -62,7 +63,8 @@ def model_lines(model: type[Model]) -> list[str]:
 
     lines = [model.__name__, "=" * len(model.__name__), inspect.getdoc(model) or "", ""]
     lines += [f"equation   {name} = {text}" for name, text in model.equation.items()]
-    lines += ["", as_text(catalogue.parameters(model))]
+    table = catalogue.parameters(model)
+    lines += ["", as_text(table)] if table.rows else ["parameters none"]
     lines.append(f"how read   {model.status or 'a definition'}")
     if model.reference:
         lines.append(f"reference  {model.reference}")
@@ -72,6 +74,7 @@ def model_lines(model: type[Model]) -> list[str]:
         lines += [f"{key:<10} {text}" for key, text in catalogue.claims(papers()[name]).items()]
         lines += _disagreements(papers()[name])
         lines += _checks(papers()[name])
+    lines += _checks_told(model.checks)
     return lines + _beside_the_gap_plane(model)
 
 
@@ -98,6 +101,7 @@ def _beside_the_gap_plane(model: type[Model]) -> list[str]:
 
 def paper_lines(module: ModuleType, name: str) -> list[str]:
     """Show one paper."""
+    from electrovib.apps.cli.table import as_text
     from electrovib.study import catalogue
 
     lines = [name, "=" * len(name), module.CITATION, "", f"how read   {module.STATUS}"]
@@ -108,6 +112,9 @@ def paper_lines(module: ModuleType, name: str) -> list[str]:
         lines += [f"run        electrovib run {name}/{scenario}" for scenario in module.scenarios()]
     if hasattr(module, "skins"):
         lines += [f"skin       {skin.name} ({skin.status}): {skin.note}" for skin in module.skins().values()]
+    table = catalogue.values(module)
+    if table:
+        lines += ["", as_text(table)]
     return lines + _disagreements(module) + _checks(module)
 
 
@@ -116,7 +123,11 @@ def _disagreements(module: ModuleType) -> list[str]:
 
 
 def _checks(module: ModuleType) -> list[str]:
+    return _checks_told(getattr(module, "CHECKS", ()))
+
+
+def _checks_told(checks: tuple[Check, ...]) -> list[str]:
     return [
-        f"check      {check.name}: {check.expect:g} within {100 * check.rtol:g} % ({check.status}; {check.source})"
-        for check in getattr(module, "CHECKS", ())
+        f"check      {check.name}: {check.expect:g} within {100 * check.rtol:.2g} % ({check.status}; {check.source})"
+        for check in checks
     ]

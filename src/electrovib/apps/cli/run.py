@@ -6,8 +6,6 @@ from typing import Annotated, Any
 
 import typer
 
-from electrovib.core.errors import InputError
-
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -36,31 +34,9 @@ def command(
     """Simulate a scenario; write its Trace and a report."""
     from electrovib.apps.run import run
 
-    trace = run(scenario, set=read_changes(changes or []), over=over or [], output=output, report=report)
+    trace = run(scenario, set=changes or [], over=over or [], output=output, report=report)
     for line in summary(trace, output, report):
         print(line)
-
-
-def read_changes(texts: list[str]) -> dict[str, Any]:
-    """Read ``path=value`` texts; a value that begins with a brace or bracket is TOML."""
-    import tomllib
-
-    found: dict[str, Any] = {}
-    problems = []
-    for text in texts:
-        path, sign, value = text.partition("=")
-        if not sign or not path.strip():
-            problems.append(f"--set {text}: expected PATH=VALUE, for instance drive.high='150 V'")
-            continue
-        found[path.strip()] = value.strip()
-        if value.strip()[:1] in {"{", "["}:
-            try:
-                found[path.strip()] = tomllib.loads(f"value = {value.strip()}")["value"]
-            except tomllib.TOMLDecodeError as error:
-                problems.append(f"--set {text}: not valid TOML: {error}")
-    if problems:
-        raise InputError(problems)
-    return found
 
 
 def summary(trace: Any, output: str | None, report: str | None) -> list[str]:
@@ -81,6 +57,18 @@ def summary(trace: Any, output: str | None, report: str | None) -> list[str]:
         for lamp in json.loads(trace.attrs["lamps"])
         if lamp["state"] == "warning"
     ]
-    if trace.attrs["dropped_samples"]:
-        lines.append(f"warning: {trace.attrs['dropped_samples']} samples of the drive were dropped")
-    return lines + [f"written: {path}" for path in (output, report) if path]
+    if dropped := trace.attrs["dropped_samples"]:
+        words = "1 sample of the drive was" if dropped == 1 else f"{dropped} samples of the drive were"
+        lines.append(f"warning: {words} dropped")
+    return lines + [f"written: {path}" for path in (*_files(trace, output), report) if path]
+
+
+def _files(trace: Any, output: str | None) -> list[str]:
+    """Name what `save` wrote: a CSV file holds one dimension, so there may be two."""
+    from pathlib import Path
+
+    from electrovib.data.traces import csv_files
+
+    if output is None or Path(output).suffix.lower() != ".csv":
+        return [output] if output else []
+    return [str(path) for path in csv_files(trace.sizes, Path(output))]

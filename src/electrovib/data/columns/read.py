@@ -19,12 +19,20 @@ if TYPE_CHECKING:
 
     from electrovib.data.columns.column import Column
 
+
+def _from_matlab(path: Path, columns: Sequence[str | int]) -> dict[str | int, Column]:
+    from electrovib.data.readers.matlab import from_matlab  # which builds on the columns of this package
+
+    return from_matlab(path, columns)
+
+
 _READERS: Final[dict[str, Callable[[Path, Sequence[str | int]], dict[str | int, Column]]]] = {
     ".csv": from_text,
     ".txt": from_text,
     ".tsv": from_text,
     ".npy": from_npy,
     ".nc": from_netcdf,
+    ".mat": _from_matlab,
 }
 
 
@@ -35,7 +43,8 @@ def read_columns(path: Path, wanted: Mapping[str, tuple[str | int, str]]) -> dic
     ----------
     path : Path
         ``.csv``, ``.txt`` or ``.tsv`` (delimiter found, lines with ``#`` skipped, headings such as
-        ``time [us]`` or none), ``.npy`` (a row per sample, or a structured array) or ``.nc`` (variables).
+        ``time [us]`` or none), ``.npy`` (a row per sample, or a structured array), ``.nc`` (variables)
+        or ``.mat`` (``"name[3]"`` is column 3 of the array ``name``; a number is one of the only array).
     wanted : mapping
         Parameter name to (heading or 0-based number, unit of the numbers where the file names none).
 

@@ -155,7 +155,7 @@ def load_csv(path: Path) -> xarray.Dataset:
     arrays: dict[str, NDArray[Any]] = {}
     try:
         for file, over in csv_files(structure["sizes"], path).items():
-            part, belongs = (table, about) if file == path else _read_part(file)
+            part, belongs = (table, about) if file == path else _read_other(file, path)
             _check_same_save(file, belongs["table"], {"over": over, "key": about["table"]["key"]})
             arrays |= _read_arrays(part, structure, over)
         return rebuilt(structure, about["attributes"], arrays)
@@ -163,6 +163,12 @@ def load_csv(path: Path) -> xarray.Dataset:
         raise
     except (*DAMAGE, InputError) as error:
         raise damaged(path, "a Trace", error) from None
+
+
+def _read_other(file: Path, main: Path) -> tuple[Table, dict[str, Any]]:
+    if not file.exists():
+        raise DataFileError(f"{file}: there is no such file, but {main.name} was saved together with it.")
+    return _read_part(file)
 
 
 def _read_part(path: Path) -> tuple[Table, dict[str, Any]]:

@@ -48,7 +48,7 @@ def netlist(scenario: Scenario, *, name: str) -> str:
     _check(scenario)
     timing = Timing.of(scenario.drive, scenario.time)
     circuit = Circuit.of(scenario)
-    section = ReadSection(circuit.slabs, circuit.start, scenario.contact.gross_area())
+    section = ReadSection(circuit.slabs, circuit.start, scenario.contact_area)
     second = Surroundings.of(scenario).second
     check_digits(scenario, circuit, timing)
     force, nodes = force_sources(scenario.force, section, second=second)

@@ -6,16 +6,18 @@ import numpy as np
 
 from electrovib.papers.vezzoli_2014 import compute, values
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
-from electrovib.physics.material import Material
 from electrovib.physics.skin import time_constant
+from electrovib.physics.tabulated import Tabulated
 from electrovib.solve.simulate import simulate
 from electrovib.study.reproduction import Curve, Panel
 
 SHOWN = ("paper point", "palmar men 2 uS", "palmar men 20 uS", "1963 impedance", "Gabriel wet", "Gabriel dry")
 """Skins drawn one by one; all are in the bands and in the tables."""
+FORCE_FLOOR = 1e-7
+"""Below it figure 6 draws nothing [N]: a logarithm has no end, a sensor has."""
 
 
-def panels(own: Material | None) -> tuple[Panel, ...]:
+def panels(own: Tabulated | None) -> tuple[Panel, ...]:
     """Give all figures; `own` is a user's skin, drawn beside the published ones."""
     return (
         figure_2(),
@@ -50,7 +52,7 @@ def figure_2() -> Panel:
     )
 
 
-def figure_4(own: Material | None) -> Panel:
+def figure_4(own: Tabulated | None) -> Panel:
     """Time constant of the stratum corneum over frequency."""
     frequency = np.geomspace(10.0, 1e6, 201)
     skins = compute.all_skins()
@@ -74,9 +76,8 @@ def figure_4(own: Material | None) -> Panel:
     shown = [key for key in taus if skins[key].name in SHOWN]
     curves += [Curve(skins[key].name, frequency, taus[key]) for key in shown]
     if own is not None:
-        places = getattr(own, "band", (10.0, 1e6))
-        inside = np.geomspace(places[0], places[1], 101)
-        curves.append(Curve("your table", inside, time_constant(own, inside), kind="points"))
+        rows = own.table()[0]
+        curves.append(Curve("your table", rows, time_constant(own, rows), kind="points"))
     ends = np.array([10.0, 1e6])
     curves.append(Curve("7.7 ms, the paper's model", ends, np.full(2, values.TAU_MODEL), kind="dashed"))
     curves.append(Curve("6 ms, measured", ends, np.full(2, values.TAU_MEASURED), kind="dashed"))
@@ -110,8 +111,9 @@ def figure_6() -> Panel:
     curves = []
     for label, (scenario, kind) in cases.items():
         trace = simulate(scenario)
-        force = np.maximum(trace.electrostatic_force.values, 1e-7)
-        curves.append(Curve(label, trace.time.values, force, kind=kind))
+        force = trace.electrostatic_force.values
+        shown = np.where(force >= FORCE_FLOOR, force, np.nan)
+        curves.append(Curve(label, trace.time.values, shown, kind=kind))
     low, high = values.FORCE_MEASURED
     time = curves[0].x[[0, -1]]
     curves.insert(0, Curve("measured, 2 to 5 mN", time, np.full(2, low), np.full(2, high), "band"))
@@ -119,7 +121,7 @@ def figure_6() -> Panel:
         "fig6",
         "Figure 6: force under a 0 to 1000 V trapezium",
         "The paper prints no ramp; 36 ms is taken, with which law (1) and 7.7 ms give its 2.5 mN. Values below"
-        " 0.1 uN are drawn at 0.1 uN.",
+        " 0.1 uN are not drawn.",
         ("time", "s"),
         ("electrostatic force", "N"),
         tuple(curves),
@@ -150,7 +152,7 @@ def figure_6_ramps() -> Panel:
     )
 
 
-def figure_7_skins(own: Material | None) -> Panel:
+def figure_7_skins(own: Tabulated | None) -> Panel:
     """Force over frequency on a thin coat, relative to 10 kHz."""
     frequency = np.geomspace(100.0, 1e4, 81)
     curves = []

@@ -71,14 +71,14 @@ def _equations() -> tuple[Row, ...]:
 def _static() -> tuple[Row, ...]:
     force = values.static_force(voltage=values.VOLTAGE)
     spread = compute.thickness_spread()
-    law, gap = (thin / thick - 1 for thin, thick in spread.values())
+    law, gap = (thin / thick for thin, thick in spread.values())
     return (
         Row("static_force_1000V", "static force of equation (1) at 1000 V", None, force / 1e-3, "mN", "consistent",
             "not printed; from the printed inputs. The gap plane gives 607.6 mN: 10.74 times more"),
-        Row("thickness_spread_law_1", "rise of the static force from a 400 to a 100 um skin, law (1)", None, law, "1",
-            "consistent", "about the paper's 2 to 5 mN; but it is the geometric thickness in law (1) that spreads it"),
-        Row("thickness_spread_gap", "the same rise at the gap plane", None, gap, "1", "open",
-            "on a thick film the skin's thickness hardly changes the field in the gap: that the spread between"
+        Row("thickness_spread_law_1", "static force with a skin of 100 um over that with 400 um, law (1)", None, law, "1",
+            "consistent", "about the 2.5 of the paper's 2 to 5 mN; but it is the geometric thickness in law (1) that spreads it"),
+        Row("thickness_spread_gap", "the same ratio at the gap plane", None, gap, "1", "open",
+            "on a thick film the skin's thickness hardly changes the force in the gap: that the spread between"
             " persons comes from thickness follows from law (1), not from the field"),
     )  # fmt: skip
 

@@ -33,8 +33,8 @@ def page(rows: tuple[Row, ...]) -> Page:
             "The plane. Law (1) divides an energy by the geometric thickness. The finger separates from the plate in"
             " the gap, where the static force is 10.74 times larger (607.6 against 56.55 mN for a vanishing gap, 27.5"
             " mN for 100 um). That the spread between persons comes from the thickness of their skin is a property of"
-            f" law (1): from 400 to 100 um it rises by a factor {1 + _number(found['thickness_spread_law_1']):.2f}, the"
-            f" field in the gap by {100 * _number(found['thickness_spread_gap']):.1f} %.",
+            f" law (1): from 400 to 100 um it rises by a factor {_number(found['thickness_spread_law_1']):.2f}, the"
+            f" force in the gap by {100 * (_number(found['thickness_spread_gap']) - 1):.1f} %.",
             "The frequency in the time domain. Putting eps(f) and rho(f) into a formula for a pulse is not causal: the"
             f" law as printed answers with {interval('causality_residual')} of its peak 1 ms before a 20 ms ramp begins,"
             " for dispersive skins. So it is kept for one sine at a time, and a causal law stands beside it, in which"
@@ -43,10 +43,19 @@ def page(rows: tuple[Row, ...]) -> Page:
             "The return path. The paper does not say whether the subject was grounded. A floating body of 100 to"
             f" 400 pF leaves {interval('return_path_film')} of the force on the film, and"
             f" {interval('return_path_coat')} on a coat of 1 um.",
-            "The falling edge. The paper reports a difference on the discharging parts and suspects the sensor. One"
-            " relaxation time and a long hold give two equal pulses; a dispersive causal skin remembers, and gives a"
-            f" smaller second one: {interval('falling_edge_asymmetry')} over the cases here, with no new physics. The"
-            " sentence can also be read as the decay during the hold.",
+            "The falling edge. The paper reports a difference on the discharging parts and suspects the sensor. Its sentence"
+            " can be read in two ways, and each candidate answers for itself in the table below. Read as the falling ramp:"
+            " one relaxation time and a long hold give two equal pulses, so the paper's own model cannot; made causal with a"
+            f" dispersive skin it gives a smaller second one, {interval('falling_edge_asymmetry')} over the cases here, with"
+            " no new physics; sliding over fresh film lowers it the more the faster the finger, polarity turns it either"
+            " way, and an amplifier or a sensor can do anything. Read as the decay during the hold: sliding keeps a plateau"
+            " of the static force, a dispersive skin a slow tail, a leak that depends on polarity or field another time"
+            " constant, and viscoelastic skin and the sensor their own relaxations.",
+            "An experiment that would tell. A periodic trapezium of equal halves gives exactly equal pulses under any linear"
+            f" law (largest difference here {interval('periodic_trapezium')} of the peak): what remains different is then"
+            " polarity, the amplifier, sliding or the sensor. Inverting the drive turns polarity over and nothing else;"
+            " changing the speed moves sliding and nothing else; recording the voltage at the plate shows the amplifier; a"
+            " weight on the sensor shows the sensor.",
             "Figure 2 needs a gap that does not conduct. The lost charge of law (5) has no gap in it and would decay"
             " for a finger held off the plate too; the stack with air between stays constant, as measured.",
         ),

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.papers.vezzoli_2014.values import CITATION
 from electrovib.study.reproduction import Reproduction, Table
+
+if TYPE_CHECKING:
+    from electrovib.physics.tabulated import Tabulated
 
 EQUATIONS: Final[Mapping[str, str]] = {
     "1": r"$f_e = \frac{\varepsilon_0 A v^2}{2 (T_i/\varepsilon_i + T_s/\varepsilon_s)(T_s + T_i)}$",
@@ -37,27 +40,34 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
     InputError
         If the table cannot be read or is not a passive dielectric.
     """
-    from electrovib.papers.vezzoli_2014 import compute, figures, numbers, open_questions
+    from electrovib.papers.vezzoli_2014 import compute, falling_edge, figures, numbers, open_questions
 
     own = None if skin is None else _own_skin(skin)
-    rows = numbers.rows()
+    rows = (*numbers.rows(), *falling_edge.rows())
     return Reproduction(
         "vezzoli_2014",
         CITATION,
         rows,
-        figures.panels(own),
+        (*figures.panels(own), *falling_edge.panels()),
         (open_questions.page(rows),),
-        (_skin_table(compute.all_skins(), own),),
+        (_skin_table(compute.all_skins(), own), falling_edge.table()),
         EQUATIONS,
         tuple(sorted({found.source for found in compute.all_skins().values()})),
     )
 
 
-def _own_skin(file: str) -> Any:
-    from electrovib.core.model import read_model
+def _own_skin(file: str) -> Tabulated:
+    from pydantic import ValidationError
+
+    from electrovib.core.errors import InputError
     from electrovib.physics.tabulated import Tabulated
 
-    return read_model(Tabulated, {"file": file, "loss": {"model": "Resistivity"}, "conductivity": 0.0})
+    content = {"file": file, "loss": {"model": "Resistivity"}, "conductivity": 0.0}
+    try:
+        return Tabulated.model_validate(content)
+    except ValidationError as error:
+        faults = [item["msg"].removeprefix(f"{file}: ") for item in error.errors(include_url=False)]
+        raise InputError(f"skin = {file}: {fault}" for fault in faults) from None
 
 
 def _skin_table(skins: Mapping[str, Any], own: Any) -> Table:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.quantity import Number, Quantity
@@ -53,7 +53,7 @@ class Sum(Drive):
         ]
     }
 
-    drives: tuple[Drive, ...]
+    drives: Annotated[tuple[Drive, ...], Field(description="what is added, at least one")]
 
     @model_validator(mode="after")
     def _has_drives(self) -> Self:

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.column_unit import column_unit, is_unit_of
@@ -73,14 +73,14 @@ class Sampled(Drive):
 
     example: ClassVar[Mapping[str, Any]] = {"time_samples": [0, 1e-3, 3e-3], "voltage_samples": [0, 10, 0]}
 
-    file: str = ""
-    time_column: str | int = "time"
-    time_unit: Annotated[str, column_unit("s")] = "s"
-    voltage_column: str | int = "voltage"
-    voltage_unit: Annotated[str, column_unit("V")] = "V"
+    file: Annotated[str, Field(description="csv, npy or nc file with the record")] = ""
+    time_column: Annotated[str | int, Field(description="name or number of the column")] = "time"
+    time_unit: Annotated[str, column_unit("s"), Field(description="unit of the column")] = "s"
+    voltage_column: Annotated[str | int, Field(description="name or number of the column")] = "voltage"
+    voltage_unit: Annotated[str, column_unit("V"), Field(description="unit of the column")] = "V"
     stamps: StampTreatment = Refuse()
-    time_samples: Samples = Samples([])
-    voltage_samples: Samples = Samples([])
+    time_samples: Annotated[Samples, Field(description="time stamps [s], in place of a file")] = Samples([])
+    voltage_samples: Annotated[Samples, Field(description="voltages [V], in place of a file")] = Samples([])
 
     @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:

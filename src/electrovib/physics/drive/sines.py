@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.quantity import Number, Quantity
@@ -53,7 +53,7 @@ class Burst(Drive):
 
     amplitude: Annotated[Number, _AMPLITUDE]
     frequency: Annotated[Number, _FREQUENCY]
-    cycles: int
+    cycles: Annotated[int, Field(description="whole number of cycles, 1 to 1e9")]
     delay: Annotated[Number, Quantity("s", 0, 1e3, "time before the burst")] = 0.0
 
     @model_validator(mode="after")

@@ -6,6 +6,7 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.friction.base import Friction, SteadyFriction
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _COULOMB: Mapping[str, Any] = {"model": "Coulomb", "coefficient": 0.5}
+_NEAREST = 1e-8
+"""Share of the strength within which Dahl's rate is straight for exponents below 1, whose slope would be endless."""
 _STIFFNESS = Quantity("N/m", 1e-3, 1e12, "stiffness of the contact before it slides")
 
 
@@ -28,8 +31,32 @@ class BristleFriction(Friction, family=True):
     deflection z is the state. It stores stiffness z^2/2.
     """
 
-    steady: SteadyFriction
+    steady: Annotated[
+        SteadyFriction, Field(description="friction of steady sliding, from which the strength follows")
+    ]
     stiffness: Annotated[Number, _STIFFNESS]
+
+    @property
+    def yields_smoothly(self) -> bool:
+        """Tell whether the rate of the deflection is smooth where the bristles reach the strength."""
+        return True
+
+    def strength_at(self, speed: NDArray[np.float64], strength: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Steady friction at a speed, without viscous part.
+
+        Parameters
+        ----------
+        speed : float or ndarray
+            m/s.
+        strength : float or ndarray, same shape
+            Of fast sliding [N].
+
+        Returns
+        -------
+        float or ndarray
+            N, same shape.
+        """
+        return np.asarray(strength + 0 * np.asarray(speed))[()]
 
     @abstractmethod
     def deflection_rate(
@@ -110,20 +137,7 @@ class LuGre(BristleFriction):
     viscous_damping: Annotated[Number, Quantity("N s/m", 0, 1e6, "damping of the sliding")] = 0.0
 
     def strength_at(self, speed: NDArray[np.float64], strength: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Steady friction at a speed, without viscous part.
-
-        Parameters
-        ----------
-        speed : float or ndarray
-            m/s.
-        strength : float or ndarray, same shape
-            Of fast sliding [N].
-
-        Returns
-        -------
-        float or ndarray
-            N, same shape.
-        """
+        """Steady friction [N], larger at slow speeds."""
         excess = (self.static_ratio - 1) * np.exp(-((np.asarray(speed) / self.stribeck_speed) ** 2))
         return np.asarray(strength * (1 + excess))[()]
 
@@ -151,7 +165,8 @@ class Dahl(BristleFriction):
     Notes
     -----
     z' = u |1 - r|^exponent sign(1 - r), r = stiffness z sign(u)/strength, F = stiffness z. It slides steadily at
-    the strength and knows no static excess: it does not stick and slip by itself. A finger in other people's
+    the strength and knows no static excess: it does not stick and slip by itself. Below exponent 1 it reaches
+    the strength after a finite way, and the last 1e-8 of it is taken as straight. A finger in other people's
     code has coefficient 0.6, 500 N/m, exponent 0.7.
     """
 
@@ -160,6 +175,11 @@ class Dahl(BristleFriction):
     example: ClassVar[Mapping[str, Any]] = {"steady": _COULOMB, "stiffness": 500.0}
 
     exponent: Annotated[Number, Quantity("1", 0.5, 5, "how the stiffness falls; 1 is an exponential")] = 1.0
+
+    @property
+    def yields_smoothly(self) -> bool:
+        """Tell whether |1 - r|^exponent sign(1 - r) is a polynomial: odd exponents."""
+        return self.exponent % 2 == 1
 
     def deflection_rate(
         self,
@@ -170,7 +190,8 @@ class Dahl(BristleFriction):
     ) -> NDArray[np.float64]:
         """Rate of the deflection [m/s]."""
         left = 1 - direction * self.stiffness * np.asarray(deflection) / strength
-        return np.asarray(speed * np.abs(left) ** self.exponent * np.sign(left))[()]
+        size = np.hypot(left, _NEAREST) if self.exponent < 1 else np.abs(left)
+        return np.asarray(speed * left * np.where(size > 0, size, 1.0) ** (self.exponent - 1))[()]
 
     def force(
         self, deflection: NDArray[np.float64], rate: NDArray[np.float64], speed: NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
@@ -37,7 +37,7 @@ class FirstOrderLag(Friction):
         "renewal_length": 72.5e-6,
     }
 
-    steady: SteadyFriction
+    steady: Annotated[SteadyFriction, Field(description="friction of steady sliding, which is followed")]
     cut_off: Annotated[
         Number, Quantity("Hz", 1e-3, 1e9, "corner of the friction response at the speed below")
     ]
@@ -88,8 +88,10 @@ class Creep(Friction):
         "relaxations": ({"share": 0.2, "time": 4e-3}, {"share": 0.2, "time": 70e-3}),
     }
 
-    steady: SteadyFriction
-    relaxations: tuple[Relaxation, ...]
+    steady: Annotated[SteadyFriction, Field(description="friction of steady sliding, which is followed")]
+    relaxations: Annotated[
+        tuple[Relaxation, ...], Field(description="slow parts, in the order of their times")
+    ]
 
     @model_validator(mode="after")
     def _at_most_all(self) -> Self:

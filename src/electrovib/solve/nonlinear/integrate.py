@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError
+from electrovib.solve.nonlinear.collocation import Piece, adaptive_steps, even_steps
+from electrovib.solve.nonlinear.events import first_fall, land
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -41,16 +43,76 @@ class System(Protocol):
         """Times up to `end` [s] at which the rate is not smooth in time, or the state jumps."""
 
     def jump(self, time: float, state: Real) -> Real:
-        """State just after a break [s], from that just before."""
+        """State just after a break.
+
+        Parameters
+        ----------
+        time : float
+            Of the break [s].
+        state : ndarray, shape (states,)
+            Just before it.
+
+        Returns
+        -------
+        ndarray, shape (states,)
+            Just after it.
+        """
 
     def rate(self, time: float, state: Real, mode: Mode) -> Real:
-        """Rate of change of each state [its unit/s]."""
+        """Rate of change of each state.
+
+        Parameters
+        ----------
+        time : float
+            s.
+        state : ndarray, shape (states,)
+            There.
+        mode : Mode
+            That holds.
+
+        Returns
+        -------
+        ndarray, shape (states,)
+            Unit of each state per second.
+        """
 
     def switches(self, time: float, state: Real, mode: Mode) -> Real:
-        """Values that stay above 0 as long as the mode holds."""
+        """Values that stay above 0 as long as the mode holds.
+
+        Parameters
+        ----------
+        time : float
+            s.
+        state : ndarray, shape (states,)
+            There.
+        mode : Mode
+            That holds.
+
+        Returns
+        -------
+        ndarray, shape (switches,)
+            In any unit.
+        """
 
     def following(self, index: int, time: float, state: Real, mode: Mode) -> Mode:
-        """Mode after the switch of this index has fallen through zero."""
+        """Mode after a switch has fallen through zero.
+
+        Parameters
+        ----------
+        index : int
+            Which switch.
+        time : float
+            When [s].
+        state : ndarray, shape (states,)
+            There.
+        mode : Mode
+            That has ended.
+
+        Returns
+        -------
+        Mode
+            That begins.
+        """
 
 
 @dataclass(frozen=True)
@@ -114,23 +176,27 @@ def integrate(
 
     Notes
     -----
-    Radau IIA of three stages: order 5 where the rate is smooth. Breaks are ends of steps, and an event ends the
-    step at its root, found on the collocation polynomial and then solved for again, so that kinks cost no order.
+    Radau IIA of three stages: order 5 where the rate is smooth (`collocation.ORDER`). Breaks are ends of steps,
+    and up to a break the rate is asked for times before it. An event ends the step at its root: it is found on
+    the collocation polynomial, the shortened step is solved again, and its length corrected until its own end
+    is the root, so that kinks cost no order. A mode that does not hold after a jump ends there at once.
     """
     end = float(times[-1])
     states, modes = np.empty((len(state), len(times))), [mode] * len(times)
     stops = np.unique([0.0, *(b for b in system.breaks(end) if 0 < b < end), end])
-    now, filled, events, steps, evaluations = 0.0, 0, [], 0, 0
+    now, filled, steps, evaluations = 0.0, 0, 0, 0
+    events: list[tuple[float, int]] = []
     state = system.jump(0.0, np.array(state, dtype=float))
     for stop in stops[1:].tolist():
+        mode = _mode_after_jump(system, now, state, mode, events)
         while now < stop:
             leg = _leg(system, now, stop, state, mode, tolerance, step)
             steps, evaluations = steps + leg.steps, evaluations + leg.evaluations
-            last = np.searchsorted(times, leg.end, side="left" if leg.end == stop else "right")
+            last = int(np.searchsorted(times, leg.end, side="left" if leg.end == stop else "right"))
             if last > filled:
                 states[:, filled:last] = leg.at(times[filled:last])
                 modes[filled:last] = [mode] * (last - filled)
-                filled = int(last)
+                filled = last
             now, state = leg.end, leg.state
             if leg.event is not None:
                 events.append((now, leg.event))
@@ -143,6 +209,19 @@ def integrate(
     return Solved(states, tuple(modes), tuple(events), steps, evaluations)
 
 
+def _mode_after_jump(
+    system: System, now: float, state: Real, mode: Mode, events: list[tuple[float, int]]
+) -> Mode:
+    """Change the mode until it holds, once for each switch at most."""
+    for _ in range(len(system.switches(now, state, mode))):
+        fallen = np.flatnonzero(system.switches(now, state, mode) < 0)
+        if not len(fallen):
+            break
+        events.append((now, int(fallen[0])))
+        mode = system.following(int(fallen[0]), now, state, mode)
+    return mode
+
+
 @dataclass(frozen=True)
 class _Leg:
     """One smooth stretch: up to a break or an event."""
@@ -151,17 +230,18 @@ class _Leg:
     state: Real
     event: int | None
     pieces: tuple[Callable[[Real], Real], ...]
-    bounds: Real
+    bounds: tuple[float, ...]
     steps: int
     evaluations: int
 
     def at(self, times: Real) -> Real:
-        """States at times of this stretch, from the collocation polynomials."""
-        place = np.clip(np.searchsorted(self.bounds, times, side="left") - 1, 0, max(len(self.pieces) - 1, 0))
+        """States at increasing times of this stretch, from the collocation polynomials."""
         found = np.empty((len(self.state), len(times)))
-        for index in np.unique(place).tolist():
-            chosen = place == index
-            found[:, chosen] = self.pieces[index](times[chosen])
+        edges = np.searchsorted(times, self.bounds, side="right")
+        edges[0], edges[-1] = 0, len(times)
+        for index in np.flatnonzero(np.diff(edges)).tolist():
+            inside = slice(edges[index], edges[index + 1])
+            found[:, inside] = self.pieces[index](times[inside])
         found[:, times >= self.end] = self.state[:, None]
         return found
 
@@ -170,80 +250,35 @@ def _leg(
     system: System, start: float, stop: float, state: Real, mode: Mode, tolerance: float, step: float | None
 ) -> _Leg:
     """Integrate until a break or the first event."""
-    solver = _solver(system, start, stop, state, mode, tolerance, step)
-    pieces: list[Callable[[Real], Real]] = []
-    bounds = [start]
-    while solver.status == "running":
-        before = solver.t
-        message = solver.step()
-        if solver.status == "failed":
-            raise ElectrovibError(f"the equations could not be solved beyond {solver.t:.6g} s: {message}")
-        piece = solver.dense_output()
-        if np.any(system.switches(solver.t, solver.y, mode) < 0):
-            when, index = _first_fall(system, piece, before, solver.t, mode)
-            if when > before:
-                fixed = _solver(system, before, when, piece(before), mode, tolerance, None)
-                landed, extra = _land(fixed) if step is None else (piece(when), 0)
-            else:
-                landed, extra = piece(before), 0
-            when = max(when, start + _APART * stop)
-            return _Leg(
-                when,
-                landed,
-                index,
-                (*pieces, piece),
-                np.array([*bounds, solver.t]),
-                len(pieces) + 1,
-                solver.nfev + extra,
-            )
-        pieces.append(piece)
-        bounds.append(solver.t)
-    return _Leg(stop, solver.y, None, tuple(pieces), np.array(bounds), len(pieces), solver.nfev)
-
-
-def _land(solver) -> tuple[Real, int]:  # type: ignore[no-untyped-def]  # noqa: ANN001  # scipy's solver has no type
-    """Solve the shortened step again, so that its end has the accuracy of a step and not of a polynomial."""
-    while solver.status == "running":
-        solver.step()
-    return solver.y, solver.nfev
-
-
-def _solver(  # type: ignore[no-untyped-def]  # noqa: ANN202
-    system: System, start: float, stop: float, state: Real, mode: Mode, tolerance: float, step: float | None
-):
-    from scipy.integrate import Radau
+    asked, latest = 0, np.nextafter(stop, start)
 
     def rate(time: float, now: Real) -> Real:
-        return system.rate(time, now, mode)
+        nonlocal asked
+        asked += 1
+        return system.rate(min(time, latest), now, mode)
 
-    if step is None:
-        return Radau(rate, start, state, stop, rtol=tolerance, atol=tolerance * system.scale)
-    count = max(1, int(np.ceil((stop - start) / step * (1 - 1e-9))))
-    size = (stop - start) / count
-    # errors count against a scale so large that every step passes; its equations are solved to rounding all the same
-    solver = Radau(
-        rate, start, state, stop, first_step=size, max_step=size, rtol=1.0, atol=1e6 * system.scale
+    pieces: list[Callable[[Real], Real]] = []
+    bounds = [start]
+    taken = (
+        adaptive_steps(rate, start, stop, state, system.scale, tolerance)
+        if step is None
+        else even_steps(rate, start, stop, state, system.scale, step)
     )
-    solver.newton_tol = 1e-19
-    return solver
-
-
-def _first_fall(  # type: ignore[no-untyped-def]
-    system: System,
-    piece,  # noqa: ANN001
-    before: float,
-    after: float,
-    mode: Mode,
-) -> tuple[float, int]:
-    """Find when the first of the switches that end a step below zero falls through it, and which."""
-    from scipy.optimize import brentq
-
-    def value(time: float, index: int) -> float:
-        return float(system.switches(time, piece(time), mode)[index])
-
-    falls = []
-    for index in np.flatnonzero(system.switches(after, piece(after), mode) < 0).tolist():
-        at_once = value(before, index) <= 0 or value(after, index) >= 0
-        when = before if at_once else brentq(value, before, after, args=(index,), xtol=1e-300, rtol=1e-15)
-        falls.append((float(when), index))
-    return min(falls)
+    for after, end_state, piece in taken:
+        before, before_state = bounds[-1], state
+        fall = first_fall(system, piece, before, after, end_state, mode)
+        if fall is None:
+            pieces.append(piece)
+            bounds.append(after)
+            state = end_state
+            continue
+        when, index = fall
+        landed: tuple[Piece, ...] = ()
+        if when > before:
+            landed = land(rate, system, before, before_state, when, after, index, mode)
+            when, state = landed[-1].end, landed[-1].state
+        when = min(max(when, start + _APART * stop), stop)
+        every: tuple[Callable[[Real], Real], ...] = (*pieces, *landed) or (piece,)
+        bounds += [part.end for part in landed[:-1]] + [when] * bool(landed or not pieces)
+        return _Leg(when, state, index, every, tuple(bounds), len(every), asked)
+    return _Leg(stop, state, None, tuple(pieces), tuple(bounds), len(pieces), asked)

@@ -1,20 +1,29 @@
-"""Exact recursion of relaxing modes driven by one voltage of straight pieces."""
+"""Exact recursion of relaxing and ringing modes driven by one voltage or force of straight pieces."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from electrovib.solve.recursion.blocks import march_even
-from electrovib.solve.recursion.hold import hold_weights
+from electrovib.solve.recursion.fused import march_chain
+from electrovib.solve.recursion.hold import hold_weights, hold_weights_complex
 from electrovib.solve.recursion.jittered import march_jittered
-from electrovib.solve.recursion.loop import march_loop
+from electrovib.solve.recursion.loop import march_loop, march_pairs_loop
 from electrovib.solve.recursion.record import gather
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["hold_weights", "march", "march_loop"]
+__all__ = [
+    "hold_weights",
+    "hold_weights_complex",
+    "march",
+    "march_chain",
+    "march_loop",
+    "march_pairs",
+    "march_pairs_loop",
+]
 
 
 def march(
@@ -25,6 +34,8 @@ def march(
     ends: ArrayLike,
     steps: ArrayLike,
     initial_state: ArrayLike,
+    *,
+    keep: int = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Follow relaxing modes through a drive of straight pieces, exactly at any step.
 
@@ -45,10 +56,12 @@ def march(
         for an even grid pass a number, since differences of time stamps are equal only up to rounding.
     initial_state : array_like, (poles,)
         State at the first point, in the unit of the drive; zeros for rest.
+    keep : int
+        Every so many points one is put out, beginning with the first; what lies between is not computed.
 
     Returns
     -------
-    output : ndarray, (outputs, pieces + 1)
+    output : ndarray, (outputs, pieces // keep + 1)
         Outputs at the points between the pieces and at both ends. Where the drive jumps, the value just
         after the jump; at the last point the drive is ``ends[-1]``.
     final_state : ndarray, (poles,)
@@ -73,5 +86,53 @@ def march(
     .. [1] G. E. Blelloch, "Prefix sums and their applications", Carnegie Mellon University,
            CMU-CS-90-190, 1990.
     """
-    modes, drive, state = gather(poles, gains, direct, starts, ends, steps, initial_state)
-    return march_jittered(modes, drive, state) if drive.steps.ndim else march_even(modes, drive, state)
+    modes, drive, state = gather(poles, gains, direct, starts, ends, steps, initial_state, keep=keep)
+    return (march_jittered if drive.steps.ndim else march_even)(modes, drive, state, keep)
+
+
+def march_pairs(
+    poles: ArrayLike,
+    gains: ArrayLike,
+    direct: ArrayLike,
+    starts: ArrayLike,
+    ends: ArrayLike,
+    steps: ArrayLike,
+    initial_state: ArrayLike,
+    *,
+    keep: int = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+    """Follow ringing modes through a drive of straight pieces, exactly at any step.
+
+    Parameters
+    ----------
+    poles : array_like of complex, (poles,)
+        Real ones, and of each conjugate pair the one with the positive imaginary part [1/s]; real parts
+        negative.
+    gains : array_like of complex, (outputs, poles)
+        Share of every mode in every output [-]; the conjugate mode has the conjugate gain and is not given.
+    direct, starts, ends, steps, keep : array_like
+        As in ``march``.
+    initial_state : array_like of complex, (poles,)
+        State at the first point, in the unit of the drive; zeros for rest, the drive itself for steadiness.
+
+    Returns
+    -------
+    output : ndarray, (outputs, pieces // keep + 1)
+        As in ``march``.
+    final_state : ndarray of complex, (poles,)
+        State at the last point.
+
+    Raises
+    ------
+    InputError
+        As in ``march``; or if a pole has a negative imaginary part.
+
+    Notes
+    -----
+    ``x_k' = p_k (x_k - v)``, ``y = direct v + Re sum_k w_k gain_k x_k`` with ``w_k`` 1 for a real pole and 2
+    for a pair. The block products are those of ``march``, over the real and imaginary parts of the modes.
+    """
+    modes, drive, state = gather(
+        poles, gains, direct, starts, ends, steps, initial_state, keep=keep, pairs=True
+    )
+    return (march_jittered if drive.steps.ndim else march_even)(modes, drive, state, keep)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from electrovib.solve.recursion.hold import hold_weights
-from electrovib.solve.recursion.record import Array, Drive, Modes
+from electrovib.solve.recursion.hold import weights_of
+from electrovib.solve.recursion.record import Array, Drive, Modes, States
 from electrovib.solve.recursion.scan import fold_length, states_before
 
 _CHUNK = 64 * 64  # pieces; half and twice the side are slower: calls, then memory
 
 
-def march_jittered(modes: Modes, drive: Drive, state: Array) -> tuple[Array, Array]:
+def march_jittered(modes: Modes, drive: Drive, state: States, keep: int) -> tuple[Array, States]:
     """Follow relaxing modes through a drive whose pieces last unequally long.
 
     Parameters
@@ -22,31 +22,36 @@ def march_jittered(modes: Modes, drive: Drive, state: Array) -> tuple[Array, Arr
         Pieces with one duration each.
     state : ndarray, (poles,)
         State at the first point.
+    keep : int
+        Every so many points one is put out.
 
     Returns
     -------
-    output : ndarray, (outputs, pieces + 1)
+    output : ndarray, (outputs, pieces // keep + 1)
         As in ``march``.
     state : ndarray, (poles,)
         State at the last point.
     """
     pieces = drive.starts.size
-    output = np.empty((modes.direct.size, pieces + 1))
+    output = np.empty((modes.direct.size, pieces // keep + 1))
     for begin in range(0, pieces, _CHUNK):
         part = slice(begin, min(begin + _CHUNK, pieces))
         before, state = _advance(modes.poles, Drive(*(each[part] for each in drive)), state)
-        output[:, part] = modes.gains @ before.T
-    output[:, :-1] += modes.direct[:, np.newaxis] * drive.starts
-    output[:, -1] = modes.gains @ state + modes.direct * drive.ends[-1]
+        kept = before[-begin % keep :: keep]
+        place = -(-begin // keep)
+        output[:, place : place + len(kept)] = (modes.gains @ kept.T).real
+    output[:, : -(-pieces // keep)] += modes.direct[:, np.newaxis] * drive.starts[::keep]
+    if pieces % keep == 0:
+        output[:, -1] = (modes.gains @ state).real + modes.direct * drive.ends[-1]
     return output, state
 
 
-def _advance(poles: Array, drive: Drive, state: Array) -> tuple[Array, Array]:
+def _advance(poles: States, drive: Drive, state: States) -> tuple[States, States]:
     """Give the states before every piece of one chunk, (pieces, poles), and after the chunk."""
     pieces = drive.starts.size
     columns, rows = fold_length(pieces)
     starts, ends, steps = (_fold(each, columns, rows) for each in drive)
-    decays, first, last = hold_weights(steps * poles)
+    decays, first, last = weights_of(steps * poles)
     first *= starts
     last *= ends
     first += last

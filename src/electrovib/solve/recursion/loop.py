@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.solve.recursion.hold import hold_weights
+from electrovib.solve.recursion.hold import weights_of
 from electrovib.solve.recursion.record import gather
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
+
+    from electrovib.solve.recursion.record import Array, Drive, Modes, States
 
 
 def march_loop(
@@ -46,14 +48,48 @@ def march_loop(
     Since ``decay = 1 - first - last``, a step is ``x + first (v_start - x) + last (v_end - x)``: a mode
     much slower than the step keeps the digits that are lost when its decay is rounded next to 1.
     """
-    modes, drive, state = gather(poles, gains, direct, starts, ends, steps, initial_state)
+    return _follow(*gather(poles, gains, direct, starts, ends, steps, initial_state))
+
+
+def march_pairs_loop(
+    poles: ArrayLike,
+    gains: ArrayLike,
+    direct: ArrayLike,
+    starts: ArrayLike,
+    ends: ArrayLike,
+    steps: ArrayLike,
+    initial_state: ArrayLike,
+) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+    """Follow ringing modes through a drive of straight pieces, one piece after the other.
+
+    Parameters
+    ----------
+    poles, gains, direct, starts, ends, steps, initial_state : array_like
+        As in ``march_pairs``.
+
+    Returns
+    -------
+    output : ndarray, (outputs, pieces + 1)
+        As in ``march_pairs``.
+    final_state : ndarray of complex, (poles,)
+        As in ``march_pairs``.
+
+    Raises
+    ------
+    InputError
+        As in ``march_pairs``.
+    """
+    return _follow(*gather(poles, gains, direct, starts, ends, steps, initial_state, pairs=True))
+
+
+def _follow(modes: Modes, drive: Drive, state: States) -> tuple[Array, States]:
     pieces = drive.starts.size
     durations = np.broadcast_to(drive.steps, (pieces,))
     output = np.empty((modes.direct.size, pieces + 1))
     for piece, (start, end, duration) in enumerate(zip(drive.starts, drive.ends, durations, strict=True)):
         if piece == 0 or duration != durations[piece - 1]:
-            _, first, last = hold_weights(modes.poles * duration)
-        output[:, piece] = modes.direct * start + modes.gains @ state
+            _, first, last = weights_of(modes.poles * duration)
+        output[:, piece] = modes.direct * start + (modes.gains @ state).real
         state = state + first * (start - state) + last * (end - state)
-    output[:, pieces] = modes.direct * drive.ends[-1] + modes.gains @ state
+    output[:, pieces] = modes.direct * drive.ends[-1] + (modes.gains @ state).real
     return output, state

@@ -2,31 +2,34 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from electrovib.core.errors import InputError
 
-Array = NDArray[np.float64]
+Array: TypeAlias = NDArray[np.float64]
+States: TypeAlias = NDArray[Any]
+"""Of relaxing modes float64; of modes that may ring complex128, one of each conjugate pair."""
 
 
 class Modes(NamedTuple):
-    """Real relaxing modes and what each of them gives to each output.
+    """Modes and what each of them gives to each output.
 
     Parameters
     ----------
     poles : ndarray, (poles,)
-        Rates [1/s], negative.
+        Rates [1/s]: negative, or complex with a negative real part.
     gains : ndarray, (outputs, poles)
-        Share of every mode in every output [-].
+        Share of every mode in every output [-]; twice that of a mode that stands for a pair. The real part
+        of the sum counts.
     direct : ndarray, (outputs,)
         Share of the drive itself in every output [-].
     """
 
-    poles: Array
-    gains: Array
+    poles: States
+    gains: States
     direct: Array
 
 
@@ -66,13 +69,18 @@ def gather(
     ends: ArrayLike,
     steps: ArrayLike,
     initial_state: ArrayLike,
-) -> tuple[Modes, Drive, Array]:
+    *,
+    keep: int = 1,
+    pairs: bool = False,
+) -> tuple[Modes, Drive, States]:
     """Turn the arguments of a recursion into contiguous arrays and refuse what does not fit together.
 
     Parameters
     ----------
-    poles, gains, direct, starts, ends, steps, initial_state : array_like
+    poles, gains, direct, starts, ends, steps, initial_state, keep : array_like
         As in ``march``.
+    pairs : bool
+        Poles may be complex, one of each conjugate pair given, as in ``march_pairs``.
 
     Returns
     -------
@@ -86,20 +94,27 @@ def gather(
     Raises
     ------
     InputError
-        If shapes disagree, a pole is not negative, or a duration is negative or not finite.
+        If shapes disagree, a pole does not decay, a duration is negative or not finite, or ``keep`` is no
+        positive whole number.
     """
-    given = [np.ascontiguousarray(each, np.float64) for each in (poles, gains, direct, starts, ends)]
-    modes, drive = Modes(*given[:3]), Drive(given[3], given[4], np.asarray(steps, np.float64))
-    state = np.array(initial_state, np.float64)
+    kind = np.complex128 if pairs else np.float64
+    own: list[States] = [np.ascontiguousarray(each, kind) for each in (poles, gains)]
+    given = [np.ascontiguousarray(each, np.float64) for each in (direct, starts, ends)]
+    modes, drive = Modes(own[0], own[1], given[0]), Drive(given[1], given[2], np.asarray(steps, np.float64))
+    state: States = np.array(initial_state, kind)
     problems = [*_shape_problems(modes, drive, state), *_value_problems(modes, drive)]
+    if isinstance(keep, bool) or not isinstance(keep, int) or keep < 1:
+        problems.append(f"march.keep = {keep!r}: expected a whole number of points, 1 or more.")
     if problems:
         raise InputError(problems)
+    if pairs:
+        modes = modes._replace(gains=modes.gains * np.where(modes.poles.imag == 0.0, 1.0, 2.0))
     if drive.steps.ndim and drive.steps.min() == drive.steps.max():
         drive = drive._replace(steps=drive.steps[0])
     return modes, drive, state
 
 
-def _shape_problems(modes: Modes, drive: Drive, state: Array) -> list[str]:
+def _shape_problems(modes: Modes, drive: Drive, state: States) -> list[str]:
     """List every array whose shape disagrees with the poles, the outputs or the pieces of drive."""
     count, outputs, pieces = modes.poles.size, modes.direct.size, drive.starts.size
     wanted = {
@@ -123,10 +138,12 @@ def _shape_problems(modes: Modes, drive: Drive, state: Array) -> list[str]:
 def _value_problems(modes: Modes, drive: Drive) -> list[str]:
     """List poles that do not relax and durations that run backwards."""
     found = []
-    if not np.all(modes.poles < 0.0):
+    if not np.all((modes.poles.real < 0.0) & (modes.poles.imag >= 0.0)):
         found.append(
             f"march.poles = {modes.poles}: every pole must be negative; "
             "a conserved quantity (pole 0) is integrated, not relaxed."
+            + " Of a conjugate pair give the one with the positive imaginary part."
+            * np.iscomplexobj(modes.poles)
         )
     if not np.all((drive.steps >= 0.0) & np.isfinite(drive.steps)):
         found.append("march.steps holds a negative or not finite duration; sort the time stamps.")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from electrovib.solve.recursion.record import Array
+    from electrovib.solve.recursion.record import States
 
 
 def fold_length(count: int) -> tuple[int, int]:
@@ -27,7 +27,7 @@ def fold_length(count: int) -> tuple[int, int]:
     return columns, -(-count // columns)
 
 
-def states_before(pushes: Array, decays: Array, row_decays: Array, state: Array) -> Array:
+def states_before(pushes: States, decays: States, row_decays: States, state: States) -> States:
     """Replace the push of every stretch by the state of the modes at the beginning of that stretch.
 
     Parameters
@@ -52,17 +52,24 @@ def states_before(pushes: Array, decays: Array, row_decays: Array, state: Array)
     All rows run side by side from rest, then their beginnings are chained, then all rows run side by side
     again. The chain of roundings is as long as one row plus one column, not as the record.
     """
-    decays = np.broadcast_to(decays, pushes.shape)
-    carried = np.zeros(pushes.shape[1:])
-    for decay, push in zip(decays, pushes, strict=True):
+    table = np.ascontiguousarray(
+        pushes
+    )  # a column in one stretch of memory: loops over rows and poles at once
+    column = np.broadcast_to(decays, pushes.shape[3 - max(2, np.ndim(decays)) :])
+    decays = np.broadcast_to(np.ascontiguousarray(column), pushes.shape)
+    carried = np.zeros(pushes.shape[1:], pushes.dtype)
+    for decay, push in zip(decays, table, strict=True):
         carried *= decay
         carried += push
     for found, decay in zip(carried, np.broadcast_to(row_decays, carried.shape), strict=True):
         after = decay * state + found
         found[:] = state
         state = after
-    for decay, push in zip(decays, pushes, strict=True):
-        after_all = carried * decay + push
+    for decay, push in zip(decays, table, strict=True):
+        after_all = carried * decay
+        after_all += push
         push[:] = carried
         carried = after_all
+    if table is not pushes:
+        pushes[:] = table
     return state

@@ -16,6 +16,7 @@ from electrovib.view.plots.over_time import (
     force,
     lateral_force,
     layer_voltages,
+    over_time,
 )
 from electrovib.view.plots.reproduced import panel
 
@@ -32,6 +33,7 @@ __all__ = [
     "impedance_phase",
     "lateral_force",
     "layer_voltages",
+    "over_time",
     "panel",
     "stack",
 ]

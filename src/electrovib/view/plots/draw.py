@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 _MANY = 5
 """From this many entries on, a legend stands beside the plot and not in it."""
 _LONG_LABEL = 44
+_PATH = re.compile(r"(?:^|, )([^\s,=]+) = ")
 _WIDE = 30.0
 """Ratio of largest to smallest value from which an axis is logarithmic."""
 
@@ -107,11 +109,13 @@ def _cut(label: str) -> str:
 
 
 def shared_words(labels: list[str]) -> tuple[str, list[str]]:
-    """Split ``drive.rise = 5 ms`` when all labels begin with the same path: it becomes the legend's title."""
-    starts = {label.partition(" = ")[0] for label in labels if " = " in label}
-    if len(labels) > 1 and len(starts) == 1 and not any(label.count(" = ") > 1 for label in labels):
-        start = starts.pop()
-        return start, [label.removeprefix(f"{start} = ") for label in labels]
+    """Split ``drive.rise = 5 ms`` when all labels name the same paths: they become the legend's title."""
+    parts = {label: _PATH.split(label) for label in labels if " = " in label}
+    named = {(before, *rest[::2]) for before, *rest in parts.values()}
+    if len(labels) > 1 and len(named) == 1 and (paths := named.pop())[0] == "" and len(paths) > 1:
+        return ", ".join(paths[1:]), [
+            ", ".join(parts[label][2::2]) if label in parts else label for label in labels
+        ]
     return "", labels
 
 

@@ -146,6 +146,31 @@ def current(traces: Traces, *, ax: Axes | None = None) -> Axes:
     return _over_time(traces, "current", ax)
 
 
+def over_time(traces: Traces, name: str, *, ax: Axes | None = None) -> Axes:
+    """Draw any signal over time: gap, measured forces, skin displacement, current of the amplifier.
+
+    Parameters
+    ----------
+    traces : Trace, sequence of Trace or mapping of str to Trace
+        As for `drive`.
+    name : str
+        Of the signal.
+    ax : Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    Axes
+        Data in SI.
+
+    Raises
+    ------
+    ElectrovibError
+        If there is no signal of this name, or no Trace has it.
+    """
+    return _over_time(traces, name, ax)
+
+
 def layer_voltages(traces: Traces, *, ax: Axes | None = None) -> Axes:
     """Draw how the voltage divides over the layers: field times thickness of each.
 

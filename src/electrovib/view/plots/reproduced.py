@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 _SIZE = (6.4, 3.9)
 _SOLID = ("-", "-.")
 _BROKEN = ("--", ":")
+_DOTTED = (":", (0, (1, 3)))
 
 
 def panel(panel: Panel, *, ax: Axes | None = None) -> Axes:
@@ -52,11 +53,12 @@ def panel(panel: Panel, *, ax: Axes | None = None) -> Axes:
 def _looks(curves: Sequence[Curve]) -> list[tuple[str, str]]:
     """Give every curve its own colour; where there are too few, solid and broken ones are counted apart."""
     few = len(curves) <= len(COLOURS)
-    drawn = {_SOLID: 0, _BROKEN: 0}
+    drawn = {_SOLID: 0, _BROKEN: 0, _DOTTED: 0}
     looks = []
     for number, curve in enumerate(curves):
-        dashes = _BROKEN if curve.kind == "dashed" else _SOLID
-        turn, place = divmod(number if few else drawn[dashes], len(COLOURS))
+        dashes = {"dashed": _BROKEN, "dotted": _DOTTED}.get(curve.kind, _SOLID)
+        counted = number if few else drawn[dashes]
+        turn, place = divmod(counted if curve.look is None else curve.look, len(COLOURS))
         looks.append((COLOURS[place], dashes[turn % len(dashes)]))
         drawn[dashes] += 1
     return looks

@@ -7,8 +7,10 @@ import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
+from electrovib.study.sweep import sweep
 from electrovib.view import plots
 from electrovib.view.envelope import BINS
+from electrovib.view.plots.draw import shared_words
 
 SIGNALS = {
     plots.drive: ("drive_voltage", "drive voltage $v$ [kV]"),
@@ -84,6 +86,20 @@ def test_a_sweep_has_its_path_as_the_title_of_the_legend(swept):
     legend = plots.force(swept).get_legend()
     assert legend.get_title().get_text() == "stack.gap.thickness\n12 of 15 values"
     assert legend.get_texts()[0].get_text() == "100 nm"
+
+
+def test_a_sweep_over_two_paths_has_both_as_the_title_of_the_legend(scenario):
+    both = sweep(scenario, {"stack.gap.thickness": [1e-6, 5e-6], "stack.insulator.thickness": [50e-6, 90e-6]})
+    legend = plots.force(both).get_legend()
+    assert legend.get_title().get_text() == "stack.gap.thickness, stack.insulator.thickness"
+    shown = [text.get_text() for text in legend.get_texts()]
+    assert shown == ["1 µm, 50 µm", "1 µm, 90 µm", "5 µm, 50 µm", "5 µm, 90 µm"]
+
+
+def test_labels_that_name_different_paths_stay_as_they_are():
+    for labels in (["a = 1 m", "b = 2 m"], ["a = 1 m", "a = 1 m, b = 2 m"], ["dry, a = 1 m", "wet, a = 1 m"]):
+        assert shared_words(labels) == ("", labels)
+    assert shared_words(["a = 1 m, b = 2 s", "film"]) == ("a, b", ["1 m, 2 s", "film"])
 
 
 def test_a_layered_sweep_explains_colours_and_dashes_apart(swept):

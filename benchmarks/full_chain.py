@@ -1,0 +1,202 @@
+"""Electrics, force, friction and sensor at once, against the electrics alone.
+
+Run from the root of the repository with ``python -m benchmarks.full_chain``.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from statistics import median
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+from benchmarks.one_finger import DIRECT, GAINS, POLES, SAMPLES, STEP, roots, trapezium
+from benchmarks.table import surroundings, write
+from numpy.typing import NDArray
+
+from electrovib.solve.filters import filtered, second_order
+from electrovib.solve.recursion import hold_weights_complex, march, march_chain, march_loop, march_pairs_loop
+
+Array = NDArray[np.float64]
+
+KEEP = 80
+STATIC = 1e-7  # force per volt squared [N/V2]
+LOAD, FRICTION = 0.5, 0.4  # normal force [N], coefficient
+SENSOR = second_order(4400.0, 0.44)  # a published closed-loop rig (code of Grigorii and Colgate)
+REST = np.zeros(POLES.size)
+ROUNDS = 41
+
+
+class Contender(NamedTuple):
+    """One way: its name, the rounds it takes part in, the work, and what the plain loops give."""
+
+    name: str
+    rounds: int
+    work: Callable[[], Array]
+    exact: Array
+    remark: str = ""
+
+
+def electrics(drive: Array) -> Array:
+    """Voltage at every sample."""
+    return march(POLES, [GAINS], [DIRECT], drive[:-1], drive[1:], STEP, REST)[0][0]
+
+
+def electrics_kept(drive: Array) -> Array:
+    """Voltage at all samples, every 80th kept."""
+    return electrics(drive)[::KEEP].copy()
+
+
+def electrics_decimated(drive: Array) -> Array:
+    """Voltage at every 80th sample, nothing computed between."""
+    return march(POLES, [GAINS], [DIRECT], drive[:-1], drive[1:], STEP, REST, keep=KEEP)[0][0]
+
+
+def into_friction(voltage: Array) -> None:
+    """Put friction mu (f_n + c v^2) in the place of the voltage."""
+    np.multiply(voltage, voltage, out=voltage)
+    voltage *= FRICTION * STATIC
+    voltage += FRICTION * LOAD
+
+
+def chain(drive: Array) -> Array:
+    """Reading of the lateral sensor at every 80th sample, settled under the first force, in one pass."""
+    sensor = SENSOR.poles, SENSOR.gains, SENSOR.direct
+    return march_chain((POLES, GAINS, DIRECT), into_friction, sensor, drive, STEP, keep=KEEP, settled=True)
+
+
+def chain_apart(drive: Array) -> Array:
+    """The same, one whole record after the other."""
+    force = electrics(drive)
+    into_friction(force)
+    return filtered(SENSOR, force, STEP, settled=True, keep=KEEP)
+
+
+def reference(drive: Array) -> tuple[Array, Array]:
+    """Voltage and reading by the plain loops, every 80th."""
+    voltage = march_loop(POLES, [GAINS], [DIRECT], drive[:-1], drive[1:], STEP, REST)[0][0]
+    force = FRICTION * (LOAD + STATIC * voltage**2)
+    poles, gains, start = SENSOR.poles, [SENSOR.gains], SENSOR.state(force[0])
+    reading, _ = march_pairs_loop(poles, gains, [0.0], force[:-1], force[1:], STEP, start)
+    return voltage[::KEEP], reading[0][::KEEP]
+
+
+def contenders(drive: Array) -> list[Contender]:
+    """Build all ways; the first is what the others are measured by."""
+    voltage, reading = reference(drive)
+    own = [
+        ("electrics alone, all outputs, every 80th kept", electrics_kept, voltage, "the unit"),
+        (
+            "electrics alone, only every 80th computed",
+            electrics_decimated,
+            voltage,
+            "leaves nothing to square",
+        ),
+        ("**full chain, `march_chain`** (numpy)", chain, reading, "in tiles"),
+        ("full chain, whole records (numpy)", chain_apart, reading, "`march`, formula, `filtered`"),
+    ]
+    found = [Contender(name, ROUNDS, partial(work, drive), exact, say) for name, work, exact, say in own]
+    found.append(Contender("sosfilt and lfilter chain", 15, _biquads(drive), reading, "filters prepared"))
+    found.append(Contender("two scipy.signal.lsim", 1, _lsim(drive), reading))
+    return found
+
+
+def _biquads(drive: Array) -> Callable[[], Array]:
+    """Six biquads, numpy between, one biquad for the sensor, all as exact holds of straight pieces."""
+    from scipy.signal import lfilter, sosfilt, zpk2sos
+
+    sections = zpk2sos(*roots())
+    numerator, denominator = _sensor_section()
+
+    def work() -> Array:
+        force = sosfilt(sections, drive)
+        into_friction(force)
+        base = force[0]
+        force -= base  # settled under the first force, which the sensor passes on as it is
+        return lfilter(numerator, denominator, force)[::KEEP] + base
+
+    return work
+
+
+def _sensor_section() -> tuple[Array, Array]:
+    """Sensor as one discrete biquad."""
+    decay, first, last = (complex(each[0]) for each in hold_weights_complex(SENSOR.poles * STEP))
+    gain = complex(SENSOR.gains[0])
+    b0, b1 = gain * last, gain * first  # (b0 + b1/z)/(1 - a/z) and its conjugate
+    numerator = [2 * b0.real, 2 * (b1 - b0 * np.conj(decay)).real, -2 * (b1 * np.conj(decay)).real]
+    return np.array(numerator), np.array([1.0, -2 * decay.real, abs(decay) ** 2])
+
+
+def _lsim(drive: Array) -> Callable[[], Array]:
+    from scipy.signal import lsim
+
+    stamps = np.arange(drive.size) * STEP
+    stack = np.diag(POLES), -POLES[:, np.newaxis], GAINS[np.newaxis], np.array([[DIRECT]])
+    pole = complex(SENSOR.poles[0])
+    size = abs(pole) ** 2
+    sensor = (
+        np.array([[0.0, 1.0], [-size, 2 * pole.real]]),
+        np.array([[0.0], [size]]),
+        np.array([[1.0, 0.0]]),
+        np.zeros((1, 1)),
+    )
+
+    def work() -> Array:
+        force = lsim(stack, drive, stamps)[1]
+        into_friction(force)
+        return lsim(sensor, force, stamps, X0=[force[0], 0.0])[1][::KEEP].copy()
+
+    return work
+
+
+def measure(ways: list[Contender]) -> list[list[float]]:
+    """Wall times, in rounds in which every way runs once, so that a busy moment meets all of them."""
+    for way in ways:
+        way.work()
+    times: list[list[float]] = [[] for _ in ways]
+    for round_ in range(ROUNDS):
+        for way, found in zip(ways, times, strict=True):
+            if round_ < way.rounds:
+                begin = perf_counter()
+                way.work()
+                found.append(perf_counter() - begin)
+    return times
+
+
+def main() -> None:
+    """Time every way, judge every answer, write the table."""
+    ways = contenders(trapezium())
+    times = measure(ways)
+    middles = [median(found) for found in times]
+    rows = []
+    for way, found, middle in zip(ways, times, middles, strict=True):
+        error = np.abs(way.work() - way.exact).max() / np.ptp(way.exact)
+        numbers = [middle * 1e3, min(found) * 1e3, middle / middles[0], middle / middles[1]]
+        rows.append(
+            [way.name, *(f"{number:.3g}" for number in numbers), f"{error:.1e}", str(way.rounds), way.remark]
+        )
+    head = [
+        "way",
+        "time, ms",
+        "shortest, ms",
+        "ratio to row 1",
+        "ratio to row 2",
+        "error",
+        "rounds",
+        "remark",
+    ]
+    write("full_chain.md", "Full chain", _notes(), head, rows)
+
+
+def _notes() -> list[str]:
+    setting = f"""{SAMPLES} samples of 1 us of the drive of `one_finger`, {POLES.size} electrical poles, force
+c v^2, friction mu (f_n + c v^2), lateral sensor of second order (4400 Hz, damping 0.44); every {KEEP}th sample kept."""
+    unit = """Row 1 computes all 1e6 voltages, as a square needs them, and keeps every 80th. Row 2 never computes
+those between: a shortcut that nothing after a square can use."""
+    how = """Rounds in which every way runs once, after one unmeasured; median wall time and
+ratios of medians. Error: largest against the plain loops, as a share of the swing. Compare rows only within this table."""
+    return [setting, unit, how, surroundings(["numpy", "scipy"])]
+
+
+if __name__ == "__main__":
+    main()

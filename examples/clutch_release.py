@@ -1,0 +1,71 @@
+"""Release of an electroadhesive clutch: how much of what the load cell shows is the ringing of the cell.
+
+Run with a file of your own, ``python clutch_release.py record.npy``: time [us], force [N], any, drive [V].
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.data.columns import read_columns
+from electrovib.physics.resonance import release_seen_by_sensor
+from electrovib.study.ringing import Ringing, ringing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FREQUENCY, QUALITY = 350.0, 3.0
+COLUMNS = {"time": (0, "us"), "force": (1, "N"), "voltage": (3, "V")}
+
+
+def make_record(path: Path) -> None:
+    """Write a clutch that lets go 0.4 ms after a pulsed drive, on a cell that rings, with jitter and noise."""
+    random = np.random.default_rng(1)
+    time = np.cumsum(random.integers(77, 80, 8000)) * 1e-6
+    voltage = np.where((time > 0.1) & (time < 0.5) & ((time * 1000) % 1 < 0.5), 300.0, 2.0)
+    end = time[np.flatnonzero(voltage > 150)[-1]]
+    shape = release_seen_by_sensor(
+        time, start=end + 0.4e-3, fall_time=0.1e-3, frequency=FREQUENCY, quality=QUALITY
+    )
+    force = 0.05 + 0.7 * shape * np.clip((time - 0.1) / 0.1, 0, 1) + 5e-3 * random.standard_normal(time.size)
+    np.save(path, np.column_stack([time * 1e6, force, 0 * time, voltage]))
+
+
+def draw(found: Ringing) -> Figure:
+    """Draw the measured force and both fits."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 4), layout="constrained")
+    axes = figure.subplots()
+    axes.plot(1e3 * found.time, found.force, ".", ms=3, color="0.4", label="measured")
+    label = f"release and resonance of {found.frequency:.0f} Hz: {found.misfit:.1%} left"
+    axes.plot(1e3 * found.time, found.model, label=label)
+    axes.plot(
+        1e3 * found.time, found.model_without, "--", label=f"release alone: {found.misfit_without:.1%} left"
+    )
+    inside = [extremum for extremum in found.extrema if extremum.time <= found.time[-1]]
+    axes.plot([1e3 * extremum.time for extremum in inside], [extremum.force for extremum in inside], "k+")
+    axes.set(xlabel="time after the drive ends [ms]", ylabel="force [N]")
+    axes.legend(fontsize=8)
+    return figure
+
+
+def main(file: str = "") -> Ringing:
+    """Fit a recorded release, or one made up with a cell of 350 Hz."""
+    if file:
+        return ringing(**read_columns(Path(file), COLUMNS))
+    with tempfile.TemporaryDirectory() as folder:
+        made = Path(folder) / "clutch.npy"
+        make_record(made)
+        return ringing(**read_columns(made, COLUMNS))
+
+
+if __name__ == "__main__":
+    release = main(*sys.argv[1:])
+    print("\n".join(release.words))
+    draw(release).savefig("clutch_release.png", dpi=150)

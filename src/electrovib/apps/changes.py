@@ -1,0 +1,66 @@
+"""What ``--set`` says, as values by dotted path."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from electrovib.core.errors import InputError
+
+
+def read_changes(texts: Iterable[str]) -> dict[str, Any]:
+    """Read ``path=value`` texts.
+
+    Parameters
+    ----------
+    texts : iterable of str
+        A value that begins with a brace or a bracket is TOML; any other stays a text.
+
+    Returns
+    -------
+    dict of str to object
+        Dotted path to value.
+
+    Raises
+    ------
+    InputError
+        Every text that cannot be read, at once.
+    """
+    found, problems = readable_changes(texts)
+    if problems:
+        raise InputError(problems)
+    return found
+
+
+def readable_changes(changes: Mapping[str, Any] | Iterable[str]) -> tuple[dict[str, Any], list[str]]:
+    """Read what can be read, and say what is wrong with the rest.
+
+    Parameters
+    ----------
+    changes : mapping of str to object, or iterable of str
+        Values by path, which pass, or texts as in `read_changes`.
+
+    Returns
+    -------
+    found : dict of str to object
+        Dotted path to value.
+    problems : list of str
+        One sentence each.
+    """
+    if isinstance(changes, Mapping):
+        return dict(changes), []
+    found: dict[str, Any] = {}
+    problems = []
+    for text in changes:
+        path, sign, value = (part.strip() for part in text.partition("="))
+        if not sign or not path:
+            problems.append(f"--set {text}: expected PATH=VALUE, for instance drive.high='150 V'")
+        elif path in found:
+            problems.append(f"--set {text}: '{path}' is set twice")
+        else:
+            try:
+                found[path] = tomllib.loads(f"value = {value}")["value"] if value[:1] in {"{", "["} else value
+            except tomllib.TOMLDecodeError as error:
+                problems.append(f"--set {text}: not valid TOML: {error}")
+    return found, problems

@@ -1,0 +1,1 @@
+"""Files of foreign programs and instruments, one format a file."""

@@ -1,0 +1,182 @@
+"""The elements of a MATLAB file of version 5 (saved with -v6 or -v7): real numeric arrays, every length checked.
+
+Written after the published description of the format, because the common reader can crash the interpreter at a
+damaged file: here nothing is taken for an offset or a size before it has been compared with the bytes there are.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.errors import DataFileError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+_HEADER: Final = 128
+_MATRIX, _COMPRESSED = 14, 15
+_NUMBERS: Final = {
+    1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8",
+}  # fmt: skip
+"""Element types that hold numbers."""
+_CLASSES: Final = {
+    1: "cell", 2: "struct", 3: "object", 4: "char", 5: "sparse", 6: "double", 7: "single", 8: "int8", 9: "uint8",
+    10: "int16", 11: "uint16", 12: "int32", 13: "uint32", 14: "int64", 15: "uint64", 16: "function", 17: "opaque",
+}  # fmt: skip
+_FIRST_NUMERIC, _LAST_NUMERIC = 6, 15
+_COMPLEX: Final = 0x0800
+_PEEK: Final = 4096
+"""Bytes in which flags, sizes and name of a variable must lie."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of the file, not yet read.
+
+    Parameters
+    ----------
+    name, kind : str
+        As MATLAB says them.
+    shape : tuple of int
+        Rows, columns and so on.
+    numeric : bool
+        Whether it is a real numeric array.
+    start, size : int
+        Its element in the file [bytes].
+    compressed : bool
+        Whether it was saved with -v7.
+    """
+
+    name: str
+    kind: str
+    shape: tuple[int, ...]
+    numeric: bool
+    start: int
+    size: int
+    compressed: bool
+
+
+class Mat5:
+    """A MATLAB file of version 5 in memory.
+
+    Raises
+    ------
+    DataFileError
+        If the bytes do not begin as such a file does.
+    """
+
+    def __init__(self, path: Path, raw: bytes) -> None:
+        order = {b"IM": "<", b"MI": ">"}.get(raw[126:128])
+        if len(raw) < _HEADER or not raw.startswith(b"MATLAB 5.0") or order is None:
+            raise DataFileError(
+                f"{path}: is not a MATLAB file of version 5 or 7.3; in MATLAB save it with -v7."
+            )
+        self.path, self.raw, self.order = path, memoryview(raw), order
+
+    def variables(self) -> list[Variable]:
+        """List what the file holds."""
+        found, place = [], _HEADER
+        while place < len(self.raw):
+            kind, start, size, place = self._tag(self.raw, place)
+            if kind == _MATRIX:
+                found.append(self._peek(self.raw[start : start + size], start, size, compressed=False))
+            elif kind == _COMPRESSED:
+                head = memoryview(self._inflated(start, size, _PEEK))
+                found.append(self._peek(head[8:], start, size, compressed=True))
+            else:
+                raise self._damaged(f"an element of type {kind} at byte {start - 8} where a variable is due")
+        return [variable for variable in found if variable.name]
+
+    def values(self, variable: Variable) -> NDArray[np.float64]:
+        """Read a numeric variable, shaped as MATLAB shows it."""
+        body = self.raw[variable.start : variable.start + variable.size]
+        if variable.compressed:
+            kind, size = struct.unpack(
+                f"{self.order}II", self._inflated(variable.start, variable.size, 8).ljust(8)
+            )
+            if kind != _MATRIX:
+                raise self._damaged(f"'{variable.name}' unpacks to an element of type {kind}")
+            body = memoryview(self._inflated(variable.start, variable.size, size + 8, whole=True))[8:]
+        parts = self._parts(body)
+        for _ in range(3):
+            next(parts)
+        kind, data = next(parts)
+        if kind not in _NUMBERS:
+            raise self._damaged(f"the numbers of '{variable.name}' are of the unknown type {kind}")
+        values = np.frombuffer(
+            data[: len(data) - len(data) % np.dtype(_NUMBERS[kind]).itemsize], f"{self.order}{_NUMBERS[kind]}"
+        )
+        if values.size != (count := _product(variable.shape)):
+            raise self._damaged(f"'{variable.name}' should hold {count} numbers and holds {values.size}")
+        return values.astype(np.float64).reshape(variable.shape, order="F")
+
+    def _peek(self, body: memoryview, start: int, size: int, *, compressed: bool) -> Variable:
+        parts = self._parts(body, whole=False)
+        flags_kind, flags = next(parts)
+        sizes_kind, sizes = next(parts)
+        _, name = next(parts)
+        if flags_kind != 6 or len(flags) < 8 or sizes_kind != 5 or len(sizes) % 4 or not sizes:
+            raise self._damaged(f"the variable at byte {start} has no flags or no sizes")
+        word = struct.unpack_from(f"{self.order}I", flags)[0]
+        shape = struct.unpack(f"{self.order}{len(sizes) // 4}i", sizes)
+        if min(shape) < 0:
+            raise self._damaged(f"the variable at byte {start} has sizes {shape}")
+        number = word & 0xFF
+        numeric = _FIRST_NUMERIC <= number <= _LAST_NUMERIC and not word & _COMPLEX
+        kind = ("complex " if word & _COMPLEX else "") + _CLASSES.get(number, f"class {number}")
+        text = bytes(name).rstrip(b"\0").decode("latin-1")
+        return Variable(text, kind, shape, numeric, start, size, compressed)
+
+    def _parts(self, body: memoryview, *, whole: bool = True) -> Iterator[tuple[int, memoryview]]:
+        """Go through the parts of a variable; the last one may be cut off where only its beginning is here."""
+        place = 0
+        while True:
+            kind, start, size, place = self._tag(body, place, whole=whole)
+            yield kind, body[start : start + size]
+
+    def _tag(self, body: memoryview, place: int, *, whole: bool = True) -> tuple[int, int, int, int]:
+        """Read type, start, size of an element and where the next one begins."""
+        if place + 8 > len(body):
+            raise self._damaged(f"cut short: {place + 8 - len(body)} bytes of an element are missing")
+        kind, size = struct.unpack_from(f"{self.order}II", body, place)
+        if kind >> 16:  # a small element: type and size share four bytes, the content has the other four
+            kind, size = kind & 0xFFFF, kind >> 16
+            if size > 4:
+                raise self._damaged(f"a small element of {size} bytes")
+            return kind, place + 4, size, place + 8
+        start = place + 8
+        if whole and start + size > len(body):
+            raise self._damaged(f"cut short: {start + size - len(body)} bytes of an element are missing")
+        padding = 0 if kind == _COMPRESSED else -size % 8
+        return kind, start, size, start + size + padding
+
+    def _inflated(self, start: int, size: int, count: int, *, whole: bool = False) -> bytes:
+        """Unpack the first bytes of a compressed element; to the end, with its checksum, if it is asked whole."""
+        packed = zlib.decompressobj()
+        try:
+            content = packed.decompress(self.raw[start : start + size], count)
+            if whole:
+                packed.decompress(packed.unconsumed_tail, 1)
+        except zlib.error as error:
+            raise self._damaged(str(error)) from None
+        if whole and (len(content) < count or not packed.eof):
+            raise self._damaged(f"a variable of {count} bytes unpacks to another size")
+        return content
+
+    def _damaged(self, why: str) -> DataFileError:
+        return DataFileError(f"{self.path}: is damaged or not a MATLAB file ({why}).")
+
+
+def _product(shape: tuple[int, ...]) -> int:
+    count = 1
+    for size in shape:
+        count *= size
+    return count

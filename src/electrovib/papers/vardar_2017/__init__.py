@@ -1,0 +1,59 @@
+"""Y. Vardar, B. Guclu, C. Basdogan, "Effect of waveform on tactile perception by electrovibration", 2016 and 2017.
+
+EuroHaptics 2016, doi:10.1007/978-3-319-42321-0_18, and IEEE Transactions on Haptics 10(4), 2017.
+
+Claims: detection thresholds are lower for square than for sine voltages below 60 Hz and similar above, because
+the skin turns a slow square into short bursts of force, which the Pacinian channel detects. Does not claim:
+the curves of the skin, thresholds in volts (neither was read). The circuit, a coating in series with a leaky stratum
+corneum whose own voltage pulls, is recalled. Here: that circuit, a square law, and a weight of +-12 dB/octave
+about 250 Hz on the harmonics of the force, added as powers. It gives the direction for every skin that conducts;
+the frequency of equal thresholds follows the skin's time constant (60 Hz is not forced), and above it the model
+overshoots, because an ideal square voltage has a constant square. The size belongs to the plane: cut in a gap that
+does not leak, the ready-made screen gives 8 dB instead of 29 at 15 Hz. A detection threshold is one of displacement,
+so the weight acts after the mechanics of the finger where they are given; none is shipped, as the corner of the
+skin is recalled. `reproduce` shows how little the cross-over depends on that, and how much on skin and edges.
+"""
+
+from __future__ import annotations
+
+from electrovib.core.checks import Check
+from electrovib.papers.vardar_2017.reproduction import reproduce
+from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, first_order_skin, scenarios
+from electrovib.papers.vardar_2017.thresholds import crossover, felt_level, sine_over_square, weight
+from electrovib.papers.vardar_2017.values import CITATION, NOT_READ, STATUS
+
+__all__ = [
+    "CHECKS",
+    "CITATION",
+    "FREQUENCIES",
+    "NOT_READ",
+    "STATUS",
+    "crossover",
+    "felt_level",
+    "first_order_skin",
+    "reproduce",
+    "scenarios",
+    "sine_over_square",
+    "weight",
+]
+
+
+def _ratio(name: str, time_constant: float, frequency: float, expect: float, rtol: float) -> Check:
+    return Check(
+        f"sine over square threshold, {name}, {frequency:g} Hz, in dB",
+        expect=expect,
+        rtol=rtol,
+        source="first-order high-pass, square law, weight about 250 Hz, computed apart from this code; one decimal",
+        compute=lambda: sine_over_square(first_order_skin(time_constant), frequency),
+        status="derived",
+    )
+
+
+CHECKS = (
+    _ratio("7.7 ms", 7.7e-3, 15.0, 19.5, 5e-3),
+    _ratio("7.7 ms", 7.7e-3, 60.0, 3.6, 2e-2),
+    _ratio("7.7 ms", 7.7e-3, 240.0, -4.6, 2e-2),
+    _ratio("3 ms", 3e-3, 30.0, 16.1, 5e-3),
+    _ratio("1 ms", 1e-3, 15.0, 33.1, 5e-3),
+    _ratio("1 ms", 1e-3, 120.0, 6.4, 1e-2),
+)

@@ -1,0 +1,152 @@
+"""The paper's question as data: thresholds over frequency, their ratio, and where they are equal."""
+
+from __future__ import annotations
+
+import functools
+from typing import Final
+
+import numpy as np
+
+from electrovib.core.discovery import papers
+from electrovib.papers import plutchik_1963
+from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, VOLTAGE, first_order_skin, scenarios
+from electrovib.papers.vardar_2017.thresholds import (
+    BOTH_CHANNELS,
+    ON_DISPLACEMENT,
+    ON_FORCE,
+    crossover,
+    sine_over_square,
+)
+from electrovib.physics.material import Material
+from electrovib.solve.transfer import Real
+from electrovib.study.felt_threshold import ThresholdCurves, threshold_over_frequency
+from electrovib.study.reproduction import Curve, Panel
+
+TIME_CONSTANTS: Final = (1e-3, 3e-3, 7.7e-3, 15e-3, 30e-3)
+"""Of skins without dispersion, C_i + C_s times R_s [s]."""
+EDGE: Final = 200e-6
+"""Of a square that an amplifier could give: a choice [s]."""
+BODY: Final = 1000.0
+"""As in the ready-made scenarios [ohm]."""
+WEIGHTS: Final = {
+    "Pacinian, on the force": ON_FORCE,
+    "both channels, on the force": BOTH_CHANNELS,
+    "Pacinian, on the displacement": ON_DISPLACEMENT,
+}
+DECIBELS: Final = "1"
+"""Unit of an axis that says dB in its name: a plain number."""
+
+
+def panels() -> tuple[Panel, ...]:
+    """Give all figures."""
+    return thresholds(), ratio(), crossovers()
+
+
+@functools.cache
+def conducting_skins() -> dict[str, Material]:
+    """Every published skin that conducts, by paper and name."""
+    return {
+        f"{author_year}/{key}": skin.material
+        for author_year, module in papers().items()
+        if author_year != "vardar_2017"
+        for key, skin in getattr(module, "skins", dict)().items()
+        if skin.material.conductivity > 0
+    }
+
+
+@functools.cache
+def ratios(skin: Material, frequencies: tuple[float, ...], *, resistance: float = 0.0) -> Real:
+    """Sine over square threshold [dB] at frequencies in Hz, body in ohm, Pacinian weight on the force."""
+    return np.array([sine_over_square(skin, frequency, resistance=resistance) for frequency in frequencies])
+
+
+@functools.cache
+def crossover_of(time_constant: float, weight: str = "Pacinian, on the force", *, edge: float = 0.0) -> float:
+    """Frequency of equal thresholds [Hz] of a first-order skin, time constant and edge in s."""
+    return crossover(first_order_skin(time_constant), edge=edge, person=WEIGHTS[weight])
+
+
+@functools.cache
+def curves_of(skin: Material) -> ThresholdCurves:
+    """Threshold of sine, ideal square and square with edges, both channels on the force."""
+    square = {"model": "Square", "high": VOLTAGE, "low": -VOLTAGE}
+    drives = {
+        "sine": {"model": "Sine", "amplitude": VOLTAGE},
+        "square": square,
+        "square, edges of 200 us": {**square, "edge": EDGE},
+    }
+    screen = scenarios()["sine"].replace({"stack.stratum_corneum.material": skin})
+    places = np.geomspace(FREQUENCIES[0], FREQUENCIES[-1], 19)
+    return threshold_over_frequency(screen, places, drives, perception=BOTH_CHANNELS)
+
+
+def thresholds() -> Panel:
+    """Threshold over frequency of sine and square on two skins."""
+    curves = []
+    for name, skin in (("7.7 ms", first_order_skin(7.7e-3)), ("1963 skin", plutchik_1963.material())):
+        found = curves_of(skin)
+        for drive, level in found.level.items():
+            kind = "dashed" if "edges" in drive else "line"
+            curves.append(Curve(f"{drive}, {name}", found.frequency, level, kind=kind))
+    return Panel(
+        "thresholds",
+        "Threshold voltage of sine and square over frequency",
+        "In dB above the lowest threshold on that skin: the thresholds in volts were not read, and no threshold of"
+        " displacement is calibrated. Both channels, weight on the force. The square falls below the sine at low"
+        " frequencies; ideal edges make it rise at high ones, where its square hardly moves any more.",
+        ("frequency", "Hz"),
+        ("threshold voltage, dB", DECIBELS),
+        tuple(curves),
+        log_x=True,
+    )
+
+
+def ratio() -> Panel:
+    """Sine over square over frequency: skins of one time constant, and all that conduct."""
+    places = (*FREQUENCIES[:-1], 960.0, FREQUENCIES[-1])
+    rows = np.array([ratios(skin, places, resistance=BODY) for skin in conducting_skins().values()])
+    frequency = np.array(places)
+    curves = [
+        Curve("all skins that conduct", frequency, rows.min(axis=0), rows.max(axis=0), "band"),
+        Curve("equal", frequency, np.zeros(len(places)), kind="dashed"),
+    ]
+    curves += [
+        Curve(f"{tau / 1e-3:g} ms", frequency, ratios(first_order_skin(tau), places))
+        for tau in TIME_CONSTANTS
+    ]
+    return Panel(
+        "ratio",
+        "Threshold of a sine over that of a square",
+        "Above 0 the square is felt at a lower voltage, as the paper reports below 60 Hz. Pacinian weight on the force,"
+        " ideal edges. Above the frequency of equal thresholds the paper reports similar ones; the model overshoots.",
+        ("frequency", "Hz"),
+        ("sine over square threshold, dB", DECIBELS),
+        tuple(curves),
+        log_x=True,
+    )
+
+
+def crossovers() -> Panel:
+    """Frequency of equal thresholds against the time constant, for each weight and with edges."""
+    taus = np.geomspace(TIME_CONSTANTS[0], TIME_CONSTANTS[-1], 7)
+    curves = []
+    for weight in WEIGHTS:
+        points = weight.startswith("both")
+        chosen = taus[::2] if points else taus
+        found = np.array([crossover_of(float(tau), weight) for tau in chosen])
+        curves.append(Curve(weight, chosen, found, kind="points" if points else "line"))
+    edged = np.array([crossover_of(float(tau), edge=EDGE) for tau in taus])
+    known = np.isfinite(edged)  # where the edges leave a crossing at all
+    curves.append(Curve("Pacinian, on the force, edges of 200 us", taus[known], edged[known], kind="dashed"))
+    curves.append(Curve("60 Hz, the paper", taus[[0, -1]], np.full(2, 60.0), kind="dashed"))
+    return Panel(
+        "crossover",
+        "Frequency of equal thresholds against the time constant of the skin",
+        "Skins without dispersion on the coat. A reading of the skin, and a little of the weight: 60 Hz is forced"
+        " by nothing. A channel for low frequencies changes nothing here: its points lie on the first line.",
+        ("time constant", "s"),
+        ("frequency of equal thresholds", "Hz"),
+        tuple(curves),
+        log_x=True,
+        log_y=True,
+    )

@@ -1,0 +1,216 @@
+"""What the abstract states, in one object."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.papers.vardar_2017 import figures
+from electrovib.papers.vardar_2017.scenarios import first_order_skin
+from electrovib.papers.vardar_2017.thresholds import BOTH_CHANNELS, sine_over_square
+from electrovib.papers.vardar_2017.values import CITATION, NOT_READ
+from electrovib.physics.perception import MOTION, RYU, NonPacinian, Pacinian
+from electrovib.solve.transfer import Real
+from electrovib.study.reproduction import Page, Reproduction, Row, Table
+
+EQUATIONS: Final = {
+    "felt": r"$L_c = 20 \lg \sqrt{\sum_k (w_c(f_k) |C(f_k) F_k|)^2}, \quad L = \max_c L_c$",
+    "Pacinian": r"$w_P = \frac{2 x^2}{1 + x^4}, \quad x = f/250\,\mathrm{Hz}$",
+    "ratio": r"$20 \lg \frac{V_{sine}}{V_{square}} = \frac{L_{square} - L_{sine}}{2}$",
+}
+REPORTED: Final = 60.0
+"""Below it the abstract reports lower thresholds for the square [Hz]."""
+
+
+def reproduce(*, skin: str | None = None) -> Reproduction:
+    """Compute what the abstract states.
+
+    Parameters
+    ----------
+    skin : str, optional
+        Not used by this paper.
+
+    Returns
+    -------
+    Reproduction
+        Rows, panels and words; nothing is drawn.
+
+    Raises
+    ------
+    InputError
+        If a table of skin is given: its conduction, on which everything here stands, would not be known.
+    """
+    if skin is not None:
+        raise InputError(
+            f"--skin {skin}: vardar_2017 stands on the conduction of the skin, which a table does not give; use"
+            " electrovib perceive with your scenario"
+        )
+    return Reproduction(
+        "vardar_2017",
+        CITATION,
+        rows(),
+        figures.panels(),
+        (_page(),),
+        (skin_table(),),
+        EQUATIONS,
+        (Pacinian.reference, NonPacinian.reference, RYU),
+        "Vardar 2017: sine against square",
+    )
+
+
+def rows() -> tuple[Row, ...]:
+    """Give the numbers; the abstract prints one, 60 Hz."""
+    return (_direction(), _u_shape(), *_equal(), *_beyond())
+
+
+def _direction() -> Row:
+    skins = figures.conducting_skins().values()
+    found = np.array([figures.ratios(skin, (15.0, 30.0), resistance=figures.BODY) for skin in skins])
+    low, high = float(found.min()), float(found.max())
+    return Row(
+        "direction",
+        f"sine over square threshold at 15 and 30 Hz, {len(found)} skins that conduct, in dB",
+        None,
+        (low, high),
+        "1",
+        "consistent" if low > 0 else "open",
+        "The paper reports the direction, above 0, and no size. The size is too large where a channel for low"
+        " frequencies is left out of the sine.",
+    )
+
+
+def _u_shape() -> Row:
+    curves = figures.curves_of(first_order_skin(7.7e-3))
+    sine = curves.level["sine"]
+    place = int(np.argmin(sine))
+    shaped = 0 < place < len(sine) - 1 and bool(np.all(np.diff(sine[place:]) > 0))
+    return Row(
+        "best_frequency",
+        "frequency of the lowest threshold of the sine, 7.7 ms",
+        None,
+        lowest_of(curves.frequency, sine),
+        "Hz",
+        "consistent" if shaped else "open",
+        "The paper reports a U. The force of a sine moves at twice its frequency, so the lowest threshold is at half"
+        " of what the Pacinian channel likes best.",
+    )
+
+
+def lowest_of(frequency: Real, level: Real) -> float:
+    """Frequency [Hz] of the lowest level [dB], by a parabola through it and its neighbours in the logarithm."""
+    place = min(max(int(np.argmin(level)), 1), len(level) - 2)
+    near = slice(place - 1, place + 2)
+    bend, slope, _ = np.polyfit(np.log(frequency[near] / frequency[place]), level[near], 2)
+    return float(frequency[place] * np.exp(-slope / (2 * bend)))
+
+
+def _equal() -> tuple[Row, ...]:
+    taus = figures.TIME_CONSTANTS
+    over_tau = [figures.crossover_of(tau) for tau in taus]
+    over_weight = [figures.crossover_of(7.7e-3, weight) for weight in figures.WEIGHTS]
+    return (
+        Row(
+            "crossover_tau",
+            "frequency of equal thresholds, time constant 30 to 1 ms",
+            REPORTED,
+            (min(over_tau), max(over_tau)),
+            "Hz",
+            "open",
+            "A reading of the skin, whose time constant the abstract does not give. Each: "
+            + ", ".join(
+                f"{tau / 1e-3:g} ms {found:.0f} Hz" for tau, found in zip(taus, over_tau, strict=True)
+            ),
+        ),
+        Row(
+            "crossover_weight",
+            "frequency of equal thresholds, 7.7 ms, over three weights",
+            REPORTED,
+            (min(over_weight), max(over_weight)),
+            "Hz",
+            "open",
+            ", ".join(
+                f"{name} {found:.0f} Hz" for name, found in zip(figures.WEIGHTS, over_weight, strict=True)
+            )
+            + ". The corner of the skin in the last, 100 Hz, is recalled.",
+        ),
+        Row(
+            "tau_of_60",
+            "time constant with which both are equal at 60 Hz",
+            None,
+            1e3 * time_constant_of(REPORTED),
+            "ms",
+            "open",
+            "Found from the model, not from the paper: 60 Hz is not evidence for it. No skin here is tuned to it.",
+        ),
+    )
+
+
+def time_constant_of(frequency: float) -> float:
+    """Time constant [s] of the first-order skin on which sine and square are equal at a frequency [Hz]."""
+    from scipy.optimize import brentq
+
+    def ratio(logarithm: float) -> float:
+        return sine_over_square(first_order_skin(float(np.exp(logarithm))), frequency)
+
+    return float(np.exp(brentq(ratio, np.log(1e-3), np.log(100e-3), xtol=1e-4)))
+
+
+def _beyond() -> tuple[Row, ...]:
+    skin = first_order_skin(7.7e-3)
+    edges = [sine_over_square(skin, 480.0, edge=edge) for edge in (0.0, 20e-6, figures.EDGE)]
+    low = {name: sine_over_square(skin, 15.0, person=person) for name, person in figures.WEIGHTS.items()}
+    both = sine_over_square(skin, 15.0, person=BOTH_CHANNELS) - low["Pacinian, on the force"]
+    return (
+        Row(
+            "edges_480",
+            "sine over square threshold at 480 Hz, 7.7 ms, edges of 0 to 200 us, in dB",
+            None,
+            (min(edges), max(edges)),
+            "1",
+            "open",
+            f"The paper reports similar thresholds and no edge. 0, 20 and 200 us: {edges[0]:.1f}, {edges[1]:.1f},"
+            f" {edges[2]:.1f} dB.",
+        ),
+        Row(
+            "weights_15",
+            "sine over square threshold at 15 Hz, 7.7 ms, over three weights, in dB",
+            None,
+            (min(low.values()), max(low.values())),
+            "1",
+            "open",
+            f"The paper's size was not read. The non-Pacinian channel hears the sine, and changes this by {both:.1f} dB.",
+        ),
+    )
+
+
+def skin_table() -> Table:
+    """Every skin that conducts: the ratio at four frequencies."""
+    places = (15.0, 30.0, 60.0, 480.0)
+    lines = tuple(
+        (name, *(f"{found:+.1f}" for found in figures.ratios(skin, places, resistance=figures.BODY)))
+        for name, skin in figures.conducting_skins().items()
+    )
+    return Table(
+        "Sine over square threshold on every skin that conducts, in dB",
+        ("skin", "15 Hz", "30 Hz", "60 Hz", "480 Hz"),
+        lines,
+        "Pacinian weight on the force, ideal edges, body of 1 kohm. Skins that do not conduct lose no charge and"
+        " turn the direction round: they are left out, not forgotten.",
+    )
+
+
+def _page() -> Page:
+    return Page(
+        "What is open",
+        (
+            NOT_READ,
+            "60 Hz is not required of the model: the frequency of equal thresholds follows the time constant of the"
+            " skin on the coat, and depends little on how touch is weighed.",
+            "Above it the model has the square less felt than the sine by more than the paper's 'similar', because an"
+            " ideal square voltage has a constant square. Edges of 200 us take most of that away.",
+            f"The weights: {Pacinian.reference}. {NonPacinian.reference}.",
+            f"Relative throughout: no threshold of displacement is calibrated. {MOTION[0].upper()}{MOTION[1:]}.",
+        ),
+    )

@@ -1,0 +1,98 @@
+"""Thresholds of the screen's drives: shared formulas of `study`, on this paper's circuit."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from numpy.typing import ArrayLike, NDArray
+
+from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, scenarios
+from electrovib.physics.material import Material
+from electrovib.physics.perception import RECALLED_CORNER, ElasticViscousSkin, Pacinian, Perception
+from electrovib.solve.scenario import Scenario
+from electrovib.study import felt_threshold, perceive
+
+ON_FORCE: Final = Perception(channels=(Pacinian(),))
+"""The Pacinian weight on the force: what the numbers computed apart from this code take."""
+BOTH_CHANNELS: Final = Perception()
+"""Both channels, on the force."""
+ON_DISPLACEMENT: Final = Perception(
+    channels=(Pacinian(),), compliance=ElasticViscousSkin(stiffness=1000.0, corner=RECALLED_CORNER)
+)
+"""The Pacinian weight after a skin with a recalled corner; its stiffness plays no part in a ratio."""
+
+
+def weight(frequency: ArrayLike) -> NDArray:
+    """Sensitivity of the Pacinian channel [1] at a frequency [Hz], 2 x^2/(1 + x^4), x = f/250 Hz."""
+    return Pacinian().weight(frequency)
+
+
+def felt_level(scenario: Scenario, person: Perception = ON_FORCE) -> float:
+    """Attraction in the periodic state as the channel that decides weighs it [N]; with a skin, displacement [m]."""
+    return perceive.felt_level(scenario.replace({"friction.coefficient": 1.0}), person)
+
+
+def pair(
+    skin: Material, frequency: float, *, edge: float = 0.0, resistance: float = 0.0
+) -> tuple[Scenario, Scenario]:
+    """Give sine and square of one peak [V] on a skin; frequency in Hz, edge in s, resistance of the body in ohm."""
+    common = {
+        "drive.frequency": frequency,
+        "stack.stratum_corneum.material": skin,
+        "circuit.return_path.resistance": resistance,
+    }
+    sine = scenarios()["sine"].replace(common)
+    return sine, scenarios()["square"].replace({**common, "drive.edge": edge})
+
+
+def sine_over_square(
+    skin: Material,
+    frequency: float,
+    *,
+    edge: float = 0.0,
+    resistance: float = 0.0,
+    person: Perception = ON_FORCE,
+) -> float:
+    """Threshold voltage of a sine over that of a square, both given as peaks.
+
+    Parameters
+    ----------
+    skin : Material
+        Stratum corneum.
+    frequency : float
+        Fundamental [Hz].
+    edge : float
+        Time an edge of the square takes [s].
+    resistance : float
+        Body [ohm].
+    person : Perception
+        Channels and skin.
+
+    Returns
+    -------
+    float
+        dB; above 0 the square is felt at a lower voltage. The level grows as the square of the voltage.
+    """
+    drives = pair(skin, frequency, edge=edge, resistance=resistance)
+    return felt_threshold.threshold_ratio(*drives, person)
+
+
+def crossover(skin: Material, *, edge: float = 0.0, person: Perception = ON_FORCE) -> float:
+    """Lowest frequency of equal thresholds.
+
+    Parameters
+    ----------
+    skin : Material
+        Stratum corneum.
+    edge : float
+        Time an edge of the square takes [s].
+    person : Perception
+        Channels and skin.
+
+    Returns
+    -------
+    float
+        Hz; infinite if the square is felt at a lower voltage up to 1920 Hz, 0 if nowhere above 15 Hz.
+    """
+    low, high = FREQUENCIES[0], FREQUENCIES[-1]
+    return felt_threshold.crossover(lambda frequency: pair(skin, frequency, edge=edge), low, high, person)

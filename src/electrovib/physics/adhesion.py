@@ -1,0 +1,113 @@
+"""Adhesion of a smooth sphere to a coat under a voltage, by analogy with that of surfaces.
+
+Two conductors with a coat between them attract like an adhesive contact whose energy of separation goes as the
+square of the voltage; area and load of the sphere then follow Johnson, Kendall and Roberts. It gives contact
+areas. The closed-form friction force of the papers that use the analogy was not read, and is not here.
+"""
+
+from __future__ import annotations
+
+import math
+
+from electrovib.core.constants import eps0
+
+
+def separation_energy(*, voltage: float, thickness: float, permittivity: float) -> float:
+    """Energy that pulling the conductors apart takes, for each area: eps0 eps_r V^2/(2 h).
+
+    Parameters
+    ----------
+    voltage : float
+        V.
+    thickness, permittivity : float
+        Of the coat [m] and 1.
+
+    Returns
+    -------
+    float
+        J/m2.
+    """
+    return eps0 * permittivity * voltage**2 / (2 * thickness)
+
+
+def adhesive_strength(*, voltage: float, thickness: float, permittivity: float) -> float:
+    """Stress of the closed contact on its air side: eps0 eps_r^2 V^2/(2 h^2).
+
+    Parameters
+    ----------
+    voltage : float
+        V.
+    thickness, permittivity : float
+        Of the coat [m] and 1.
+
+    Returns
+    -------
+    float
+        Pa, eps_r times the stress inside the coat.
+    """
+    return eps0 * (permittivity * voltage / thickness) ** 2 / 2
+
+
+def adhesive_range(*, thickness: float, permittivity: float) -> float:
+    """Gap over which the attraction falls to a quarter: h/eps_r.
+
+    Parameters
+    ----------
+    thickness, permittivity : float
+        Of the coat [m] and 1.
+
+    Returns
+    -------
+    float
+        m; strength times range is the energy of separation.
+    """
+    return thickness / permittivity
+
+
+def adhesive_load(normal_force: float, *, radius: float, energy: float) -> float:
+    """Load under which a sphere without adhesion has the contact area of an adhesive one.
+
+    Parameters
+    ----------
+    normal_force : float
+        N, 0 or more.
+    radius : float
+        Of the sphere [m], above 0.
+    energy : float
+        Of separation, for each area [J/m2].
+
+    Returns
+    -------
+    float
+        N.
+
+    Notes
+    -----
+    Johnson, Kendall and Roberts: F + w + sqrt(2 w F + w^2), w = 3 pi R energy. Smooth, elastic, attraction
+    of short range against the sphere's deformation.
+    """
+    weight = 3 * math.pi * radius * energy
+    return normal_force + weight + math.sqrt(2 * weight * normal_force + weight**2)
+
+
+def contact_area(normal_force: float, *, radius: float, modulus: float, energy: float = 0.0) -> float:
+    """Contact area of a smooth elastic sphere on a plate.
+
+    Parameters
+    ----------
+    normal_force : float
+        Load [N], 0 or more.
+    radius : float
+        Of the sphere [m], above 0.
+    modulus : float
+        Effective modulus E* [Pa], above 0.
+    energy : float
+        Of separation, for each area [J/m2]; 0 for a sphere without adhesion, that of Hertz.
+
+    Returns
+    -------
+    float
+        m2.
+    """
+    load = adhesive_load(normal_force, radius=radius, energy=energy)
+    return math.pi * math.pow(3 * radius * load / (4 * modulus), 2 / 3)

@@ -1,0 +1,54 @@
+"""A gap bridged in places, by sweat or by real contact: the leak and the pull act on different areas."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+
+from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.debye_sum import DebyeSum
+from electrovib.physics.material import Complex, Constant, Material
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import ArrayLike
+
+
+class BridgedAir(Material):
+    """Air with bridges that conduct beside it: leak and pull act on different shares of the area.
+
+    Notes
+    -----
+    For a layer of thickness g the admittance per area is (1 - phi) s eps0/g + phi G, G = spot_conductivity/g:
+    parallel, not in series. The field pulls on 1 - phi only. What the bridges hold as a capacitor is left out,
+    and the charge they pass spreads along the faces at once; a leaky gap that is the same everywhere,
+    `Constant` with a conductivity, is another medium.
+    """
+
+    equation: ClassVar[Mapping[str, str]] = {"polarisation": "1 - bridged_share"}
+    example: ClassVar[Mapping[str, Any]] = {"bridged_share": 0.01, "spot_conductivity": 1e-6}
+
+    bridged_share: Annotated[Number, Quantity("1", 1e-9, 0.999, "share of the area that bridges cover")]
+    spot_conductivity: Annotated[Number, Quantity("S/m", 0, 1e3, "conductivity of a bridge")]
+
+    @property
+    def conductivity(self) -> float:
+        """Conductivity of the whole layer [S/m]: that of the bridges on their share."""
+        return self.bridged_share * self.spot_conductivity
+
+    @property
+    def pulling_share(self) -> float:
+        """Share of the area without a bridge."""
+        return 1 - self.bridged_share
+
+    def conducting(self, conductivity: float) -> Self:
+        """Give bridges that together conduct as much [S/m]."""
+        return self.model_copy(update={"spot_conductivity": conductivity / self.bridged_share})
+
+    def polarisation(self, frequency: ArrayLike) -> Complex:
+        """Relative permittivity of the bound charge alone: that of the air on its share."""
+        return Constant(permittivity=1.0).polarisation(frequency) * (1 - self.bridged_share)
+
+    def debye(self) -> DebyeSum:
+        """Give the sum with no term at all."""
+        return DebyeSum(1 - self.bridged_share, (), ())

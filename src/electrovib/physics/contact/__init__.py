@@ -1,0 +1,19 @@
+"""From load to contact: which area touches, how the relief of the skin answers a pressure, what attracts it."""
+
+from electrovib.physics.contact.area import Closing, Contact, FixedArea, GrowingArea
+from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
+from electrovib.physics.contact.surface import LinearSpring, PerssonSurface, Surface, pull_in_voltage
+
+__all__ = [
+    "Attraction",
+    "Closing",
+    "Contact",
+    "FixedArea",
+    "GrowingArea",
+    "LinearSpring",
+    "PerssonSurface",
+    "PlateAttraction",
+    "RoughAttraction",
+    "Surface",
+    "pull_in_voltage",
+]

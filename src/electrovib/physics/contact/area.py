@@ -1,0 +1,227 @@
+"""Which area the finger touches: the outline of the contact, its ridges, and what really touches."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from electrovib.core.errors import InputError
+from electrovib.core.model import Model
+from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.contact.surface import LinearSpring, Surface
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+_RIDGES = Quantity("1", 0.01, 1, "share of the outline that the ridges of the print fill")
+_LENGTH = Quantity("m", 1e-6, 1, "length of the contact along the sliding direction")
+_CLOSING = Field(description="lets the gap follow load and attraction; it stays as it is without")
+_RIDGE_SHARE = 2 / 3
+"""A ridged print has one third less contact area than flat skin: Warman and Ennos, J. Exp. Biol. 212, 2016 (2009)."""
+
+
+class Closing(Model):
+    """A gap that follows load and attraction: the layer ``gap`` closes against the relief of the skin.
+
+    Notes
+    -----
+    damping g' = repulsion(g) - load pressure - attraction: what is squeezed out resists, no mass. It begins at
+    rest with the thickness of the layer, or where the relief carries the load.
+    """
+
+    example: ClassVar[Mapping[str, Any]] = {"damping": 1e6}
+
+    damping: Annotated[
+        Number, Quantity("Pa s/m", 1e-3, 1e15, "pressure over the speed with which the gap closes")
+    ]
+
+
+class Contact(Model, family=True):
+    """From load to contact.
+
+    Notes
+    -----
+    Three areas that are not each other. The gross area is that of the outline and what forces per area are
+    multiplied with; the ridge area is what of it the ridges of the print fill; the real area is where the
+    relief of the skin touches the plate, and needs a `surface`.
+    """
+
+    if TYPE_CHECKING:  # declared by every member, beside its own parameters
+
+        @property
+        def ridge_share(self) -> float:
+            """Share of the outline that the ridges fill."""
+
+        @property
+        def length(self) -> float | None:
+            """Length along the sliding direction [m], if given."""
+
+        @property
+        def surface(self) -> Surface | None:
+            """How the relief answers a pressure, if given."""
+
+        @property
+        def closing(self) -> Closing | None:
+            """How the gap follows the forces, if it does."""
+
+    @abstractmethod
+    def gross_area(self, normal_force: float | None = None) -> float:
+        """Area of the outline of the contact.
+
+        Parameters
+        ----------
+        normal_force : float, optional
+            With which skin and plate are pressed together [N], 0 or more.
+
+        Returns
+        -------
+        float
+            m2; without a force the area that the model was given.
+        """
+
+    @abstractmethod
+    def mean_pressure(self, normal_force: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Force over gross area.
+
+        Parameters
+        ----------
+        normal_force : float or ndarray
+            With which skin and plate are pressed together [N], 0 or more; NaN gives NaN.
+
+        Returns
+        -------
+        float or ndarray
+            Pa, same shape.
+        """
+
+    def ridge_area(self, normal_force: float | None = None) -> float:
+        """Area that the ridges of the print fill.
+
+        Parameters
+        ----------
+        normal_force : float, optional
+            As for `gross_area` [N].
+
+        Returns
+        -------
+        float
+            m2.
+        """
+        return self.ridge_share * self.gross_area(normal_force)
+
+    def sliding_length(self, normal_force: float | None = None) -> float:
+        """Length of the contact along the sliding direction.
+
+        Parameters
+        ----------
+        normal_force : float, optional
+            As for `gross_area` [N].
+
+        Returns
+        -------
+        float
+            `length` [m] if given, else the root of the gross area.
+        """
+        return math.sqrt(self.gross_area(normal_force)) if self.length is None else self.length
+
+    def real_area(self, normal_force: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Area where the relief of the skin touches the plate.
+
+        Parameters
+        ----------
+        normal_force : float or ndarray
+            With which skin and plate are pressed together [N], load plus attraction, 0 or more; NaN gives NaN.
+
+        Returns
+        -------
+        float or ndarray
+            m2, same shape.
+
+        Raises
+        ------
+        InputError
+            Without a `surface`.
+        """
+        if self.surface is None:
+            raise InputError(
+                "contact.surface is not given: real contact follows from the relief of the skin, for instance"
+                ' contact.surface = { model = "PerssonSurface", ... }; gross and ridge area need none'
+            )
+        force = np.asarray(normal_force, dtype=float)
+        pressure = np.asarray(self.mean_pressure(force))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            gross = np.where(pressure > 0, force / pressure, np.where(np.isnan(force), np.nan, 0.0))
+        area: NDArray[np.float64] = gross * self.surface.real_share(pressure)
+        return area
+
+
+class FixedArea(Contact):
+    """A contact area that does not depend on the load."""
+
+    equation: ClassVar[Mapping[str, str]] = {"mean_pressure": "normal_force/area"}
+    example: ClassVar[Mapping[str, Any]] = {
+        "area": 1e-4,
+        "surface": {"model": "LinearSpring"} | dict(LinearSpring.example),
+    }
+
+    area: Annotated[Number, Quantity("m2", 1e-9, 1, "gross contact area")]
+    ridge_share: Annotated[Number, _RIDGES] = _RIDGE_SHARE
+    length: Annotated[Number | None, _LENGTH] = None
+    surface: Surface | None = None
+    closing: Annotated[Closing | None, _CLOSING] = None
+
+    def gross_area(self, normal_force: float | None = None) -> float:
+        """Area of the outline of the contact [m2], whatever the force."""
+        del normal_force
+        return self.area
+
+    def mean_pressure(self, normal_force: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Force over gross area [Pa]."""
+        return normal_force / self.area
+
+
+class GrowingArea(Contact):
+    """A contact area that grows as a power of the load.
+
+    Notes
+    -----
+    The exponent of a finger was not found in what could be read, so it has to be given: 2/3 is that of a
+    smooth elastic sphere. Without a force the area is that at the reference force.
+    """
+
+    equation: ClassVar[Mapping[str, str]] = {
+        "mean_pressure": "at_force/area*(sign(normal_force)*(Abs(normal_force)/at_force)**(1 - exponent))"
+    }
+    example: ClassVar[Mapping[str, Any]] = {
+        "area": 1e-4,
+        "at_force": 0.5,
+        "exponent": 2 / 3,
+        "surface": {"model": "LinearSpring"} | dict(LinearSpring.example),
+    }
+
+    area: Annotated[Number, Quantity("m2", 1e-9, 1, "gross contact area at the reference force")]
+    at_force: Annotated[Number, Quantity("N", 1e-6, 1e3, "reference force")]
+    exponent: Annotated[Number, Quantity("1", 0, 1, "power of the force with which the area grows")]
+    ridge_share: Annotated[Number, _RIDGES] = _RIDGE_SHARE
+    length: Annotated[Number | None, _LENGTH] = None
+    surface: Surface | None = None
+    closing: Annotated[Closing | None, _CLOSING] = None
+
+    def gross_area(self, normal_force: float | None = None) -> float:
+        """Area of the outline of the contact: area (force/at_force)^exponent [m2]."""
+        if normal_force is None:
+            return self.area
+        return self.area * math.pow(normal_force / self.at_force, self.exponent)
+
+    def mean_pressure(self, normal_force: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Force over gross area [Pa]: it grows with what of the power the area leaves."""
+        force = np.asarray(normal_force, dtype=float)
+        share = np.sign(force) * (np.abs(force) / self.at_force) ** (1 - self.exponent)
+        pressure: NDArray[np.float64] = self.at_force / self.area * share
+        return pressure

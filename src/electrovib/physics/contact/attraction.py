@@ -1,0 +1,172 @@
+"""Attraction per area against the mean gap: of plates, and of a rough skin with the spots that touch."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from electrovib.core.constants import eps0
+from electrovib.core.errors import InputError
+from electrovib.physics.contact.surface import MOST_TOUCHING, Surface
+from electrovib.physics.roughness import ContactSpots, Pull, mean_pull
+
+SMALLEST = 1e-9
+"""Mean gap, over the electrical thickness, below which a gap changes the attraction by less than rounding shows."""
+
+
+class Attraction(Protocol):
+    """An attraction per area that depends on the mean gap."""
+
+    @property
+    def convex(self) -> bool:
+        """Its slope only rises with the gap, which finds every state for certain."""
+
+    def pressure(self, gap: float) -> float:
+        """Attraction [Pa] at a gap [m], 0 or more."""
+
+    def slope(self, gap: float) -> float:
+        """Change of the attraction with the gap [Pa/m] at a gap [m]."""
+
+
+@dataclass(frozen=True)
+class PlateAttraction:
+    """Attraction of plates with layers between them and one gap everywhere.
+
+    Parameters
+    ----------
+    voltage : float
+        Held [V], or the root mean square of a sine.
+    electrical_thickness : float
+        K, the sum of T/eps over the layers that block [m], above 0.
+
+    Notes
+    -----
+    eps0 V^2/(2 (K + g)^2).
+    """
+
+    voltage: float
+    electrical_thickness: float
+
+    def __post_init__(self) -> None:
+        """Refuse what attracts without bound."""
+        check_thickness(self.electrical_thickness)
+
+    @property
+    def convex(self) -> bool:
+        """It falls ever less."""
+        return True
+
+    def pressure(self, gap: float) -> float:
+        """Attraction [Pa] at a gap [m]."""
+        return eps0 * self.voltage**2 / (2 * (self.electrical_thickness + gap) ** 2)
+
+    def slope(self, gap: float) -> float:
+        """Change of the attraction [Pa/m] at a gap [m]."""
+        return -eps0 * self.voltage**2 / (self.electrical_thickness + gap) ** 3
+
+
+@dataclass(frozen=True)
+class RoughAttraction:
+    """Attraction of a rough skin averaged over its gaps, with the spots that touch.
+
+    Parameters
+    ----------
+    voltage : float
+        Held [V], or the root mean square of a sine.
+    electrical_thickness : float
+        K, the sum of T/eps over the layers that block [m], above 0.
+    surface : Surface
+        With a distribution of gaps under pressure.
+    spots : ContactSpots
+        What the voltage does where skin and plate touch.
+    frequency : float
+        Of the sine [Hz]; 0 for a held voltage.
+
+    Notes
+    -----
+    eps0 V^2/2 [phi |share|^2/K^2 + integral over u > 0 of P(u)/(u + K)^2 du]: `mean_pull` over the gaps that
+    the surface has under the pressure that it bears at this mean gap. The spots and the gaps are thus of the
+    same contact, and of the whole pressure, load and attraction. It is not convex everywhere, and with idle
+    spots on a thick layer it even grows with the gap: what touches pulls no more.
+    """
+
+    voltage: float
+    electrical_thickness: float
+    surface: Surface
+    spots: ContactSpots
+    frequency: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what attracts without bound."""
+        check_thickness(self.electrical_thickness)
+
+    @property
+    def convex(self) -> bool:
+        """It need not fall ever less."""
+        return False
+
+    @property
+    def smallest_gap(self) -> float:
+        """Mean gap [m] from which on the relief is a Gaussian: at most half of the area touches there."""
+        low, high = SMALLEST * self.electrical_thickness, 1.0
+        if self._touching(low) <= MOST_TOUCHING:
+            return low
+        while high - low > 1e-12 * high:  # halvings: the share in contact falls with the gap
+            middle = (low + high) / 2
+            low, high = (middle, high) if self._touching(middle) > MOST_TOUCHING else (low, middle)
+        return high
+
+    def parts(self, gap: float) -> Pull:
+        """Attraction [Pa] of spots and gaps at a mean gap [m]."""
+        return mean_pull(
+            self.voltage,
+            electrical_thickness=self.electrical_thickness,
+            gaps=self.surface.gaps(self._borne(gap)),
+            spots=self.spots,
+            frequency=self.frequency,
+        )
+
+    def pressure(self, gap: float) -> float:
+        """Attraction [Pa] at a mean gap [m]."""
+        return float(self.parts(gap).total)
+
+    def slope(self, gap: float) -> float:
+        """Change of the attraction [Pa/m] at a mean gap [m].
+
+        Notes
+        -----
+        By the chain rule: the mean gap moves the share phi that touches and with it x = mean/rms and the rms.
+        """
+        pressure, thickness = self._borne(gap), self.electrical_thickness
+        gaps = self.surface.gaps(pressure)
+        x = gaps.mean / gaps.rms
+        density = math.exp(-(x**2) / 2) / math.sqrt(2 * math.pi)
+        touching = self.surface.real_growth(pressure) * float(self.surface.slope(np.asarray(gap)))
+        x_moves = -touching / density
+        spread = gap / gaps.rms  # x Phi(x) + n(x), whose derivative is Phi(x)
+        rms_moves = (1 - gaps.rms * (1 - gaps.contact_fraction) * x_moves) / spread
+        mean_moves = x_moves * gaps.rms + x * rms_moves
+        places, shares = gaps.rule(thickness)
+        away = (places - gaps.mean) / gaps.rms
+        moved = (away * mean_moves + (away**2 - 1) * rms_moves) / gaps.rms
+        inverse = float(np.sum(shares * moved / (places + thickness) ** 2))
+        share = abs(complex(self.spots.field_share(np.asarray(self.frequency)))) ** 2
+        return eps0 * self.voltage**2 / 2 * (touching * share / thickness**2 + inverse)
+
+    def _borne(self, gap: float) -> float:
+        return float(self.surface.pressure(np.asarray(gap)))
+
+    def _touching(self, gap: float) -> float:
+        return float(self.surface.real_share(np.asarray(self._borne(gap))))
+
+
+def check_thickness(electrical_thickness: float) -> None:
+    """Refuse an electrical thickness [m] over which the attraction of a closed gap has no bound."""
+    if not (electrical_thickness > 0 and math.isfinite(electrical_thickness)):
+        raise InputError(
+            f"electrical_thickness = {electrical_thickness}: must be above 0 m, for instance 27e-6; without a layer that"
+            " blocks the attraction of a closing gap has no bound"
+        )

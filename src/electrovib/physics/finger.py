@@ -1,0 +1,154 @@
+"""The fingertip, pushed sideways by friction: mass, spring and damper of the moving skin."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from electrovib.core.errors import InputError
+from electrovib.core.model import Model
+from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.stages import Resonance
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import ArrayLike, NDArray
+
+
+class Finger(Model, family=True):
+    """How the skin of the contact moves sideways under a lateral force.
+
+    Notes
+    -----
+    A member is one resonance on a compliance: that is what a solver follows.
+    """
+
+    @abstractmethod
+    def compliance_at_rest(self) -> float:
+        """Displacement per constant force [m/N]."""
+
+    @abstractmethod
+    def natural_frequency(self) -> float:
+        """Frequency at which it would ring without damping [Hz]."""
+
+    @abstractmethod
+    def damping_ratio(self) -> float:
+        """Damping as a share of the critical one [-]."""
+
+    @abstractmethod
+    def compliance(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+        """Displacement per force [m/N], complex, at frequencies [Hz]."""
+
+    def resonance(self) -> Resonance:
+        """Give the stage that a solver follows, to be scaled by `compliance_at_rest`."""
+        return Resonance(self.natural_frequency(), self.damping_ratio())
+
+
+class GrowthWithSpeed(Model):
+    """Mass and stiffness that rise with sliding speed, on straight lines.
+
+    Notes
+    -----
+    Slopes from the abstract of Balasubramanian, Pool and Vardar 2025 (ten persons, 20 to 100 mm/s, 0.2 to 0.6 N);
+    their intercepts were not read, so that a mass and a stiffness at one known speed must be given. Nothing is
+    said of damping: it stays.
+    """
+
+    reference: ClassVar[str] = "arXiv:2505.11162"
+    status: ClassVar[str] = "abstract"
+    example: ClassVar[Mapping[str, Any]] = {"known_at": 0.05}
+
+    known_at: Annotated[Number, Quantity("m/s", 0, 10, "sliding speed at which mass and stiffness are given")]
+    mass_slope: Annotated[
+        Number,
+        Quantity("kg s/m", -10, 10, "rise of the mass with sliding speed, abstract: 3.23e-5 kg per mm/s"),
+    ] = 3.23e-2
+    stiffness_slope: Annotated[
+        Number,
+        Quantity(
+            "N s/m2", -1e6, 1e6, "rise of the stiffness with sliding speed, abstract: 4.04 N/m per mm/s"
+        ),
+    ] = 4.04e3
+
+
+class MassSpringDamper(Finger):
+    """Lateral fingertip as one moving mass, tied to the bone by a spring and a damper side by side.
+
+    Notes
+    -----
+    That skin is mass, damper and spring is in the abstract of Balasubramanian, Pool and Vardar 2025. No value has a
+    default, because none has been read. As recalled from Wiertlewski and Hayward 2012 the orders of magnitude are
+    1 kN/m, 1 N s/m and 0.1 to 0.2 g: elastic below about 100 Hz, viscous above, overdamped. They vary between
+    persons and with load. One mass, spring and damper may be too little at 0.05 to 0.5 N and 50 to
+    500 Hz (abstract, World Haptics 2005).
+    """
+
+    reference: ClassVar[str] = "arXiv:2505.11162"
+    status: ClassVar[str] = "abstract"
+    equation: ClassVar[Mapping[str, str]] = {
+        "compliance": "1/(stiffness - mass*(2*pi*frequency)**2 + 2*pi*I*frequency*damping)",
+        "compliance_at_rest": "1/stiffness",
+        "natural_frequency": "sqrt(stiffness/mass)/(2*pi)",
+        "damping_ratio": "damping/(2*sqrt(stiffness*mass))",
+    }
+    example: ClassVar[Mapping[str, Any]] = {"mass": 1.5e-4, "stiffness": 1e3, "damping": 1.0}
+
+    mass: Annotated[Number, Quantity("kg", 1e-7, 1, "mass that moves with the skin of the contact")]
+    stiffness: Annotated[Number, Quantity("N/m", 1, 1e6, "lateral stiffness of the fingertip")]
+    damping: Annotated[Number, Quantity("N s/m", 1e-6, 1e4, "lateral damping of the fingertip")]
+    growth: Annotated[
+        GrowthWithSpeed | None, Field(description="rise of mass and stiffness with sliding speed")
+    ] = None
+
+    @np.errstate(invalid="ignore")  # a NaN is handed on
+    def compliance(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+        """Displacement per force [m/N], complex, at frequencies [Hz]."""
+        angular = 2 * np.pi * np.asarray(frequency, dtype=float)
+        return np.asarray(1 / (self.stiffness - self.mass * angular**2 + 1j * angular * self.damping))
+
+    def compliance_at_rest(self) -> float:
+        """Displacement per constant force [m/N]."""
+        return 1 / self.stiffness
+
+    def natural_frequency(self) -> float:
+        """Frequency at which it would ring without damping [Hz]."""
+        return math.sqrt(self.stiffness / self.mass) / (2 * math.pi)
+
+    def damping_ratio(self) -> float:
+        """Damping as a share of the critical one [-]."""
+        return self.damping / (2 * math.sqrt(self.stiffness * self.mass))
+
+    def at_speed(self, speed: float) -> MassSpringDamper:
+        """Fingertip as it is while it slides at one speed.
+
+        Parameters
+        ----------
+        speed : float
+            Sliding speed [m/s]; the slopes were measured from 0.02 to 0.1.
+
+        Returns
+        -------
+        MassSpringDamper
+            With mass and stiffness on their lines, without growth; itself if no growth is declared.
+
+        Raises
+        ------
+        InputError
+            If a line falls to zero before that speed.
+        """
+        if self.growth is None:
+            return self
+        more = speed - self.growth.known_at
+        mass = self.mass + self.growth.mass_slope * more
+        stiffness = self.stiffness + self.growth.stiffness_slope * more
+        if not (mass > 0 and stiffness > 0):
+            raise InputError(
+                f"finger.growth: at {speed:g} m/s the mass would be {mass:.3g} kg and the stiffness {stiffness:.3g}"
+                " N/m. Both must stay positive: give them at a speed nearer to this one."
+            )
+        return MassSpringDamper(mass=mass, stiffness=stiffness, damping=self.damping)

@@ -1,0 +1,167 @@
+"""The electrical answer over time: fields of every layer, and the attraction the law makes of them."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import NotCausalError
+from electrovib.physics.contact import FixedArea
+from electrovib.physics.programme import Steady
+from electrovib.solve.expand import Surroundings, contact_share, phasors, total_force
+from electrovib.solve.periodic import count_harmonics, spectrum
+from electrovib.solve.respond import AMPLITUDE, respond
+from electrovib.solve.scenario import PeriodicState, Scenario
+
+if TYPE_CHECKING:
+    from electrovib.physics.force import ForceLaw
+    from electrovib.solve.section import ModalSection
+    from electrovib.solve.transfer import Real, Transfer
+
+ACROSS = (
+    "drive_voltage",
+    "drive_current",
+    "plate_voltage",
+    "stack_voltage",
+    "effective_voltage",
+    "amplifier_current",
+    "current",
+    "gap",
+)
+"""Signals of one number at a time that a solver may give."""
+
+
+@dataclass(frozen=True)
+class Electrical:
+    """What a drive does to the stack over time.
+
+    Parameters
+    ----------
+    found : dict of str to ndarray
+        Voltages, currents, and ``field NAME`` and ``displacement NAME`` of every layer, each of shape (n,).
+    force : ndarray, shape (n,)
+        Attraction [N].
+    choice : dict
+        Solver and reason, and of a march its error.
+    """
+
+    found: dict[str, Real]
+    force: Real
+    choice: dict[str, Any]
+
+    def signals(self, section: ModalSection) -> dict[str, Any]:
+        """Name what was found as signals of a Trace: dimensions and values, layers from plate to finger."""
+        signals: dict[str, Any] = {
+            name: (("time",), self.found[name]) for name in ACROSS if name in self.found
+        }
+        for quantity in ("field", "displacement"):
+            rows = np.array([self.found[f"{quantity} {name}"] for name in section.names])
+            signals[quantity] = (("layer", "time"), rows)
+        return signals | {"electrostatic_force": (("time",), self.force)}
+
+
+def electrical(
+    scenario: Scenario, section: ModalSection, times: Real, *, force_alone: bool = False
+) -> Electrical:
+    """Compute fields and attraction over time.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    section : ModalSection
+        Its stack as modes.
+    times : ndarray, shape (n,)
+        Increasing, >= 0 [s].
+    force_alone : bool
+        Leave out what the attraction does not need, where the solver allows it.
+
+    Returns
+    -------
+    Electrical
+        At these times.
+
+    Raises
+    ------
+    NotCausalError
+        If the force law has no response in time but the drive is not one sine in its steady state.
+    InputError
+        If models do not go together.
+    """
+    if not scenario.force.causal:
+        return _one_sine(scenario, section, times)
+    plain = scenario.drive.quantity == "voltage" and scenario.circuit.amplifier is None
+    plain = plain and all(layer.leak is None for layer in scenario.stack.layers.values())
+    law, spare = scenario.force, force_alone and plain
+
+    def wanted(section: ModalSection) -> dict[str, Transfer]:
+        amplitudes = law.amplitudes(section)
+        found = {} if spare else _linear_quantities(scenario, section)
+        effective = None if spare else law.effective_voltage(section)
+        if effective is not None:
+            found["effective_voltage"] = effective
+        return found | {f"{AMPLITUDE}{name}": transfer for name, transfer in amplitudes.items()}
+
+    around = Surroundings.of(scenario)
+    found, choice, weights = respond(
+        scenario, section, wanted, times, element=around.element, second=around.second
+    )
+    given = {key.removeprefix(AMPLITUDE): row for key, row in found.items() if key.startswith(AMPLITUDE)}
+    force = total_force(scenario, given)
+    if weights is not None:
+        force = weights @ force
+    if not isinstance(scenario.contact, FixedArea) and not isinstance(scenario.load.programme, Steady):
+        force = force * contact_share(scenario, times)
+    return Electrical(found, force, choice)
+
+
+def _linear_quantities(scenario: Scenario, section: ModalSection) -> dict[str, Transfer]:
+    wanted: dict[str, Transfer] = {
+        "stack_voltage": section.voltage,
+        "current": section.current_density * Surroundings.of(scenario).area,
+    }
+    for name in section.names:
+        wanted[f"field {name}"] = section[name].field
+        wanted[f"displacement {name}"] = section[name].displacement
+    return wanted
+
+
+def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> Electrical:
+    """Steady state under one sine by magnitudes, for a law without a time-domain form."""
+    law, drive = scenario.force, scenario.drive
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    if not settled or count_harmonics(drive) != 1:
+        raise NotCausalError(refusal(law, drive.__class__.__name__, settled=settled))
+    frequencies, tones = spectrum(drive, harmonics=1)
+    loudest = int(np.argmax(np.abs(tones)))  # the others are there with no amplitude
+    frequency, tone = frequencies[loudest : loudest + 1], tones[loudest]
+    if frequency[0] == 0:
+        raise NotCausalError(refusal(law, "constant voltage", settled=settled))
+    exact = phasors(scenario, frequency)
+    wave = tone * np.exp(2j * np.pi * frequency[0] * times)
+    given = {name: np.real(value[0] * wave) for name, value in law.amplitudes(exact).items()}
+    around = Surroundings.of(scenario)
+    wanted = functools.partial(_linear_quantities, scenario)
+    found = respond(scenario, section, wanted, times, element=around.element, second=around.second).found
+    effective = law.effective_voltage(exact)
+    if effective is not None:
+        found["effective_voltage"] = np.real(effective[0] * wave)
+    choice = {
+        "solver": "one sine",
+        "solver_reason": f"{type(law).__name__} gives magnitudes at one frequency only: one sine in its steady state",
+    }
+    return Electrical(found, total_force(scenario, given), choice)
+
+
+def refusal(law: ForceLaw, drive: str, *, settled: bool) -> str:
+    """Say why a law without a causal form cannot answer, and what to use instead."""
+    what = f"the harmonics of a {drive}" if settled else f"a {drive} from rest"
+    return (
+        f"force = {type(law).__name__}: it gives the size of a response at one frequency and is not causal: with a"
+        f" dispersive skin it would answer {what} before the drive begins. Use"
+        f" {law.instead or 'a causal law'}, or drive it with one Sine from"
+        ' time.initial_state = { model = "PeriodicState" }'
+    )

@@ -1,0 +1,19 @@
+"""Equilibrium of relief, load and attraction: all of it, stable or not, and the path over rising and falling voltage."""
+
+from electrovib.physics.contact.surface import pull_in_voltage
+from electrovib.solve.equilibrium.of_scenario import Balance, equilibrium
+from electrovib.solve.equilibrium.path import Hysteresis, Path, follow, hysteresis
+from electrovib.solve.equilibrium.states import Equilibrium, balance, equilibria
+
+__all__ = [
+    "Balance",
+    "Equilibrium",
+    "Hysteresis",
+    "Path",
+    "balance",
+    "equilibria",
+    "equilibrium",
+    "follow",
+    "hysteresis",
+    "pull_in_voltage",
+]

@@ -1,0 +1,188 @@
+"""The states that a scenario's finger can be in under a held voltage, and the force in each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from electrovib.core.constants import eps0
+from electrovib.core.errors import InputError
+from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
+from electrovib.physics.contact.surface import Surface
+from electrovib.physics.roughness import ContactSpots
+from electrovib.physics.stack import Layer
+from electrovib.solve.equilibrium.states import Equilibrium, balance
+from electrovib.solve.scenario import Scenario, load_scenario
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Every state of a finger under a held voltage, and what they were computed from.
+
+    Parameters
+    ----------
+    states : tuple of Equilibrium
+        From the smallest gap to the largest.
+    force : tuple of float
+        Attraction in each state [N].
+    voltage : float
+        Across everything [V].
+    pressure : float
+        Load over gross area [Pa].
+    area : float
+        Gross area [m2].
+    electrical_thickness : float
+        Of what blocks [m], seen from the gap.
+    blocking : tuple of str
+        The layers that block, and ``return_path`` where it does.
+    beyond : bool
+        With spots: the attraction would also hold the relief flatter than a Gaussian of gaps describes, more
+        than half in contact; that state is not among these.
+    """
+
+    states: tuple[Equilibrium, ...]
+    force: tuple[float, ...]
+    voltage: float
+    pressure: float
+    area: float
+    electrical_thickness: float
+    blocking: tuple[str, ...]
+    beyond: bool
+
+    @property
+    def stable(self) -> tuple[Equilibrium, ...]:
+        """The states that a small push does not end; two of them are a hysteresis, not a failure."""
+        return tuple(state for state in self.states if state.stable)
+
+
+def equilibrium(
+    scenario: Scenario | str | Path | Mapping[str, Any],
+    *,
+    voltage: float | None = None,
+    spots: ContactSpots | None = None,
+) -> Balance:
+    """Gap and attraction of a finger whose relief, load and attraction balance under a held voltage.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, Path or mapping
+        With ``contact.surface`` and a layer ``gap`` that does not conduct; the thickness of that layer is what
+        is found, so its own number does not count.
+    voltage : float, optional
+        V; by default the largest that the drive reaches. Of a fast sine give its root mean square.
+    spots : ContactSpots, optional
+        Averages over the gaps of a rough surface, with these spots where it touches; by default the gap is the
+        same everywhere.
+
+    Returns
+    -------
+    Balance
+        All states, stable or not, and the force in each.
+
+    Raises
+    ------
+    InputError
+        If surface or gap is missing, if the gap conducts, if nothing blocks, or for a second contact.
+
+    Notes
+    -----
+    A held voltage lies across what does not conduct: the layers whose material has conductivity 0 and that
+    have no leak, the gap, and a floating body that nothing discharges. K = eps_gap (sum T/eps + eps0 A/C) over
+    them, with the permittivity at the lowest frequency of the scenario's grid. The stress is that of the gap
+    plane, eps0 E^2/2, whatever the scenario's force law. The load pressure is the force over the gross area.
+    """
+    known = load_scenario(scenario)
+    surface, gap = _surface(known), _gap(known)
+    area = known.contact.gross_area(known.load.normal_force)
+    if area <= 0:
+        raise InputError(
+            "load.normal_force = 0: this contact has no area without a load; press with some force"
+        )
+    parts = _blocking(known, area)
+    filling = _permittivity(gap, known)
+    thickness = filling * sum(parts.values())
+    held = _largest(known) if voltage is None else voltage
+    pressure = known.load.normal_force / area
+    plates = PlateAttraction(held, thickness)
+    attraction: Attraction = plates if spots is None else RoughAttraction(held, thickness, surface, spots)
+    states = balance(surface, attraction, pressure=pressure)
+    low = getattr(attraction, "smallest_gap", 0.0)
+    beyond = low > 0 and float(surface.pressure(np.asarray(low))) < pressure + attraction.pressure(low)
+    if not states:
+        raise InputError(
+            "contact.surface: the attraction flattens the relief further than a Gaussian of gaps describes; lower the"
+            " voltage, or leave 'spots' out for one gap with the plate as its stop"
+        )
+    force = tuple(state.attraction * area for state in states)
+    return Balance(states, force, held, pressure, area, thickness, tuple(parts), beyond)
+
+
+def _surface(scenario: Scenario) -> Surface:
+    if scenario.contact.surface is None:
+        raise InputError(
+            "contact.surface is not given: the gap is found from how the skin's relief answers a pressure, for instance"
+            ' contact.surface = { model = "LinearSpring", stiffness = "1 GPa/m", free_gap = "10 um" }'
+        )
+    return scenario.contact.surface
+
+
+def _gap(scenario: Scenario) -> Layer:
+    layers = scenario.stack.layers
+    if "gap" not in layers:
+        raise InputError(
+            "stack: no layer 'gap' to find the thickness of; add [stack.gap] with any thickness, for instance '1 um'"
+        )
+    charged = [name for name, layer in layers.items() if layer.initial_charge]
+    if charged:
+        raise InputError(
+            f"stack.{charged[0]}.initial_charge: a charge on the layers is not counted in the equilibrium; set it to 0"
+        )
+    if not _blocks(layers["gap"]):
+        raise InputError(
+            "stack.gap conducts: a held voltage leaves no field in it once charge has crossed, so nothing attracts. Take"
+            " material.conductivity 0 and no leak, or `simulate` for what happens before"
+        )
+    if scenario.circuit.return_path.second_contact(1.0):
+        raise InputError(
+            "circuit.return_path: under a second electrode the gap is another one; equilibrium takes one contact, for"
+            ' instance return_path = { model = "Grounded" }'
+        )
+    return layers["gap"]
+
+
+def _blocks(layer: Layer) -> bool:
+    return layer.material.conductivity == 0 and layer.leak is None
+
+
+def _permittivity(layer: Layer, scenario: Scenario) -> float:
+    return float(np.real(layer.material.polarisation(scenario.frequency.low)))
+
+
+def _blocking(scenario: Scenario, area: float) -> dict[str, float]:
+    """Electrical thickness of everything that blocks, apart from the gap [m]."""
+    parts = {
+        name: layer.thickness / _permittivity(layer, scenario)
+        for name, layer in scenario.stack.layers.items()
+        if name != "gap" and _blocks(layer)
+    }
+    if not parts:
+        raise InputError(
+            "stack: no layer blocks beside the gap, so the attraction of a closing gap has no bound; equilibrium needs a"
+            " layer whose material has conductivity 0 and that has no leak, for instance stack.insulator"
+        )
+    element = scenario.circuit.element()
+    if element.elastance > 0 and element.rate == 0:
+        parts["return_path"] = eps0 * area * element.elastance
+    return parts
+
+
+def _largest(scenario: Scenario) -> float:
+    if scenario.drive.quantity == "current":
+        raise InputError(
+            "drive: it prescribes a current; give the voltage, equilibrium(scenario, voltage=100.0)"
+        )
+    return float(np.max(np.abs(scenario.drive.voltage(scenario.time.times(scenario.drive)))))

@@ -1,0 +1,179 @@
+"""The gap over a voltage that slowly rises and falls: along a branch of states until it ends, then on to the next."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from electrovib.core.errors import InputError
+from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
+from electrovib.physics.contact.surface import Surface
+from electrovib.physics.roughness import ContactSpots
+from electrovib.solve.equilibrium.states import Equilibrium, balance
+
+SAME = 1e-9
+"""Relative distance below which a state is the one of the step before."""
+BETWEEN = 65
+"""Gaps between two steps at which is asked whether a branch ends there."""
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Path:
+    """Gaps along a course of voltages.
+
+    Parameters
+    ----------
+    voltage, gap, attraction : ndarray, shape (n,)
+        V, m and Pa.
+    jump : ndarray of bool, shape (n,)
+        Between the step before and this one the branch ended.
+    states : tuple of Equilibrium
+        One for each voltage.
+    """
+
+    voltage: Real
+    gap: Real
+    attraction: Real
+    jump: NDArray[np.bool_]
+    states: tuple[Equilibrium, ...]
+
+
+@dataclass(frozen=True)
+class Hysteresis:
+    """Gaps over a rising and then a falling voltage."""
+
+    up: Path
+    down: Path
+
+
+def hysteresis(
+    voltages: Sequence[float] | Real,
+    *,
+    surface: Surface,
+    pressure: float,
+    electrical_thickness: float,
+    spots: ContactSpots | None = None,
+) -> Hysteresis:
+    """Follow the gap while the voltage slowly rises, and falls again.
+
+    Parameters
+    ----------
+    voltages : array_like, shape (n,)
+        V, held or root mean square, rising.
+    surface : Surface
+        What repels.
+    pressure : float
+        Of the load [Pa].
+    electrical_thickness : float
+        K, the sum of T/eps over the layers that block [m], above 0.
+    spots : ContactSpots, optional
+        Averages the attraction over the gaps of the surface, with these spots where it touches; otherwise the
+        gap is the same everywhere.
+
+    Returns
+    -------
+    Hysteresis
+        ``up`` in the order of the voltages, ``down`` in the reverse.
+
+    Raises
+    ------
+    InputError
+        If the voltages do not rise, or a state lies outside what the surface describes.
+    """
+    course = np.asarray(voltages, dtype=float)
+    if course.ndim != 1 or len(course) < 1 or not np.all(np.diff(course) > 0):
+        raise InputError("voltages: expected rising voltages [V], for instance np.linspace(0, 200, 101)")
+    at: Callable[[float], Attraction]
+    if spots is None:
+        at = functools.partial(PlateAttraction, electrical_thickness=electrical_thickness)
+    else:
+        at = functools.partial(
+            RoughAttraction, electrical_thickness=electrical_thickness, surface=surface, spots=spots
+        )
+    up = follow(course, at, surface=surface, pressure=pressure)
+    down = follow(course[::-1], at, surface=surface, pressure=pressure, start=float(up.gap[-1]))
+    return Hysteresis(up, down)
+
+
+def follow(
+    voltages: Real,
+    attraction: Callable[[float], Attraction],
+    *,
+    surface: Surface,
+    pressure: float,
+    start: float | None = None,
+) -> Path:
+    """Follow the gap along a slow course of voltages.
+
+    Parameters
+    ----------
+    voltages : ndarray, shape (n,)
+        V, in the order in which they are passed.
+    attraction : callable
+        Voltage [V] to attraction; in proportion to the square of the voltage.
+    surface : Surface
+        What repels.
+    pressure : float
+        Of the load [Pa].
+    start : float, optional
+        Gap before the first voltage [m]; by default the gap under the load alone.
+
+    Returns
+    -------
+    Path
+        One state for each voltage.
+
+    Raises
+    ------
+    InputError
+        If there is no state on the way.
+
+    Notes
+    -----
+    At each voltage the gap moves the way that relief, load and attraction push it, to the first balance it
+    meets. All states lie on one curve V^2(g) = (repulsion - pressure)/(attraction of 1 V); a branch has ended
+    where that curve turns between two steps.
+    """
+    gap = float(surface.gap(np.asarray(pressure))) if start is None else start
+    states, jumps = [], []
+    for index, voltage in enumerate(voltages):
+        state = _next(gap, surface, attraction(float(voltage)), pressure)
+        moved = index > 0 and _branch_ends(gap, state.gap, surface, attraction(1.0), pressure)
+        states.append(state)
+        jumps.append(moved)
+        gap = state.gap
+    gaps, drawn = (np.array([getattr(state, name) for state in states]) for name in ("gap", "attraction"))
+    return Path(np.array(voltages, dtype=float), gaps, drawn, np.array(jumps, dtype=bool), tuple(states))
+
+
+def _next(gap: float, surface: Surface, attraction: Attraction, pressure: float) -> Equilibrium:
+    states = balance(surface, attraction, pressure=pressure)
+    here = [state for state in states if abs(state.gap - gap) <= SAME * gap and state.stable]
+    if here:
+        return here[0]
+    net = float(surface.pressure(np.asarray(gap))) - pressure - attraction.pressure(gap)
+    ahead = [state for state in states if (state.gap > gap if net > 0 else state.gap < gap)]
+    if not ahead:
+        way = "opens beyond every balance" if net > 0 else "closes further than the surface describes"
+        raise InputError(
+            f"surface: from a gap of {gap:.3g} m the contact {way}; lower the voltage, or leave 'spots' out"
+        )
+    return min(ahead, key=lambda state: abs(state.gap - gap))
+
+
+def _branch_ends(start: float, end: float, surface: Surface, one_volt: Attraction, pressure: float) -> bool:
+    """Tell whether a gap between two states would not be stable under the voltage that balances it."""
+    if start == end:
+        return False
+    for gap in np.linspace(start, end, BETWEEN)[1:-1]:
+        borne = float(surface.pressure(gap)) - pressure
+        squared = borne / one_volt.pressure(float(gap))
+        if float(surface.slope(gap)) > squared * one_volt.slope(float(gap)):
+            return True
+    return False

@@ -1,0 +1,116 @@
+"""What a filter is: real poles, conjugate pairs and their gains."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from electrovib.core.errors import InputError
+
+Real: TypeAlias = NDArray[np.float64]
+Complex: TypeAlias = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Filter:
+    """H(s) = direct + sum gain (-p)/(s - p), with the conjugate of every term whose pole is complex.
+
+    Parameters
+    ----------
+    poles : ndarray of complex, shape (n,)
+        Real ones and of each pair the one with the positive imaginary part [1/s]; real parts negative.
+    gains : ndarray of complex, shape (n,)
+        What each mode adds to the response at zero frequency; real for a real pole.
+    direct : float
+        Response at infinite frequency.
+    """
+
+    poles: Complex
+    gains: Complex
+    direct: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what the recursion could not follow."""
+        poles, gains = (np.atleast_1d(np.asarray(each, complex)) for each in (self.poles, self.gains))
+        if poles.shape != gains.shape or poles.ndim != 1:
+            raise InputError(
+                f"filter.gains has shape {gains.shape}, expected {poles.shape}: one for each pole."
+            )
+        if not np.all((poles.real < 0) & (poles.imag >= 0) & np.isfinite(poles) & np.isfinite(gains)):
+            raise InputError(
+                f"filter.poles = {poles}: real parts must be negative; of a pair give the upper one only."
+            )
+        if np.any((poles.imag == 0) & (gains.imag != 0)):
+            raise InputError(f"filter.gains = {gains}: the gain of a real pole must be real.")
+        object.__setattr__(self, "poles", poles)
+        object.__setattr__(self, "gains", gains)
+
+    def value(self, s: ArrayLike) -> Complex:
+        """Transfer function at any complex s [1/s] that is no pole."""
+        where = np.asarray(s, complex)
+        total = np.full(where.shape, self.direct, complex)
+        for pole, gain in zip(self.poles, self.gains, strict=True):
+            total = total - gain * pole / (where - pole)
+            if pole.imag:
+                total = total - np.conj(gain * pole) / (where - np.conj(pole))
+        return total
+
+    def at(self, frequency: ArrayLike) -> Complex:
+        """Response at frequencies [Hz], any shape."""
+        return self.value(2j * np.pi * np.asarray(frequency, dtype=float))
+
+    def at_rest(self) -> float:
+        """Response at zero frequency, in output per input."""
+        return float(self.direct + np.sum(self._weights() * self.gains).real)
+
+    def rate(self) -> Filter:
+        """Filter that gives the rate of change of the output, [1/s] more; it must not follow jumps.
+
+        Raises
+        ------
+        InputError
+            If the output jumps where the input does: its rate has no number there.
+        """
+        if self.direct != 0.0:
+            raise InputError(
+                f"filter.direct = {self.direct:g}: the rate of what jumps is no filter; it must be 0."
+            )
+        gains = self.gains * self.poles
+        return Filter(self.poles, gains, -float(np.sum(self._weights() * gains).real))
+
+    def __mul__(self, factor: float) -> Filter:
+        """Scale."""
+        return Filter(self.poles, self.gains * factor, self.direct * factor)
+
+    __rmul__ = __mul__
+
+    def __add__(self, other: Filter) -> Filter:
+        """Add two filters of one input."""
+        poles = np.concatenate([self.poles, other.poles])
+        return Filter(poles, np.concatenate([self.gains, other.gains]), self.direct + other.direct)
+
+    def state(self, level: float, held: float = math.inf) -> Complex:
+        """State of the modes after an input has been held.
+
+        Parameters
+        ----------
+        level : float
+            The input, in its unit; before it there was nothing.
+        held : float
+            For how long [s]; infinite for steadiness, 0 for rest.
+
+        Returns
+        -------
+        ndarray of complex, shape (n,)
+            In the unit of the input.
+        """
+        if math.isinf(held):
+            return np.full(len(self.poles), level, complex)
+        return np.asarray(-level * np.expm1(self.poles * held))
+
+    def _weights(self) -> Real:
+        return np.where(self.poles.imag == 0, 1.0, 2.0)

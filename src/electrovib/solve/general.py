@@ -1,0 +1,177 @@
+"""What fixed modes do not hold: a gap that moves or yields, several leaks, an amplifier before a leak."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.solve.moving_gap import move_gap
+from electrovib.solve.nonlinear.finger import Yielding, follow_finger
+from electrovib.solve.scenario import PeriodicState
+from electrovib.solve.section import TimeLayer, TimeSection
+from electrovib.solve.state_space import stack_states
+
+if TYPE_CHECKING:
+    from electrovib.physics.circuit import SeriesElement
+    from electrovib.solve.scenario import Scenario
+    from electrovib.solve.section import ModalSection
+    from electrovib.solve.transfer import Real
+
+MOVING = "gap"
+"""The layer that moves."""
+
+
+def beyond_modes(scenario: Scenario) -> str:
+    """Say what of a scenario no solver with fixed modes takes; empty if nothing."""
+    amplifier, contact = scenario.circuit.amplifier, scenario.contact
+    leaks = [name for name, layer in scenario.stack.layers.items() if layer.leak is not None]
+    said = []
+    if scenario.motion.distance is not None:
+        said.append("a gap that is moved")
+    if contact.closing is not None:
+        said.append("a gap that follows load and attraction")
+    if leaks and said:
+        said.append(f"the leak of '{leaks[0]}'")
+    elif len(leaks) > 1:
+        said.append(f"leaks of {' and '.join(leaks)}")
+    if leaks and amplifier is not None:
+        said.append("an amplifier before a leak")
+    return ", ".join(said)
+
+
+def solve_beyond(
+    scenario: Scenario, section: ModalSection, times: Real, *, element: SeriesElement, second: float
+) -> tuple[dict[str, Real], dict[str, Any]]:
+    """Solve a stack over time without fixed modes.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    section : ModalSection
+        Its stack, for the reduced materials.
+    times : ndarray, shape (n,)
+        Increasing, >= 0 [s].
+    element : SeriesElement
+        Source and return path.
+    second : float
+        First contact area over that of a second contact; 0 for none.
+
+    Returns
+    -------
+    found : dict of str to ndarray
+        Voltages, currents, gap and the fields of every layer.
+    choice : dict
+        Solver and reason, error or events.
+
+    Raises
+    ------
+    InputError
+        If models do not go together.
+    """
+    why = beyond_modes(scenario)
+    _refuse(scenario, why)
+    amplifier, moves = scenario.circuit.amplifier, scenario.motion.distance is not None
+    yields = scenario.contact.closing is not None
+    space = stack_states(
+        scenario.stack.layers,
+        section.debye,
+        area=scenario.contact_area,
+        element=element,
+        second=second,
+        moving=MOVING if moves or yields else None,
+    )
+    linear = not space.leaks and (amplifier is None or not amplifier.is_limited)
+    if moves and linear and not yields:
+        assert scenario.motion.distance is not None
+        moved = move_gap(space, scenario.drive, times, motion=scenario.motion.distance, amplifier=amplifier)
+        found, choice = (
+            moved.found,
+            _choice("moving gap", moved.reason(scenario.motion.distance), step_error=moved.error),
+        )
+    else:
+        motion = _yielding(scenario) if yields else scenario.motion.distance
+        asked = times if times[0] == 0 else np.append(0.0, times)
+        followed = follow_finger(space, scenario.drive, asked, amplifier=amplifier, motion=motion)
+        found = {name: row[len(asked) - len(times) :] for name, row in followed.found.items()}
+        choice = _choice("nonlinear", followed.reason(why), events=len(followed.solved.events))
+    if amplifier is None:
+        found = {
+            name: row for name, row in found.items() if name not in {"plate_voltage", "amplifier_current"}
+        }
+    return found, choice
+
+
+def _choice(solver: str, reason: str, **more: Any) -> dict[str, Any]:
+    return {"solver": solver, "solver_reason": reason} | more
+
+
+def _refuse(scenario: Scenario, why: str) -> None:
+    """Refuse what does not go with a stack without modes."""
+    if isinstance(scenario.time.initial_state, PeriodicState):
+        raise InputError(
+            f"time.initial_state = PeriodicState: {why}: the periodic state is not known beforehand. Start AtRest and look"
+            " at a late period"
+        )
+    if getattr(type(scenario.force), "replaces", ()):
+        raise InputError(
+            f"force = {type(scenario.force).__name__}: its gaps are no layers of the stack, and {why} is not followed into"
+            " them. Give the stack a layer 'gap' and use force.model = GapPlane"
+        )
+    if scenario.contact.closing is not None and scenario.motion.distance is not None:
+        raise InputError(
+            "contact.closing and motion.distance: one of them says where the gap is; leave one away"
+        )
+    if scenario.contact.closing is not None and scenario.contact.surface is None:
+        raise InputError(
+            "contact.closing needs contact.surface, the relief that the gap closes against, for instance"
+            ' contact.surface = { model = "LinearSpring", ... }'
+        )
+
+
+def _yielding(scenario: Scenario) -> Yielding:
+    """Give the gap that follows the forces, beginning where the relief carries the load alone."""
+    surface, closing, area = scenario.contact.surface, scenario.contact.closing, scenario.contact_area
+    assert surface is not None
+    assert closing is not None
+
+    def load(time: float) -> float:
+        return float(scenario.load.forces(time)) / area
+
+    start = float(surface.gap(np.asarray(load(0.0))))
+    if not start > 0:
+        raise InputError(
+            "contact.surface: the load alone closes the gap; give a stiffer relief, or less load.normal_force"
+        )
+    return Yielding(surface=surface, load=load, start=start, damping=closing.damping)
+
+
+def time_section(scenario: Scenario, space_area: float, found: dict[str, Real]) -> TimeSection:
+    """Show what was found to a force law.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its layers.
+    space_area : float
+        Contact area [m2].
+    found : dict of str to ndarray
+        As from `solve_beyond`.
+
+    Returns
+    -------
+    TimeSection
+        Over time.
+    """
+    layers = {
+        name: TimeLayer(
+            found[MOVING] if name == MOVING and MOVING in found else layer.thickness,
+            layer.material,
+            found[f"field {name}"],
+            found[f"displacement {name}"],
+        )
+        for name, layer in scenario.stack.layers.items()
+    }
+    return TimeSection(layers, found["stack_voltage"], found["current"] / space_area)

@@ -1,0 +1,332 @@
+"""From the attraction over time to what finger and rig make of it: load, area, friction, skin, sensors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.physics.contact import FixedArea
+from electrovib.physics.drive.parts import Linear, Tones
+from electrovib.physics.friction import BristleFriction, Creep, FirstOrderLag, SteadyFriction
+from electrovib.solve.bristles import slide
+from electrovib.solve.chain import finger_filters, measured, respond_mechanically
+from electrovib.solve.electrical import Electrical
+from electrovib.solve.expand import contact_share
+from electrovib.solve.filters.declared import cascade, first_order
+from electrovib.solve.filters.filter import Filter
+from electrovib.solve.scenario import PeriodicState
+from electrovib.solve.steps import marks_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from electrovib.core.lamps import Lamp
+    from electrovib.physics.drive.base import Drive
+    from electrovib.physics.friction import Friction
+    from electrovib.solve.scenario import Scenario
+    from electrovib.solve.transfer import Real
+
+MOST = 4_000_000
+"""Pieces of the finest grid on which the mechanics is followed."""
+MARCHED = 8000
+"""Steps, besides the output times, at which an attraction is taken that has to be marched."""
+CLOSED = ("transient", "periodic", "current drive", "one sine", "renewal")
+"""Solvers that answer at any times for little."""
+FORGOTTEN = 25.0
+"""Time constants after which a beginning counts as forgotten: 1e-11 of it is left."""
+MOST_PERIODS = 3000
+
+
+@dataclass
+class Moved:
+    """What the mechanics does over time.
+
+    Parameters
+    ----------
+    signals : dict
+        Dimensions and values of every signal.
+    how : dict
+        Errors and events, for the Trace.
+    lamps : list of Lamp
+        What a user should know.
+    """
+
+    signals: dict[str, Any] = field(default_factory=dict)
+    how: dict[str, Any] = field(default_factory=dict)
+    lamps: list[Lamp] = field(default_factory=list)
+
+    def add(self, rows: dict[str, Real]) -> None:
+        """Take signals over time."""
+        self.signals |= {name: (("time",), row) for name, row in rows.items()}
+
+
+def mechanical(
+    scenario: Scenario, times: Real, answer: Electrical, at: Callable[[Real], Electrical]
+) -> Moved:
+    """Compute load, contact, friction, skin and readings over time.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    times : ndarray, shape (n,)
+        Increasing, >= 0 [s].
+    answer : Electrical
+        Attraction at these times.
+    at : callable
+        Attraction at other times.
+
+    Returns
+    -------
+    Moved
+        Signals, errors and lamps.
+
+    Raises
+    ------
+    InputError
+        If models do not go together.
+
+    Notes
+    -----
+    The friction is that of load and attraction together. The sensor under the plate reads the load alone while the
+    finger touches: the attraction is balanced by the contact that it presses; of a finger held off the plate it
+    reads the pull.
+    """
+    chain = _Chain(scenario, times, answer, at)
+    moved = Moved()
+    moved.add({"normal_force": scenario.load.forces(times)})
+    if scenario.motion.speed is not None:
+        moved.add({"sliding_speed": scenario.motion.speeds(times)})
+    if not isinstance(scenario.contact, FixedArea):
+        moved.add({"gross_contact_area": scenario.contact_area * contact_share(scenario, times)})
+    if scenario.contact.surface is not None:
+        normal = scenario.load.forces(times) + answer.force
+        moved.add({"real_contact_area": chain.real_area(normal)})
+    if isinstance(scenario.friction, BristleFriction):
+        chain.prepare()
+        chain.slip(moved)
+        wanted = {}
+    else:
+        wanted = chain.filters()
+    if isinstance(scenario.friction, SteadyFriction):
+        moved.add({"lateral_force": chain.steady(times, answer.force)})
+        del wanted["lateral_force"]
+    error = 0.0
+    if wanted or scenario.rig is not None:
+        chain.prepare()
+    if wanted:
+        rows, error = chain.follow(wanted)
+        moved.add(rows)
+    if scenario.rig is not None:
+        readings = chain.measured(moved)
+        moved.add(readings.signals)
+        moved.lamps += readings.lamps
+        error = max(error, readings.error)
+    if error:
+        error = max(error, chain.bend)
+        moved.how["mechanics_error"] = error
+    return moved
+
+
+class _Chain:
+    """The linear mechanics of a scenario behind the force of a steady friction."""
+
+    def __init__(
+        self, scenario: Scenario, times: Real, answer: Electrical, at: Callable[[Real], Electrical]
+    ) -> None:
+        self.scenario, self.times, self.answer, self.at = scenario, times, answer, at
+        self.settled = isinstance(scenario.time.initial_state, PeriodicState)
+        self.bend = 0.0
+
+    def steady(self, times: Real, force: Real) -> Real:
+        """Friction that load and attraction [N] would have at these times [s] if it had no memory."""
+        law, normal = _steady(self.scenario.friction), self.scenario.load.forces(times)
+        return np.asarray(law.lateral_force(normal, force, self.real_area(normal + force)))
+
+    def real_area(self, force: Real) -> Real:
+        """Area that touches [m2] under a whole normal force [N]; NaN where the contact does not tell."""
+        contact = self.scenario.contact
+        if contact.surface is None and not _steady(self.scenario.friction).needs_real_area:
+            return np.full(len(force), np.nan)
+        return np.asarray(contact.real_area(force))
+
+    def prepare(self) -> None:
+        """March an attraction once that has no closed form, before it is asked for many times."""
+        if self.answer.choice["solver"] not in CLOSED:
+            self.at, self.bend = _between(self.at, self.times, self._corners())
+
+    def filters(self) -> dict[str, Filter]:
+        """Name what follows the steady friction: the friction itself, and the skin."""
+        friction = friction_filter(self.scenario)
+        found = {"lateral_force": friction}
+        if self.scenario.finger is not None:
+            skin = finger_filters(_at_speed(self.scenario))
+            found |= {name: cascade(friction, each) for name, each in skin.items()}
+        return found
+
+    def slip(self, moved: Moved) -> None:
+        """March a skin with bristles, which no filter describes."""
+        law, count = self.scenario.friction, len(self.times)
+        assert isinstance(law, BristleFriction)
+        found, how = slide(self.scenario, law, self.times, self._force, self._corners())
+        rows = {"lateral_force": found.lateral_force, "bristle_deflection": found.bristle_deflection}
+        if self.scenario.finger is not None:
+            rows |= {"skin_displacement": found.skin_displacement, "skin_speed": found.skin_speed}
+        moved.add({name: row[len(row) - count :] for name, row in rows.items()})
+        moved.how |= how
+
+    def follow(self, wanted: dict[str, Filter]) -> tuple[dict[str, Real], float]:
+        """Run filters behind the steady friction."""
+        slow = min(float(np.min(-each.poles.real)) for each in wanted.values() if len(each.poles))
+        return self._ran(lambda run: respond_mechanically(self._force, wanted, run, **self._options()), slow)
+
+    def _force(self, times: Real) -> Real:
+        """Steady friction at any times, before the beginning that of the load alone."""
+        wrapped = np.mod(times, self._period) if self.settled else np.maximum(times, 0.0)
+        order = np.argsort(wrapped, kind="stable")
+        force = np.empty(len(wrapped))
+        force[order] = self.at(wrapped[order]).force
+        if not self.settled:
+            force = np.where(times < 0, 0.0, force)
+        return self.steady(wrapped, force)
+
+    @property
+    def _period(self) -> float:
+        return self.scenario.drive.period or 1.0
+
+    def _ran(
+        self, run: Callable[[Real], tuple[dict[str, Real], float]], slow: float
+    ) -> tuple[dict[str, Real], float]:
+        """Begin early enough: just before a jump at time 0, or in the periodic state."""
+        before = 0.0
+        if self.settled:
+            periods = math.ceil(FORGOTTEN / (slow * self._period))
+            if periods > MOST_PERIODS:
+                raise InputError(
+                    f"time.initial_state = PeriodicState: the mechanics needs {periods} periods of the drive to settle;"
+                    " start AtRest and look at a late period"
+                )
+            before = periods * self._period
+        elif len(self.times) > 1:
+            began = self._force(np.array([-1.0, 0.0]))
+            if began[0] != began[1]:
+                before = 1e-3 * float(np.min(np.diff(self.times)))
+        if not before:
+            return run(self.times)
+        rows, error = run(np.append(-before, self.times))
+        return {name: row[1:] for name, row in rows.items()}, error
+
+    def _options(self) -> dict[str, Any]:
+        return {"most": MOST, "jumps": self._corners(), "shortest": shortest_time(self.scenario.drive)}
+
+    def _corners(self) -> Real:
+        """Times at which the attraction or the load may bend or jump."""
+        end = float(self.times[-1])
+        load = np.array([time for time, _ in self.scenario.load.programme.corners()])
+        corners = np.concatenate([[0.0], marks_of(self.scenario.drive, end)[0], load])
+        return corners[corners <= end]
+
+    def measured(self, moved: Moved) -> Any:
+        """Read load and friction through the rig."""
+        rig, scenario = self.scenario.rig, self.scenario
+        assert rig is not None
+        lateral: Any = self._force
+        if not isinstance(scenario.friction, SteadyFriction):
+            lateral = moved.signals["lateral_force"][1]
+        off = scenario.motion.distance is not None
+
+        def normal(times: Real) -> Real:
+            load = scenario.load.forces(times)
+            return load - self.at(np.maximum(times, 0.0)).force if off else load
+
+        options = self._options()
+        if self.settled and callable(lateral):
+            lateral = moved.signals["lateral_force"][1]
+        return measured(rig, self.times, normal, lateral, **options)
+
+
+def _between(
+    at: Callable[[Real], Electrical], times: Real, corners: Real
+) -> tuple[Callable[[Real], Electrical], float]:
+    """March the attraction once on a fine grid and take it as straight in between; with the error of that."""
+    even = np.linspace(0.0, float(times[-1]), MARCHED + 1)
+    fixed = np.union1d(times, corners)
+    stamps, coarse = np.union1d(even, fixed), np.union1d(even[::2], fixed)
+    known = at(stamps)
+    guessed = np.interp(stamps, coarse, known.force[np.searchsorted(stamps, coarse)])
+    error = float(np.max(np.abs(guessed - known.force))) / 4 / (float(np.max(np.abs(known.force))) or 1.0)
+
+    def between(wanted: Real) -> Electrical:
+        return Electrical({}, np.interp(wanted, stamps, known.force), known.choice)
+
+    return between, error
+
+
+def _steady(friction: Friction) -> SteadyFriction:
+    """Find the law without memory inside a friction."""
+    if isinstance(friction, SteadyFriction):
+        return friction
+    inner: SteadyFriction = friction.steady  # type: ignore[attr-defined]  # every other friction has one
+    return inner
+
+
+def _at_speed(scenario: Scenario) -> Any:
+    """Give the fingertip at the full sliding speed."""
+    finger = scenario.finger
+    growth = getattr(finger, "growth", None)
+    if growth is not None and scenario.motion.speed is None:
+        raise InputError("finger.growth needs motion.speed, for instance motion.speed = '50 mm/s'")
+    return finger.at_speed(scenario.motion.speed) if growth is not None else finger  # type: ignore[union-attr]
+
+
+def friction_filter(scenario: Scenario) -> Filter:
+    """Filter from the steady friction to the friction.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its friction and the full sliding speed.
+
+    Returns
+    -------
+    Filter
+        Without dimension.
+
+    Raises
+    ------
+    InputError
+        If the corner of a lag needs a speed, or is not above 0 at it.
+    """
+    friction = scenario.friction
+    if isinstance(friction, Creep):
+        shares = np.array([each.share for each in friction.relaxations])
+        poles = -1 / np.array([each.time for each in friction.relaxations])
+        return Filter(poles.astype(complex), shares.astype(complex), 1 - float(np.sum(shares)))
+    if isinstance(friction, FirstOrderLag):
+        if friction.renewal_length is not None and scenario.motion.speed is None:
+            raise InputError(
+                "friction.renewal_length needs motion.speed, for instance motion.speed = '50 mm/s'"
+            )
+        corner = float(friction.corner(np.asarray(scenario.motion.speed or friction.at_speed)))
+        if corner <= 0:
+            raise InputError(
+                f"friction.cut_off: its straight line gives {corner:.4g} Hz at motion.speed = {scenario.motion.speed} m/s;"
+                " give the cut-off at a speed nearer to it"
+            )
+        return first_order(corner)
+    return Filter(np.zeros(0, complex), np.zeros(0, complex), 1.0)
+
+
+def shortest_time(drive: Drive) -> float:
+    """Shortest time in which the attraction under a drive changes [s]: half a period of its fastest oscillation."""
+    fastest = 0.0
+    for part in drive.parts():
+        if isinstance(part, Tones):
+            fastest = max(fastest, float(np.max(part.frequencies)))
+        elif not isinstance(part, Linear):
+            fastest = max(fastest, part.highest_frequency)
+    return 1 / (2 * fastest) if fastest else math.inf

@@ -1,0 +1,277 @@
+"""One step of Radau's implicit method, solved to rounding: what fixed steps and landings on events are made of."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import ElectrovibError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from electrovib.solve.transfer import Real
+
+STAGES = 3
+ORDER = 2 * STAGES - 1
+"""Declared order of convergence where the rate is smooth."""
+_ROOT = np.sqrt(6.0)
+NODES = np.array([(4 - _ROOT) / 10, (4 + _ROOT) / 10, 1.0])
+"""Radau IIA, three stages: zeros of x^2 (x - 1)^3 differentiated twice (Hairer and Wanner 1996, IV.5)."""
+_POWERS = NODES[:, None] ** np.arange(1, STAGES + 1)
+_WEIGHTS = (_POWERS / np.arange(1, STAGES + 1)) @ np.linalg.inv(NODES[:, None] ** np.arange(STAGES))
+_COEFFICIENTS = np.linalg.inv(_POWERS)
+_SETTLED = 1e-15
+_ROUNDING = 1e-11
+_MOST_ITERATIONS = 12
+_MOST_RENEWALS = 3
+_MOST_HALVINGS = 24
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Collocation polynomial of one step.
+
+    Parameters
+    ----------
+    start, size : float
+        Where the step begins and its length [s].
+    before, stages : ndarray
+        State at the beginning; what the three stages add to it, shape (3, states).
+    """
+
+    start: float
+    size: float
+    before: Real
+    stages: Real
+
+    @property
+    def end(self) -> float:
+        """Where the step ends [s]."""
+        return self.start + self.size
+
+    @property
+    def state(self) -> Real:
+        """State at the end."""
+        return np.asarray(self.before + self.stages[-1])
+
+    def __call__(self, time: Real) -> Real:
+        """State at times [s], shape (states,) or (states, n)."""
+        place = (np.asarray(time) - self.start) / self.size
+        powers = place ** np.arange(1, STAGES + 1).reshape(-1, *[1] * place.ndim)
+        added = np.tensordot(self.stages.T @ _COEFFICIENTS.T, powers, axes=1)
+        return np.asarray(self.before.reshape(-1, *[1] * place.ndim) + added)
+
+
+def factor(matrix: Any) -> tuple[Any, Any]:
+    """Triangular factors of a small real or complex matrix."""
+    from scipy.linalg.lapack import dgetrf, zgetrf
+
+    return (zgetrf if np.iscomplexobj(matrix) else dgetrf)(matrix)[:2]  # type: ignore[no-any-return]
+
+
+def solve(factors: tuple[Any, Any], right: Any) -> Any:
+    """Solve with these factors for one right-hand side."""
+    from scipy.linalg.lapack import dgetrs, zgetrs
+
+    return (zgetrs if np.iscomplexobj(factors[0]) else dgetrs)(*factors, right)[0]
+
+
+def march(
+    rate: Callable[[float, Real], Real],
+    start: float,
+    state: Real,
+    size: float,
+    scale: Real,
+    halvings: int = 0,
+) -> tuple[Piece, ...] | None:
+    """Step once, in halves where one step has no solution that iteration finds.
+
+    Parameters
+    ----------
+    rate : callable
+        Of time [s] and state.
+    start : float
+        Beginning [s].
+    state : ndarray, shape (states,)
+        There.
+    size : float
+        Step [s].
+    scale : ndarray, shape (states,)
+        Size of each state, above 0.
+    halvings : int
+        How often the step has been halved already.
+
+    Returns
+    -------
+    tuple of Piece or None
+        One after the other; None where halving does not help.
+    """
+    piece = _collocate(rate, start, state, size, scale)
+    if piece is not None or halvings >= _MOST_HALVINGS:
+        return None if piece is None else (piece,)
+    first = march(rate, start, state, size / 2, scale, halvings + 1)
+    if first is None:
+        return None
+    second = march(rate, start + size / 2, first[-1].state, size / 2, scale, halvings + 1)
+    return None if second is None else first + second
+
+
+def _collocate(
+    rate: Callable[[float, Real], Real], start: float, state: Real, size: float, scale: Real
+) -> Piece | None:
+    """Newton's iteration on all stages at once, with a Jacobian renewed as long as it converges slowly."""
+    times = start + size * NODES
+    stages = np.zeros((STAGES, len(state)))
+    at = state
+    for _ in range(_MOST_RENEWALS):
+        matrix = np.eye(stages.size) - size * np.kron(_WEIGHTS, jacobian(rate, start, at, scale))
+        factors = factor(matrix)
+        last = np.inf
+        for _ in range(_MOST_ITERATIONS):
+            rates = np.array([rate(time, state + stage) for time, stage in zip(times, stages, strict=True)])
+            change = solve(factors, (size * _WEIGHTS @ rates - stages).ravel()).reshape(stages.shape)
+            moved = float(np.max(np.abs(change) / (scale + np.abs(state))))
+            if not np.isfinite(moved) or moved > 2 * last > _ROUNDING:
+                break
+            stages = stages + change
+            if moved <= _SETTLED or last <= moved <= _ROUNDING:
+                return Piece(start, size, state, stages)
+            last = moved
+        if not np.all(np.isfinite(stages)):
+            return None
+        at = state + stages[0]
+    return None
+
+
+def jacobian(rate: Callable[[float, Real], Real], time: float, state: Real, scale: Real) -> Real:
+    """Jacobian of a rate, by differences forward.
+
+    Parameters
+    ----------
+    rate : callable
+        Of time [s] and state.
+    time : float
+        s.
+    state, scale : ndarray, shape (states,)
+        Where, and the size of each state.
+
+    Returns
+    -------
+    ndarray, shape (states, states)
+        Of half the digits.
+    """
+    steps = np.sqrt(np.finfo(float).eps) * np.maximum(scale, np.abs(state))
+    base = rate(time, state)
+    columns = []
+    for index, step in enumerate(steps.tolist()):
+        moved = state.copy()
+        moved[index] += step
+        columns.append((rate(time, moved) - base) / (moved[index] - state[index]))
+    return np.transpose(columns)
+
+
+def steps_to(
+    rate: Callable[[float, Real], Real], start: float, state: Real, size: float, scale: Real
+) -> tuple[Piece, ...]:
+    """March one step, which must succeed.
+
+    Parameters
+    ----------
+    rate : callable
+        Of time [s] and state.
+    start, size : float
+        Beginning and length [s].
+    state, scale : ndarray, shape (states,)
+        At the beginning, and the size of each state.
+
+    Returns
+    -------
+    tuple of Piece
+        One, or its halves.
+
+    Raises
+    ------
+    ElectrovibError
+        If halving does not help.
+    """
+    pieces = march(rate, start, state, size, scale)
+    if pieces is None:
+        raise ElectrovibError(f"the equations could not be solved beyond {start:.6g} s")
+    return pieces
+
+
+def adaptive_steps(
+    rate: Callable[[float, Real], Real], start: float, stop: float, state: Real, scale: Real, tolerance: float
+) -> Iterator[tuple[float, Real, Callable[[Real], Real]]]:
+    """Steps whose length follows from the error: each one's end, the state there, and its polynomial.
+
+    Parameters
+    ----------
+    rate : callable
+        Of time [s] and state.
+    start, stop : float
+        Beginning and end [s].
+    state, scale : ndarray, shape (states,)
+        At the beginning, and the size of each state.
+    tolerance : float
+        Local error of a step: relative, and absolute against the scale.
+
+    Yields
+    ------
+    tuple of (float, ndarray, callable)
+        End of a step [s], state there, polynomial of times [s].
+    """
+    from scipy.integrate import Radau
+
+    solver = Radau(
+        rate,
+        start,
+        state,
+        stop,
+        rtol=tolerance,
+        atol=tolerance * scale,
+        jac=lambda time, now: jacobian(rate, time, now, scale),
+    )
+    solver.lu, solver.solve_lu = (
+        factor,
+        solve,
+    )  # scipy's own take several times longer than the small systems do
+    while solver.status == "running":
+        message = solver.step()
+        if solver.status == "failed":
+            raise ElectrovibError(f"the equations could not be solved beyond {solver.t:.6g} s: {message}")
+        yield float(solver.t), solver.y, solver.dense_output()
+
+
+def even_steps(
+    rate: Callable[[float, Real], Real], start: float, stop: float, state: Real, scale: Real, step: float
+) -> Iterator[tuple[float, Real, Callable[[Real], Real]]]:
+    """Steps of one length, the given one or a little less, without control of the error.
+
+    Parameters
+    ----------
+    rate : callable
+        Of time [s] and state.
+    start, stop : float
+        Beginning and end [s].
+    state, scale : ndarray, shape (states,)
+        At the beginning, and the size of each state.
+    step : float
+        s.
+
+    Yields
+    ------
+    tuple of (float, ndarray, callable)
+        End of a step [s], state there, polynomial of times [s].
+    """
+    count = max(1, int(np.ceil((stop - start) / step * (1 - 1e-9))))
+    bounds = np.linspace(start, stop, count + 1).tolist()
+    for before, after in itertools.pairwise(bounds):
+        taken = steps_to(rate, before, state, after - before, scale)
+        state = taken[-1].state
+        for piece in taken:
+            yield after if piece is taken[-1] else piece.end, piece.state, piece

@@ -1,0 +1,123 @@
+"""Where a switch falls through zero inside a step, and the step that ends there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.solve.nonlinear.collocation import Piece, steps_to
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from electrovib.solve.nonlinear.integrate import Mode, System
+    from electrovib.solve.transfer import Real
+
+_LOOKS = np.array([0.2, 0.4, 0.6, 0.8])
+"""Where inside a step the switches are looked at, besides its end."""
+_MOST_CORRECTIONS = 8
+_ENOUGH = 1e-13
+"""Correction over the time at which a landing is done."""
+
+
+def land(
+    rate: Callable[[float, Real], Real],
+    system: System,
+    before: float,
+    state: Real,
+    when: float,
+    after: float,
+    index: int,
+    mode: Mode,
+) -> tuple[Piece, ...]:
+    """Solve the shortened step again, and correct its length until its own end is the root.
+
+    Parameters
+    ----------
+    rate : callable
+        Of time [s] and state, in this mode.
+    system : System
+        Switches and scale.
+    before, after : float
+        Beginning and end of the whole step [s].
+    state : ndarray, shape (states,)
+        At its beginning.
+    when : float
+        Root on the whole step's polynomial [s].
+    index : int
+        Switch that falls.
+    mode : Mode
+        That ends.
+
+    Returns
+    -------
+    tuple of Piece
+        One after the other; the last ends at the event.
+    """
+    for _ in range(_MOST_CORRECTIONS):
+        landed = steps_to(rate, before, state, when - before, system.scale)
+        last = landed[-1]
+        value = float(system.switches(last.end, last.state, mode)[index])
+        early = last.start + 0.875 * last.size
+        slope = (value - float(system.switches(early, last(np.asarray(early)), mode)[index])) / (
+            last.end - early
+        )
+        if value == 0 or not slope < 0:
+            break
+        corrected = min(when - value / slope, after)
+        if corrected <= before or abs(corrected - when) <= _ENOUGH * after:
+            break
+        when = corrected
+    return landed
+
+
+def first_fall(
+    system: System, piece: Callable[[Real], Real], before: float, after: float, state: Real, mode: Mode
+) -> tuple[float, int] | None:
+    """Find when the first switch falls through zero in a step, and which; it may have risen again by the end.
+
+    Parameters
+    ----------
+    system : System
+        Switches.
+    piece : callable
+        Polynomial of the step, of times [s].
+    before, after : float
+        Beginning and end of the step [s].
+    state : ndarray, shape (states,)
+        At the end.
+    mode : Mode
+        That holds at the beginning.
+
+    Returns
+    -------
+    tuple of (float, int) or None
+        When [s] which switch falls; None if none does.
+    """
+    from scipy.optimize import brentq
+
+    def value(time: float, index: int) -> float:
+        return float(system.switches(time, piece(np.asarray(time)), mode)[index])
+
+    if not len(system.switches(after, state, mode)):
+        return None
+    looks = before + (after - before) * _LOOKS
+    inside = piece(looks).T
+    values = [system.switches(time, each, mode) for time, each in zip(looks.tolist(), inside, strict=True)]
+    values.append(system.switches(after, state, mode))
+    fallen = np.array(values) < 0
+    if not fallen.any():
+        return None
+    first = int(np.argmax(fallen.any(axis=1)))
+    ends = [before, *looks.tolist(), after]
+    falls = []
+    for index in np.flatnonzero(fallen[first]).tolist():
+        low, high = ends[first], ends[first + 1]
+        if value(low, index) <= 0:
+            falls.append((low, index))
+        elif value(high, index) >= 0:  # the polynomial's end and the state differ by rounding
+            falls.append((high, index))
+        else:
+            falls.append((float(brentq(value, low, high, args=(index,), xtol=1e-300, rtol=1e-15)), index))
+    return min(falls)

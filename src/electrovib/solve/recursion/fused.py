@@ -1,0 +1,141 @@
+"""Two linear systems with a formula between them, without ever holding what lies between."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.solve.recursion.blocks import PRODUCT, block_states, block_weights, march_even, numbers
+from electrovib.solve.recursion.hold import weights_of
+from electrovib.solve.recursion.record import Drive, gather
+from electrovib.solve.recursion.scan import fold_length, states_before
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from electrovib.solve.recursion.record import Array, Modes, States
+
+    System = tuple[ArrayLike, ArrayLike, float]
+
+_BLOCK, _SHORTEST = 64, 16  # samples of the first system in a block, at most and at least
+_PRODUCTS = 4  # of the first system before the formula: some 20 000 samples, which stay in the second cache
+
+
+def march_chain(
+    first: System,
+    formula: Callable[[NDArray[np.float64]], object],
+    second: System,
+    samples: ArrayLike,
+    step: float,
+    *,
+    keep: int,
+    settled: bool = False,
+) -> NDArray[np.float64]:
+    """Follow relaxing modes, a formula of their output, and ringing modes driven by that, at every k-th sample.
+
+    Parameters
+    ----------
+    first : tuple of poles, gains and direct
+        One output of relaxing modes, as for ``march``: (poles,), (poles,), number; from rest.
+    formula : callable
+        Turns an array of outputs of the first system into inputs of the second, in place, each on its own; for
+        instance a voltage [V] into the friction it causes [N].
+    second : tuple of poles, gains and direct
+        One output of ringing modes, as for ``march_pairs``.
+    samples : array_like, (n,)
+        Drive of the first system at even times, straight between them, finite, at least two.
+    step : float
+        Time between samples [s].
+    keep : int
+        Every so many samples an output of the second system is put out.
+    settled : bool
+        The second system begins in steady state under its first input; otherwise from rest.
+
+    Returns
+    -------
+    ndarray, (ceil(n / keep),)
+        Outputs of the second system.
+
+    Raises
+    ------
+    InputError
+        As ``march`` and ``march_pairs``; or if there are less than two samples.
+
+    Notes
+    -----
+    The same as ``march``, the formula and ``march_pairs`` with ``keep``, up to rounding. What lies between is
+    made in tiles that stay in the cache, and of the second system only the state at every k-th sample. Where
+    ``keep`` has no divisor from 16 to 64, one whole record is made after the other.
+    """
+    values = np.ascontiguousarray(samples, np.float64)
+    if values.size < 2:
+        raise InputError(f"march.samples has {values.size} numbers: give at least two.")
+    sides = values[:-1], values[1:], step
+    front, drive, rest = gather(
+        first[0], np.atleast_2d(first[1]), [first[2]], *sides, np.zeros(np.size(first[0]))
+    )
+    none = np.zeros(np.size(second[0]))
+    back, _, _ = gather(second[0], np.atleast_2d(second[1]), [second[2]], *sides, none, keep=keep, pairs=True)
+    block = max(size for size in range(1, min(keep, _BLOCK) + 1) if keep % size == 0)
+    if block < _SHORTEST:
+        whole = march_even(front, drive, rest, 1)[0][0]
+        formula(whole)
+        start = np.full(back.poles.size, settled * whole[0], complex)
+        kept: Array = march_even(back, Drive(whole[:-1], whole[1:], drive.steps), start, keep)[0][0]
+        return kept
+    z, rows = back.poles * step, (values.size - 1) // keep
+    onto_state = block_weights(back, z, 1, keep, keep).onto_state[0]
+    columns, lines = fold_length(rows + 1)
+    states, inputs = np.zeros((lines * columns, onto_state.shape[1])), np.empty(rows + 1)
+    for part, between in _between(front, formula, values, step, keep, block, rest):
+        inputs[part] = between[:, 0]
+        if between.shape[1] == keep:
+            np.matmul(between, onto_state, out=states[part])
+    last = weights_of(z)[2]
+    start = (float(settled) - last) * inputs[0]  # w = x - last u, as in `march_even`
+    table = states.view(z.dtype).reshape(lines, columns, z.size).swapaxes(0, 1)
+    states_before(table, np.exp(keep * z), np.exp(keep * columns * z), start)
+    free = numbers(np.conj(back.gains[0]))
+    output: Array = states[: rows + 1] @ free
+    output += (back.direct[0] + float((back.gains[0] @ last).real)) * inputs
+    return output
+
+
+def _between(
+    front: Modes,
+    formula: Callable[[Array], object],
+    values: Array,
+    step: float,
+    keep: int,
+    block: int,
+    state: States,
+) -> Iterator[tuple[slice, Array]]:
+    """Give what the second system sees, some rows of ``keep`` samples at a time, then the first of what is left.
+
+    Every array given is used up before the next one is made, in the same memory.
+    """
+    z, rows = front.poles * step, (values.size - 1) // keep
+    weights = block_weights(front, z, 1, block, 1)
+    whole = values[: rows * keep].reshape(rows * (keep // block), block)
+    last = weights_of(z)[2]
+    states = block_states([whole], weights.onto_state, z, state - last * values[0])
+    onto_output, each = weights.onto_output[0], keep // block
+    height = max(1, PRODUCT // onto_output.size // each) * each  # blocks in one product
+    seen, made = np.empty((height, len(onto_output))), np.empty((_PRODUCTS * height, block))
+    for begin in range(0, len(whole), len(made)):
+        stop = min(begin + len(made), len(whole))
+        for first in range(begin, stop, height):
+            part = slice(first, min(first + height, stop))
+            size = part.stop - first
+            np.concatenate([whole[part], states[part]], axis=1, out=seen[:size])
+            np.matmul(seen[:size], onto_output, out=made[first - begin : part.stop - begin])
+        formula(made[: stop - begin].reshape(-1))
+        yield slice(begin // each, stop // each), made[: stop - begin].reshape(-1, keep)
+    end = values[rows * keep]
+    at_end = front.gains @ (states[-1] + last * end) + front.direct * end
+    formula(at_end)
+    yield slice(rows, rows + 1), at_end[:, np.newaxis]

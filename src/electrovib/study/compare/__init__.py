@@ -1,0 +1,5 @@
+"""Every force law on one stack: how far they are apart, in size and in time, and why."""
+
+from electrovib.study.compare.entry import Comparison, Entry
+from electrovib.study.compare.laws import compare
+from electrovib.study.compare.static import static_force

@@ -1,0 +1,86 @@
+"""What a comparison holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from electrovib.solve.scenario import Scenario
+from electrovib.solve.transfer import Real
+from electrovib.study.reproduction import Page, Panel, Table
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One law on the stack.
+
+    Parameters
+    ----------
+    name, plane, status : str
+        Law, where it cuts the finger free, how its source was read.
+    static : float
+        Attraction at the peak voltage held for ever when nothing conducts [N].
+    ratio : float
+        Static attraction over that of the gap plane.
+    early, late : float
+        Attraction 50 us and 50 ms after a step to the peak voltage [N]; NaN for a law without a response in
+        time.
+    mean : ndarray, shape (frequencies,)
+        Time mean under a sine of the peak voltage [N].
+    step : ndarray, shape (times,) or (0,)
+        Step response [N].
+    polarity : float
+        Mean attraction during the step over that of the same step with its sign turned; exactly 1 where no
+        layer tells the polarity, NaN for a law without a response in time.
+    why : str
+        Where the ratio comes from.
+    warnings : tuple of str
+        What lies beyond a limit.
+    breakdown : str
+        How the air breaks down at the static force, empty where it does not.
+    """
+
+    name: str
+    plane: str
+    status: str
+    static: float
+    ratio: float
+    early: float
+    late: float
+    mean: Real
+    step: Real
+    polarity: float
+    why: str
+    warnings: tuple[str, ...]
+    breakdown: str
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All laws on one scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The stack.
+    voltage : float
+        Peak voltage at which the laws are compared [V].
+    entries : tuple of Entry
+        From the largest to the smallest static force.
+    left_out : mapping of str to str
+        Law to why it is not in the comparison.
+    frequency, time : ndarray
+        Axes of `mean` and `step`.
+    tables, panels, pages
+        The same for a report.
+    """
+
+    scenario: Scenario
+    voltage: float
+    entries: tuple[Entry, ...]
+    left_out: Mapping[str, str]
+    frequency: Real
+    time: Real
+    tables: tuple[Table, ...]
+    panels: tuple[Panel, ...]
+    pages: tuple[Page, ...]

@@ -1,0 +1,182 @@
+"""Run every force law on one stack."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.discovery import find_members
+from electrovib.core.errors import ElectrovibError, InputError, NotCausalError, nearest
+from electrovib.physics.force import ForceLaw
+from electrovib.solve.expand import mean_force, phasors
+from electrovib.solve.scenario import Scenario
+from electrovib.solve.simulate import simulate
+from electrovib.solve.transfer import Real
+from electrovib.study.compare.entry import Comparison, Entry
+from electrovib.study.compare.panels import over_frequency, over_parameter, over_time
+from electrovib.study.compare.static import air_breaks_down, air_warnings, peak_voltage, static_force
+from electrovib.study.compare.words import pages, tables
+from electrovib.study.explain import explain, in_time, knows_polarity
+
+if TYPE_CHECKING:
+    import xarray
+
+STEP = 0.05
+"""How long the step response is followed [s]."""
+EARLY = 50e-6
+"""When it is first read: body and amplifier have charged the stack by then [s]."""
+
+
+def compare(
+    scenario: Scenario,
+    *,
+    models: Sequence[str] | None = None,
+    over: Mapping[str, Sequence[float] | Real] | None = None,
+) -> Comparison:
+    """Run every force law on the same finger and plate.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Stack, contact, circuit and drive; its own law is one among the others.
+    models : sequence of str, optional
+        Names of laws; all that need no parameter of their own if absent.
+    over : mapping of str to sequence of float, optional
+        Dotted path to values in SI, over which the static force is drawn.
+
+    Returns
+    -------
+    Comparison
+        Numbers, figures as data, and words.
+
+    Raises
+    ------
+    InputError
+        For a name that is not a force law, a drive that prescribes the current, or if no law can run here.
+    """
+    if scenario.drive.quantity == "current":
+        raise InputError(
+            f"drive = {type(scenario.drive).__name__}: laws are compared at one voltage, and this drive prescribes the"
+            " current. Take a drive in volts, for instance Sine"
+        )
+    cases, left_out = _cases(scenario, models)
+    voltage = peak_voltage(scenario)
+    frequency = scenario.frequency.frequencies()
+    time = np.concatenate([[0.0], np.geomspace(1e-6, STEP, 400)])
+    entries = []
+    if cases:
+        bench = _Bench(scenario, voltage, frequency, time)
+        for name, case in cases.items():
+            try:
+                entries.append(bench.entry(name, case))
+            except ElectrovibError as error:
+                left_out[name] = str(error)
+    if not entries:
+        raise InputError(f"no law can be compared here. {name}: {why}" for name, why in left_out.items())
+    entries.sort(key=lambda entry: -entry.static)
+    panels = [over_frequency(entries, frequency, voltage), over_time(entries, time, voltage)]
+    ordered = {entry.name: cases[entry.name] for entry in entries}
+    panels += [
+        over_parameter(scenario, ordered, path, np.asarray(values)) for path, values in (over or {}).items()
+    ]
+    return Comparison(
+        scenario,
+        voltage,
+        tuple(entries),
+        left_out,
+        frequency,
+        time,
+        tables(entries, left_out),
+        tuple(panels),
+        pages(scenario, entries),
+    )
+
+
+def _cases(scenario: Scenario, models: Sequence[str] | None) -> tuple[dict[str, Scenario], dict[str, str]]:
+    laws = find_members(ForceLaw)
+    if models is not None and not models:
+        raise InputError(f"--models: names no force law. Known: {', '.join(sorted(laws))}.")
+    unknown = [name for name in models or () if name not in laws]
+    if unknown:
+        raise InputError(f"--models: '{name}' is not a force law.{nearest(name, laws)}" for name in unknown)
+    cases: dict[str, Scenario] = {}
+    left_out: dict[str, str] = {}
+    for name in models or laws:
+        if name == type(scenario.force).__name__:
+            cases[name] = scenario
+            continue
+        try:
+            cases[name] = scenario.replace({"force": {"model": name}})
+        except InputError as error:
+            left_out[name] = "; ".join(
+                problem.removeprefix("the file = {...}: ") for problem in error.problems
+            )
+    return cases, left_out
+
+
+class _Bench:
+    """What all laws on one stack are held against: the gap plane, and the air in the gap."""
+
+    def __init__(self, scenario: Scenario, voltage: float, frequency: Real, time: Real) -> None:
+        self.voltage, self.frequency, self.time = voltage, frequency, time
+        plane = scenario.replace({"force": {"model": "GapPlane"}})
+        self.static = static_force(plane, voltage)
+        self.breakdown = air_breaks_down(scenario, voltage)
+        step = self.step(plane, voltage)
+        self.stack_warnings = _warnings(step)
+        self.air_warnings = air_warnings(scenario, step)
+
+    def step(self, case: Scenario, voltage: float) -> xarray.Dataset:
+        """Simulate a step from rest to a voltage [V]."""
+        changes: dict[str, Any] = {"drive": {"model": "Constant", "level": voltage}}
+        return simulate(case.replace(changes | {"time.initial_state": {"model": "AtRest"}}), time=self.time)
+
+    def entry(self, name: str, case: Scenario) -> Entry:
+        """Try one law."""
+        law = case.force
+        static = static_force(case, self.voltage)
+        mean = mean_force(case, phasors(case, self.frequency), self.voltage)
+        why = explain(case, static / self.static)
+        early = late = polarity = np.nan
+        try:
+            trace = self.step(case, self.voltage)
+        except NotCausalError:
+            step, warnings = np.zeros(0), self.stack_warnings
+        else:
+            step, warnings = np.asarray(trace.electrostatic_force.values), _warnings(trace)
+            early, late = float(np.interp(EARLY, self.time, step)), float(step[-1])
+            why += f"; {in_time(case, early, late)}"
+            polarity = self.polarity(case, step)
+        in_the_gap = law.plane == "gap"
+        if in_the_gap:
+            warnings = tuple(dict.fromkeys([*warnings, *self.air_warnings]))
+        return Entry(
+            name,
+            law.plane,
+            law.status,
+            static,
+            static / self.static,
+            early,
+            late,
+            mean,
+            step,
+            polarity,
+            why,
+            warnings,
+            self.breakdown if in_the_gap else "",
+        )
+
+    def polarity(self, case: Scenario, step: Real) -> float:
+        """Mean attraction of a step over that of the step the other way round, 1."""
+        if not knows_polarity(case):
+            return 1.0
+        turned = self.step(case, -self.voltage).electrostatic_force.values
+        return float(np.trapezoid(step, self.time) / np.trapezoid(turned, self.time))
+
+
+def _warnings(trace: xarray.Dataset) -> tuple[str, ...]:
+    found = [lamp["text"] for lamp in json.loads(trace.attrs["lamps"]) if lamp["state"] == "warning"]
+    return tuple(text for text in found if "the drive jumps" not in text)

@@ -1,0 +1,178 @@
+"""The figures of a comparison, as data: a law looks the same in all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.core.paths import quantity_at
+from electrovib.core.units import format_quantity
+from electrovib.solve.scenario import Scenario
+from electrovib.solve.transfer import Real
+from electrovib.study.compare.entry import Entry
+from electrovib.study.compare.static import air_breaks_down, peak_voltage, static_force
+from electrovib.study.reproduction import Curve, Panel
+
+SAME = 0.02
+"""Relative difference up to which two curves lie on each other."""
+KINDS = ("line", "dashed", "dotted")
+"""Of the first, second and every further curve in one place."""
+
+
+def over_frequency(entries: Sequence[Entry], frequency: Real, voltage: float) -> Panel:
+    """Draw the mean force of each law over frequency.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+        Laws, in the order of their colours.
+    frequency : ndarray, shape (n,)
+        Hz.
+    voltage : float
+        Peak of the sine [V].
+
+    Returns
+    -------
+    Panel
+        One line for each law.
+    """
+    curves = [
+        Curve(entry.name, frequency, entry.mean, look=look)
+        for look, entry in enumerate(entries)
+        if np.all(entry.mean > 0)
+    ]
+    return Panel(
+        "force_over_frequency",
+        "Mean force over frequency",
+        f"Time mean under a sine of {format_quantity(voltage, 'V')}, materials as declared.",
+        ("frequency", "Hz"),
+        ("mean electrostatic force", "N"),
+        all_to_be_seen(curves),
+        log_x=True,
+        log_y=True,
+    )
+
+
+def over_time(entries: Sequence[Entry], time: Real, voltage: float) -> Panel:
+    """Draw the response of each law to a step.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+        Laws, in the order of their colours.
+    time : ndarray, shape (n,)
+        s, from 0.
+    voltage : float
+        Height of the step [V].
+
+    Returns
+    -------
+    Panel
+        One line for each law that has one.
+    """
+    curves = []
+    for look, entry in enumerate(entries):
+        if len(entry.step):
+            floor = np.max(entry.step) * 1e-6
+            curves.append(Curve(entry.name, time[1:], np.maximum(entry.step[1:], floor), look=look))
+    caption = (
+        f"After a step to {format_quantity(voltage, 'V')} from rest. The planes differ in time, not only in size: where"
+        " a layer conducts, the field leaves it and goes into the others. Values a million times below a law's largest"
+        " are drawn there."
+    )
+    return Panel(
+        "force_over_time",
+        "Step response",
+        caption,
+        ("time", "s"),
+        ("electrostatic force", "N"),
+        all_to_be_seen(curves),
+        log_x=True,
+        log_y=True,
+    )
+
+
+def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str, values: Real) -> Panel:
+    """Draw the static force of each law over a parameter.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Which has the parameter.
+    cases : mapping of str to Scenario
+        The scenario with each law.
+    path : str
+        Dotted path; a parameter of the scenario's own law moves no other law.
+    values : ndarray, shape (n,)
+        SI.
+
+    Returns
+    -------
+    Panel
+        Values at which the air of the gap breaks down are marked.
+    """
+    quantity = quantity_at(scenario, path)
+    curves, marks = [], []
+    for look, (name, case) in enumerate(cases.items()):
+        varied = [_with(case, path, float(value)) for value in values]
+        forces = np.array([static_force(one, peak_voltage(one)) for one in varied])
+        curves.append(Curve(name, values, forces, look=look))
+        if case.force.plane == "gap":
+            broken = np.array([bool(air_breaks_down(one, peak_voltage(one))) for one in varied])
+            label = f"{name}: air breaks down"
+            marks += (
+                [Curve(label, values[broken], forces[broken], None, "points", look)] if any(broken) else []
+            )
+    said = f"At the peak voltage of the drive, nothing conducting. {_sentence(quantity.doc)}"
+    if marks:
+        said += " Points: there the air of the gap breaks down, a limit and not a force one would see."
+    return Panel(
+        f"static_over_{path.replace('.', '_')}",
+        f"Static force over {path}",
+        said,
+        (path, quantity.unit),
+        ("static electrostatic force", "N"),
+        (*all_to_be_seen(curves), *marks),
+        log_x=bool(np.min(values) > 0 and np.max(values) / np.min(values) > 20),
+        log_y=True,
+    )
+
+
+def _with(case: Scenario, path: str, value: float) -> Scenario:
+    if path.startswith("force."):
+        try:
+            quantity_at(case, path)
+        except InputError:
+            return case
+    return case.replace({path: value})
+
+
+def _sentence(words: str) -> str:
+    return f"{words[:1].upper()}{words[1:].rstrip('.')}."
+
+
+def all_to_be_seen(curves: Sequence[Curve]) -> tuple[Curve, ...]:
+    """Break the lines of curves that would hide others.
+
+    Parameters
+    ----------
+    curves : sequence of Curve
+        Lines in drawing order.
+
+    Returns
+    -------
+    tuple of Curve
+        Dashed where one lies under it over half of its length, dotted where more do.
+    """
+    shown: list[Curve] = []
+    for curve in curves:
+        below = sum(_on_each_other(curve, other) for other in shown)
+        shown.append(replace(curve, kind=KINDS[min(below, len(KINDS) - 1)]))
+    return tuple(shown)
+
+
+def _on_each_other(one: Curve, other: Curve) -> bool:
+    return bool(np.mean(np.isclose(one.y, other.y, rtol=SAME, atol=0.0)) >= 1 / 2)

@@ -1,0 +1,130 @@
+"""What a comparison says: tables, and why the laws differ."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from electrovib.core.discovery import find_members, paper_of, papers
+from electrovib.core.units import format_quantity
+from electrovib.physics.force import ForceLaw
+from electrovib.solve.scenario import Scenario
+from electrovib.study.compare.entry import Entry
+from electrovib.study.explain import conducting, knows_polarity, listed
+from electrovib.study.reproduction import Page, Table
+
+HEADINGS = (
+    "law",
+    "plane",
+    "how read",
+    "static",
+    "over gap plane",
+    "50 us after a step",
+    "50 ms after",
+)
+STEADY = 0.01
+"""Relative change up to which a force is said to stay."""
+
+
+def tables(entries: Sequence[Entry], left_out: Mapping[str, str]) -> tuple[Table, ...]:
+    """Give the numbers, what lies beyond a limit and for which laws, and what is not compared."""
+    rows = tuple(
+        (
+            entry.name,
+            entry.plane,
+            entry.status,
+            _force(entry.static) + (" (beyond breakdown)" if entry.breakdown else ""),
+            f"{entry.ratio:.4g}",
+            _force(entry.early),
+            _force(entry.late),
+        )
+        for entry in entries
+    )
+    found = [Table("Every law on this stack", HEADINGS, rows)]
+    beyond = dict.fromkeys(text for entry in entries for text in _limits(entry))
+    if beyond:
+        lines = tuple((_whose(text, entries), text) for text in beyond)
+        found.append(Table("Beyond a limit", ("law", "what"), lines))
+    if left_out:
+        found.append(Table("Not in this comparison", ("law", "why"), tuple(left_out.items())))
+    return tuple(found)
+
+
+def _force(value: float) -> str:
+    return "no response in time" if np.isnan(value) else format_quantity(value, "N", digits=4)
+
+
+def _limits(entry: Entry) -> tuple[str, ...]:
+    static = (f"static: {entry.breakdown}",) if entry.breakdown else ()
+    return (*static, *entry.warnings)
+
+
+def _whose(text: str, entries: Sequence[Entry]) -> str:
+    names = [entry.name for entry in entries if text in _limits(entry)]
+    return "every law" if len(names) == len(entries) > 1 else ", ".join(names)
+
+
+def pages(scenario: Scenario, entries: Sequence[Entry]) -> tuple[Page, ...]:
+    """Tell why the laws differ on this stack, and where papers do not bear their own equations."""
+    said = [*_in_size(entries), _in_time(entries), _leak(scenario), _polarity(scenario, entries)]
+    found = [Page("Why they differ", (*said, *(f"{entry.name}: {entry.why}." for entry in entries)))]
+    laws = find_members(ForceLaw)
+    own = {paper_of(laws[entry.name]) for entry in entries}
+    told: dict[bool, list[str]] = {True: [], False: []}
+    for name, module in papers().items():
+        told[name in own] += getattr(module, "DEFECTS", ())
+    if told[True]:
+        found.append(
+            Page("Where the papers of these laws contradict themselves or others", tuple(told[True]))
+        )
+    if told[False]:
+        found.append(Page("Where other papers contradict each other", tuple(told[False])))
+    return tuple(found)
+
+
+def _in_size(entries: Sequence[Entry]) -> tuple[str, ...]:
+    largest, smallest = entries[0], entries[-1]
+    planes = (
+        "The static laws are one electric displacement, divided by the permittivity of the plane at which each cuts the"
+        " finger free. The finger can separate from the plate only in the gap, so the gap plane is the physical one"
+    )
+    if len(entries) == 1:
+        return (f"{planes}.",)
+    factor = format_quantity(largest.static / smallest.static, "1", digits=4)
+    return (f"{planes}; here the laws differ by a factor {factor}, from {largest.name} to {smallest.name}.",)
+
+
+def _in_time(entries: Sequence[Entry]) -> str:
+    moving = [entry for entry in entries if len(entry.step) and entry.early > 0]
+    moved = [entry for entry in moving if abs(entry.late / entry.early - 1) > STEADY]
+    if not moving:
+        return "None of these laws has a response in time."
+    if not moved:
+        return "In time the laws do not differ here: each keeps its force while the voltage is held, to 1 %."
+    moving.sort(key=lambda entry: entry.late / entry.early)
+    extremes = moving if len(moving) == 1 else (moving[-1], moving[0])
+    told = listed(f"{e.name} goes from {_force(e.early)} to {_force(e.late)}" for e in extremes)
+    words = "They differ in time as well as in size" if len(moving) > 1 else "The force changes in time"
+    return f"{words}: over 50 ms of a held voltage {told}."
+
+
+def _leak(scenario: Scenario) -> str:
+    names = conducting(scenario)
+    if not names:
+        return "Nothing conducts here, so there is no leak."
+    if "gap" in names:
+        return f"Conducting: {listed(names)}. The gap leaks, so charge crosses from the finger onto the insulator."
+    gap = "The gap does not leak" if "gap" in scenario.stack.layers else "There is no gap that could leak"
+    return f"Conducting: {listed(names)}. {gap}, so no charge crosses from the finger onto the insulator."
+
+
+def _polarity(scenario: Scenario, entries: Sequence[Entry]) -> str:
+    if not knows_polarity(scenario):
+        return (
+            "No law can show a polarity effect on these layers: they answer alike both ways, so +V and -V give the same"
+            " attraction. Kaczmarek 2006 found positive pulses weaker; that takes a layer that rectifies, for instance"
+            " leak = PolarityConduction."
+        )
+    told = (f"{entry.name} {entry.polarity:.3g}" for entry in entries if len(entry.step))
+    return f"A layer tells the polarity. Mean attraction over 50 ms, +V over -V: {', '.join(told)}."

@@ -1,0 +1,232 @@
+"""The spectrum of the force on the skin that perception looks at: of a period, or of a window."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.solve.simulate import simulate
+
+if TYPE_CHECKING:
+    import xarray
+
+    from electrovib.solve.scenario import Scenario
+    from electrovib.solve.transfer import Real
+
+FEWEST: Final = 1 << 13
+"""Samples of a period or window to begin with: 250 Hz is harmonic 17 of 15 Hz, so what folds back is small."""
+MOST: Final = 1 << 19
+COARSEST: Final = 2.0**-13
+"""Step to begin with where a period or window is long: 4 kHz is in the spectrum [s]."""
+SIGNALS: Final = ("skin_displacement", "lateral_force", "electrostatic_force")
+"""What of a measured Trace is taken, the first that it has."""
+
+
+@dataclass(frozen=True)
+class Lines:
+    """A spectrum of lines.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (n,)
+        Hz, above 0.
+    amplitude : ndarray, shape (n,)
+        Zero to peak, N; m for a displacement.
+    swing : float
+        Half of peak to peak of the signal itself, N or m.
+    span : float
+        Period or window [s].
+    samples : int
+        In the span.
+    signal : str
+        Which signal it is, a name of the nomenclature.
+    how : str
+        In words.
+    """
+
+    frequency: Real
+    amplitude: Real
+    swing: float
+    span: float
+    samples: int
+    signal: str
+    how: str
+
+
+def lines(values: Real, span: float, *, before: float, signal: str, how: str) -> Lines:
+    """Spectrum of a record at even times.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Signal in its unit.
+    span : float
+        n times the step [s].
+    before : float
+        Value just before the record, in the same unit; for one whole period the last value.
+    signal, how : str
+        For the result.
+
+    Returns
+    -------
+    Lines
+        At the whole multiples of 1/span up to half the sampling rate.
+
+    Notes
+    -----
+    The transform is that of the changes, divided by that of a change: for a whole period nothing else than
+    the Fourier series, and for a record that does not come back to where it began no jump is invented at its
+    end, while a jump at its beginning counts.
+    """
+    count = len(values)
+    orders = np.arange(1, count // 2 + 1)
+    changes = np.fft.rfft(np.diff(values, prepend=before))[1 : len(orders) + 1]
+    change = 2 * np.abs(np.sin(np.pi * orders / count))
+    amplitude = 2 * np.abs(changes) / change / count
+    swing = float(np.max(values) - np.min(values)) / 2
+    if before != values[-1]:
+        swing = float(max(np.max(values), before) - min(np.min(values), before)) / 2
+    return Lines(orders / span, amplitude, swing, span, count, signal, how)
+
+
+def force_lines(scenario: Scenario, *, window: float, samples: int) -> tuple[Lines, ...]:
+    """Spectrum of the friction force of a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its drive repeats, or does not.
+    window : float
+        For what does not repeat [s].
+    samples : int
+        Of a period or window, at least; more where the step would be longer than 0.12 ms.
+
+    Returns
+    -------
+    tuple of Lines
+        Of a drive that repeats one: of a period of the steady state, whatever the scenario starts from. Of one
+        that does not: windows from its beginning on, overlapping by half, from rest.
+
+    Raises
+    ------
+    InputError
+        If the models do not go together.
+    NotCausalError
+        If the force law has no response in time to this drive.
+    """
+    period = scenario.drive.period
+    if period is None:
+        return _from_rest(scenario, window, samples)
+    count = _enough(samples, period)
+    settled = scenario.replace({"time.initial_state": {"model": "PeriodicState"}})
+    times = _middles(count, period / count)
+    try:
+        force = _lateral(settled, times)
+    except InputError as error:
+        if not any(problem.startswith("time.initial_state") for problem in error.problems):
+            raise
+        return _late(scenario, window, samples)
+    how = f"one period of {period:.4g} s in the steady state"
+    return (lines(force, period, before=float(force[-1]), signal="lateral_force", how=how),)
+
+
+def _middles(count: int, step: float) -> Real:
+    """Times in the middle of even steps: a jump at a step's end falls between two."""
+    return np.asarray(step * (np.arange(count) + 0.5), dtype=float)
+
+
+def _lateral(scenario: Scenario, times: Real) -> Real:
+    force: Real = simulate(scenario, time=times).lateral_force.values
+    return force
+
+
+def _enough(samples: int, span: float, *, begin: int | None = None) -> int:
+    """Give a power of two times the samples, or those to begin with, whose step is short enough."""
+    count = begin or samples
+    while span / count > COARSEST * FEWEST / samples and count < MOST:
+        count *= 2
+    return count
+
+
+def _from_rest(scenario: Scenario, window: float, samples: int) -> tuple[Lines, ...]:
+    start = scenario.replace({"time.initial_state": {"model": "AtRest"}})
+    count = _enough(samples, window)
+    step = window / count
+    halves = max(2, int(np.ceil(2 * scenario.drive.duration / window - 1e-9)))
+    force = _lateral(start, _middles(halves * count // 2, step))
+    quiet = start.replace({"drive": {"model": "Constant", "level": 0.0}})
+    before = float(_lateral(quiet, _middles(2, step))[0])
+    return _windows(force, count, step, before=before, signal="lateral_force", what="from rest")
+
+
+def _windows(
+    values: Real, count: int, step: float, *, before: float | None, signal: str, what: str
+) -> tuple[Lines, ...]:
+    """Windows that overlap by half; the value before the first may be known."""
+    found = []
+    for first in range(0, max(len(values) - count, 0) + 1, count // 2):
+        part = values[first : first + count]
+        previous = float(values[first - 1]) if first else float(values[0]) if before is None else before
+        span = len(part) * step
+        how = f"{what}, window of {span:.4g} s from {first * step:.4g} s on"
+        found.append(lines(part, span, before=previous, signal=signal, how=how))
+    return tuple(found)
+
+
+def _late(scenario: Scenario, window: float, samples: int) -> tuple[Lines, ...]:
+    """Whole periods after a window of as many, where no steady state is known beforehand."""
+    period = scenario.drive.period
+    assert period is not None
+    repeats = max(1, int(window / period * (1 + 1e-12)))
+    span = repeats * period
+    count = _enough(samples, span, begin=samples // 8)  # a march is slow, and the level is tested afterwards
+    start = scenario.replace({"time.initial_state": {"model": "AtRest"}})
+    force = _lateral(start, _middles(2 * count, span / count))
+    how = f"{repeats} period(s) of {period:.4g} s from rest, after as many that are left out; not known to have settled"
+    return (lines(force[count:], span, before=float(force[count - 1]), signal="lateral_force", how=how),)
+
+
+def measured_lines(trace: xarray.Dataset, *, window: float) -> tuple[Lines, ...]:
+    """Spectrum of a measured Trace.
+
+    Parameters
+    ----------
+    trace : xarray.Dataset
+        Holds a displacement of the skin, a friction force or an attraction over time.
+    window : float
+        Windows of this length, overlapping by half; the whole record where it is shorter [s].
+
+    Returns
+    -------
+    tuple of Lines
+        One for each window.
+
+    Raises
+    ------
+    InputError
+        If it holds none of them over time alone, or a value is missing.
+    """
+    name = next((name for name in SIGNALS if name in trace), None)
+    if name is None:
+        raise InputError(f"this Trace has no signal to feel: it needs one of {', '.join(SIGNALS)}")
+    if trace[name].dims != ("time",):
+        raise InputError(
+            f"{name} has the dimensions {', '.join(map(str, trace[name].dims))}: choose one member, for instance"
+            " trace.isel(...), so that only time is left"
+        )
+    time, values = trace.time.values, trace[name].values
+    if len(time) < 16 or not np.all(np.isfinite(values)) or not np.all(np.diff(time) > 0):
+        raise InputError(f"{name}: needs at least 16 finite values at increasing times")
+    step = float(time[-1] - time[0]) / (len(time) - 1)
+    even = time[0] + step * np.arange(len(time))
+    uneven = float(np.max(np.abs(time - even))) > 1e-3 * step
+    if uneven:
+        step = float(np.min(np.diff(time)))
+        even = np.arange(time[0], time[-1], step)
+        values = np.interp(even, time, values)
+    count = min(len(values), max(16, round(window / step)))
+    what = f"measured {name}" + (", brought to even times by straight lines" if uneven else "")
+    return _windows(np.asarray(values, dtype=float), count, step, before=None, signal=name, what=what)

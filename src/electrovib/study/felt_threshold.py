@@ -1,0 +1,165 @@
+"""Voltages at which drives are just felt: over frequency, and of one drive against another."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.physics.perception import Perception
+from electrovib.study.felt_spectrum import FEWEST
+from electrovib.study.perceive import felt_level
+
+if TYPE_CHECKING:
+    from electrovib.solve.scenario import Scenario
+    from electrovib.solve.transfer import Real
+
+Pair = Callable[[float], "tuple[Scenario, Scenario]"]
+
+
+@dataclass(frozen=True)
+class ThresholdCurves:
+    """Threshold voltage of several drives over frequency.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (n,)
+        Fundamental of the drives [Hz].
+    level : mapping of str to ndarray, shape (n,)
+        Name of the drive to its threshold in voltage, dB above the lowest of all.
+    voltage : mapping of str to ndarray, shape (n,)
+        The same in V, as the drives' peak; empty where the threshold is not calibrated.
+    """
+
+    frequency: Real
+    level: Mapping[str, Real]
+    voltage: Mapping[str, Real]
+
+
+def threshold_over_frequency(
+    scenario: Scenario,
+    frequencies: Sequence[float] | Real,
+    drives: Mapping[str, Mapping[str, Any]],
+    *,
+    perception: Perception | None = None,
+    samples: int = FEWEST,
+) -> ThresholdCurves:
+    r"""Threshold voltage of some waveforms over their frequency.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Plate, finger, friction; its drive is replaced.
+    frequencies : sequence of float
+        Fundamentals [Hz].
+    drives : mapping of str to mapping
+        Name to the table of a drive that has a ``frequency``, which is set.
+    perception : Perception, optional
+        By default the scenario's own, or the package's.
+    samples : int
+        Of a period.
+
+    Returns
+    -------
+    ThresholdCurves
+        In dB above the lowest; in volts where threshold and compliance are given.
+
+    Raises
+    ------
+    InputError
+        If a layer leaks out of proportion to its field, or a drive does not fit.
+
+    Notes
+    -----
+    The force goes as the square of the voltage, so a drive of peak V whose felt amplitude is X is just felt at
+
+    .. math:: V_0 = V \sqrt{X_0/X}
+    """
+    _proportional(scenario)
+    person = perception or getattr(scenario, "perception", None) or Perception()
+    places = np.asarray(frequencies, dtype=float)
+    at_threshold: dict[str, Real] = {}
+    for name, drive in drives.items():
+        cases = [scenario.replace({"drive": {**drive, "frequency": float(place)}}) for place in places]
+        felt = np.array([felt_level(case, person, samples=samples) for case in cases])
+        peaks = np.array([_peak(case) for case in cases])
+        at_threshold[name] = peaks / np.sqrt(np.maximum(felt, np.finfo(float).tiny))
+    lowest = min(float(np.min(row)) for row in at_threshold.values())
+    level = {name: 20 * np.log10(row / lowest) for name, row in at_threshold.items()}
+    absolute = person.compliance or getattr(scenario, "finger", None)
+    voltage: dict[str, Real] = {}
+    if person.threshold is not None and absolute is not None:
+        voltage = {name: row * np.sqrt(person.threshold) for name, row in at_threshold.items()}
+    return ThresholdCurves(places, level, voltage)
+
+
+def _proportional(scenario: Scenario) -> None:
+    leaks = [name for name, layer in scenario.stack.layers.items() if layer.leak is not None]
+    if leaks:
+        raise InputError(
+            f"stack.{leaks[0]}.leak: with it the force does not go as the square of the voltage, so one run gives no"
+            " threshold; perceive the scenario at several voltages instead"
+        )
+
+
+def _peak(scenario: Scenario) -> float:
+    drive = scenario.drive
+    return float(np.max(np.abs(drive.voltage(np.linspace(0, drive.period or drive.duration, 4001)))))
+
+
+def threshold_ratio(first: Scenario, second: Scenario, person: Perception, *, samples: int = FEWEST) -> float:
+    """Threshold voltage of the first of two drives of one peak over that of the second.
+
+    Parameters
+    ----------
+    first, second : Scenario
+        Drives of the same peak voltage.
+    person : Perception
+        Channels and skin.
+    samples : int
+        Of a period.
+
+    Returns
+    -------
+    float
+        dB; above 0 the second is felt at a lower voltage.
+    """
+    felt = [felt_level(scenario, person, samples=samples) for scenario in (second, first)]
+    return float(10 * np.log10(felt[0] / felt[1]))
+
+
+def crossover(pair: Pair, low: float, high: float, person: Perception) -> float:
+    """Lowest frequency at which two drives are felt at one voltage.
+
+    Parameters
+    ----------
+    pair : callable
+        Frequency [Hz] to the two scenarios, of one peak voltage.
+    low, high : float
+        Between which it is looked for, an octave at a time [Hz].
+    person : Perception
+        Channels and skin.
+
+    Returns
+    -------
+    float
+        Hz; 0 if the second is not felt at a lower voltage even at `low`, infinite if it is at every octave up
+        to `high`. Two crossings within an octave are not seen.
+    """
+    from scipy.optimize import brentq
+
+    def ratio(logarithm: float) -> float:
+        return threshold_ratio(*pair(float(np.exp(logarithm))), person)
+
+    octaves = int(np.ceil(np.log2(high / low) * (1 - 1e-12)))
+    places = [float(place) for place in np.linspace(np.log(low), np.log(high), octaves + 1)]
+    if ratio(places[0]) <= 0:
+        return 0.0
+    for before, after in itertools.pairwise(places):
+        if ratio(after) <= 0:
+            return float(np.exp(brentq(ratio, before, after, xtol=1e-3)))
+    return float("inf")

@@ -1,0 +1,260 @@
+"""Whether a finger feels a drive, in which channel, and by how much: from the force to a level."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.core.model import read_model
+from electrovib.physics.perception import (
+    BEST_FREQUENCIES,
+    RECALLED_CORNER,
+    ElasticViscousSkin,
+    Pacinian,
+    Perception,
+    decibels,
+    felt_amplitude,
+    strongest,
+)
+from electrovib.solve.scenario import Scenario, load, scenario_of
+from electrovib.study.felt_spectrum import FEWEST, MOST, Lines, force_lines, measured_lines
+from electrovib.study.percept import Felt, Percept, stands_on, verdict
+
+if TYPE_CHECKING:
+    import xarray
+
+    from electrovib.solve.transfer import Complex, Real
+
+Compliance = Callable[[Any], Any]
+
+SETTLED: Final = 0.01
+"""By how much twice the samples may move a level [dB]."""
+SILENT: Final = 1e-9
+"""A force that moves by less than this share of itself does not move: rounding."""
+
+
+def perceive(
+    source: str | Path | Scenario | Mapping[str, Any] | xarray.Dataset,
+    *,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+    perception: Perception | None = None,
+) -> Percept:
+    r"""Tell whether the force on a finger is felt, by which channel, and by how many decibels.
+
+    Parameters
+    ----------
+    source : str, Path, Scenario, mapping or xarray.Dataset
+        As for `electrovib.run`, or a Trace. A Trace that carries its scenario is computed again at the times
+        that the spectrum needs; a measured one is taken as it is.
+    set : mapping of str to value, optional
+        Dotted path to value; ``perception.threshold`` and the like change the perception.
+    perception : Perception, optional
+        By default the scenario's own, or the package's.
+
+    Returns
+    -------
+    Percept
+        Levels per channel, relative level with its interval, and above threshold where it is calibrated.
+
+    Raises
+    ------
+    InputError
+        For a path or value that does not fit, or a Trace without a signal to feel.
+    NotCausalError
+        If the force law has no response in time to this drive.
+
+    Notes
+    -----
+    Spectrum F_k of the friction force, compliance C and weights w_c of the channels:
+
+    .. math:: L_c = 20 \lg \sqrt{\sum_k (w_c(f_k)\,|C(f_k) F_k|)^2}, \qquad L = \max_c L_c
+
+    relative to the level of a sine of force with half the peak to peak of this force as amplitude, at the
+    frequency where the most sensitive channel is best.
+    """
+    changes = {path: value for path, value in (set or {}).items() if not _personal(path)}
+    scenario, trace = _experiment(source, changes)
+    person = perception or getattr(scenario, "perception", None) or Perception()
+    person = _changed(person, {path: value for path, value in (set or {}).items() if _personal(path)})
+    given = person.compliance or getattr(scenario, "finger", None)
+    if scenario is not None:
+        found, error = _converged(scenario, person, given)
+        return _percept(found, person, given, title=scenario.title, error=error)
+    windows = measured_lines(trace, window=person.window)
+    if windows[0].signal == "skin_displacement":
+        given = None
+    found = max(windows, key=lambda one: _level(one, person, given))
+    return _percept(found, person, given, title=str(trace.attrs.get("title", "")), error=math.nan)
+
+
+def _personal(path: str) -> bool:
+    return path.partition(".")[0] == "perception"
+
+
+def _experiment(source: Any, changes: Mapping[str, Any]) -> tuple[Scenario | None, Any]:
+    """Find the scenario, or the measured Trace."""
+    if isinstance(source, Scenario):
+        return source.replace(changes) if changes else source, None
+    found = source if hasattr(source, "data_vars") else load(source, changes=changes or None)
+    if isinstance(found, Scenario):
+        return found, None
+    if "over" in found.attrs:
+        raise InputError("this Trace is a sweep: perceive one scenario, with --set for the parameter swept")
+    if "scenario" not in found.attrs and not changes:
+        return None, found
+    scenario = scenario_of(found)
+    return scenario.replace(changes) if changes else scenario, None
+
+
+def _changed(person: Perception, changes: Mapping[str, Any]) -> Perception:
+    """Change a perception by paths that begin with its name."""
+    inner = {
+        path.removeprefix("perception."): value for path, value in changes.items() if path != "perception"
+    }
+    try:
+        if "perception" in changes:
+            person = read_model(Perception, changes["perception"])
+        return person.replace(inner) if inner else person
+    except InputError as error:
+        raise InputError(_in_perception(problem) for problem in error.problems) from None
+
+
+def _in_perception(problem: str) -> str:
+    """Put the prefix before the path that a problem begins with."""
+    return (
+        f"perception.{problem}"
+        if not problem.startswith("the file")
+        else problem.replace("the file", "perception", 1)
+    )
+
+
+def _compliance(given: Any) -> Compliance:
+    if given is None:
+        return lambda frequency: np.ones_like(np.asarray(frequency, dtype=float))
+    found: Compliance = given.compliance
+    return found
+
+
+def _level(found: Lines, person: Perception, given: Any) -> float:
+    """Level of the channel that feels it most [dB]."""
+    moved = found.amplitude * np.abs(_compliance(given)(found.frequency))
+    return float(decibels(strongest(person, found.frequency, moved)))
+
+
+def _converged(scenario: Scenario, person: Perception, given: Any) -> tuple[Lines, float]:
+    """Double the samples until the level stays."""
+    samples = FEWEST
+    level = functools.partial(_level, person=person, given=given)
+    found = max(force_lines(scenario, window=person.window, samples=samples), key=level)
+    while True:
+        samples *= 2
+        finer = max(force_lines(scenario, window=person.window, samples=samples), key=level)
+        change = level(finer) - level(found) if _moves(finer, scenario) else 0.0
+        if abs(change) <= SETTLED or finer.samples >= MOST:
+            return finer, change
+        found = finer
+
+
+def _moves(found: Lines, scenario: Scenario) -> bool:
+    return found.swing > SILENT * scenario.load.normal_force
+
+
+def felt_level(scenario: Scenario, person: Perception, *, samples: int = FEWEST) -> float:
+    """Amplitude at the best frequency that is felt as strongly as a drive.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its drive, finger and friction.
+    person : Perception
+        Channels and skin.
+    samples : int
+        Of a period or window.
+
+    Returns
+    -------
+    float
+        m, or N where the displacement is taken in proportion to the force; grows as the square of the voltage.
+    """
+    given = person.compliance or getattr(scenario, "finger", None)
+    windows = force_lines(scenario, window=person.window, samples=samples)
+    return float(10 ** (max(_level(found, person, given) for found in windows) / 20))
+
+
+def _percept(found: Lines, person: Perception, given: Any, *, title: str, error: float) -> Percept:
+    displaced = found.signal == "skin_displacement"
+    reference = _reference(found, person, given)
+    moved = found.amplitude * np.abs(_compliance(given)(found.frequency))
+    channels = tuple(_felt(channel, found.frequency, moved, reference) for channel in person.channels)
+    top = max(channels, key=lambda felt: felt.level)
+    alternatives = _alternatives(found, person, given)
+    values = [top.relative, *alternatives.values()]
+    absolute = displaced or given is not None
+    sensation = None
+    if person.threshold is not None and absolute:
+        sensation = top.level - float(decibels(person.threshold))
+    return Percept(
+        title=title,
+        channels=channels,
+        loudest=top.channel if math.isfinite(top.level) else "",
+        level=top.level,
+        unit="m" if absolute else "N",
+        relative=top.relative,
+        interval=(min(values), max(values)),
+        alternatives=alternatives,
+        best_frequency=person.most_sensitive().best(),
+        sensation=sensation,
+        uncertainty=person.threshold_uncertainty,
+        verdict=verdict(sensation, person.threshold_uncertainty),
+        difference_threshold=person.difference_threshold,
+        swing=found.swing,
+        spectrum=found,
+        numerical_error=error,
+        calibrated_on=stands_on(found, person, given),
+    )
+
+
+def _reference(found: Lines, person: Perception, given: Any) -> float:
+    """Felt amplitude of a sine as large at the best frequency."""
+    best = np.array([person.most_sensitive().best()])
+    moved = found.swing * np.abs(_compliance(given)(best))
+    return strongest(person, best, moved)
+
+
+def _felt(channel: Any, frequency: Real, moved: Complex | Real, reference: float) -> Felt:
+    level = float(decibels(felt_amplitude(channel, frequency, moved)))
+    relative = level - float(decibels(reference)) if reference > 0 else -math.inf
+    return Felt(type(channel).__name__, level, relative, channel.status, channel.reference)
+
+
+def _alternatives(found: Lines, person: Perception, given: Any) -> dict[str, float]:
+    """Relative level under assumptions that are as well founded."""
+    cases: dict[str, tuple[Perception, Any]] = {}
+    low, high = BEST_FREQUENCIES
+    moved = tuple(
+        channel.replace({"best_frequency": high}) if channel == Pacinian() else channel
+        for channel in person.channels
+    )
+    if moved != person.channels:
+        cases[f"Pacinian channel best at {high:g} instead of {low:g} Hz"] = (
+            person.model_copy(update={"channels": moved}),
+            given,
+        )
+    if len(person.channels) > 1:
+        alone = person.model_copy(update={"channels": (person.most_sensitive(),)})
+        cases[f"{type(person.most_sensitive()).__name__} channel alone"] = (alone, given)
+    if given is None and found.signal != "skin_displacement":
+        skin = ElasticViscousSkin(stiffness=1.0, corner=RECALLED_CORNER)
+        cases[f"skin elastic to {RECALLED_CORNER:g} Hz, then viscous (recalled)"] = (person, skin)
+    if _reference(found, person, given) == 0:
+        return {}
+    return {
+        name: _level(found, other, skin) - float(decibels(_reference(found, other, skin)))
+        for name, (other, skin) in cases.items()
+    }

@@ -1,0 +1,97 @@
+"""A gap bridged in places: leak and pull in parallel, against closed forms; and what a homogeneous leak does instead."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.physics.bridged_air import BridgedAir
+from electrovib.physics.force import GapPlane
+from electrovib.solve.expand import mean_force, modes, phasors
+from electrovib.solve.scenario import Scenario
+from electrovib.solve.simulate import simulate
+
+EPS0 = 8.8541878128e-12
+AREA, VOLTAGE = 1e-4, 300.0
+FILM, FILM_PERMITTIVITY, GAP = 90e-6, 3.35, 5e-6
+CASES = [(1e-3, 1e-6), (0.05, 2e-8), (0.4, 1e-7)]
+
+
+def bridged(share, conductivity, **changes):
+    material = {"model": "BridgedAir", "bridged_share": share, "spot_conductivity": conductivity}
+    content = dict(Scenario.example) | {
+        "drive": {"model": "Constant", "level": VOLTAGE},
+        "contact": {"model": "FixedArea", "area": AREA},
+        "circuit": {"return_path": {"model": "Grounded", "resistance": 0.0}},
+        "stack": {
+            "insulator": {
+                "thickness": FILM,
+                "material": {"model": "Constant", "permittivity": FILM_PERMITTIVITY},
+            },
+            "gap": {"thickness": GAP, "material": material},
+        },
+    }
+    return Scenario.model_validate(content).replace(changes)
+
+
+def closed_form(share, conductivity, time):
+    """Charge on the open part's capacitor beside the bridges, in series with the film; the pull on the open part."""
+    film, air = EPS0 * FILM_PERMITTIVITY / FILM, EPS0 / GAP * (1 - share)
+    bridge = share * conductivity / GAP
+    voltage = VOLTAGE * film / (film + air) * np.exp(-time * bridge / (film + air))
+    return (1 - share) * AREA * EPS0 * (voltage / GAP) ** 2 / 2
+
+
+@pytest.mark.parametrize(("share", "conductivity"), CASES)
+def test_force_decays_through_the_bridges(share, conductivity):
+    film, air = EPS0 * FILM_PERMITTIVITY / FILM, EPS0 / GAP * (1 - share)
+    decay = (film + air) / (share * conductivity / GAP)
+    trace = simulate(bridged(share, conductivity, **{"time.duration": 4 * decay, "time.samples": 401}))
+    expected = closed_form(share, conductivity, trace.time.values)
+    np.testing.assert_allclose(trace.electrostatic_force, expected, rtol=1e-10, atol=1e-12 * expected[0])
+    # by whichever of the two the share is left out, it shows
+    assert abs(expected[0] / (1 - share) / float(trace.electrostatic_force[0]) - 1) > 0.9 * share
+
+
+def test_bridges_that_insulate_only_take_their_share():
+    trace = simulate(bridged(0.25, 0.0))
+    np.testing.assert_allclose(
+        trace.electrostatic_force, closed_form(0.25, 0.0, trace.time.values), rtol=1e-12
+    )
+
+
+@pytest.mark.parametrize(("share", "conductivity"), CASES)
+def test_a_sine_sees_admittances_in_parallel(share, conductivity):
+    scenario, frequency = bridged(share, conductivity), np.geomspace(1e-2, 1e6, 25)
+    axis = 2j * np.pi * frequency
+    gap = axis * EPS0 / GAP * (1 - share) + share * conductivity / GAP
+    film = axis * EPS0 * FILM_PERMITTIVITY / FILM
+    field = VOLTAGE * film / (film + gap) / GAP
+    expected = (1 - share) * AREA * EPS0 * np.abs(field) ** 2 / 4
+    found = mean_force(scenario, phasors(scenario, frequency), VOLTAGE)
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    section, _ = modes(scenario)
+    amplitude = GapPlane().amplitudes(section)["E"].at(frequency)
+    np.testing.assert_allclose(AREA * EPS0 * np.abs(amplitude * VOLTAGE) ** 2 / 4, expected, rtol=1e-10)
+
+
+def test_a_homogeneous_leak_is_another_medium():
+    """The same conductance everywhere pulls on all of the area, and its capacitance is larger: another force, another time."""
+    share, conductivity = 0.4, 1e-7
+    homogeneous = bridged(
+        share, conductivity, **{"stack.gap.material": {"model": "Constant", "permittivity": 1.0,
+                                                      "conductivity": share * conductivity}}
+    )  # fmt: skip
+    time = {"time.duration": 1e-4, "time.samples": 11}
+    mixed = simulate(bridged(share, conductivity).replace(time)).electrostatic_force
+    alone = simulate(homogeneous.replace(time)).electrostatic_force
+    assert abs(float(alone[0] / mixed[0]) - 1) > 0.2
+    assert abs(float(alone[-1] / alone[0]) - float(mixed[-1] / mixed[0])) > 0.01
+
+
+def test_a_leak_on_bridges_is_kept():
+    air = BridgedAir(bridged_share=0.1, spot_conductivity=1e-6)
+    more = air.conducting(3e-7)
+    assert air.conductivity == pytest.approx(1e-7, rel=1e-15)
+    assert more.conductivity == pytest.approx(3e-7, rel=1e-15)
+    assert more.pulling_share == air.pulling_share == 0.9

@@ -1,0 +1,193 @@
+"""From the attraction to friction, skin and readings, through simulate: closed forms and a second route."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.signal import lsim
+
+from electrovib.core.errors import InputError
+from electrovib.solve.scenario import load
+from electrovib.solve.simulate import simulate
+
+FINGER = {"model": "MassSpringDamper", "mass": "0.15 g", "stiffness": "1 kN/m", "damping": "1 N s/m"}
+RIG = {
+    "model": "Tribometer",
+    "normal": {"natural_frequency": 2e3, "damping_ratio": 0.02, "time_constant": 10.0},
+    "lateral": {"natural_frequency": 500.0, "damping_ratio": 0.05, "bandwidth": 1e3},
+}
+COULOMB = {"model": "Coulomb", "coefficient": 0.5}
+SINE = {"model": "Sine", "amplitude": 1000.0, "frequency": 100.0}
+SETTLED = {"drive": SINE, "time.initial_state": {"model": "PeriodicState"}}
+
+
+@pytest.fixture(scope="module")
+def founding():
+    return load("vezzoli_2014/fig6")
+
+
+def test_the_skin_follows_the_friction_as_its_equation_says(founding):
+    """Against scipy's Radau on m x'' + c x' + k x = F - F(0); the load's friction has always been there."""
+    scenario = founding.replace({"finger": FINGER})
+    trace = simulate(scenario)
+    time, force = trace.time.values, trace.lateral_force.values
+    mass, stiffness, damping = 1.5e-4, 1e3, 1.0
+    fine = np.linspace(0, time[-1], 20 * (len(time) - 1) + 1)
+    smooth = simulate(founding, time=fine).lateral_force.values
+
+    def rate(t, state):
+        return [state[1], (np.interp(t, fine, smooth) - damping * state[1] - stiffness * state[0]) / mass]
+
+    solved = solve_ivp(
+        rate, (0, time[-1]), [force[0] / stiffness, 0.0], method="Radau", t_eval=time, rtol=1e-9, atol=1e-12
+    )
+    moved = trace.skin_displacement.values
+    assert np.max(np.abs(moved - solved.y[0])) < 1e-6 * np.max(np.abs(moved))
+    assert np.max(np.abs(trace.skin_speed.values - solved.y[1])) < 1e-3 * np.max(np.abs(solved.y[1]))
+    assert trace.attrs["mechanics_error"] <= 1e-6
+
+
+def test_creep_against_its_equations(founding):
+    """F = (1 - w) F_s + w F_1, tau F_1' = F_s - F_1, marched apart."""
+    share, tau = 0.3, 20e-3
+    creep = {"model": "Creep", "steady": COULOMB, "relaxations": [{"share": share, "time": tau}]}
+    time = np.linspace(0, 0.2, 40001)
+    steady = simulate(founding, time=time).lateral_force.values
+    slow, step = np.empty_like(steady), time[1]
+    slow[0] = steady[0]
+    decay = np.exp(-step / tau)
+    for index in range(1, len(time)):
+        slow[index] = decay * slow[index - 1] + (1 - decay) * (steady[index] + steady[index - 1]) / 2
+    expected = (1 - share) * steady + share * slow
+    found = simulate(founding.replace({"friction": creep}), time=time[::200]).lateral_force.values
+    assert np.max(np.abs(found - expected[::200])) < 1e-8 * np.max(expected)
+    assert np.max(np.abs(found - steady[::200])) > 1e-4 * np.max(expected)
+
+
+def test_a_lag_in_the_periodic_state(founding):
+    """The two lines of the force of a sine, mean and twice its frequency, each through one corner."""
+    lag = {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": "150 Hz"}
+    scenario = founding.replace(SETTLED)
+    time = np.linspace(0, 0.01, 201)[:-1]
+    steady = simulate(scenario, time=time).lateral_force.values
+    lines = np.fft.rfft(steady)
+    frequency = np.fft.rfftfreq(len(time), time[1])
+    expected = np.fft.irfft(lines / (1 + 1j * frequency / 150.0), len(time))
+    found = simulate(scenario.replace({"friction": lag}), time=time).lateral_force.values
+    assert np.max(np.abs(found - expected)) < 1e-6 * np.max(expected)
+
+
+def test_a_corner_that_rises_with_the_speed(founding):
+    lag = {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": "100 Hz", "at_speed": "20 mm/s"}
+    growing = {"friction": lag | {"renewal_length": 1 / 13.8e3}, "motion.speed": "40 mm/s"}
+    fixed = {"friction": lag | {"cut_off": 100 + 13.8 * 20, "at_speed": 0.0}}
+    first, second = (simulate(founding.replace(changes)).lateral_force.values for changes in (growing, fixed))
+    np.testing.assert_allclose(first, second, rtol=1e-12)
+    with pytest.raises(InputError, match=r"motion\.speed"):
+        simulate(founding.replace({"friction": lag | {"renewal_length": 1e-4}}))
+    with pytest.raises(InputError, match="cut_off"):
+        simulate(founding.replace({"friction": lag | {"renewal_length": 1e-5}, "motion.speed": "1 mm/s"}))
+
+
+def test_the_rig_reads_the_load_but_not_the_attraction_in_touch(founding):
+    """Piezo: nothing of a load held for ever; the attraction is balanced inside the contact."""
+    trace = simulate(founding.replace({"rig": RIG}))
+    assert np.max(np.abs(trace.normal_force_measured.values)) < 1e-12
+    time = trace.time.values
+    fine = np.linspace(0, time[-1], 20 * (len(time) - 1) + 1)
+    true = simulate(founding, time=fine).lateral_force.values
+    turn, corner = 2 * np.pi * 500.0, 2 * np.pi * 1e3
+    poles = np.polymul([1 / turn**2, 0.1 / turn, 1], [1 / corner, 1])
+    _, change, _ = lsim(([1.0], poles), true - true[0], fine)
+    read = trace.lateral_force_measured.values - true[0]
+    # lsim is exact for straight pieces, 5 us long; the stated error is a share of the largest reading, load included
+    assert np.max(np.abs(read - change[::20])) < trace.attrs["mechanics_error"] * true.max()
+    assert np.max(np.abs(read - (true - true[0])[::20])) > 0.05 * np.max(change)
+
+
+def test_a_press_is_read_by_a_piezo_sensor(founding):
+    """After a slow press the reading decays with the charge amplifier's time constant."""
+    press = {
+        "load.programme": {"model": "Press", "rise": 0.1},
+        "rig": RIG | {"normal": RIG["normal"] | {"time_constant": 0.5}},
+    }
+    time = np.linspace(0, 2.0, 401)
+    trace = simulate(founding.replace(press), time=time)
+    late = time > 0.3
+    expected = 0.5 * 0.5 / 0.1 * (np.exp(-(time - 0.1) / 0.5) - np.exp(-time / 0.5))
+    np.testing.assert_allclose(trace.normal_force_measured.values[late], expected[late], rtol=2e-3)
+    np.testing.assert_allclose(trace.normal_force.values, 0.5 * np.clip(time / 0.1, 0, 1), rtol=1e-12)
+
+
+def test_a_digitiser_that_is_driven_beyond_its_range_says_so(founding):
+    small = {"sampling_rate": 1e4, "bits": 12, "normal_range": 1.0, "lateral_range": 0.1, "seed": 3}
+    trace = simulate(founding.replace({"rig": RIG | {"digitiser": small}}))
+    assert np.max(trace.lateral_force_measured.values) <= 0.1
+    lamps = {lamp["name"]: lamp for lamp in json.loads(trace.attrs["lamps"])}
+    assert lamps["lateral range"]["state"] == "warning"
+
+
+def test_the_attraction_grows_with_the_area_that_the_load_makes(founding):
+    growing = {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.5}
+    changes = {"contact": growing, "load.programme": {"model": "Press", "rise": 0.1}}
+    time = np.linspace(0, 0.2, 101)
+    trace, whole = simulate(founding.replace(changes), time=time), simulate(founding, time=time)
+    share = np.sqrt(np.clip(time / 0.1, 0, 1))
+    np.testing.assert_allclose(trace.gross_contact_area.values, 1e-4 * share, rtol=1e-12)
+    np.testing.assert_allclose(
+        trace.electrostatic_force.values, share * whole.electrostatic_force.values, rtol=1e-12
+    )
+
+
+def test_adhesive_shear_needs_the_relief(founding):
+    with pytest.raises(InputError, match=r"contact\.surface"):
+        simulate(founding.replace({"friction": {"model": "AdhesiveShear", "shear_strength": "1 MPa"}}))
+
+
+def test_attraction_adds_real_contact(founding):
+    relief = {
+        "model": "PerssonSurface",
+        "modulus": 1e6,
+        "rms_slope": 0.3,
+        "rms_gap": 5e-6,
+        "pressure_factor": 1.0,
+        "decay_factor": 1.0,
+    }
+    shear = {"contact.surface": relief, "friction": {"model": "AdhesiveShear", "shear_strength": "1 MPa"}}
+    trace = simulate(founding.replace(shear))
+    np.testing.assert_allclose(trace.lateral_force.values, 1e6 * trace.real_contact_area.values, rtol=1e-12)
+    peak = int(trace.electrostatic_force.values.argmax())
+    assert trace.real_contact_area.values[peak] > trace.real_contact_area.values[0] * (1 + 1e-3)
+
+
+def test_moisture_moves_skin_gap_and_friction_together():
+    moist = {
+        "level": 0.0,
+        "dry_gap_resistivity": 1e10,
+        "wet_gap_resistivity": 1e7,
+        "dry_coefficient": 0.4,
+        "wet_coefficient": 0.8,
+    }
+    dry = load("vezzoli_2014/fig6_gap").replace({"moisture": moist})
+    wet = dry.replace({"moisture.level": 1.0})
+    assert dry.stack.layers["gap"].material.conductivity == pytest.approx(1e-10)
+    assert wet.stack.layers["gap"].material.conductivity == pytest.approx(1e-7)
+    assert wet.friction.coefficient == pytest.approx(0.8)
+    ratio = (
+        wet.stack.layers["stratum_corneum"].material.conductivity
+        / dry.stack.layers["stratum_corneum"].material.conductivity
+    )
+    assert ratio == pytest.approx(10)
+    ends = [simulate(case, time=np.array([0.0, 0.1])).electrostatic_force.values[-1] for case in (dry, wet)]
+    assert ends[1] < 1e-3 * ends[0]
+    again = type(wet).model_validate(wet.to_dict())
+    assert again == wet
+
+
+def test_without_a_load_there_is_no_growing_area(founding):
+    growing = {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.5}
+    with pytest.raises(InputError, match="contact area"):
+        founding.replace({"contact": growing, "load.normal_force": 0.0})

@@ -1,0 +1,309 @@
+"""Every equilibrium is found: against polynomial roots, dense scans, the closed forms of a spring, and simulate."""
+
+from __future__ import annotations
+
+import functools
+from itertools import pairwise
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.optimize import brentq, minimize_scalar
+
+from electrovib.papers.ciavarella_2020 import BearingArea
+from electrovib.physics.contact import (
+    LinearSpring,
+    PerssonSurface,
+    PlateAttraction,
+    RoughAttraction,
+    pull_in_voltage,
+)
+from electrovib.physics.roughness import IdleSpots, PullingSpots
+from electrovib.solve.equilibrium import balance, equilibria, follow, hysteresis
+from electrovib.solve.equilibrium.roots import NOISE
+
+EPS0 = 8.8541878128e-12
+SETS = 1000
+
+
+def log_uniform(random, low, high):
+    return float(10 ** random.uniform(np.log10(low), np.log10(high)))
+
+
+def random_spring(random):
+    """A spring, a load, layers and a voltage around the one of pull-in; free gaps on both sides of K/2."""
+    free_gap = log_uniform(random, 1e-7, 1e-4)
+    thickness = free_gap * log_uniform(random, 0.03, 10)
+    spring = LinearSpring(stiffness=log_uniform(random, 1e6, 1e12), free_gap=free_gap)
+    pressure = spring.stiffness * free_gap * random.choice([0.0, random.uniform(0, 0.9)])
+    left = free_gap - pressure / spring.stiffness
+    scale = np.sqrt(8 * spring.stiffness * (thickness + left) ** 3 / (27 * EPS0))
+    return spring, pressure, thickness, float(scale * random.uniform(0.2, 1.3))
+
+
+def by_polynomial(spring, pressure, thickness, voltage):
+    """Real roots of the cubic between closed and free, to 40 digits, in units of the free gap."""
+    with mpmath.workdps(40):
+        unit = mpmath.mpf(spring.free_gap)
+        k, electrical = mpmath.mpf(spring.stiffness) * unit, mpmath.mpf(thickness) / unit
+        left = 1 - mpmath.mpf(pressure) / k
+        stress = mpmath.mpf(EPS0) * mpmath.mpf(voltage) ** 2 / 2 / unit**2 / k
+        # (left - u) (electrical + u)^2 - stress
+        cubic = [
+            -1,
+            left - 2 * electrical,
+            2 * electrical * left - electrical**2,
+            left * electrical**2 - stress,
+        ]
+        roots = mpmath.polyroots(cubic, maxsteps=500, extraprec=200)
+        real = [mpmath.re(r) for r in roots if abs(mpmath.im(r)) < mpmath.mpf(10) ** -25 * (1 + abs(r))]
+        return sorted(float(r * unit) for r in real if 0 <= r <= left)
+
+
+def test_a_springs_states_are_the_roots_of_its_cubic():
+    random, counts = np.random.default_rng(1), {0: 0, 1: 0, 2: 0}
+    for _ in range(SETS):
+        spring, pressure, thickness, voltage = random_spring(random)
+        expected = by_polynomial(spring, pressure, thickness, voltage)
+        states = equilibria(
+            surface=spring, pressure=pressure, voltage=voltage, electrical_thickness=thickness
+        )
+        open_ones = [state for state in states if not state.touching]
+        assert len(open_ones) == len(expected)
+        counts[len(expected)] += 1
+        for state, gap in zip(open_ones, expected, strict=True):
+            # rounding of the pressures over the slope of their difference
+            slope = spring.stiffness - EPS0 * voltage**2 / (thickness + gap) ** 3
+            noise = 2e-15 * (spring.stiffness * spring.free_gap + state.attraction) / abs(slope)
+            assert abs(state.gap - gap) <= 1e-13 * gap + noise
+            assert state.stable == (slope > 0)
+            assert abs(state.residual) <= 1e-13 * (state.repulsion + pressure + state.attraction)
+        closed = pressure + EPS0 * voltage**2 / (2 * thickness**2) > spring.stiffness * spring.free_gap
+        assert [state.touching for state in states[:1]] == [closed]
+        if closed:
+            assert states[0].gap == 0
+            assert states[0].stable
+            assert states[0].repulsion + states[0].stop == pytest.approx(
+                pressure + states[0].attraction, rel=1e-12
+            )
+        # stable and unstable take turns, the ends are stable: two stable states are a hysteresis
+        assert [state.stable for state in states] == [index % 2 == 0 for index in range(len(states))]
+    assert min(counts.values()) > 50  # every case was tried
+
+
+def by_scan(difference, low, high, points):
+    """Changes of sign over a dense grid, closer where the difference turns without one, each solved apart."""
+    grid = np.unique(
+        np.concatenate([np.linspace(low, high, points), np.geomspace(high * 1e-6, high, points)])
+    )
+    grid = grid[grid >= low]
+    values = np.array([difference(gap) for gap in grid])
+    for k in range(1, len(grid) - 1):  # a pair of roots between three points
+        if values[k - 1] * values[k] > 0 and abs(values[k]) < min(abs(values[k - 1]), abs(values[k + 1])):
+            sign = np.sign(values[k])
+            turn = minimize_scalar(
+                lambda x, sign=sign: sign * difference(x),
+                bounds=(grid[k - 1], grid[k + 1]),
+                method="bounded",
+                options={"xatol": 1e-12 * grid[k]},
+            ).x
+            grid = np.append(grid, turn)
+    grid = np.sort(grid)
+    values = np.array([difference(gap) for gap in grid])
+    return [
+        brentq(difference, a, b, xtol=1e-20, rtol=1e-14)
+        for (a, b), (at_a, at_b) in zip(pairwise(grid), pairwise(values), strict=True)
+        if at_a * at_b < 0
+    ]
+
+
+def random_skin(random):
+    modulus, rms = log_uniform(random, 1e5, 1e9), log_uniform(random, 1e-6, 5e-5)
+    if random.integers(2):
+        return PerssonSurface(
+            modulus=modulus,
+            rms_slope=1.0,
+            rms_gap=rms,
+            pressure_factor=random.uniform(0.1, 1),
+            decay_factor=random.uniform(0.3, 1),
+        )
+    return BearingArea(
+        prefactor=random.uniform(0.5, 1.5),
+        modulus=modulus,
+        rms_height=rms,
+        rms_slope=1.0,
+        longest_wavelength=rms * random.uniform(10, 100),
+    )
+
+
+def difference_of(skin, attraction, pressure, gap):
+    return float(skin.pressure(np.asarray(gap))) - pressure - attraction.pressure(float(gap))
+
+
+def test_a_rough_skins_states_are_those_of_a_dense_scan():
+    random, counts = np.random.default_rng(2), {}
+    for _ in range(SETS):
+        skin = random_skin(random)
+        pressure = float(skin.pressure(np.asarray(0.0))) * log_uniform(random, 1e-6, 0.5)
+        free = float(skin.gap(np.asarray(pressure)))
+        thickness = free * log_uniform(random, 1e-3, 3)
+        # a voltage that balances at some gap, then a little more or less
+        somewhere = random.uniform(0.0, free)
+        missing = difference_of(skin, PlateAttraction(0.0, thickness), pressure, somewhere)
+        voltage = float(
+            np.sqrt(2 * missing / EPS0)
+            * (thickness + somewhere)
+            * random.choice([1, random.uniform(0.8, 1.2)])
+        )
+        attraction = PlateAttraction(voltage, thickness)
+        difference = functools.partial(difference_of, skin, attraction, pressure)
+        expected = by_scan(difference, 0.0, free * (1 + 1e-6), 200)
+        states = equilibria(surface=skin, pressure=pressure, voltage=voltage, electrical_thickness=thickness)
+        found = [state for state in states if not state.touching]
+        counts[len(expected)] = counts.get(len(expected), 0) + 1
+        assert len(found) == len(expected)
+        np.testing.assert_allclose(
+            [state.gap for state in found], expected, rtol=1e-7
+        )  # near folds both waver
+        assert all(abs(state.residual) <= 1e-12 * state.repulsion for state in found)
+        for state in found:
+            nudge = 1e-5 * min([state.gap, *(abs(o.gap - state.gap) for o in states if o is not state)])
+            pushed_back = difference(state.gap - nudge) > 0 > difference(state.gap + nudge)
+            assert state.stable == pushed_back
+    assert counts[1] > 100
+    assert counts[2] > 100
+
+
+@pytest.mark.parametrize("spots", [PullingSpots(), IdleSpots()])
+def test_states_of_an_averaged_attraction_are_those_of_a_dense_scan(spots):
+    random, several = np.random.default_rng(3), 0
+    for _ in range(25):
+        skin = random_skin(random)
+        pressure = skin.modulus * log_uniform(random, 1e-5, 1e-2)
+        free = float(skin.gap(np.asarray(pressure)))
+        thickness = free * log_uniform(random, 1e-3, 1)
+        one_volt = RoughAttraction(1.0, thickness, skin, spots)
+        low = one_volt.smallest_gap
+        if low >= 0.8 * free:
+            continue
+        somewhere = random.uniform(low, free)
+        missing = difference_of(skin, PlateAttraction(0.0, thickness), pressure, somewhere)
+        voltage = float(np.sqrt(missing / one_volt.pressure(somewhere)))
+        attraction = RoughAttraction(voltage, thickness, skin, spots)
+        difference = functools.partial(difference_of, skin, attraction, pressure)
+        expected = by_scan(difference, low, free * (1 + 1e-6), 150)
+        found = balance(skin, attraction, pressure=pressure)
+        assert len(found) == len(expected)
+        np.testing.assert_allclose([state.gap for state in found], expected, rtol=1e-7)
+        several += len(found) > 1
+        # self-consistent: the relief bears the load and the average over the gaps that it then has
+        for state in found:
+            assert state.repulsion == pytest.approx(pressure + attraction.pressure(state.gap), rel=1e-12)
+    assert several > 0
+
+
+def snaps_at(spring, pressure, thickness, around):
+    """Voltage between those with and without an open stable state, by halving."""
+
+    def is_open(voltage):
+        states = equilibria(
+            surface=spring, pressure=pressure, voltage=voltage, electrical_thickness=thickness
+        )
+        return any(state.stable and not state.touching for state in states)
+
+    low, high = 0.99 * around, 1.01 * around
+    assert is_open(low)
+    assert not is_open(high)
+    while high - low > 1e-15 * high and low < (low + high) / 2 < high:
+        low, high = ((low + high) / 2, high) if is_open((low + high) / 2) else (low, (low + high) / 2)
+    return high
+
+
+def test_pull_in_is_where_the_formula_says():
+    random, tried = np.random.default_rng(4), 0
+    for _ in range(200):
+        spring, pressure, thickness, _ = random_spring(random)
+        expected = pull_in_voltage(spring.stiffness, spring.free_gap, thickness, pressure=pressure)
+        left = spring.free_gap - pressure / spring.stiffness
+        assert (expected is None) == (left <= thickness / 2)
+        # the fold lies at g = (2 g0 - K)/3: so near the stop halving tells closed from open otherwise
+        if expected is None or 2 * left - thickness < 0.05 * left:
+            continue
+        tried += 1
+        found = snaps_at(spring, pressure, thickness, expected)
+        # two states count as one fold where they differ by less than NOISE of what presses, of which V^2 is a part
+        at_fold = EPS0 * expected**2 / 2 / (2 / 3 * (thickness + left)) ** 2
+        # (both sides: twice pressure + at_fold), a quarter more for the rounding of the formula itself
+        assert abs(found / expected - 1) < 1.25 * NOISE * (pressure + at_fold) / at_fold
+    assert tried > 60
+
+
+def test_without_room_for_it_there_is_no_pull_in():
+    """g0 <= K/2: one state at every voltage, and the gap closes without a jump."""
+    random = np.random.default_rng(5)
+    for _ in range(50):
+        spring, _, _, _ = random_spring(random)
+        thickness = spring.free_gap * random.choice([2.0, 2.0000001, random.uniform(2, 20)])
+        closes = thickness * np.sqrt(2 * spring.stiffness * spring.free_gap / EPS0)
+        voltages = closes * np.array([0.01, 0.5, 0.9, 0.99, 0.9999, 0.999999, 1.000001, 1.1, 3])
+        for voltage in voltages:
+            states = equilibria(surface=spring, pressure=0.0, voltage=voltage, electrical_thickness=thickness)
+            assert len(states) == 1
+            assert states[0].stable
+            assert states[0].touching == (voltage > closes)
+        course = closes * np.linspace(0.05, 1.5, 40)
+        loop = hysteresis(course, surface=spring, pressure=0.0, electrical_thickness=thickness)
+        assert not np.any(loop.up.jump | loop.down.jump)
+        np.testing.assert_allclose(loop.up.gap, loop.down.gap[::-1], rtol=1e-7, atol=1e-9 * spring.free_gap)
+
+
+def test_a_spring_snaps_in_and_lets_go_at_its_two_voltages():
+    random = np.random.default_rng(6)
+    for _ in range(25):
+        spring, pressure, thickness, _ = random_spring(random)
+        snap = pull_in_voltage(spring.stiffness, spring.free_gap, thickness, pressure=pressure)
+        left = spring.free_gap - pressure / spring.stiffness
+        if snap is None or left < 0.7 * thickness:
+            continue
+        release = thickness * np.sqrt(2 * spring.stiffness * left / EPS0)
+        assert release < snap
+        course = snap * np.linspace(0.02, 1.2, 119)
+        loop = hysteresis(course, surface=spring, pressure=pressure, electrical_thickness=thickness)
+        (up,), (down,) = np.flatnonzero(loop.up.jump), np.flatnonzero(loop.down.jump)
+        assert loop.up.voltage[up - 1] <= snap <= loop.up.voltage[up]
+        assert loop.down.voltage[down] <= release <= loop.down.voltage[down - 1]
+        # between them two stable states at one voltage, neither of them a failure
+        middle = (release + snap) / 2
+        states = equilibria(surface=spring, pressure=pressure, voltage=middle, electrical_thickness=thickness)
+        assert [state.stable for state in states] == [True, False, True]
+
+
+def test_a_rough_skin_has_its_loop_between_the_turns_of_its_curve():
+    """All states lie on V^2(g) = (repulsion - load)/(attraction of 1 V): a branch ends where it turns."""
+    skin = PerssonSurface(modulus=2e5, rms_slope=1.0, rms_gap=2e-5, pressure_factor=0.5, decay_factor=0.5)
+    pressure, thickness = 2e3, 1e-6
+    gaps = np.linspace(0.0, float(skin.gap(np.asarray(pressure))), 400_001)
+    squared = (skin.pressure(gaps) - pressure) * 2 * (thickness + gaps) ** 2 / EPS0
+    snap, release = np.sqrt(squared.max()), np.sqrt(squared[0])
+    course = snap * np.linspace(0.01, 1.1, 110)
+    loop = hysteresis(course, surface=skin, pressure=pressure, electrical_thickness=thickness)
+    (up,), (down,) = np.flatnonzero(loop.up.jump), np.flatnonzero(loop.down.jump)
+    assert course[up - 1] <= snap <= course[up]
+    assert loop.down.voltage[down] <= release <= loop.down.voltage[down - 1]
+
+
+def test_a_rough_average_is_followed_too():
+    skin = PerssonSurface(**PerssonSurface.example)
+    course = np.linspace(1.0, 150.0, 12)
+    loop = hysteresis(course, surface=skin, pressure=5e3, electrical_thickness=0.378e-6, spots=PullingSpots())
+    assert not np.any(loop.up.jump)
+    np.testing.assert_allclose(loop.up.gap, loop.down.gap[::-1], rtol=1e-9)
+    assert np.all(np.diff(loop.up.gap) < 0)
+    # the average pulls many times harder than one gap for all, as the share in contact carries it
+    alone = follow(
+        course,
+        functools.partial(PlateAttraction, electrical_thickness=0.378e-6),
+        surface=skin,
+        pressure=5e3,
+    )
+    assert np.all(loop.up.attraction > 10 * alone.attraction)

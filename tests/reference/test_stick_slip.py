@@ -1,0 +1,487 @@
+"""Skin that sticks and slips: closed forms, the linear criterion, the order, the energy, and a second route."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from electrovib.core.errors import InputError
+from electrovib.physics.friction import Coulomb, Dahl, LuGre
+from electrovib.solve.nonlinear.collocation import ORDER
+from electrovib.solve.nonlinear.skin import ElasticSkin
+from electrovib.solve.nonlinear.sliding import Sliding, sliding
+
+COULOMB = Coulomb(coefficient=0.5)
+STRENGTH = 0.3
+BALANCE = 1e-6
+"""Of the work done: the target."""
+FINGER = {"mass": 1.5e-3, "stiffness": 1000.0, "damping": 0.05}
+STICKY = LuGre(steady=COULOMB, stiffness=1e4, static_ratio=1.5, stribeck_speed=2e-2)
+
+
+def always(value):
+    return lambda time: value + 0 * np.asarray(time, dtype=float)
+
+
+def dahl_curve(way, *, stiffness, exponent):
+    """Force over the way from rest: (1 - r)^(1 - n) = 1 - (1 - n) stiffness way/strength, an exponential for n = 1."""
+    share = stiffness * way / STRENGTH
+    if exponent == 1:
+        return STRENGTH * -np.expm1(-share)
+    left = np.maximum(1 - (1 - exponent) * share, 0) ** (1 / (1 - exponent))
+    return STRENGTH * (1 - left)
+
+
+@pytest.mark.parametrize("exponent", [0.5, 0.7, 1.0, 1.5, 2.0])
+def test_dahl_before_sliding(exponent):
+    """A rigid finger that speeds up and slows down: only the way counts."""
+    law = Dahl(steady=COULOMB, stiffness=500.0, exponent=exponent)
+    times = np.linspace(0, 0.2, 101)
+    slide = sliding(
+        law,
+        speed=lambda time: 0.02 * np.interp(time, [0, 0.1, 0.2], [0, 1, 0]),
+        strength=always(STRENGTH),
+        times=times,
+        breaks=(0.1,),
+    )
+    way = np.where(times < 0.1, 0.1 * times**2, 2e-3 - 0.1 * (0.2 - times) ** 2)
+    exact = dahl_curve(way, stiffness=500.0, exponent=exponent)
+    np.testing.assert_allclose(slide.lateral_force, exact, rtol=0, atol=2e-7 * STRENGTH)  # ten local errors
+    wrong = dahl_curve(way, stiffness=500.0, exponent=exponent + 0.1)
+    assert np.max(np.abs(slide.lateral_force - wrong)) > 1e-3 * STRENGTH
+    assert np.all(slide.skin_displacement == 0)
+    assert slide.energy_residual < BALANCE
+    work = np.trapezoid(exact, way)
+    assert slide.energies.work[-1] == pytest.approx(work, rel=1e-3)  # trapezium rule of 100 steps
+
+
+@pytest.mark.parametrize("speed", [1e-3, 5e-3, 0.05])
+def test_lugre_friction_over_speed(speed):
+    """Onset F = g (1 - exp(-stiffness u t/g)) + viscous u, and after it the steady curve, where a settled slide begins."""
+    law = LuGre(steady=COULOMB, stiffness=2e3, static_ratio=1.6, stribeck_speed=5e-3, viscous_damping=0.7)
+    steady = STRENGTH * (1 + 0.6 * np.exp(-((speed / 5e-3) ** 2)))
+    times = np.linspace(0, 0.02 / speed * steady, 51)
+    slide = sliding(law, speed=always(speed), strength=always(STRENGTH), times=times)
+    onset = steady * -np.expm1(-2e3 * speed * times / steady) + 0.7 * speed
+    np.testing.assert_allclose(slide.lateral_force, onset, rtol=0, atol=2e-7 * steady)
+    settled = sliding(
+        law,
+        speed=always(speed),
+        strength=always(STRENGTH),
+        times=times,
+        settled=True,
+        **FINGER | {"damping": 9.0},
+    )
+    np.testing.assert_allclose(settled.lateral_force, steady + 0.7 * speed, rtol=1e-12)
+    np.testing.assert_allclose(settled.skin_displacement, (steady + 0.7 * speed) / 1000, rtol=1e-12)
+    assert np.max(np.abs(settled.skin_speed)) < 1e-12
+
+
+def test_skin_rings_on_constant_friction():
+    """A step of the strength under a fast slide: damped harmonic motion, as far as the bristles are stiff."""
+    law = Dahl(steady=COULOMB, stiffness=1e8)
+    times = np.linspace(0, 0.05, 501)
+    slide = sliding(
+        law,
+        speed=always(0.5),
+        strength=lambda time: np.where(np.asarray(time) < 0.01, STRENGTH, 1.1 * STRENGTH),
+        times=times,
+        breaks=(0.01,),
+        settled=True,
+        **FINGER,
+    )
+    assert slide.events == ()
+    decay = 0.05 / 2 / 1.5e-3
+    turn = np.sqrt(1000 / 1.5e-3 - decay**2)
+    since = np.maximum(times - 0.01, 0)
+    left = np.exp(-decay * since) * (np.cos(turn * since) + decay / turn * np.sin(turn * since))
+    exact = (STRENGTH + 0.1 * STRENGTH * (1 - left)) / 1000
+    # the force follows within strength/stiffness/speed = 6 ns, against 1/turn = 1.2 ms
+    np.testing.assert_allclose(slide.skin_displacement, exact, rtol=0, atol=1e-5 * np.ptp(exact))
+    assert slide.energy_residual < BALANCE
+
+
+# ------------------------------------------------------------------ sticking and slipping
+
+
+def linearised(law, speed, *, mass, stiffness, damping):
+    """Jacobian of (displacement, speed, deflection) about a steady slide, by hand."""
+    excess = (law.static_ratio - 1) * np.exp(-((speed / law.stribeck_speed) ** 2))
+    strength = STRENGTH * (1 + excess)
+    slope = -2 * speed / law.stribeck_speed**2 * STRENGTH * excess
+    fed, lost = speed * slope / strength, speed * law.stiffness / strength
+    return np.array(
+        [
+            [0, -1, 0],
+            [stiffness / mass, -damping / mass, -law.stiffness / mass],
+            [0, fed, -lost],
+        ]
+    )
+
+
+def growth(law, speed, finger):
+    return np.max(np.linalg.eigvals(linearised(law, speed, **finger)).real)
+
+
+SOFT = {"mass": 1.5e-3, "stiffness": 1000.0, "damping": 3.0}
+
+
+def critical_speed(law, finger):
+    """Speed above which a steady slide is stable."""
+    return brentq(lambda speed: growth(law, speed, finger), law.stribeck_speed, 5 * law.stribeck_speed)
+
+
+def test_the_criterion_is_the_textbook_one_for_stiff_bristles():
+    """damping + dF/du = 0."""
+    stiff = STICKY.model_copy(update={"stiffness": 1e7})
+    speed = critical_speed(stiff, SOFT)
+    ratio = speed / stiff.stribeck_speed
+    assert STRENGTH * ratio / stiff.stribeck_speed * np.exp(-(ratio**2)) == pytest.approx(3.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(("share", "grows"), [(0.9, True), (1.1, False)])
+def test_small_ripples_grow_below_the_critical_speed_only(share, grows):
+    """Rate of growth and frequency are the eigenvalue's: two terms of linear prediction from the skin's speed."""
+    speed = share * critical_speed(STICKY, SOFT)
+    values = np.linalg.eigvals(linearised(STICKY, speed, **SOFT))
+    value = values[np.argmax(values.imag)]
+    assert (value.real > 0) == grows
+    times = np.linspace(0, 0.05, 1001)
+    ripple = sliding(
+        STICKY,
+        speed=always(speed),
+        strength=lambda time: np.where(np.asarray(time) < 1e-3, 1 + 1e-5, 1.0) * STRENGTH,
+        times=times,
+        breaks=(1e-3,),
+        tolerance=1e-10,
+        settled=True,
+        **SOFT,
+    ).skin_speed[200:]
+    lag = 10
+    pair = np.transpose([ripple[lag:-lag], ripple[: -2 * lag]])
+    terms = np.linalg.lstsq(pair, ripple[2 * lag :], rcond=None)[0]
+    roots = np.log(np.roots([1, *-terms]).astype(complex)) / (lag * times[1])
+    found = roots[np.argmax(roots.imag)]
+    assert found == pytest.approx(value, rel=1e-3)  # ripples of 1e-5 are nearly linear
+
+
+LIVELY = SOFT | {"damping": 1.0}
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 1.5])
+@pytest.mark.parametrize("ratio", [1.5, 1.0])
+def test_limit_cycle_where_a_steady_slide_is_unstable_only(ratio, share):
+    """From rest: below the critical speed, unless so slow that the excess hardly falls; without excess never."""
+    speed = share * critical_speed(STICKY, LIVELY)
+    law = STICKY.model_copy(update={"static_ratio": ratio})
+    slips = growth(law, speed, LIVELY) > 0
+    assert slips == (ratio > 1 and share == 0.5)
+    times = np.linspace(0, 0.3, 1501)
+    slide = sliding(
+        law, speed=always(speed), strength=always(STRENGTH), times=times, tolerance=1e-7, **LIVELY
+    )
+    late = slide.skin_displacement[1000:]
+    assert slide.energy_residual < BALANCE
+    if slips:
+        assert np.ptp(late[:250]) == pytest.approx(np.ptp(late[250:]), rel=1e-2)  # of 50 samples a cycle
+        assert np.ptp(late) > 0.1 * STRENGTH / 1000
+        over_plate = speed - slide.skin_speed[1000:]
+        assert over_plate.min() < 0  # it sticks
+        assert over_plate.max() > 2 * speed  # and slips
+    else:
+        assert np.ptp(late) < 0.01 * STRENGTH / 1000
+
+
+STEPS = [2e-4, 1e-4, 5e-5, 2.5e-5]
+
+
+def march_steps(steps):
+    times = np.array([0.0, 0.05])
+    slides = [
+        sliding(STICKY, speed=always(0.02), strength=always(STRENGTH), times=times, step=step, **FINGER)
+        for step in steps
+    ]
+    assert len(slides[-1].events) == 8
+    ends = [
+        [each.skin_displacement[-1] * 1000, each.skin_speed[-1], each.lateral_force[-1]] for each in slides
+    ]
+    return np.array(ends)
+
+
+def slope_of(errors, steps):
+    return np.polyfit(np.log(steps), np.log(errors), 1)[0]
+
+
+@pytest.mark.slow
+def test_order_on_a_stick_slip_cycle():
+    """Fixed steps through a slip and eight reversals: the declared order, and a lower one with kinks not located."""
+    ends = march_steps([*STEPS, STEPS[-1] / 2])
+    errors = np.max(np.abs(ends[:-1] - ends[-1]), axis=1)
+    assert slope_of(errors[1:], STEPS[1:]) == pytest.approx(ORDER, abs=0.1)
+
+
+@pytest.mark.slow
+def test_order_is_lost_where_reversals_are_not_located(monkeypatch):
+    exact = march_steps([STEPS[-1]])[0]
+
+    def rate(self, time, state, mode):
+        direction = -1 if self.skin.speed_over_plate(state, 0.0) < 0 else 1
+        return self.skin.rate(state, float(self.speed(time)), float(self.strength_of(time)), direction)
+
+    monkeypatch.setattr(Sliding, "rate", rate)
+    monkeypatch.setattr(Sliding, "switches", lambda *_: np.empty(0))
+    times, errors, steps = np.array([0.0, 0.05]), [], STEPS[:3]
+    for step in steps:
+        slide = sliding(
+            STICKY, speed=always(0.02), strength=always(STRENGTH), times=times, step=step, **FINGER
+        )
+        errors.append(abs(slide.skin_displacement[-1] * 1000 - exact[0]))
+    assert slope_of(errors, steps) < ORDER - 1
+
+
+# ------------------------------------------------------------------ energy, and a second route
+
+
+def second_route(law, *, speed, strength, times, method, mass, stiffness, damping):
+    """The same equations written anew with |w|, by another method at a tight tolerance."""
+
+    def rate(now, state):
+        place, over_plate, deflection = state
+        level = strength(now) * (
+            1 + (law.static_ratio - 1) * np.exp(-((over_plate / law.stribeck_speed) ** 2))
+        )
+        bristles = over_plate - abs(over_plate) * law.stiffness * deflection / level
+        force = law.stiffness * deflection + law.bristle_damping * bristles + law.viscous_damping * over_plate
+        lag = speed(now) - over_plate
+        return [lag, (stiffness * place + damping * lag - force) / mass, bristles]
+
+    solved = solve_ivp(
+        rate,
+        (0, times[-1]),
+        [0.0] * 3,
+        method=method,
+        t_eval=times,
+        rtol=1e-10,
+        atol=[1e-16, 1e-14, 1e-17],
+        max_step=2e-4,
+    )
+    return solved.y
+
+
+CASES = {
+    "steady speed": (always(0.02), always(STRENGTH)),
+    "driven at 100 Hz": (
+        always(0.03),
+        lambda time: STRENGTH * (1 + 0.4 * np.sin(2 * np.pi * 100 * np.asarray(time))),
+    ),
+    "there and back": (lambda time: 0.05 * np.cos(2 * np.pi * 20 * np.asarray(time)), always(STRENGTH)),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("method", ["LSODA", "DOP853"])
+def test_another_integrator_agrees(case, method):
+    speed, strength = CASES[case]
+    law = STICKY.model_copy(update={"bristle_damping": 0.3, "viscous_damping": 0.05})
+    times = np.linspace(0, 0.05, 201)
+    slide = sliding(law, speed=speed, strength=strength, times=times, tolerance=1e-9, **FINGER)
+    place, over_plate, deflection = second_route(
+        law, speed=speed, strength=strength, times=times, method=method, **FINGER
+    )
+    for found, exact in (
+        (slide.skin_displacement, place),
+        (speed(times) - slide.skin_speed, over_plate),
+        (slide.bristle_deflection, deflection),
+    ):
+        # some thousand steps of 1e-9 and 1e-10, in a motion that forgets little
+        np.testing.assert_allclose(found, exact, rtol=0, atol=1e-7 * np.max(np.abs(exact)))
+    assert slide.events
+    assert slide.energy_residual < BALANCE
+
+
+@settings(max_examples=12)
+@given(
+    speed=st.floats(-3, -1).map(lambda power: 10.0**power),
+    stiffness=st.floats(3, 5).map(lambda power: 10.0**power),
+    ratio=st.floats(1, 2),
+    damping=st.floats(-2, 0.5).map(lambda power: 10.0**power),
+    modulation=st.floats(0, 0.9),
+)
+def test_friction_takes_energy_and_none_is_lost(speed, stiffness, ratio, damping, modulation):
+    """Without bristle damping the heat of the contact never falls, nor that of the damper."""
+    law = LuGre(steady=COULOMB, stiffness=stiffness, static_ratio=ratio, stribeck_speed=1e-2)
+    slide = sliding(
+        law,
+        speed=always(speed),
+        strength=lambda time: STRENGTH * (1 + modulation * np.sin(700 * np.asarray(time))),
+        times=np.linspace(0, 0.02, 201),
+        **FINGER | {"damping": damping},
+    )
+    assert slide.energy_residual < BALANCE
+    largest = max(slide.energies.friction[-1], slide.energies.damper[-1])
+    assert np.all(np.diff(slide.energies.friction) >= -BALANCE * largest)
+    assert np.all(np.diff(slide.energies.damper) >= -BALANCE * largest)
+    assert np.all(np.abs(slide.lateral_force) <= ratio * (1 + modulation) * STRENGTH * (1 + 1e-9))
+
+
+def test_a_wrong_heat_is_noticed(monkeypatch):
+    """The balance fails where a law's heat is counted one percent too low."""
+    honest = ElasticSkin.rate
+
+    def rate(self, now, speed, strength, direction):
+        return honest(self, now, speed, strength, direction) * [1, 1, 1, 1, 1, 0.99]
+
+    monkeypatch.setattr(ElasticSkin, "rate", rate)
+    slide = sliding(
+        STICKY, speed=always(0.02), strength=always(STRENGTH), times=np.linspace(0, 0.05, 11), **FINGER
+    )
+    assert slide.energy_residual > 1000 * BALANCE
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1e3])
+def test_nothing_depends_on_the_size(unit):
+    """All forces, masses and stiffnesses times one number: the same motion."""
+    times = np.linspace(0, 0.03, 61)
+    one = sliding(STICKY, speed=always(0.02), strength=always(STRENGTH), times=times, **FINGER)
+    other = sliding(
+        STICKY.model_copy(update={"stiffness": 1e4 * unit}),
+        speed=always(0.02),
+        strength=always(STRENGTH * unit),
+        times=times,
+        **{name: value * unit for name, value in FINGER.items()},
+    )
+    assert abs(one.steps - other.steps) <= 0.02 * one.steps
+    np.testing.assert_allclose(other.lateral_force / unit, one.lateral_force, rtol=0, atol=1e-6 * STRENGTH)
+
+
+# ------------------------------------------------------------------ lifted off, and driven
+
+
+def lifted(time):
+    return STRENGTH * np.clip((0.06 - np.asarray(time)) / 0.02, 0, 1)
+
+
+@pytest.mark.parametrize("speed", [0.01, 0.05])
+def test_a_lifted_finger_rings_freely(speed):
+    """Load to nothing: no friction, no NaN, and the skin decays as mass, spring and damper alone."""
+    times = np.linspace(0, 0.16, 801)
+    slide = sliding(
+        STICKY,
+        speed=always(speed),
+        strength=lifted,
+        times=times,
+        breaks=(0.04, 0.06),
+        tolerance=1e-9,
+        **FINGER,
+    )
+    assert np.all(np.isfinite(slide.lateral_force))
+    off = times > 0.0601
+    assert np.max(np.abs(slide.lateral_force[off])) < 1e-8 * STRENGTH
+    decay = 0.05 / 2 / 1.5e-3
+    turn = np.sqrt(1000 / 1.5e-3 - decay**2)
+    since = times[off] - times[off][0]
+    place, along = slide.skin_displacement[off][0], slide.skin_speed[off][0]
+    free = np.exp(-decay * since) * (
+        place * np.cos(turn * since) + (along + decay * place) / turn * np.sin(turn * since)
+    )
+    np.testing.assert_allclose(slide.skin_displacement[off], free, rtol=0, atol=1e-6 * np.max(np.abs(free)))
+    assert slide.energy_residual < BALANCE
+
+
+@pytest.mark.parametrize("settled", [False, True])
+@pytest.mark.parametrize("finger", [{}, FINGER], ids=["rigid", "finger"])
+def test_never_touched(finger, settled):
+    slide = sliding(
+        STICKY,
+        speed=always(0.02),
+        strength=always(0.0),
+        times=np.linspace(0, 0.05, 51),
+        settled=settled,
+        **finger,
+    )
+    assert np.all(np.isfinite(slide.lateral_force))
+    assert np.max(np.abs(slide.lateral_force)) < 1e-7 * STRENGTH
+    assert slide.energy_residual < BALANCE
+
+
+def test_small_modulation_is_passed_on_linearly():
+    """Attraction of 1e-4 of the strength at 100 Hz over a stable slide: the force is the linear response."""
+    speed, size, turn = 0.2, 1e-4, 2 * np.pi * 100
+    times = np.linspace(0, 0.2, 2001)
+    slide = sliding(
+        STICKY,
+        speed=always(speed),
+        strength=lambda time: STRENGTH * (1 + size * np.sin(turn * np.asarray(time))),
+        times=times,
+        tolerance=1e-9,
+        settled=True,
+        **SOFT,
+    )
+    late = times >= 0.1 - 1e-9
+    wave = np.exp(-1j * turn * times[late][:-1])
+    found = 2j * np.mean((slide.lateral_force[late][:-1] - STRENGTH) * wave)
+    matrix = linearised(STICKY, speed, **SOFT)
+    pushed = np.array([0, 0, speed * size])  # dz'/dg dg = u size
+    expected = STICKY.stiffness * np.linalg.solve(1j * turn * np.eye(3) - matrix, pushed)[2]
+    assert found == pytest.approx(expected, rel=1e-3)
+    assert abs(expected - STRENGTH * size) > 1e-2 * STRENGTH * size  # not the quasi-static answer
+
+
+def test_attraction_at_100_hertz_makes_it_stick_and_slip():
+    """Above the critical speed: steady without attraction, with it reversals and a force at 100 Hz and its multiples."""
+    speed, turn = 1.1 * critical_speed(STICKY, LIVELY), 2 * np.pi * 100
+    times = np.linspace(0, 0.2, 4001)
+    setting = {"speed": always(speed), "times": times, "settled": True, "tolerance": 1e-7, **LIVELY}
+
+    def attracted(time):
+        return STRENGTH * (1 + 0.5 * (1 - np.cos(turn * np.asarray(time))))
+
+    assert sliding(STICKY, strength=always(STRENGTH), **setting).events == ()
+    slide = sliding(STICKY, strength=attracted, **setting)
+    over_plate = speed - slide.skin_speed[2000:]
+    assert over_plate.min() < 0
+    assert over_plate.max() > 2 * speed
+    assert len(slide.events) >= 20  # two reversals a period
+    assert slide.energy_residual < BALANCE
+    late = slide.lateral_force[2000:-1]
+    power = np.abs(np.fft.rfft(late - late.mean())) ** 2
+    assert power[::10].sum() > 0.999 * power.sum()  # 10 Hz a line
+    assert np.argmax(power) == 10
+    assert 0.1 < 1 - power[10] / power.sum() < 0.9  # far from a sine
+
+
+# ------------------------------------------------------------------ what is refused
+
+
+@pytest.mark.parametrize(
+    ("given_numbers", "sentence"),
+    [
+        ({"mass": 0.0, "stiffness": 1.0, "damping": 0.0}, "finger.mass"),
+        ({"mass": 1e-3}, "needs mass, stiffness and damping"),
+        ({"mass": 1e-3, "stiffness": 0.0, "damping": 0.1}, "stiffness 0"),
+        ({"strength": always(-1.0)}, "friction.steady"),
+        ({"strength": always(np.nan)}, "friction.steady"),
+    ],
+)
+def test_refusals(given_numbers, sentence):
+    asked = {"speed": always(0.02), "strength": always(STRENGTH), "times": np.linspace(0, 1, 11)}
+    with pytest.raises(InputError, match=sentence):
+        sliding(STICKY, **asked | given_numbers)
+
+
+def test_a_steady_slide_costs_nothing():
+    """A million samples of a settled slide take a handful of steps."""
+    slide = sliding(
+        STICKY,
+        speed=always(0.2),
+        strength=always(STRENGTH),
+        times=np.linspace(0, 1, 1_000_001),
+        settled=True,
+        **SOFT,
+    )
+    assert slide.steps < 20
+    np.testing.assert_allclose(slide.lateral_force, STRENGTH, rtol=1e-9)

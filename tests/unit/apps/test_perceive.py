@@ -1,0 +1,92 @@
+"""``electrovib perceive`` as a person uses it, mistakes included."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+import electrovib as ev
+from electrovib.apps.cli import main
+
+
+@pytest.fixture
+def cli(tmp_path, capsys, monkeypatch):
+    """Run a command in this process; gives exit code, output and error output."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["electrovib", *arguments])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        out, err = capsys.readouterr()
+        return int(stop.value.code or 0), out, err
+
+    return call
+
+
+def test_levels_their_interval_and_what_they_stand_on_are_printed(cli):
+    code, out, err = cli("perceive", "vardar_2017/sine", "--set", "drive.frequency=125 Hz")
+    assert (code, err) == (0, "")
+    assert "Pacinian: " in out
+    assert "NonPacinian: nothing" in out  # 250 Hz lies outside its band
+    assert "+0.0 dB relative to a sine of force as large at 250 Hz" in out or "-0.0 dB relative" in out
+    assert "between " in out
+    assert "(recalled)" in out
+    assert "verdict: relative only, calibrate with perception.threshold" in out
+    assert "12 dB an octave: an assumption" in out
+    assert "Sci. Rep. 8, 4555 (2018)" in out
+    assert "left out: summation" in out
+
+
+def test_a_calibrated_person(cli):
+    skin = 'perception.compliance={ model = "ElasticSkin", stiffness = "1 N/mm" }'
+    options = ["perception.threshold=20 nm", "perception.threshold_uncertainty=6", skin]
+    arguments = [text for option in options for text in ("--set", option)]
+    code, out, _ = cli("perceive", "vardar_2017/sine", *arguments)
+    assert code == 0
+    assert "verdict: detectable, +6.3 dB above threshold, uncertainty 6 dB" in out
+    found = ev.perceive(
+        "vardar_2017/sine", set={"perception": {"threshold": 20e-9, "threshold_uncertainty": 6.0}}
+    )
+    assert found.sensation is None
+
+
+def test_a_trace_is_perceived_like_its_scenario(cli):
+    assert cli("run", "vardar_2017/square", "-o", "a.nc")[0] == 0
+    first, second = cli("perceive", "a.nc"), cli("perceive", "vardar_2017/square")
+    assert first == second
+    assert first[0] == 0
+
+
+def test_nothing_moves(cli):
+    code, out, _ = cli("perceive", "vardar_2017/sine", "--set", 'drive={ model = "Constant", level = 0 }')
+    assert code == 0
+    assert "nothing moves the skin: not felt" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["vardar_2017/sin"], "Did you mean 'sine'?"),
+        (["vardar_2017/sine", "--set", "perception.treshold=2"], "Did you mean 'threshold'?"),
+        (["vardar_2017/sine", "--set", "perception.threshold=2 V"], "expected a length"),
+        (["vardar_2017/sine", "--set", "drive.frequency"], "expected PATH=VALUE"),
+        (["nothing.nc"], "nothing.nc"),
+        (
+            [
+                "vezzoli_2014/fig6",
+                "--set",
+                "force.model=Vezzoli2014PerFrequency",
+                "--set",
+                'drive={ model = "Square", high = 9, low = 0, frequency = 9 }',
+            ],
+            "not causal",
+        ),
+    ],
+)
+def test_a_mistake_is_one_line_and_exit_code_2(cli, arguments, sentence):
+    code, out, err = cli("perceive", *arguments)
+    assert (code, out) == (2, "")
+    assert sentence in err
+    assert err.count("\n") == 1

@@ -1,0 +1,231 @@
+"""MATLAB files: against scipy's reader, and every way in which they are wrong without a crash."""
+
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from electrovib.core.errors import DataFileError
+from electrovib.data.columns import read_columns
+from electrovib.data.readers.matlab import read_matlab
+
+TABLE = np.arange(12.0).reshape(4, 3) / 7
+SWIPE = Path(__file__).parents[4] / "shared" / "data" / "tribometer" / "finger_swipe.mat"
+
+
+def saved(folder, content, name="record.mat", **options):
+    path = folder / name
+    scipy.io.savemat(path, content, **options)
+    return path
+
+
+def big_endian(name, values):
+    """Write a file as a machine of the other byte order does, from the description of the format."""
+    flags = struct.pack(">IIII", 6, 8, 6, 0)
+    sizes = struct.pack(">IIii", 5, 8, *values.shape)
+    small_name = struct.pack(">HH4s", len(name), 1, name.encode())
+    numbers = values.astype(">i2").tobytes(order="F")
+    data = struct.pack(">II", 3, len(numbers)) + numbers + b"\0" * (-len(numbers) % 8)
+    body = flags + sizes + small_name + data
+    return b"MATLAB 5.0 MAT-file".ljust(124) + b"\x01\x00MI" + struct.pack(">II", 14, len(body)) + body
+
+
+def version_73(path, content):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, values in content.items():
+            dataset = file.create_dataset(name, data=np.asarray(values).T, compression="gzip")
+            dataset.attrs["MATLAB_class"] = np.bytes_("double")
+        file.create_group("#refs#")
+        file.create_group("about").attrs["MATLAB_class"] = np.bytes_("struct")
+    raw = bytearray(path.read_bytes())
+    raw[:128] = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
+    path.write_bytes(raw)
+    return path
+
+
+@pytest.mark.parametrize("packed", [True, False])
+@pytest.mark.parametrize(
+    "kind",
+    ["f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"],
+)
+def test_arrays_are_read_as_scipy_reads_them(tmp_path, packed, kind):
+    values = (100 * TABLE).astype(kind)
+    path = saved(tmp_path, {"record": values, "rate": 1e4, "note": "a text"}, do_compression=packed)
+    found = read_matlab(path)
+    assert found.dtype == np.float64
+    np.testing.assert_array_equal(found, values)
+    np.testing.assert_array_equal(found, scipy.io.loadmat(path)["record"])
+    assert read_matlab(path, "rate").tolist() == [[1e4]]
+
+
+@given(
+    st.integers(1, 5),
+    st.integers(1, 40),
+    st.sampled_from(["f8", "f4", "i2", "u1"]),
+    st.booleans(),
+    st.randoms(),
+)
+@settings(deadline=None, max_examples=30)
+def test_any_size_and_several_variables(tmp_path_factory, width, rows, kind, packed, random):
+    folder = tmp_path_factory.mktemp("mat")
+    made = np.random.default_rng(random.randrange(2**32))
+    content = {
+        name: made.integers(0, 100, (rows, width)).astype(kind)
+        for name in ("a", "long_name_of_a_signal", "b2")
+    }
+    path = saved(folder, content, do_compression=packed)
+    for name, values in content.items():
+        np.testing.assert_array_equal(read_matlab(path, name), values)
+
+
+def test_three_dimensions_and_the_other_byte_order(tmp_path):
+    cube = np.arange(24.0).reshape(2, 3, 4)
+    np.testing.assert_array_equal(read_matlab(saved(tmp_path, {"cube": cube})), cube)
+    path = tmp_path / "big.mat"
+    path.write_bytes(big_endian("abc", 7 * TABLE))
+    np.testing.assert_array_equal(read_matlab(path), np.rint(7 * TABLE))
+
+
+def test_version_73(tmp_path):
+    path = version_73(tmp_path / "new.mat", {"record": TABLE})
+    np.testing.assert_allclose(read_matlab(path), TABLE, rtol=0)
+    with pytest.raises(DataFileError, match=r"'about' is no real numeric array, but about \( struct\)"):
+        read_matlab(path, "about")
+    whole = path.read_bytes()
+    for part in (600, len(whole) // 2, len(whole) - 10):
+        path.write_bytes(whole[:part])
+        with pytest.raises(DataFileError, match=r"new.mat: is damaged or not a MATLAB file"):
+            read_matlab(path)
+
+
+def test_columns(tmp_path):
+    path = saved(tmp_path, {"record": TABLE})
+    found = read_columns(path, {"t": (0, "us"), "v": ("record[2]", "mV"), "w": ("record[1] [kV]", "V")})
+    np.testing.assert_allclose(found["t"], TABLE[:, 0] * 1e-6, rtol=1e-15)
+    np.testing.assert_allclose(found["v"], TABLE[:, 2] * 1e-3, rtol=1e-15)
+    np.testing.assert_allclose(found["w"], TABLE[:, 1] * 1e3, rtol=1e-15)
+    rows = saved(tmp_path, {"t": [1.0, 2.0], "v": [[3.0], [4.0]], "x": [1.0, 2.0, 3.0]}, "rows.mat")
+    assert read_columns(rows, {"a": ("t", "s"), "b": ("v", "V")})["b"].tolist() == [3, 4]
+    with pytest.raises(DataFileError, match="differ in length: column t 2, column x 3"):
+        read_columns(rows, {"a": ("t", "s"), "b": ("x", "V")})
+
+
+def test_a_drive_from_a_matlab_file(tmp_path):
+    import electrovib as ev
+
+    path = saved(tmp_path, {"record": np.array([[0.0, 0.0], [1.0, 10.0], [3.0, 0.0]])})
+    drive = {"model": "Sampled", "file": str(path), "time_column": 0, "time_unit": "ms", "voltage_column": 1}
+    scenario = ev.load("vezzoli_2014/fig6").replace({"drive": drive})
+    assert scenario.drive.time_samples.values.tolist() == [0, 1e-3, 3e-3]
+
+
+@pytest.mark.parametrize(
+    ("content", "column", "words"),
+    [
+        ({"record": TABLE}, 3, r"there is no column 3 in the array \(4 x 3\); they are numbered 0 to 2\."),
+        ({"record": np.ones((3, 50))}, 99, "numbered 0 to 49; is it transposed"),
+        ({"record": TABLE}, "recrod[0]", "no variable 'recrod'. Did you mean 'record'. It has: record"),
+        ({"record": TABLE}, "record", r"'record' is 4 x 3; name one of its columns, as in 'record\[0\]'"),
+        ({"record": TABLE}, "record(:,1)", r"names no column; write 'name\[3\]'"),
+        (
+            {"a": TABLE, "b": TABLE},
+            0,
+            r"more than one numeric array; name one, as in 'a\[0\]'. It has: a \(4 x 3",
+        ),
+        ({"text": "words", "rate": 1e4}, 0, "no real numeric array. It has: text"),
+        ({"z": TABLE * 1j}, "z[0]", r"'z' is no real numeric array, but z \(4 x 3 complex double\)"),
+        ({"s": {"field": TABLE}}, "s[0]", r"'s' is no real numeric array, but s \(1 x 1 struct\)"),
+        ({"cube": np.ones((2, 3, 4))}, 0, "the array is 2 x 3 x 4, not a row per sample"),
+        (
+            {"n": np.array([[1.0, np.nan], [2.0, 3.0]])},
+            1,
+            r"row 0 \(first is 0\), column \[1\]: nan is not a finite",
+        ),
+    ],
+)
+def test_wrong_columns(tmp_path, content, column, words):
+    with pytest.raises(DataFileError, match=words):
+        read_columns(saved(tmp_path, content), {"x": (column, "V")})
+
+
+@pytest.mark.parametrize(
+    ("raw", "words"),
+    [
+        (b"", "the file is empty"),
+        (b"time,voltage\n0,1\n1,2\n", "is not a MATLAB file of version 5 or 7.3; in MATLAB save it with -v7"),
+        (b"MATLAB 5.0 MAT-file", "is not a MATLAB file"),
+        (b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM", "holds no variables"),
+        (b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + b"\1" * 7, "cut short: 1 bytes"),
+        (
+            b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + struct.pack("<II", 99, 0),
+            "an element of type 99",
+        ),
+        (b"MATLAB 7.3 MAT-file".ljust(512), "is damaged or not a MATLAB file"),
+        (b"\x89HDF\r\n\x1a\n" + b"\0" * 100, "is damaged or not a MATLAB file"),
+    ],
+)
+def test_what_is_no_matlab_file(tmp_path, raw, words):
+    path = tmp_path / "x.mat"
+    path.write_bytes(raw)
+    with pytest.raises(DataFileError, match=words):
+        read_matlab(path)
+
+
+def test_version_4_is_refused(tmp_path):
+    with pytest.raises(DataFileError, match="save it with -v7"):
+        read_matlab(saved(tmp_path, {"record": TABLE}, format="4"))
+
+
+@pytest.mark.parametrize("packed", [True, False])
+def test_a_file_cut_short_anywhere_is_refused(tmp_path, packed):
+    path = saved(tmp_path, {"record": TABLE}, do_compression=packed)
+    whole = path.read_bytes()
+    for length in range(1, len(whole)):
+        path.write_bytes(whole[:length])
+        with pytest.raises(DataFileError, match=r"record\.mat"):
+            read_matlab(path)
+
+
+@pytest.mark.parametrize("packed", [True, False])
+def test_no_damage_is_more_than_an_input_error(tmp_path, packed):
+    path = saved(tmp_path, {"record": TABLE, "rate": 1e4}, do_compression=packed)
+    whole = path.read_bytes()
+    random = np.random.default_rng(4)
+    refused = 0
+    for _ in range(500):
+        raw = bytearray(whole)
+        for place in random.integers(124, len(raw), random.integers(1, 4)):
+            raw[place] = random.integers(256)
+        path.write_bytes(raw)
+        try:
+            assert read_matlab(path, "record").shape
+        except DataFileError:
+            refused += 1
+    # an unpacked file has no checksum: what hits a number goes unnoticed; a third of its bytes are numbers
+    assert refused > (430 if packed else 150)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_forged_size_asks_for_no_memory(tmp_path, seed):
+    """A variable that says it is 2^31 by 2^31, packed with a right checksum."""
+    sizes = (2**31 - 1, 2 ** (29 + seed % 3) - 1)
+    inner = struct.pack("<IIII", 6, 8, 6, 0) + struct.pack("<IIii", 5, 8, *sizes)
+    inner += struct.pack("<HH4s", 1, 1, b"a") + struct.pack("<II", 9, 8) + b"\0" * 8
+    packed = zlib.compress(struct.pack("<II", 14, len(inner)) + inner)
+    path = tmp_path / "forged.mat"
+    header = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
+    path.write_bytes(header + struct.pack("<II", 15, len(packed)) + packed)
+    with pytest.raises(DataFileError, match=r"'a' should hold \d+ numbers and holds 1"):
+        read_matlab(path)
+
+
+def test_the_recorded_swipe_is_read_as_scipy_reads_it():
+    if not SWIPE.exists():
+        pytest.skip("needs shared/data/tribometer/finger_swipe.mat beside the repository")
+    np.testing.assert_array_equal(read_matlab(SWIPE), scipy.io.loadmat(SWIPE)["dataQ"])

@@ -1,0 +1,252 @@
+"""The integrator with events: closed forms, landings, breaks, output times, order of convergence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.linalg import expm
+
+from electrovib.core.errors import ElectrovibError
+from electrovib.solve.nonlinear import integrate as integrator
+from electrovib.solve.nonlinear.collocation import NODES, ORDER, Piece, march
+from electrovib.solve.nonlinear.integrate import integrate
+
+
+class Plain:
+    """No breaks, no switches."""
+
+    scale = np.ones(2)
+
+    def breaks(self, _end):
+        return ()
+
+    def jump(self, _time, state):
+        return state
+
+    def switches(self, _time, _state, _mode):
+        return np.empty(0)
+
+    def following(self, _index, _time, _state, _mode):
+        raise AssertionError
+
+
+class Rubbed(Plain):
+    """x'' = -x - friction sign(v), let go at x = -1 with v = 0: the rate jumps where the mass turns."""
+
+    def __init__(self, friction=0.15, *, located=True):
+        self.friction, self.located = friction, located
+
+    def rate(self, _time, state, mode):
+        direction = mode[0] if self.located else np.sign(state[1])
+        return np.array([state[1], -state[0] - self.friction * direction])
+
+    def switches(self, _time, state, mode):
+        return np.array([mode[0] * state[1]] if self.located else [])
+
+    def following(self, _index, _time, _state, mode):
+        return (-mode[0],)
+
+    def exact(self, time):
+        """Half cosines about -friction and +friction in turn, each 2 friction shorter than the one before."""
+        half = np.floor(time / np.pi)
+        sign = -((-1.0) ** half)
+        return (
+            sign * (1 - (2 * half + 1) * self.friction) * np.cos(time - half * np.pi) + sign * self.friction
+        )
+
+
+def let_go(system, times, **more):
+    return integrate(system, np.array([-1.0, 0.0]), (1,), times, **more)
+
+
+def test_harmonic_motion_between_located_reversals():
+    times = np.linspace(0, 9, 91)
+    solved = let_go(Rubbed(), times)
+    np.testing.assert_allclose(solved.states[0], Rubbed().exact(times), rtol=0, atol=1e-9)
+    found = [when for when, _ in solved.events]
+    np.testing.assert_allclose(found, np.pi * np.arange(1, 3), rtol=0, atol=1e-9)
+    unrubbed = let_go(Rubbed(0.0), times).states[0]
+    assert np.max(np.abs(solved.states[0] - unrubbed)) > 0.1
+
+
+def measured_order(system, *, steps):
+    times = np.array([0.0, 7.0])
+    errors = [
+        abs(let_go(system, times, step=step).states[0, -1] - Rubbed().exact(times)[-1]) for step in steps
+    ]
+    return np.polyfit(np.log(steps), np.log(errors), 1)[0]
+
+
+def test_order_across_jumps_of_the_rate():
+    """Two reversals at which the rate jumps, fixed steps: the declared order."""
+    assert measured_order(Rubbed(), steps=[0.5, 0.25, 0.125, 0.0625]) == pytest.approx(ORDER, abs=0.1)
+
+
+def test_order_is_lost_where_events_are_not_located():
+    steps = np.array([0.1, 0.05, 0.025, 0.0125]) * 0.9973
+    assert measured_order(Rubbed(located=False), steps=steps) < 2
+
+
+def test_order_is_lost_where_landings_are_not_solved_again(monkeypatch):
+    """The polynomial of a step is of order 3 inside: a state read from it would cost the fifth order."""
+
+    def read(rate, system, before, state, when, after, index, mode):
+        piece = march(rate, before, state, after - before, system.scale)[0]
+        return (Piece(before, when - before, state, (piece(before + (when - before) * NODES).T - state)),)
+
+    monkeypatch.setattr(integrator, "land", read)
+    assert measured_order(Rubbed(), steps=[0.5, 0.25, 0.125, 0.0625]) < ORDER - 0.3
+
+
+class Kicked(Plain):
+    """y' = -y, from 1 s on y' = 3 - y, and at 2 s y jumps by 1."""
+
+    scale = np.ones(1)
+
+    def breaks(self, _end):
+        return (1.0, 2.0)
+
+    def jump(self, time, state):
+        return state + 1 if time == 2.0 else state
+
+    def rate(self, time, state, _mode):
+        return (3.0 if time >= 1 else 0.0) - state
+
+    def exact(self, time):
+        to_one = np.exp(-np.minimum(time, 1))
+        to_two = 3 + (to_one - 3) * np.exp(-np.clip(time - 1, 0, 1))
+        return np.where(time < 2, to_two, 3 + (to_two - 2) * np.exp(-np.maximum(time - 2, 0)))
+
+
+@pytest.mark.parametrize("step", [None, 0.02])
+def test_breaks_end_steps_and_jumps_are_seen_after_them(step):
+    times = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 2.0 + 1e-12, 2.5, 3.0])
+    solved = integrate(Kicked(), np.array([1.0]), (), times, step=step)
+    np.testing.assert_allclose(solved.states[0], Kicked().exact(times), rtol=0, atol=1e-9)
+    last = integrate(Kicked(), np.array([1.0]), (), np.array([2.0]), step=step)
+    assert last.states[0, 0] == pytest.approx(Kicked().exact(np.array([2.0]))[0], abs=1e-9)
+
+
+def test_order_across_a_jump_of_the_rate_at_a_break():
+    times, steps = np.array([1.9]), [0.5, 0.25, 0.125]
+    errors = [
+        abs(
+            integrate(Kicked(), np.array([1.0]), (), times, step=step).states[0, 0] - Kicked().exact(times)[0]
+        )
+        for step in steps
+    ]
+    counts = [sum(np.ceil(span / step) for span in (1.0, 0.9)) for step in steps]
+    assert -np.polyfit(np.log(counts), np.log(errors), 1)[0] == pytest.approx(ORDER, abs=0.1)
+
+
+class Window(Plain):
+    """y' = 1: below 0.4, inside, above 0.45; a single step jumps over all of it."""
+
+    scale = np.ones(1)
+
+    def rate(self, _time, _state, _mode):
+        return np.ones(1)
+
+    def switches(self, _time, state, mode):
+        return np.array([{0: 0.4, 1: 0.45, 2: np.inf}[mode[0]] - state[0]])
+
+    def following(self, _index, _time, _state, mode):
+        return (mode[0] + 1,)
+
+
+def test_events_at_output_times():
+    times = np.array([0.0, 0.4, 0.45, 1.0])
+    solved = integrate(Window(), np.array([0.0]), (0,), times)
+    np.testing.assert_allclose(solved.states[0], times, rtol=0, atol=1e-14)
+    np.testing.assert_allclose([when for when, _ in solved.events], [0.4, 0.45], rtol=0, atol=1e-14)
+    assert solved.modes[0] == (0,)
+    assert solved.modes[-1] == (2,)
+
+
+def test_a_mode_that_does_not_hold_ends_at_once():
+    solved = integrate(Window(), np.array([0.42]), (0,), np.array([0.0, 1.0]))
+    assert solved.events[0] == (0.0, 0)
+    assert solved.modes[0] == (1,)
+
+
+class Dip(Plain):
+    """The switch dips below 0 between 0.45 and 0.55 and has risen again long before the step ends."""
+
+    scale = np.ones(1)
+
+    def rate(self, _time, _state, _mode):
+        return np.ones(1)
+
+    def switches(self, _time, state, mode):
+        return np.array([(state[0] - 0.5) ** 2 - 0.2**2 if mode == (0,) else 1.0])
+
+    def following(self, _index, _time, _state, _mode):
+        return (1,)
+
+
+def test_a_switch_that_has_risen_again_is_found():
+    solved = integrate(Dip(), np.array([0.0]), (0,), np.array([0.0, 1.0]), step=1.0)
+    assert solved.events[0][0] == pytest.approx(0.3, abs=1e-14)
+
+
+class Chatter(Window):
+    def switches(self, _time, _state, _mode):
+        return np.array([-1.0])
+
+
+def test_chatter_is_refused(monkeypatch):
+    monkeypatch.setattr(integrator, "MOST_EVENTS", 50)
+    with pytest.raises(ElectrovibError, match="chatters"):
+        integrate(Chatter(), np.array([0.0]), (0,), np.array([0.0, 1.0]))
+
+
+class Exploding(Plain):
+    scale = np.ones(1)
+
+    def rate(self, _time, state, _mode):
+        return state**2
+
+
+@pytest.mark.parametrize("step", [None, 0.3])
+def test_what_has_no_solution_is_refused(step):
+    with (
+        np.errstate(over="ignore", invalid="ignore"),
+        pytest.raises(ElectrovibError, match="could not be solved"),
+    ):
+        integrate(Exploding(), np.array([1.0]), (), np.array([0.0, 2.0]), step=step)
+
+
+class Linear(Plain):
+    def __init__(self, matrix, scale=1.0):
+        self.matrix, self.scale = matrix, np.full(len(matrix), scale)
+
+    def rate(self, _time, state, _mode):
+        return self.matrix @ state
+
+
+@given(
+    fast=st.floats(0, 8).map(lambda power: -(10.0**power)),
+    slow=st.floats(-2, 1).map(lambda power: -(10.0**power)),
+    turn=st.floats(0, 3.1),
+)
+def test_stiff_linear_systems(fast, slow, turn):
+    axes = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    system = Linear(axes @ np.diag([fast, slow]) @ axes.T)
+    solved = integrate(system, np.array([1.0, 0.5]), (), np.array([0.0, 0.7]), tolerance=1e-8)
+    exact = axes @ (np.exp(np.array([fast, slow]) * 0.7) * (axes.T @ [1.0, 0.5]))
+    np.testing.assert_allclose(solved.states[:, -1], exact, rtol=0, atol=1e-7)  # ten local errors
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e6])
+def test_nothing_depends_on_the_unit(unit):
+    matrix = np.array([[0.0, 1.0], [-40.0, -0.3]])
+    times, start = np.linspace(0, 3, 31), np.array([1.0, 0.0])
+    one = integrate(Linear(matrix), start, (), times)
+    other = integrate(Linear(matrix, unit), unit * start, (), times)
+    assert abs(one.steps - other.steps) <= 1
+    np.testing.assert_allclose(other.states / unit, one.states, rtol=0, atol=1e-8)
+    exact = np.transpose([expm(matrix * time) @ start for time in times.tolist()])
+    np.testing.assert_allclose(one.states, exact, rtol=0, atol=1e-7)
+    assert np.max(np.abs(exact[0] - np.cos(np.sqrt(40) * times))) > 0.1

@@ -1,0 +1,58 @@
+"""When the times of a result are too far apart to show it."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from electrovib.core.model import read_model
+from electrovib.physics.drive.base import Drive
+from electrovib.solve.sampling import FEWEST, sampling
+from electrovib.solve.scenario import load
+from electrovib.solve.simulate import simulate
+
+DRIVES = {
+    "sine": ({"model": "Sine", "amplitude": 1, "frequency": 100}, 100),
+    "offset": (
+        {"model": "Offset", "level": 1, "drive": {"model": "Sine", "amplitude": 1, "frequency": 40}},
+        40,
+    ),
+    "chirp": ({"model": "Chirp", "amplitude": 1, "first": 10, "last": 1e3, "length": 0.2}, 1e3),
+    "square": ({"model": "Square", "high": 1, "frequency": 50}, 50),
+    "pulse": ({"model": "Trapezium", "high": 1, "rise": 0.01, "hold": 0.02, "fall": 0.01}, 25),
+}
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_eight_samples_a_cycle_are_enough_and_fewer_are_not(name):
+    content, fastest = DRIVES[name]
+    drive = read_model(Drive, content)
+    span = 4 / fastest
+    assert sampling(drive, np.linspace(0, span, 4 * FEWEST + 1)) == []
+    (lamp,) = sampling(drive, np.linspace(0, span, 4 * FEWEST - 1))
+    assert (lamp.name, lamp.state) == ("sampling", "warning")
+    assert f"time.samples = {4 * FEWEST + 1} " in lamp.text
+
+
+def test_a_constant_and_a_single_time_say_nothing():
+    assert sampling(read_model(Drive, {"model": "Constant", "level": 5}), np.array([0.0, 1e3])) == []
+    assert sampling(read_model(Drive, DRIVES["sine"][0]), np.array([3.0])) == []
+
+
+def test_a_measured_drive_at_its_own_stamps_says_nothing():
+    record = {"model": "Sampled", "time_samples": np.arange(9.0), "voltage_samples": np.arange(9.0) % 2}
+    drive = read_model(Drive, record)
+    assert sampling(drive, drive.time_stamps) == []
+
+
+def test_a_sine_met_at_its_zeros_is_not_shown_in_silence():
+    """One second of 1 kHz at the usual 2001 times: every one of them is a zero of the drive."""
+    fine = load("vezzoli_2014/fig7")
+    names = {lamp["name"] for lamp in json.loads(simulate(fine).attrs["lamps"])}
+    assert "sampling" not in names
+    trace = simulate(fine.replace({"time.duration": 1.0}))
+    assert np.max(np.abs(trace.drive_voltage)) < 1e-9 * 100
+    told = {lamp["name"]: lamp["text"] for lamp in json.loads(trace.attrs["lamps"])}
+    assert "time.samples = 8001 would show it" in told["sampling"]

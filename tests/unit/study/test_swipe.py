@@ -1,0 +1,322 @@
+"""Swipes of known friction through offsets, drifts, wraps and rates; and recordings that are none."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from electrovib.core.errors import InputError
+from electrovib.core.model import read_model
+from electrovib.physics.rig_channels import TribometerChannels
+from electrovib.study.recording import calibrated, read_recording
+from electrovib.study.swipe import reduce_swipe, reduce_swipes
+
+STEP = 0.5e-6
+
+
+def channels(rate=2000.0, normal=-0.31, lateral=0.444, **encoder):
+    content = {
+        "normal": {"column": 1, "sensitivity": normal},
+        "lateral": {"column": 0, "sensitivity": lateral},
+        "encoder": {"column": 4, "step": STEP, **encoder},
+        "clock": {"model": "EvenSamples", "rate": rate},
+    }
+    return read_model(TribometerChannels, content)
+
+
+def made(
+    *,
+    rate=2000.0,
+    load=0.5,
+    friction=0.4,
+    direction=1,
+    zeros=(5.4, -0.3),
+    drifts=(0.0, 0.0),
+    noise=2e-3,
+    normal=-0.31,
+    lateral=0.444,
+    register=2**32,
+    start=0,
+    touch=(2.0, 6.0),
+    slide=(3.0, 5.0),
+    way=80e-3,
+    duration=8.0,
+    stride=1.0,
+    seed=0,
+):
+    """Make the columns of a swipe [V, V, 1] of a finger that presses, slides and leaves.
+
+    `stride` stretches the whole experiment in time; drifts are in N/s of that time.
+    """
+    random = np.random.default_rng(seed)
+    time = np.arange(round(duration * stride * rate)) / rate
+    at = time / stride
+    pressed = load * np.interp(at, [touch[0] - 0.1, touch[0], touch[1], touch[1] + 0.1], [0, 1, 1, 0])
+    position = direction * np.interp(at, slide, [0, way])
+    moving = np.interp(at, [slide[0], slide[0] + 0.02, slide[1], slide[1] + 0.02], [0, 1, 1, 0])
+    pulled = direction * friction * pressed * moving
+    wobble = noise * random.standard_normal((2, len(time)))
+    return {
+        "normal": (pressed + drifts[0] * at + wobble[0]) / normal + zeros[0],
+        "lateral": (pulled + drifts[1] * at + wobble[1]) / lateral + zeros[1],
+        "encoder": (start + np.rint(position / STEP)) % register,
+    }
+
+
+@given(
+    rate=st.sampled_from([500.0, 1000.0, 3210.0, 10_000.0]),
+    load=st.floats(0.1, 3.0),
+    friction=st.floats(0.05, 2.0),
+    direction=st.sampled_from([1, -1]),
+    zeros=st.tuples(st.floats(-8, 8), st.floats(-8, 8)),
+    drifts=st.tuples(st.floats(-0.004, 0.004), st.floats(-0.02, 0.02)),
+    signs=st.tuples(st.sampled_from([1, -1]), st.sampled_from([1, -1])),
+    register=st.sampled_from([2**31, 2**32]),
+    start=st.integers(0, 2**31),
+    stride=st.sampled_from([0.6, 1.0, 1.7]),
+    seed=st.integers(0, 2**32 - 1),
+)
+@settings(deadline=None, max_examples=60)
+def test_known_friction_lies_in_the_stated_interval(signs, seed, **swipe):
+    """Zeros that drift in proportion to time, either sign, either way, any rate: the line gives the friction back."""
+    sensitivities = {"normal": signs[0] * 0.31, "lateral": signs[1] * 0.444}
+    columns = made(seed=seed, **sensitivities, **swipe)
+    found = reduce_swipe(calibrated(columns, channels(swipe["rate"], **sensitivities)))
+    low, high = found.friction.interval
+    # ten blocks put a mean outside of the stated 2.26 standard errors one time in twenty (Student's t, 9 degrees
+    # of freedom) where no drift widens the interval; beyond ten it is one in 500 000
+    more = 8 * found.friction.standard_error
+    assert low - more <= swipe["friction"] <= high + more
+    assert found.friction.value == pytest.approx(swipe["friction"], abs=10 * found.friction.standard_error)
+    normal = found.normal_force
+    assert normal.value == pytest.approx(swipe["load"], abs=10 * normal.standard_error)
+    # and the error is small: 2 mN over 200 samples or more, three times, of which 10 standard errors
+    assert found.friction.standard_error < 1e-3 * (1 + swipe["friction"]) / swipe["load"]
+    assert found.direction == swipe["direction"]
+    assert found.way == pytest.approx(80e-3, rel=0.02)
+    assert found.speed == pytest.approx(40e-3 / swipe["stride"], rel=1e-3)
+
+
+def test_the_interval_is_not_wide_for_nothing():
+    """Without drift all baselines agree, and the interval is the noise."""
+    found = reduce_swipe(calibrated(made(), channels()))
+    low, high = found.friction.interval
+    assert low < 0.4 < high
+    # 2 mN over 3600 samples of 0.2 and 0.5 N, and over the baselines: 1e-4 each
+    assert high - low < 2e-3
+
+
+def test_two_standard_errors_hold_the_friction_as_often_as_they_say():
+    inside = 0
+    for seed in range(100):
+        low, high = reduce_swipe(calibrated(made(rate=500.0, seed=seed), channels(500.0))).friction.interval
+        inside += low <= 0.4 <= high
+    # stated are 95 %, which the choices of the baseline widen; three standard deviations of the count are 7
+    assert inside >= 88
+
+
+def test_a_drift_that_is_not_in_proportion_to_time_is_inside_the_interval():
+    columns = made()
+    time = np.arange(len(columns["normal"])) / 2000
+    columns["lateral"] = columns["lateral"] + 0.1 / 0.444 * np.clip((time - 4.8) / 0.1, 0, 1)
+    found = reduce_swipe(calibrated(columns, channels()))
+    low, high = found.friction.baseline_interval
+    assert found.friction.value != pytest.approx(0.4, rel=0.05)
+    assert low < 0.4 < high
+
+
+@pytest.mark.parametrize(("missing", "left"), [("before", "after"), ("after", "before")])
+def test_one_baseline_is_enough_and_said(missing, left):
+    columns = made()
+    part = slice(5000, None) if missing == "before" else slice(0, 11_500)
+    found = reduce_swipe(calibrated({name: values[part] for name, values in columns.items()}, channels()))
+    assert list(found.friction.by_baseline) == [left]
+    assert found.friction.value == pytest.approx(0.4, rel=1e-2)
+    assert any("a drift cannot be judged" in word for word in found.words)
+
+
+def test_several_swipes_and_a_way_back():
+    there, back = made(), made(direction=-1, friction=0.6, way=40e-3)
+    columns = {name: np.concatenate([there[name], back[name]]) for name in there}
+    columns["encoder"][16_000:] += columns["encoder"][15_999] - columns["encoder"][16_000]
+    columns["encoder"] %= 2**32
+    found = reduce_swipes(calibrated(columns, channels()))
+    assert [swipe.direction for swipe in found] == [1, -1]
+    assert [swipe.friction.value for swipe in found] == pytest.approx([0.4, 0.6], rel=1e-2)
+    assert "The recording holds 2 swipes." in found[0].words
+    assert reduce_swipe(calibrated(columns, channels())).direction == 1
+
+
+def pressed_by(load, *, friction=0.4, position=None):
+    """Make the columns of a finger that presses with any load over time and rubs along any way."""
+    time = np.arange(16_000) / 2000
+    position = np.interp(time, [3, 5], [0, 80e-3]) if position is None else position(time)
+    pressed = load(time)
+    noise = 2e-3 * np.random.default_rng(0).standard_normal((2, len(time)))
+    moving = np.sign(np.round(np.gradient(position, time), 6))
+    return {
+        "normal": (pressed + noise[0]) / -0.31 + 5.0,
+        "lateral": (friction * pressed * moving + noise[1]) / 0.444,
+        "encoder": np.rint(position / STEP) % 2**32,
+    }
+
+
+@pytest.mark.parametrize(
+    "load",
+    [
+        lambda time: 0.5 * np.interp(time, [1, 2, 6, 7.5], [0, 1, 1, 0]) + 0.05 * time,
+        lambda time: 0.5 * np.interp(time, [1.9, 2, 6, 6.1], [0, 1, 1, 0]) * (1 + 0.5 * np.sin(9 * time)),
+        lambda time: 0.5 * np.interp(time, [1, 4, 7], [0, 1, 0]),
+        lambda time: 0.5 * np.interp(time, [6.9, 7], [1, 0]),
+        lambda time: 0.5 * np.interp(time, [0.3, 0.4, 7.6, 7.7], [0, 1, 1, 0]),
+    ],
+    ids=["slow", "wobbling", "triangle", "from the beginning", "nearly always"],
+)
+def test_any_load_over_time(load):
+    drift = 0.05 if load(np.array([0.0, 8.0]))[1] > 0.3 else 0.0
+    columns = pressed_by(lambda time: load(time) - drift * time)
+    columns["normal"] += drift * np.arange(16_000) / 2000 / -0.31
+    found = reduce_swipe(calibrated(columns, channels()))
+    assert found.friction.value == pytest.approx(0.4, abs=10 * found.friction.standard_error)
+    assert found.friction.standard_error < 2e-3
+
+
+@pytest.mark.parametrize("drift", [0.05, -0.05, 0.15])
+def test_a_drift_larger_than_the_load(drift):
+    """0.5 N on a zero that moves by up to 1.2 N: the line is right, and the interval says how little is known."""
+    found = reduce_swipe(calibrated(made(drifts=(drift, 0.1)), channels()))
+    assert found.friction.value == pytest.approx(0.4, abs=10 * found.friction.standard_error)
+    low, high = found.friction.interval
+    assert high - low > 0.5
+
+
+def test_back_and_forth_in_one_contact():
+    columns = pressed_by(
+        lambda time: 0.5 * ((time > 2) & (time < 6)),
+        position=lambda time: np.interp(time, [2.5, 3.5, 4.5, 5.5], [0, 0.04, 0.04, 0]),
+    )
+    found = reduce_swipes(calibrated(columns, channels()))
+    assert [swipe.direction for swipe in found] == [1, -1]
+    assert [swipe.friction.value for swipe in found] == pytest.approx([0.4, 0.4], rel=5e-3)
+
+
+def test_a_finger_that_comes_back_at_once_has_the_zeros_of_its_neighbours():
+    columns = pressed_by(lambda time: 0.5 * ((time > 1) & (time < 7) & (np.abs(time - 2.5) > 0.12)))
+    found = reduce_swipe(calibrated(columns, channels()))
+    assert set(found.friction.by_baseline) == {"before", "after", "mean", "interpolated"}
+    assert found.friction.value == pytest.approx(0.4, rel=5e-3)
+
+
+def test_wrong_counts_and_spikes_do_no_harm():
+    columns = made()
+    columns["encoder"][[7000, 9000]] = [10_000, 0]
+    columns["normal"][[100, 9000]] = [-9, 9]
+    columns["lateral"][1000] = 50
+    found = reduce_swipe(calibrated(columns, channels()))
+    assert found.friction.value == pytest.approx(0.4, rel=5e-3)
+
+
+def test_a_motion_without_contact_is_no_swipe():
+    """A carriage that goes back before the finger comes, as rigs do."""
+    columns = made()
+    time = np.arange(len(columns["normal"])) / 2000
+    columns["encoder"] = (columns["encoder"] + np.rint(np.interp(time, [0.2, 1.5], [0.08, 0]) / STEP)) % 2**32
+    found = reduce_swipes(calibrated(columns, channels()))
+    assert len(found) == 1
+    assert 3 < found[0].window[0] < found[0].window[1] < 5
+
+
+def test_a_measurement_is_a_trace(tmp_path):
+    from electrovib.export.save import save
+
+    found = reduce_swipe(calibrated(made(drifts=(0.0, 0.01)), channels()))
+    inside = found.trace.sel(time=slice(*found.window))
+    assert float(inside.lateral_force_measured.mean()) == pytest.approx(found.lateral_force.value, rel=1e-6)
+    assert float(inside.normal_force_measured.mean()) == pytest.approx(found.normal_force.value, rel=1e-6)
+    assert float(inside.sliding_speed.mean()) == pytest.approx(40e-3, rel=1e-3)
+    assert found.trace.normal_force_measured.attrs["units"] == "N"
+    save(found.trace, tmp_path / "swipe.nc")
+    stored = json.loads(found.trace.attrs["swipe"])
+    assert stored["friction"] == json.loads(json.dumps(found.to_dict()))["friction"]
+
+
+def test_time_stamps_of_a_csv(tmp_path):
+    columns = made(rate=500.0)
+    time = np.arange(4000) * 2 + np.random.default_rng(0).uniform(-0.3, 0.3, 4000)
+    table = np.column_stack([time, *columns.values()])
+    heading = "time [ms],normal [V],lateral [mV],encoder"
+    table[:, 2] *= 1e3
+    np.savetxt(tmp_path / "swipe.csv", table, delimiter=",", header=heading, comments="", fmt="%.10g")
+    named = {name: {"column": name} for name in ("normal", "lateral", "encoder")}
+    known = channels().to_dict()
+    content = {name: known[name] | named[name] for name in named} | {
+        "clock": {"model": "TimeColumn", "column": "time"}
+    }
+    found = reduce_swipe(read_recording(tmp_path / "swipe.csv", read_model(TribometerChannels, content)))
+    assert found.friction.value == pytest.approx(0.4, rel=1e-2)
+
+
+def test_stamps_that_do_not_increase():
+    columns = {name: np.repeat(values, 2) for name, values in made(rate=500.0).items()}
+    columns["time"] = np.repeat(np.arange(4000) / 500, 2)
+    known = channels().to_dict()
+    for stamps, words in (
+        ({"model": "Refuse"}, "4000 of 8000 stamps do not: sample 1"),
+        ({"model": "KeepIncreasing"}, ""),
+    ):
+        clock = {"model": "TimeColumn", "column": 0, "stamps": stamps}
+        rig = read_model(TribometerChannels, known | {"clock": clock})
+        if words:
+            with pytest.raises(InputError, match=words):
+                calibrated(columns, rig)
+        else:
+            assert reduce_swipe(calibrated(columns, rig)).friction.value == pytest.approx(0.4, rel=1e-2)
+            columns["time"][:] = 0
+            with pytest.raises(InputError, match="only 1 samples with increasing time stamps are left"):
+                calibrated(columns, rig)
+
+
+def altered(**changes):
+    columns = made()
+    for name, change in changes.items():
+        columns[name] = change(columns[name])
+    return columns
+
+
+def with_nan(values):
+    values = values.copy()
+    values[77] = np.nan
+    return values
+
+
+@pytest.mark.parametrize(
+    ("columns", "options", "words"),
+    [
+        (made(load=0.0), {}, "no contact found: the normal force has no two levels"),
+        (altered(normal=lambda v: np.linspace(0, 1, len(v))), {}, "no contact found"),
+        (made(way=20e-6), {}, r"no motion found during contact: the carriage goes 2e-05 m"),
+        (altered(encoder=lambda v: v * 0), {}, "no motion found"),
+        (made(slide=(0.2, 1.2)), {}, "no motion found"),
+        (made(touch=(2.0, 2.03), slide=(1.9, 2.1)), {"rate": 20_000.0}, "no contact found that lasts"),
+        (altered(lateral=with_nan), {}, "column 'lateral', sample 77: nan is not a finite number"),
+        (
+            altered(normal=lambda v: v * 0 + 5),
+            {},
+            "column 'normal' holds 5 throughout; is it the right column",
+        ),
+        (altered(encoder=lambda v: v[:-1]), {}, "the columns differ in length: normal 16000"),
+        ({name: values[:50] for name, values in made().items()}, {}, "a row of at least 100 samples"),
+        ({"normal": np.ones(200)}, {}, "there is no column 'lateral'"),
+        (made(), {"normal": 0.31}, "begins and ends under load.*normal.sensitivity has the wrong sign"),
+    ],
+)
+def test_what_is_no_swipe_is_refused(columns, options, words):
+    with pytest.raises(InputError, match=words):
+        reduce_swipe(calibrated(columns, channels(**options)))
+
+
+def test_trim_has_bounds():
+    with pytest.raises(InputError, match=r"trim = 0\.5: expected a fraction"):
+        reduce_swipe(calibrated(made(), channels()), trim=0.5)
