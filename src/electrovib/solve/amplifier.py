@@ -12,15 +12,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Linear
-from electrovib.solve.nonlinear.stretch import highest_frequency, snapped
-from electrovib.solve.slewing import Course, Modes, Network
+from electrovib.solve.aim import aim_pieces
+from electrovib.solve.limited import LimitedMarch
+from electrovib.solve.nonlinear.stretch import highest_frequency
 from electrovib.solve.transfer import Transfer
 from electrovib.solve.transient import transient
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
@@ -28,13 +29,8 @@ if TYPE_CHECKING:
 
 PIECES = 512
 """Straight pieces for one period of the fastest oscillation of a drive that is not straight; then twice as many."""
-MOST_CHANGES = 1_000_000
-_HYSTERESIS = 1e-10
-"""How far over its limit, relative, a current counts as limited."""
 _SAME_RATE = 1e-8
 """A corner nearer than this to a rate of the stack, relative, is moved away by it."""
-_LOOKS = np.unique(np.concatenate([[0.0], np.geomspace(1e-9, 1.0, 40), np.linspace(0.0, 1.0, 33)]))
-"""Where in a piece a limit is looked for: two changes between two of them are not seen."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +44,7 @@ class Amplified:
     changes : tuple of float
         When [s] the amplifier changed between its voltage and one of its largest currents.
     error : float
-        Error of the plate's voltage over its largest, by halving the straight pieces; 0 where they are exact.
+        Error of the worst response over its largest, by halving the straight pieces; 0 where they are exact.
     """
 
     found: dict[str, Real]
@@ -59,8 +55,8 @@ class Amplified:
         """Say why this solver ran and how well."""
         how = "straight pieces and exponentials exactly"
         if self.error:
-            how = f"the drive as straight pieces, by halving them the error of the plate's voltage is {self.error:.1e}"
-            how += " of its largest"
+            how = "the drive as straight pieces, by halving them the error of the worst response is"
+            how += f" {self.error:.1e} of its largest"
         return (
             "linear layers behind an amplifier with limits: real modes at its voltage and at its largest current, from"
             f" rest, {len(self.changes)} changes between them located; {how}"
@@ -148,17 +144,20 @@ def amplified_response(
             " beforehand. Start AtRest and look at a late period, or leave its limits away"
         )
     parts = [part for part in drive.parts() if not isinstance(part, Linear)]
-    fastest = max([highest_frequency(part) for part in parts], default=0.0)
-    march = _March(transfers, amplifier)
-    found, changes = march.run(_pieces(drive, float(time[-1]), amplifier, fastest * PIECES), time)
+    fastest = max((highest_frequency(part) for part in parts), default=0.0)
+    march = LimitedMarch(transfers, amplifier)
+    found, changes = march.run(aim_pieces(drive, float(time[-1]), amplifier, fastest * PIECES), time)
     error = 0.0
     if fastest:
-        coarse = found["plate_voltage"]
-        found, changes = march.run(_pieces(drive, float(time[-1]), amplifier, 2 * fastest * PIECES), time)
-        moved = float(np.max(np.abs(found["plate_voltage"] - coarse)))
-        error = moved / 3 / (float(np.max(np.abs(found["plate_voltage"]))) or 1.0)
+        coarse = found
+        found, changes = march.run(aim_pieces(drive, float(time[-1]), amplifier, 2 * fastest * PIECES), time)
+        error = max(_distance(row, coarse[name]) for name, row in found.items())
     found["drive_voltage"] = drive.voltage(time)
     return Amplified(found, tuple(changes), error)
+
+
+def _distance(fine: Real, coarse: Real) -> float:
+    return float(np.max(np.abs(fine - coarse))) / (float(np.max(np.abs(fine))) or 1.0)
 
 
 def _unlimited(
@@ -175,214 +174,3 @@ def _unlimited(
     found["amplifier_current"] = found.pop("stray current") + found["current"]
     found["drive_voltage"] = drive.voltage(time)
     return Amplified(found, (), 0.0)
-
-
-@dataclass(frozen=True)
-class _Piece:
-    """A straight piece of what the amplifier aims at [s, V, V/s]."""
-
-    start: float
-    stop: float
-    level: float
-    slope: float
-
-
-def _pieces(drive: Drive, end: float, amplifier: Amplifier, frequency: float) -> list[_Piece]:
-    """Straight pieces of the aim; what is not straight in the drive is cut `frequency` times a second."""
-    times = [np.array([0.0, end])]
-    for part in drive.parts():
-        if isinstance(part, Linear):
-            times.append(part.until(end).times)
-        else:
-            times.append(np.array([part.start, part.stop]))
-            times.append(np.linspace(0.0, end, 1 + int(np.ceil(end * frequency))))
-    marks = np.unique(np.concatenate(times))
-    marks = marks[(marks >= 0) & (marks <= end)]
-    marks = marks[np.append(True, np.diff(marks) > 1e-14 * end)]
-    found: list[_Piece] = []
-    for start, stop in zip(marks[:-1].tolist(), marks[1:].tolist(), strict=True):
-        near = (stop - start) * 1e-6
-        inside = amplifier.gain * drive.voltage(np.array([start + near, stop - near]))
-        slope = float(inside[1] - inside[0]) / (stop - start - 2 * near)
-        found += _clipped(start, stop, float(inside[0]) - slope * near, slope, amplifier.saturation)
-    found.append(_Piece(end, np.inf, float(amplifier.aim(drive.voltage(np.array(end)))), 0.0))
-    return found
-
-
-def _clipped(start: float, stop: float, level: float, slope: float, limit: float | None) -> list[_Piece]:
-    if limit is None:
-        return [_Piece(start, stop, level, slope)]
-    crossings = [start + (side * limit - level) / slope for side in (-1, 1)] if slope else []
-    cuts = [start, *sorted(each for each in crossings if start < each < stop), stop]
-    found = []
-    for first, last in itertools.pairwise(cuts):
-        middle = level + slope * ((first + last) / 2 - start)
-        free = abs(middle) <= limit
-        begin = level + slope * (first - start) if free else np.sign(middle) * limit
-        found.append(_Piece(first, last, float(begin), slope if free else 0.0))
-    return found
-
-
-class _March:
-    """From change to change of the amplifier, with the states of everything that is wanted."""
-
-    def __init__(self, transfers: Mapping[str, Transfer], amplifier: Amplifier) -> None:
-        self.transfers, self.amplifier = transfers, amplifier
-        self.network = Network.of(transfers["current"], amplifier.stray_capacitance)
-        self.modes: Modes = self.network.modes()
-        driven = [t.rates[(t.gains != 0) & (t.rates > 0)] for t in transfers.values()]
-        self.rates = np.unique(np.concatenate(driven))
-        self.branches = np.searchsorted(self.rates, self.network.rates)
-        self.gains = {name: self._spread(transfer) for name, transfer in transfers.items()}
-        self.corner = None if amplifier.bandwidth is None else 2 * np.pi * amplifier.bandwidth
-        self.limits = amplifier.current_limits
-
-    def _spread(self, transfer: Transfer) -> Real:
-        found = np.zeros(len(self.rates))
-        on = (transfer.gains != 0) & (transfer.rates > 0)
-        np.add.at(found, np.searchsorted(self.rates, transfer.rates[on]), transfer.gains[on])
-        return found
-
-    def run(self, pieces: Sequence[_Piece], time: Real) -> tuple[dict[str, Real], list[float]]:
-        """Responses at output times [s], and when the amplifier changed."""
-        wanted = snapped(time, [piece.start for piece in pieces])
-        found = {
-            name: np.empty(len(time)) for name in [*self.transfers, "plate_voltage", "amplifier_current"]
-        }
-        self.scale = max(*(abs(p.level) for p in pieces), 1e-12)
-        now, voltage, states, mode = 0.0, 0.0, np.zeros(len(self.rates)), 0
-        changes: list[float] = []
-        for piece in pieces:
-            mode_before, mode = mode, self._begin(mode, piece, voltage, states)
-            if mode != mode_before:
-                changes.append(piece.start)
-            while now < piece.stop:
-                course = self._course(mode, now, voltage, states, piece)
-                last = piece.stop if np.isfinite(piece.stop) else now
-                length, turned = self._turn(mode, course, now, states, piece, last - now)
-                stop = now + length if turned is not None else piece.stop
-                first, beyond = np.searchsorted(wanted, [now, stop], side="left")
-                if beyond > first:
-                    self._write(found, slice(first, beyond), wanted, now, course, states, mode)
-                if not np.isfinite(stop):
-                    break
-                end = np.array([length])
-                voltage, states = float(course.voltage(end)[0]), course.answer(self.rates, states, end)[:, 0]
-                now = stop
-                if turned is not None:
-                    mode = turned
-                    changes.append(now)
-                if len(changes) > MOST_CHANGES:
-                    raise ElectrovibError(
-                        f"the amplifier changed more than {MOST_CHANGES} times before {now} s"
-                    )
-        return found, changes
-
-    def _course(self, mode: int, now: float, voltage: float, states: Real, piece: _Piece) -> Course:
-        """Voltage of the plate from now on, if nothing changes."""
-        if mode:
-            current = self.limits[mode > 0]
-            return self.network.slewed(current, voltage, states[self.branches], now, self.modes)
-        level = piece.level + piece.slope * (now - piece.start)
-        if self.corner is None:
-            return Course(np.zeros(1), np.array([level]), np.array([piece.slope]))
-        rates = np.array([0.0, self.corner])
-        return Course(rates, np.array([level, voltage - level]), np.array([piece.slope, -piece.slope]))
-
-    def _current(self, course: Course, now: float, states: Real, since: Real) -> Real:
-        branches = course.answer(self.network.rates, states[self.branches], since)
-        return self.network.current(course.voltage(since), course.slope(since), branches, now + since)
-
-    def _behind(self, course: Course, mode: int, now: float, piece: _Piece, since: Real) -> Real:
-        """Above 0 as long as the amplifier cannot reach what it wants with its largest current."""
-        aim = piece.level + piece.slope * (now + since - piece.start)
-        lag = aim - course.voltage(since)
-        if self.corner is not None:
-            lag = lag - course.slope(since) / self.corner
-        return np.asarray(mode * lag)
-
-    def _begin(self, mode: int, piece: _Piece, voltage: float, states: Real) -> int:
-        """Find what holds at the beginning of a piece, where aim or slope have jumped."""
-        start = np.zeros(1)
-        if mode:
-            course = self._course(mode, piece.start, voltage, states, piece)
-            if self._behind(course, mode, piece.start, piece, start)[0] > 0:
-                return mode
-        if self.corner is None and self.network.capacitance > 0:
-            lag = piece.level - voltage
-            if abs(lag) > _HYSTERESIS * self.scale and np.isfinite(self.limits[1]):
-                return int(np.sign(lag))
-        course = self._course(0, piece.start, voltage, states, piece)
-        current = float(self._current(course, piece.start, states, start)[0])
-        return self._over(current)
-
-    def _over(self, current: float) -> int:
-        lowest, highest = self.limits
-        return int(current > highest * (1 + _HYSTERESIS)) - int(current < lowest * (1 + _HYSTERESIS))
-
-    def _turn(
-        self, mode: int, course: Course, now: float, states: Real, piece: _Piece, length: float
-    ) -> tuple[float, int | None]:
-        """Time until the amplifier changes, and to what; None if it does not within this length [s]."""
-        if length <= 0 or not np.isfinite(self.limits[1]):
-            return length, None
-        if mode:
-            values = self._behind(course, mode, now, piece, _LOOKS * length)
-            turned = 0
-        else:
-            currents = self._current(course, now, states, _LOOKS * length)
-            sides = np.array([self._over(float(current)) for current in currents])
-            values, turned = np.where(sides == 0, 1.0, -1.0), 0
-            if np.any(sides):
-                turned = int(sides[np.flatnonzero(sides)[0]])
-        falls = np.flatnonzero(values[1:] < 0)
-        if not len(falls):
-            return length, None
-        first = int(falls[0])
-
-        def value(since: float) -> float:
-            at = np.array([since])
-            if mode:
-                return float(self._behind(course, mode, now, piece, at)[0])
-            limit = self.limits[turned > 0] * (1 + _HYSTERESIS / 2)
-            return turned * (limit - float(self._current(course, now, states, at)[0]))
-
-        low, high = _LOOKS[first] * length, _LOOKS[first + 1] * length
-        return _root(value, low, high), turned
-
-    def _write(
-        self,
-        found: dict[str, Real],
-        place: slice,
-        time: Real,
-        now: float,
-        course: Course,
-        states: Real,
-        mode: int,
-    ) -> None:
-        """Fill in all responses at the output times of a course."""
-        at, since = time[place], time[place] - now
-        voltage, slope = course.voltage(since), course.slope(since)
-        answered = course.answer(self.rates, states, since)
-        for name, transfer in self.transfers.items():
-            free = transfer.free @ np.exp(-np.outer(transfer.rates, at))
-            if transfer.static is None:
-                forced = transfer.direct * voltage + self.gains[name] @ answered
-            else:
-                forced = transfer.static * voltage + self.gains[name] @ (answered - voltage)
-            found[name][place] = forced + transfer.slope * slope + free
-        found["plate_voltage"][place] = voltage
-        stray = self.network.stray
-        flows = found["current"][place] + stray * slope
-        found["amplifier_current"][place] = self.limits[mode > 0] if mode else flows
-
-
-def _root(value, low: float, high: float) -> float:  # type: ignore[no-untyped-def]  # noqa: ANN001
-    """Find the zero of a falling value between two times."""
-    from scipy.optimize import brentq
-
-    if value(low) <= 0:
-        return low
-    if value(high) >= 0:
-        return high
-    return float(brentq(value, low, high, xtol=1e-300, rtol=1e-15))

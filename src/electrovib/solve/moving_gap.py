@@ -243,8 +243,9 @@ def _system(space: StackStates, gap: Real, closing: Real) -> tuple[Real, Real, R
     matrix[:, interfaces : interfaces + len(terms)] = creep
     column[:, interfaces : interfaces + len(terms)] = creep_driven
     if space.resistance > 0:
-        np.add.at(flows, (slice(None), space.owners), creep)
-        np.add.at(flows_driven, (slice(None), space.owners), creep_driven)
+        for term, owner in enumerate(space.owners.tolist()):
+            flows[:, owner] += creep[:, term]
+            flows_driven[:, owner] += creep_driven[:, term]
         matrix[:, -1] = np.einsum("en,nes->ns", weights, flows)
         column[:, -1] = np.einsum("en,ne->n", weights, flows_driven)
         assert space.moving is not None
@@ -293,7 +294,8 @@ def _carry(space: StackStates, plate: _Plate, grid: Real, motion: Distance) -> t
 
 def _field(space: StackStates, plate: _Plate, time: Real, states: Real, motion: Distance) -> Real:
     assert space.moving is not None
-    return space.moment(states, plate.at(time)[0], gap=motion.gap(time)).field[space.moving]
+    field: Real = space.moment(states, plate.at(time)[0], gap=motion.gap(time)).field[space.moving]
+    return field
 
 
 def _signals(

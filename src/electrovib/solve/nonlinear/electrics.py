@@ -113,15 +113,17 @@ class Electrics:
         after = self._stretch.voltage(time)[0]
         old, new = (self._aimed(before), self._aimed(after)) if time > 0 else (0.0, self._aimed(after))
         place = self.space.size - 1
-        if self.space.resistance == 0 or (self._corner is not None) or (old == new and time > 0):
+        if self.space.resistance == 0 or (old == new and time > 0):
             return state
         state = state.copy()
         if self.follows:
             state[place] += new - old
-        elif self._stray == 0:  # the plate jumps until the resistance takes the largest current
+        elif self.limited and self._stray == 0 and (self._corner is None or time == 0):
+            # the plate jumps, until the resistance takes the largest current
             across = state[-1] - state[place]
+            wanted = new if self._corner is None else state[-1]
             lowest, highest = (self.space.resistance * limit for limit in self._limits)
-            state[place] = np.clip(new - across, lowest, highest)
+            state[place] = np.clip(wanted - across, lowest, highest)
             state[-1] = across + state[place]
         return state
 
@@ -228,14 +230,14 @@ class Electrics:
         current = self._stray * slope + self.space.area * float(
             self.space.density(state[: self.space.size], slope, moment)
         )
-        found = [
-            (side * (self._limits[side > 0] - current) / self._limits[1], (clipped, side, *signs))
-            for side in (-1, 1)
-        ]
+        spare = [side * (self._limits[side > 0] - current) / self._limits[1] for side in (-1, 1)]
         if self._corner is None:
             slack = SLACK * self.volts
-            found += [(slack - side * behind, (clipped, side, *signs)) for side in (-1, 1)]
-        return found
+            if abs(behind) > slack:  # the aim has jumped: the plate is on its way to it, whatever else flows
+                spare = [1.0, 1.0]
+            spare += [slack - side * behind for side in (-1, 1)]
+        modes = [(clipped, side, *signs) for side in (-1, 1)]
+        return list(zip(spare, modes * (len(spare) // 2), strict=True))
 
     def signals(self, times: Real, states: Real, gap: Real | None, closing: Real | float) -> dict[str, Real]:
         """What happens at output times, from the states alone.
