@@ -6,7 +6,6 @@ current; the plate's voltage is known in closed form until the next change, and 
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
