@@ -30,7 +30,7 @@ class Distance(Model, family=True):
 
     @abstractmethod
     def gap(self, time: ArrayLike) -> NDArray[np.float64]:
-        """Distance.
+        """Distance of the finger from the plate.
 
         Parameters
         ----------

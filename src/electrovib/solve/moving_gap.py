@@ -9,6 +9,7 @@ follow from the gap in closed form. The error is measured by halving all steps, 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.motion import Distance
-    from electrovib.solve.state_space import StackStates
+    from electrovib.solve.layer_states import StackStates
     from electrovib.solve.transfer import Real
 
 TOLERANCE = 1e-8
@@ -180,7 +181,9 @@ def move_gap(
     extremes = np.array([np.min(gaps), np.max(gaps)])
     matrices, _, _ = _system(space, extremes, np.zeros(2))
     speed = float(np.max(np.abs(matrices).sum(axis=2))) + 1 / max(float(time[-1]), 1e-12)
-    grid = smooth_grid(drive, time, speed=speed, breaks=motion.breaks(), fastest=motion.fastest)
+    grid = smooth_grid(
+        drive, time, speed=speed, spans=_spans(motion, float(time[-1])), fastest=motion.fastest
+    )
     coarse = _march(space, plate, grid, motion)
     coarse_field = _field(space, plate, grid, coarse, motion)
     error = 0.0
@@ -214,6 +217,13 @@ def _refuse(space: StackStates, drive: Drive, amplifier: Amplifier | None) -> No
 def _stays(space: StackStates) -> bool:
     """Tell whether no charge can move within the stack and no voltage is left outside."""
     return not (np.any(space.conductivities) or len(space.rates) or space.resistance)
+
+
+def _spans(motion: Distance, end: float) -> list[tuple[float, float]]:
+    """From when until when the gap changes at all, cut at the breaks of the motion."""
+    marks = [0.0, *(each for each in motion.breaks() if 0 < each < end), end]
+    looks = np.linspace(0.0, 1.0, 16, endpoint=False)[1:]
+    return [(a, b) for a, b in pairwise(marks) if np.any(motion.rate(a + (b - a) * looks))]
 
 
 def _around(grid: Real, time: Real) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:

@@ -20,7 +20,20 @@ if TYPE_CHECKING:
 
 
 def risen(rates: Real, time: Real) -> Real:
-    """Integral of exp(-rate t) from 0 to each time [s]; shape (rates, times)."""
+    """Integral of exp(-rate t) from 0 to each time.
+
+    Parameters
+    ----------
+    rates : ndarray, shape (m,)
+        >= 0 [1/s].
+    time : ndarray, shape (times,)
+        s.
+
+    Returns
+    -------
+    ndarray, shape (m, times)
+        s.
+    """
     return overlap(rates, np.zeros(1), time)[:, 0]
 
 
@@ -70,7 +83,20 @@ class Course:
         return np.asarray((self.slopes - self.rates * self.levels) @ np.exp(-np.outer(self.rates, time)))
 
     def answer(self, rates: Real, state: Real, time: Real) -> Real:
-        """States x' = rate (v - x) from some at time 0; shape (rates, times)."""
+        """States x' = rate (v - x) beneath this voltage.
+
+        Parameters
+        ----------
+        rates, state : ndarray, shape (m,)
+            1/s; V, at the beginning.
+        time : ndarray, shape (times,)
+            Since then [s].
+
+        Returns
+        -------
+        ndarray, shape (m, times)
+            V.
+        """
         shared = overlap(rates, self.rates, time)
         forced = np.einsum("n,mnt->mt", self.levels, shared) * rates[:, None]
         late = self.slopes @ risen(self.rates, time) - np.einsum("n,mnt->mt", self.slopes, shared)
@@ -113,6 +139,11 @@ class Network:
             A per volt of the plate.
         stray : float
             Stray capacitance [F].
+
+        Returns
+        -------
+        Network
+            The same current, and that into the stray capacitance.
         """
         on, left = current.gains < 0, current.free != 0
         return cls(
@@ -131,18 +162,47 @@ class Network:
         return self.static + float(np.sum(self.conductances))
 
     def current(self, voltage: Real, slope: Real, states: Real, time: Real) -> Real:
-        """Current of the amplifier [A] at absolute times [s]; states of the branches, shape (n, times)."""
+        """Current of the amplifier.
+
+        Parameters
+        ----------
+        voltage, slope : ndarray, shape (times,)
+            Of the plate [V, V/s].
+        states : ndarray, shape (n, times)
+            Of the branches [V].
+        time : ndarray, shape (times,)
+            Since time 0 [s].
+
+        Returns
+        -------
+        ndarray, shape (times,)
+            A.
+        """
         fading = self.free @ np.exp(-np.outer(self.free_rates, time))
         lag = self.conductances @ (voltage - states)
         return np.asarray(self.static * voltage + self.capacitance * slope + lag + fading)
 
-    def jumped(self, current: float, states: Real, time: float) -> float:
-        """Voltage [V] at which a current flows, where no capacitance forbids a jump."""
-        fading = float(self.free @ np.exp(-self.free_rates * time))
-        return (current - fading + float(self.conductances @ states)) / self.direct
-
     def slewed(self, current: float, voltage: float, states: Real, time: float, modes: Modes) -> Course:
-        """Course of the plate's voltage from an absolute time [s] on under a constant current [A]."""
+        """Course of the plate's voltage under a constant current.
+
+        Parameters
+        ----------
+        current : float
+            Of the amplifier [A].
+        voltage : float
+            Of the plate at the beginning [V]; of no account where it may jump.
+        states : ndarray, shape (n,)
+            Of the branches at the beginning [V].
+        time : float
+            When it begins [s].
+        modes : Modes
+            As from `modes`.
+
+        Returns
+        -------
+        Course
+            From then on.
+        """
         loads = self.conductances / self.rates
         charge = modes.shapes @ (loads * states) + self.capacitance * voltage
         levels, slopes = charge / modes.sizes, current / modes.sizes
@@ -186,6 +246,8 @@ class Network:
         C + sum a q/(q - m)^2.
         """
         leaks = self.static > 0
+        if not leaks and not len(self.rates):
+            return Modes(np.zeros(1), np.ones((1, 0)), np.array([self.capacitance]))
         nodes = np.append(0.0, self.rates) if leaks else self.rates
         weights = np.append(self.static, self.conductances) if leaks else self.conductances
         order = np.argsort(nodes)

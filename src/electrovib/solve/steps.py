@@ -146,7 +146,9 @@ def _part_marks(part: Part, end: float) -> tuple[Real, Real]:
     return gates, np.where(gates == part.start, values, -values)
 
 
-def smooth_grid(drive: Drive, time: Real, *, speed: float, breaks: Sequence[float], fastest: float) -> Real:
+def smooth_grid(
+    drive: Drive, time: Real, *, speed: float, spans: Sequence[tuple[float, float]], fastest: float
+) -> Real:
     """Choose steps for a march of high order beneath something that moves.
 
     Parameters
@@ -157,8 +159,8 @@ def smooth_grid(drive: Drive, time: Real, *, speed: float, breaks: Sequence[floa
         Output times, all of which become ends of steps [s].
     speed : float
         Fastest rate of what is marched [1/s].
-    breaks : sequence of float
-        Times at which the motion is not smooth [s].
+    spans : sequence of (float, float)
+        From when until when there is smooth motion [s].
     fastest : float
         Highest frequency of the motion [Hz].
 
@@ -173,9 +175,11 @@ def smooth_grid(drive: Drive, time: Real, *, speed: float, breaks: Sequence[floa
     marks, heights = marks_of(drive, end)
     kinks = marks if len(marks) <= FEW else marks[heights != 0]
     jumps = np.unique(np.append(kinks, 0.0))
-    bends = np.array([each for each in breaks if 0 < each < end])
-    count = max(STEPS, int(np.ceil(end * fastest * STEPS_PER_PERIOD)))
-    pieces = [time, bends, np.linspace(0.0, end, count + 1)]
+    bends = np.array([each for span in spans for each in span if 0 < each < end])
+    pieces = [time, bends, np.linspace(0.0, end, STEPS + 1)]
+    for first, last in spans:
+        count = int(np.ceil((last - first) * fastest * STEPS_PER_PERIOD))
+        pieces.append(np.linspace(first, last, count + 1))
     pieces += [_oscillating(part, end) for part in drive.parts() if not isinstance(part, Linear)]
     for jump, following in zip(jumps.tolist(), [*jumps[1:].tolist(), end], strict=True):
         pieces.append(jump + _growing(FIRST / speed, following - jump))

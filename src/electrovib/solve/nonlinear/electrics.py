@@ -14,13 +14,14 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
+from electrovib.solve.nonlinear.integrate import System
 from electrovib.solve.nonlinear.stretch import Stretch, drive_breaks, largest_voltage, stretch_after
 
 if TYPE_CHECKING:
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
+    from electrovib.solve.layer_states import Moment, StackStates
     from electrovib.solve.nonlinear.integrate import Mode
-    from electrovib.solve.state_space import Moment, StackStates
     from electrovib.solve.transfer import Real
 
 SLACK = 1e-9
@@ -29,7 +30,7 @@ _SLOWEST = 1e-6
 """Scale of the voltage across a series resistance over that of the drive, at least."""
 
 
-class Electrics:
+class Electrics(System):
     """States of a stack behind an amplifier.
 
     Parameters
@@ -88,7 +89,20 @@ class Electrics:
         return sizes
 
     def begin(self, gap: float | None = None) -> tuple[Real, Mode]:
-        """State before time 0, and the mode after it."""
+        """State before time 0, and the mode after it.
+
+        Parameters
+        ----------
+        gap : float, optional
+            Thickness of the moving layer at time 0 [m].
+
+        Returns
+        -------
+        state : ndarray, shape (size,)
+            Charge in its place, nothing polarised, the plate at 0 V.
+        mode : Mode
+            That begins.
+        """
         state = np.concatenate([self.space.start(), np.zeros(self.size - self.space.size)])
         self._stretch = Stretch(0.0, 0.0, 0.0)
         after = self.jump(0.0, state)
@@ -99,9 +113,9 @@ class Electrics:
         self._stretch = Stretch(0.0, 0.0, 0.0)
         return state, (clipped, 0, *signs)
 
-    def breaks(self) -> list[float]:
-        """Times of breaks of the drive [s]."""
-        return list(self._breaks)
+    def breaks(self, end: float) -> list[float]:
+        """Times of breaks of the drive up to an end [s]."""
+        return [time for time in self._breaks if time <= end]
 
     def jump(self, time: float, state: Real) -> Real:
         """State just after a break [s], and from now on the drive's next stretch."""
@@ -155,7 +169,29 @@ class Electrics:
         return self._watched(time, state, mode, gap, closing)[index][1]
 
     def attraction(self, time: float, state: Real, mode: Mode, *, gap: float | None = None) -> float:
-        """Pressure with which the field of the layer `gap` pulls, eps0 E^2/2 [Pa]."""
+        """Pressure with which the field of the layer `gap` pulls, eps0 E^2/2.
+
+        Parameters
+        ----------
+        time : float
+            s.
+        state : ndarray, shape (size,)
+            Of this slice.
+        mode : Mode
+            Of this slice.
+        gap : float, optional
+            Thickness of the moving layer [m].
+
+        Returns
+        -------
+        float
+            Pa.
+
+        Raises
+        ------
+        InputError
+            If the stack has no layer of that name.
+        """
         if "gap" not in self.space.names:
             raise InputError("stack.gap: the pressure is that of the field in the gap; add a table stack.gap")
         moment = self._supplied(time, state, mode, gap, 0.0)[2]

@@ -14,7 +14,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.motion import Distance
 from electrovib.solve.nonlinear.electrics import Electrics
-from electrovib.solve.nonlinear.integrate import TOLERANCE, Solved, integrate
+from electrovib.solve.nonlinear.integrate import TOLERANCE, Solved, System, integrate
 from electrovib.solve.nonlinear.stretch import snapped
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
+    from electrovib.solve.layer_states import StackStates
     from electrovib.solve.nonlinear.integrate import Mode
-    from electrovib.solve.state_space import StackStates
     from electrovib.solve.transfer import Real
 
 
@@ -68,7 +68,7 @@ Gap: TypeAlias = Distance | Yielding | None
 """What moves the layer `gap`: a hand that holds against everything, forces, or nothing."""
 
 
-class FingerOverPlate:
+class FingerOverPlate(System):
     """A stack whose gap stays, is moved, or yields; a `System` for `integrate`.
 
     Parameters
@@ -107,7 +107,7 @@ class FingerOverPlate:
     def breaks(self, end: float) -> list[float]:
         """Breaks of the drive and of the motion, up to an end [s]."""
         bends = self.motion.breaks() if isinstance(self.motion, Distance) else ()
-        return sorted({*self.electrics.breaks(), *(bend for bend in bends if 0 < bend < end)})
+        return sorted({*self.electrics.breaks(end), *(bend for bend in bends if 0 < bend < end)})
 
     def jump(self, time: float, state: Real) -> Real:
         """State just after a break [s]."""
@@ -157,7 +157,20 @@ class FingerOverPlate:
         return gap, 0.0 if mode is None else self._push(time, state, mode) / self.motion.damping
 
     def signals(self, times: Real, solved: Solved) -> dict[str, Real]:
-        """Signals at the output times, as `Electrics.signals`, and the gap."""
+        """Signals at the output times, as `Electrics.signals`, and the gap.
+
+        Parameters
+        ----------
+        times : ndarray, shape (n,)
+            s.
+        solved : Solved
+            States and modes there.
+
+        Returns
+        -------
+        dict of str to ndarray, shape (n,)
+            By the names of the signals.
+        """
         if self.motion is None:
             return self.electrics.signals(times, solved.states, None, 0.0)
         pairs = zip(times.tolist(), solved.states.T, solved.modes, strict=True)

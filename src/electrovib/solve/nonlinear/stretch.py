@@ -78,7 +78,20 @@ def drive_breaks(drive: Drive, end: float) -> list[float]:
 
 
 def snapped(times: Real, breaks: list[float]) -> Real:
-    """Put output times [s] that meet a break but for rounding on the break, as the drive itself reads them."""
+    """Put output times that meet a break but for rounding on the break, as the drive itself reads them.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        s.
+    breaks : list of float
+        Increasing [s].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        s.
+    """
     if not breaks:
         return times
     marks = np.array(breaks)
@@ -118,7 +131,20 @@ def stretch_after(drive: Drive, time: float, following: float) -> Stretch:
 
 
 def largest_voltage(drive: Drive, end: float) -> float:
-    """Largest voltage up to a time [s], of either sign, and at least 1e-12 [V]."""
+    """Largest voltage of a drive, of either sign.
+
+    Parameters
+    ----------
+    drive : Drive
+        Off before time 0.
+    end : float
+        Up to when [s].
+
+    Returns
+    -------
+    float
+        V, at least 1e-12; between 4001 even times and all breaks it is not looked for.
+    """
     corners = [np.linspace(0.0, end, 4001), np.array(drive_breaks(drive, end))]
     values = [np.abs(drive.voltage(times)) for times in corners if len(times)]
     values += [np.abs(part.before) for part in drive.parts() if isinstance(part, Linear)]

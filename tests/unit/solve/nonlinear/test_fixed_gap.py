@@ -95,17 +95,13 @@ def test_linear_layers_answer_as_the_exact_solver_says(name, element):
     assert worst(without, found) > 1e3 * EQUAL  # the charge is seen
 
 
-def paper_skins():
-    found = {}
-    for author_year, module in papers().items():
-        if hasattr(module, "skins"):
-            found |= {f"{author_year} {name}": skin.material for name, skin in module.skins().items()}
-    return found
-
-
-@pytest.mark.parametrize("name", sorted(paper_skins()))
-def test_dispersive_skins_of_papers(name):
-    layers = finger(skin=paper_skins()[name])
+@pytest.mark.parametrize(
+    ("paper", "skin"),
+    [("palmar_1995", "moist_men"), ("plutchik_1963", "skin"), ("vezzoli_2014", "surrogate_0.8025")],
+)
+def test_dispersive_skins_of_papers(paper, skin):
+    """Twelve and more Debye terms in the place of a constant phase."""
+    layers = finger(skin=papers()[paper].skins()[skin].material)
     expected, found = both(layers, read_model(Drive, DRIVES["trapezium"]), ELEMENTS["body"])
     assert worst(expected, found) < EQUAL
 
@@ -129,6 +125,9 @@ def test_charge_alone():
     for element in ELEMENTS.values():
         times = np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 40)])
         expected, found = both(finger(charge=3e-5), drive, element, times=times)
+        if element == SeriesElement():
+            assert np.max(np.abs(found["stack_voltage"])) < 1e-12
+            del expected["stack_voltage"]  # rounding, about a plate held at 0 V
         assert worst(expected, found) < EQUAL
 
 
@@ -194,15 +193,15 @@ def test_both_signs_of_a_rectifying_skin():
 
 def test_charge_is_conserved():
     """Between the plate and the finger free charge only moves: the current brings what the fields end with."""
-    drive, times = read_model(Drive, DRIVES["trapezium"]), np.linspace(0, END, 3001)
+    drive, times = read_model(Drive, DRIVES["trapezium"]), np.linspace(0, END, 30001)
     layers = finger(gap=0.0, leak=LEAKS["field"])
     space = stack_states(layers, debye_of(layers), area=AREA, element=ELEMENTS["body"])
     found = follow_finger(space, drive, times).found
     brought = np.concatenate([[0.0], np.cumsum((found["current"][1:] + found["current"][:-1]) / 2)])
     brought = brought * (times[1] - times[0]) / AREA
     held = found["displacement insulator"]
-    # the trapezium rule across the corners of the drive, where the current steps
-    assert np.max(np.abs(brought - held)) < 1e-4 * np.max(held)
+    # the trapezium rule over 1 us across the three corners of the drive, where the current steps
+    assert np.max(np.abs(brought - held)) < 2e-4 * np.max(held)
     assert np.max(np.abs(found["displacement gap"] - held)) < 1e-9 * np.max(held)  # no charge between them
 
 
@@ -280,8 +279,8 @@ def test_states_stand_beside_others():
         def scale(self):
             return np.append(self.electrics.scale, 1.0)
 
-        def breaks(self, end):  # noqa: ARG002
-            return self.electrics.breaks()
+        def breaks(self, end):
+            return self.electrics.breaks(end)
 
         def jump(self, time, state):
             return np.append(self.electrics.jump(time, state[:-1]), state[-1])

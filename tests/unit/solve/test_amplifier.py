@@ -1,0 +1,253 @@
+"""Linear layers behind an amplifier: closed forms of slewing, the exact path without limits, the reference."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.core.errors import InputError
+from electrovib.core.model import read_model
+from electrovib.physics.amplifier import Amplifier
+from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.drive.base import Drive
+from electrovib.physics.material import Constant, Debye
+from electrovib.physics.stack import Layer
+from electrovib.solve.amplifier import amplified_response
+from electrovib.solve.nonlinear.finger import follow_finger
+from electrovib.solve.section import modal_section
+from electrovib.solve.slewing import overlap
+from electrovib.solve.state_space import stack_states
+from electrovib.solve.transient import transient
+
+EPS0 = 8.8541878128e-12
+AREA = 1e-4
+FILM = EPS0 * 3.35 / 90e-6 * AREA
+END = 30e-3
+EQUAL = 1e-7
+"""Of the largest value of each signal, against the general reference; measured 1.7e-8 at most."""
+DRIVES = {
+    "trapezium": {"model": "Trapezium", "high": 100, "rise": 10e-3, "hold": 10e-3, "fall": 10e-3},
+    "square": {"model": "Square", "high": 50, "low": -20, "frequency": 50},
+}
+SINE = {"model": "Sine", "amplitude": 100, "frequency": 60}
+ELEMENTS = {"bare": SeriesElement(), "body": SeriesElement(1e3), "floating": SeriesElement(1e5, 1e10, 5.0)}
+LIMITED = {
+    "current": {"gain": 3.0, "source_current": 1e-6, "sink_current": 0.4e-6},
+    "current and stray": {
+        "gain": 3.0,
+        "source_current": 1e-6,
+        "sink_current": 0.4e-6,
+        "stray_capacitance": 5e-11,
+    },
+    "current and pole": {"gain": 3.0, "bandwidth": 1e3, "source_current": 1e-6},
+    "saturation": {"gain": -3.0, "saturation": 100.0},
+    "everything": {
+        "gain": 3.0,
+        "bandwidth": 1e3,
+        "saturation": 150.0,
+        "source_current": 1e-6,
+        "stray_capacitance": 5e-11,
+    },
+}
+
+
+def finger(*, charge=0.0, gap=1e-9):
+    skin = Debye(permittivity_high=300, strength=1200, relaxation_time=2e-3, conductivity=3e-6)
+    film = Constant(permittivity=3.35)
+    return {
+        "insulator": Layer(thickness=90e-6, material=film, initial_charge=charge),
+        "gap": Layer(thickness=3e-6, material=Constant(permittivity=1.0, conductivity=gap)),
+        "stratum_corneum": Layer(thickness=200e-6, material=skin),
+    }
+
+
+def film_alone():
+    return {"insulator": Layer(thickness=90e-6, material=Constant(permittivity=3.35))}
+
+
+def transfers(layers, element):
+    debye = {name: layer.material.debye() for name, layer in layers.items()}
+    section = modal_section(layers, debye, area=AREA, element=element, second=0.0)
+    found = {"stack_voltage": section.voltage, "current": section.current_density * AREA}
+    for name in section.names:
+        found[f"field {name}"] = section[name].field
+        found[f"displacement {name}"] = section[name].displacement
+    return found, stack_states(layers, debye, area=AREA, element=element)
+
+
+def worst(expected, found):
+    return max(
+        np.max(np.abs(found[name] - row)) / np.max(np.abs(row))
+        for name, row in expected.items()
+        if np.any(row)
+    )
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+@pytest.mark.parametrize("limits", LIMITED)
+@pytest.mark.parametrize("name", DRIVES)
+def test_general_reference(name, limits, element):
+    drive, times = read_model(Drive, DRIVES[name]), np.linspace(0, END, 61)
+    amplifier = Amplifier(**LIMITED[limits])
+    wanted, space = transfers(finger(charge=1e-5), ELEMENTS[element])
+    answer = amplified_response(wanted, drive, times, amplifier=amplifier)
+    reference = follow_finger(space, drive, times, amplifier=amplifier)
+    assert set(reference.found) == set(answer.found)
+    assert worst(reference.found, answer.found) < EQUAL
+    assert answer.error == 0
+    # without its limits it does something else
+    free = amplified_response(
+        wanted, drive, times, amplifier=Amplifier(gain=amplifier.gain, bandwidth=amplifier.bandwidth)
+    )
+    if name == "square" or limits != "current and pole":
+        assert worst(free.found, answer.found) > 1e4 * EQUAL
+
+
+@pytest.mark.parametrize("limits", ["current and pole", "everything"])
+def test_a_sine_behind_limits_states_its_error(limits):
+    drive, times = read_model(Drive, SINE), np.linspace(0, END, 61)
+    amplifier = Amplifier(**LIMITED[limits])
+    wanted, space = transfers(finger(), ELEMENTS["body"])
+    answer = amplified_response(wanted, drive, times, amplifier=amplifier)
+    reference = follow_finger(space, drive, times, amplifier=amplifier)
+    error = worst(reference.found, answer.found)
+    assert 1e-8 < error < 1.5 * answer.error  # halving errors of the first order shows all of it, and noise
+    assert answer.error < 1e-3
+    assert f"{answer.error:.1e}" in answer.reason()
+
+
+def test_a_gain_alone_is_the_exact_path():
+    """Scaled drive, and C dv/dt into the stray capacitance."""
+    drive, times = read_model(Drive, DRIVES["trapezium"]), np.linspace(0, END, 3001)
+    for element in ELEMENTS.values():
+        wanted, _ = transfers(finger(), element)
+        amplifier = Amplifier(gain=7.0, stray_capacitance=3e-11)
+        answer = amplified_response(wanted, drive, times, amplifier=amplifier)
+        expected = transient(wanted, drive, times)
+        for name, row in expected.items():
+            np.testing.assert_allclose(
+                answer.found[name], 7 * row, rtol=1e-12, atol=1e-12 * np.max(np.abs(row))
+            )
+        stray = 3e-11 * 7 * drive.slope(times)
+        found = answer.found["amplifier_current"] - answer.found["current"]
+        np.testing.assert_allclose(found, stray, atol=1e-14 * np.max(stray))
+        np.testing.assert_allclose(answer.found["plate_voltage"], 7 * drive.voltage(times))
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+@pytest.mark.parametrize("table", [*DRIVES.values(), SINE], ids=[*DRIVES, "sine"])
+def test_a_pole_alone(table, element):
+    drive, times = read_model(Drive, table), np.linspace(0, END, 31)
+    amplifier = Amplifier(gain=2.0, bandwidth=500.0, stray_capacitance=1e-11)
+    wanted, space = transfers(finger(charge=1e-5), ELEMENTS[element])
+    answer = amplified_response(wanted, drive, times, amplifier=amplifier)
+    reference = follow_finger(space, drive, times, amplifier=amplifier)
+    assert worst(reference.found, answer.found) < EQUAL
+
+
+def test_a_pole_on_a_rate_of_the_stack():
+    """Where both coincide the partial fractions would divide by zero."""
+    wanted, _ = transfers(finger(), ELEMENTS["bare"])
+    rate = float(wanted["field gap"].rates[0])
+    drive, times = read_model(Drive, DRIVES["trapezium"]), np.linspace(0, END, 61)
+    found = [
+        amplified_response(
+            wanted, drive, times, amplifier=Amplifier(bandwidth=rate * factor / (2 * np.pi))
+        ).found["field gap"]
+        for factor in (1.0, 1.0 + 1e-4)
+    ]
+    assert np.max(np.abs(found[0] - found[1])) < 1e-3 * np.max(np.abs(found[1]))
+    assert np.all(np.isfinite(found[0]))
+
+
+def test_a_periodic_state_behind_a_gain_and_a_pole():
+    drive = read_model(Drive, {"model": "Sine", "amplitude": 10, "frequency": 100})
+    times = np.linspace(0, 20e-3, 41)
+    wanted, _ = transfers(finger(), ELEMENTS["body"])
+    amplifier = Amplifier(gain=3.0, bandwidth=100.0)
+    found = amplified_response(wanted, drive, times, amplifier=amplifier, settled=True).found["plate_voltage"]
+    expected = (3 / (1 + 1j) * -10j * np.exp(2j * np.pi * 100 * times)).real
+    np.testing.assert_allclose(found, expected, atol=1e-12 * 30)
+
+
+def test_a_capacitor_is_charged_at_its_current_over_its_capacitance():
+    """Slewing at I/(C + stray) to the aim, exactly, and the ends of the ramps at their times."""
+    high, current, stray = 1000.0, 250e-6, 50e-12
+    slew = current / (FILM + stray)
+    drive = read_model(Drive, {"model": "Square", "high": high, "low": 0.0, "frequency": 50})
+    times = np.linspace(0, END, 3001)
+    amplifier = Amplifier(source_current=current, stray_capacitance=stray)
+    wanted, _ = transfers(film_alone(), SeriesElement())
+    answer = amplified_response(wanted, drive, times, amplifier=amplifier)
+    since = times % 20e-3
+    falls = (since >= 10e-3 - 1e-12) & (since < 20e-3 - 1e-12)
+    up, down = np.minimum(high, slew * since), np.maximum(0.0, high - slew * (since - 10e-3))
+    expected = np.where(falls, down, np.where(since > 20e-3 - 1e-12, 0.0, up))
+    inside = (np.abs(since - 20e-3) > 1e-9) | (times == 0)
+    np.testing.assert_allclose(answer.found["plate_voltage"][inside], expected[inside], atol=1e-9 * high)
+    reached = high / slew
+    ends = [0.0, reached, 10e-3, 10e-3 + reached, 20e-3, 20e-3 + reached]
+    np.testing.assert_allclose(answer.changes[:6], ends, rtol=1e-12)
+    slewing = (times > 0) & (times < 0.9 * reached)
+    np.testing.assert_allclose(answer.found["amplifier_current"][slewing], current, rtol=1e-12)
+    share = FILM / (FILM + stray)
+    np.testing.assert_allclose(answer.found["current"][slewing], share * current, rtol=1e-9)
+
+
+def edges(source, sink):
+    """Time from the corner of each edge of a fast trapezium until the plate has arrived."""
+    drive = read_model(
+        Drive, {"model": "Trapezium", "high": 1000.0, "rise": 1e-5, "hold": 10e-3, "fall": 1e-5}
+    )
+    wanted, _ = transfers(film_alone(), SeriesElement())
+    answer = amplified_response(
+        wanted,
+        drive,
+        np.linspace(0, 20e-3, 11),
+        amplifier=Amplifier(source_current=source, sink_current=sink),
+    )
+    first, up, second, down = answer.changes
+    return up - first, down - second
+
+
+def test_edges_are_equal_where_source_and_sink_are():
+    rise, fall = edges(250e-6, None)
+    assert rise == pytest.approx(fall, rel=1e-10)
+    assert rise == pytest.approx(FILM * 1000 / 250e-6, rel=1e-12)  # 0.13 ms of the founding set-up
+    rise, fall = edges(250e-6, 100e-6)
+    assert fall == pytest.approx(2.5 * rise, rel=1e-10)
+
+
+def test_behind_a_resistance_the_plate_jumps_as_far_as_the_current_allows():
+    """v = R I + I t/C at once where no stray capacitance holds it."""
+    resistance, current = 1e6, 100e-6
+    wanted, _ = transfers(film_alone(), SeriesElement(resistance))
+    times = np.linspace(0, 1e-4, 11)
+    drive = read_model(Drive, {"model": "Constant", "level": 1000.0})
+    answer = amplified_response(wanted, drive, times, amplifier=Amplifier(source_current=current))
+    expected = current * (resistance + times / FILM)
+    np.testing.assert_allclose(answer.found["plate_voltage"], expected, rtol=1e-12)
+
+
+def test_overlap_where_rates_meet():
+    """The integral of a product of two exponentials, also where they are the same."""
+    time = np.array([0.0, 1e-3, 1.0, 30.0])
+    found = overlap(np.array([0.0, 2.0]), np.array([0.0, 2.0, 2.0 + 1e-12, 5.0]), time)
+    np.testing.assert_allclose(found[0, 0], time)
+    np.testing.assert_allclose(found[0, 1], -np.expm1(-2 * time) / 2, rtol=1e-14)
+    np.testing.assert_allclose(found[1, 1], time * np.exp(-2 * time), rtol=1e-14)
+    np.testing.assert_allclose(found[1, 2], time * np.exp(-2 * time), rtol=1e-10)
+    expected = (np.exp(-2 * time) - np.exp(-5 * time)) / 3
+    np.testing.assert_allclose(found[1, 3], expected, rtol=1e-12, atol=1e-30)
+
+
+def test_refusals():
+    wanted, space = transfers(finger(), ELEMENTS["body"])
+    drive, times = read_model(Drive, DRIVES["square"]), np.linspace(0, END, 3)
+    with pytest.raises(InputError, match="PeriodicState"):
+        amplified_response(wanted, drive, times, amplifier=Amplifier(source_current=1e-6), settled=True)
+    current = read_model(Drive, {"model": "CurrentSine", "amplitude": 1e-6, "frequency": 100})
+    with pytest.raises(InputError, match="prescribes the current"):
+        amplified_response(wanted, current, times, amplifier=Amplifier(gain=2.0))
+    with pytest.raises(InputError, match="takes a voltage"):
+        follow_finger(space, current, times)
