@@ -91,8 +91,8 @@ def mechanical(
     Notes
     -----
     The friction is that of load and attraction together. The sensor under the plate reads the load alone while the
-    finger touches: the attraction is balanced by the contact that it presses; of a finger held off the plate it
-    reads the pull.
+    finger touches: the attraction is balanced by the contact that it presses. Of a finger whose distance is given
+    the hand holds against the attraction: it presses nothing, and the sensor reads the pull.
     """
     chain = _Chain(scenario, times, answer, at)
     moved = Moved()
@@ -154,6 +154,8 @@ class _Chain:
     def steady(self, times: Real, force: Real) -> Real:
         """Friction that load and attraction [N] would have at these times [s] if it had no memory."""
         law, normal = steady_law(self.scenario.friction), self.scenario.load.forces(times)
+        if self.scenario.motion.distance is not None:
+            force = np.zeros_like(force)  # the hand holds against it
         return np.asarray(law.lateral_force(normal, force, self.real_area(normal + force)))
 
     def real_area(self, force: Real) -> Real:
