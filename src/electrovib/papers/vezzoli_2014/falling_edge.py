@@ -23,6 +23,8 @@ from electrovib.study.reproduction import Curve, Panel, Row, Table
 
 RAMP, HOLD = 25e-3, 200e-3
 """Of the trapezium on which the candidates are compared, a choice [s]."""
+FILM_CHARGE = 70e-6
+"""Charge that an earlier pass left on the film, a choice: 210 V [C/m2]."""
 TRIBOCHARGE = 7e-6
 """Charge on the film as rubbing leaves it: 21 V, of the size of the effective voltage [C/m2]."""
 SHOWN: Final = (
@@ -155,7 +157,7 @@ def candidates() -> tuple[Candidate, ...]:
     """Give every candidate with its switch, at plausible values."""
     two_taus = f"time constants {SLOW * 1e3:g} and {FAST * 1e3:g} ms by polarity, {_CHOICE}"
     inverted = "invert the drive, 0 to -1000 V: the ratio turns over; no linear cause knows the sign"
-    charged = f"{TRIBOCHARGE * 1e6:g} uC/m2 on the film that comes under the finger, {_CHOICE}; 30 mm/s"
+    charged = f"{FILM_CHARGE * 1e6:g} uC/m2 on the film that comes under the finger, {_CHOICE}; 30 mm/s"
     wiped = "neutralise the film before the pass, then do not: only this changes"
     return (
         Candidate("the paper's model", {}, "the reference", "one relaxation time of 7.7 ms"),
@@ -189,9 +191,9 @@ def candidates() -> tuple[Candidate, ...]:
         *(
             Candidate(
                 f"sliding over {word} film",
-                _sliding(0.03, sign * 10 * TRIBOCHARGE),
+                _sliding(0.03, sign * FILM_CHARGE),
                 wiped,
-                charged.replace("7", "70"),
+                charged,
             )
             for word, sign in (("positive", 1), ("negative", -1))
         ),

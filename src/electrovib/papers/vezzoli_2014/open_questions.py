@@ -48,7 +48,8 @@ def page(rows: tuple[Row, ...]) -> Page:
             " one relaxation time and a long hold give two equal pulses, so the paper's own model cannot; made causal with a"
             f" dispersive skin it gives a smaller second one, {interval('falling_edge_asymmetry')} over the cases here, with"
             " no new physics; sliding over fresh film lowers it the more the faster the finger, polarity turns it either"
-            " way, and an amplifier or a sensor can do anything. Read as the decay during the hold: sliding keeps a plateau"
+            " way, an amplifier that sinks less than it sources lowers it; the relaxing sensor that the paper suspects and a"
+            " viscoelastic skin hardly move it. Read as the decay during the hold: sliding keeps a plateau"
             " of the static force, a dispersive skin a slow tail, a leak that depends on polarity or field another time"
             " constant, and viscoelastic skin and the sensor their own relaxations.",
             "An experiment that would tell. A periodic trapezium of equal halves gives exactly equal pulses under any linear"
