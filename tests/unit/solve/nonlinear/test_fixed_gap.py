@@ -97,7 +97,12 @@ def test_linear_layers_answer_as_the_exact_solver_says(name, element):
 
 @pytest.mark.parametrize(
     ("paper", "skin"),
-    [("palmar_1995", "moist_men"), ("plutchik_1963", "skin"), ("vezzoli_2014", "surrogate_0.8025")],
+    [
+        ("gabriel_1996", "dry"),
+        ("palmar_1995", "moist_men"),
+        ("plutchik_1963", "skin"),
+        ("vezzoli_2014", "surrogate_0.8025"),
+    ],
 )
 def test_dispersive_skins_of_papers(paper, skin):
     """Twelve and more Debye terms in the place of a constant phase."""
