@@ -241,6 +241,7 @@ layer = st.builds(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=12)
 @given(drawn=st.lists(layer, min_size=1, max_size=3), name=st.sampled_from(["trapezium", "sine"]))
 def test_a_stack_only_stores_and_loses(drawn, name):
