@@ -99,12 +99,17 @@ def test_the_python_blocks_of_the_readme_run(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "force.png").stat().st_size > 5000
 
 
-def test_the_scenario_of_the_readme_runs(tmp_path):
+def test_the_scenarios_of_the_readme_run(tmp_path):
     import electrovib as ev
 
-    block = re.search(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL)
-    assert block is not None
-    file = tmp_path / "readme.toml"
-    file.write_text(block[1])
+    blocks = re.findall(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL)
+    traces = []
+    for number, block in enumerate(blocks):
+        file = tmp_path / f"readme_{number}.toml"
+        file.write_text(block)
+        traces.append(ev.run(file))
     # 2.56 mN at the end of a 36 ms ramp with tau 7.75 ms
-    assert float(ev.run(file).electrostatic_force.max()) == pytest.approx(2.57e-3, rel=1e-2)
+    assert float(traces[0].electrostatic_force.max()) == pytest.approx(2.57e-3, rel=1e-2)
+    # 300 V over 27 um and a gap of 5 um, which does not leak: eps0 A V^2/(2 (K + g)^2)
+    assert float(traces[1].electrostatic_force.max()) == pytest.approx(38.92e-3, rel=1e-2)
+    assert traces[1].attrs["energy_residual"] < 1e-6

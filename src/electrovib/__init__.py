@@ -13,13 +13,18 @@ if TYPE_CHECKING:
     from electrovib.apps.run import run as run
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
+    from electrovib.solve.equilibrium import equilibrium as equilibrium
+    from electrovib.solve.equilibrium import hysteresis as hysteresis
     from electrovib.solve.scenario import Scenario as Scenario
     from electrovib.solve.scenario import load as load
     from electrovib.solve.scenario import scenario_of as scenario_of
     from electrovib.solve.simulate import simulate as simulate
     from electrovib.study.catalogue import models as models
     from electrovib.study.perceive import perceive as perceive
+    from electrovib.study.recording import read_recording as read_recording
+    from electrovib.study.ringing import ringing as ringing
     from electrovib.study.sweep import sweep as sweep
+    from electrovib.study.swipe import reduce_swipe as reduce_swipe
     from electrovib.study.truth_table import truth_table as truth_table
     from electrovib.view import plots as plot
     from electrovib.view.compare import compare as compare
@@ -29,13 +34,18 @@ if TYPE_CHECKING:
 _PLACES = {
     "Scenario": "electrovib.solve.scenario",
     "compare": "electrovib.view.compare",
+    "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",
+    "hysteresis": "electrovib.solve.equilibrium",
     "init": "electrovib.apps.init",
     "load": "electrovib.solve.scenario",
     "models": "electrovib.study.catalogue",
     "perceive": "electrovib.study.perceive",
+    "read_recording": "electrovib.study.recording",
+    "reduce_swipe": "electrovib.study.swipe",
     "report": "electrovib.view.report",
     "reproduce": "electrovib.view.reproduce",
+    "ringing": "electrovib.study.ringing",
     "run": "electrovib.apps.run",
     "save": "electrovib.export.save",
     "scenario_of": "electrovib.solve.scenario",

@@ -191,3 +191,71 @@ def test_without_a_load_there_is_no_growing_area(founding):
     growing = {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.5}
     with pytest.raises(InputError, match="contact area"):
         founding.replace({"contact": growing, "load.normal_force": 0.0})
+
+
+def test_a_lag_whose_corner_follows_the_speed_against_its_equation(founding):
+    """Against scipy's Radau on F' = 2 pi f_c(u(t)) (F_s - F) while the finger sets out."""
+    length = 1 / 13.8e3
+    lag = {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": "20 Hz", "renewal_length": length}
+    moving = {"speed": "40 mm/s", "programme": {"model": "Press", "rise": 0.06}}
+    square = {"model": "Square", "high": 1000.0, "frequency": 20.0, "edge": 5e-3}
+    scenario = founding.replace({"friction": lag, "motion": moving, "drive": square, "time.duration": 0.1})
+    trace = simulate(scenario)
+    time = trace.time.values
+    fine = np.linspace(0, 0.1, 40001)
+    steady = simulate(scenario.replace({"friction": COULOMB}), time=fine).lateral_force.values
+
+    def rate(t, state):
+        corner = 20.0 + np.interp(t, [0, 0.06], [0, 0.04]) / length
+        return 2 * np.pi * corner * (np.interp(t, fine, steady) - state)
+
+    solved = solve_ivp(
+        rate, (0, 0.1), [steady[0]], method="Radau", t_eval=time, rtol=1e-9, atol=1e-12, max_step=1e-4
+    )
+    found = trace.lateral_force.values
+    assert np.max(np.abs(found - solved.y[0])) < 2e-6 * np.max(found)
+    assert trace.attrs["mechanics_error"] < 1e-6
+    still = simulate(scenario.replace({"motion.programme": {"model": "Steady"}})).lateral_force.values
+    assert np.max(np.abs(still - found)) > 1e-4 * np.max(found)
+    with pytest.raises(InputError, match="slowest speed"):
+        simulate(scenario.replace({"friction.at_speed": "40 mm/s"}))
+
+
+LUGRE = {
+    "model": "LuGre",
+    "steady": COULOMB,
+    "stiffness": 5e3,
+    "static_ratio": 1.5,
+    "stribeck_speed": "5 mm/s",
+}
+
+
+def test_bristles_that_slide_follow_the_steady_friction(founding):
+    """A rigid finger at 0.5 m/s and stiff bristles: Coulomb but for the 0.05 mm of their deflection."""
+    fast = {"friction": LUGRE | {"stiffness": 1e6, "static_ratio": 1.0}, "motion.speed": 0.5}
+    trace = simulate(founding.replace(fast))
+    steady = simulate(founding).lateral_force.values
+    assert np.max(np.abs(trace.lateral_force.values - steady)) < 2e-3 * np.ptp(steady)
+    assert trace.attrs["energy_residual"] < 1e-6
+
+
+def test_bristles_need_a_speed_and_no_periodic_state(founding):
+    with pytest.raises(InputError, match=r"motion\.speed"):
+        simulate(founding.replace({"friction": LUGRE}))
+    with pytest.raises(InputError, match="PeriodicState"):
+        simulate(founding.replace(SETTLED | {"friction": LUGRE, "motion.speed": "30 mm/s"}))
+
+
+def test_a_finger_that_sets_out_sticks_before_it_slips(founding):
+    """Below the Stribeck speed it ends at the friction of its curve; before, the skin is left behind."""
+    moving = {"speed": "2 mm/s", "programme": {"model": "Press", "rise": 0.01}}
+    scenario = founding.replace({"friction": LUGRE, "motion": moving, "finger": FINGER})
+    trace = simulate(scenario, time=np.linspace(0, 1.0, 2001))
+    lateral, skin = trace.lateral_force.values, trace.skin_displacement.values
+    assert lateral[0] == 0
+    early = trace.time.values < 0.05
+    way = np.where(trace.time.values < 0.01, 0.1 * trace.time.values**2, 2e-3 * (trace.time.values - 0.005))
+    bent = skin + trace.bristle_deflection.values
+    np.testing.assert_allclose(bent[early], way[early], atol=0.02 * way[early].max())
+    assert lateral[-1] == pytest.approx(0.25 * (1 + 0.5 * np.exp(-((2 / 5) ** 2))), rel=1e-3)
+    assert trace.attrs["energy_residual"] < 1e-6

@@ -25,7 +25,8 @@ class Distance(Model, family=True):
 
     Notes
     -----
-    Given, whatever the attraction: a hand that holds against it. Smooth between its breaks.
+    Given, whatever the attraction: a hand that holds against it, so that it adds nothing to friction. Smooth
+    between its breaks.
     """
 
     @abstractmethod

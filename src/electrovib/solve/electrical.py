@@ -11,7 +11,7 @@ import numpy as np
 from electrovib.core.errors import NotCausalError
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.programme import Steady
-from electrovib.solve.expand import Surroundings, contact_share, phasors, total_force
+from electrovib.solve.expand import Surroundings, behind_amplifier, contact_share, phasors, total_force
 from electrovib.solve.periodic import count_harmonics, spectrum
 from electrovib.solve.respond import AMPLITUDE, respond
 from electrovib.solve.scenario import PeriodicState, Scenario
@@ -140,7 +140,11 @@ def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> Electri
     frequency, tone = frequencies[loudest : loudest + 1], tones[loudest]
     if frequency[0] == 0:
         raise NotCausalError(refusal(law, "constant voltage", settled=settled))
-    exact = phasors(scenario, frequency)
+    if scenario.circuit.amplifier is not None and scenario.circuit.amplifier.is_limited:
+        raise NotCausalError(
+            refusal(law, f"{type(drive).__name__} behind an amplifier with limits", settled=settled)
+        )
+    exact = behind_amplifier(scenario, phasors(scenario, frequency))
     wave = tone * np.exp(2j * np.pi * frequency[0] * times)
     given = {name: np.real(value[0] * wave) for name, value in law.amplitudes(exact).items()}
     around = Surroundings.of(scenario)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -77,6 +77,34 @@ def per_volt_of(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> P
         second=around.second,
         frequency=frequency,
     )
+
+
+def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSection:
+    """Give a section per volt of the drive from one per volt of the plate.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its amplifier, whose limits are left out; itself if there is none.
+    section : PhasorSection
+        Per volt of the plate.
+
+    Returns
+    -------
+    PhasorSection
+        Fields, voltage and current density times gain/(1 + j f/bandwidth).
+    """
+    amplifier = scenario.circuit.amplifier
+    if amplifier is None:
+        return section
+    pole = 1.0 if amplifier.bandwidth is None else 1 + 1j * section.frequency / amplifier.bandwidth
+    factor = amplifier.gain / pole
+    layers = {
+        name: replace(layer, field=layer.field * factor, displacement=layer.displacement * factor)
+        for name, layer in section.layers.items()
+    }
+    voltage, density = section.voltage * factor, section.current_density * factor
+    return PhasorSection(section.frequency, layers, voltage, density)
 
 
 def modes(scenario: Scenario) -> tuple[ModalSection, float]:

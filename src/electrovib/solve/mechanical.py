@@ -10,14 +10,13 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.contact import FixedArea
-from electrovib.physics.drive.parts import Linear, Tones
-from electrovib.physics.friction import BristleFriction, Creep, FirstOrderLag, SteadyFriction
+from electrovib.physics.friction import BristleFriction, SteadyFriction
 from electrovib.solve.bristles import slide
 from electrovib.solve.chain import finger_filters, measured, respond_mechanically
 from electrovib.solve.electrical import Electrical
 from electrovib.solve.expand import contact_share
-from electrovib.solve.filters.declared import cascade, first_order
-from electrovib.solve.filters.filter import Filter
+from electrovib.solve.filters.declared import cascade
+from electrovib.solve.lateral import changing_lag, corner_changes, friction_filter, shortest_time, steady_law
 from electrovib.solve.scenario import PeriodicState
 from electrovib.solve.steps import marks_of
 
@@ -25,8 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from electrovib.core.lamps import Lamp
-    from electrovib.physics.drive.base import Drive
-    from electrovib.physics.friction import Friction
+    from electrovib.solve.filters.filter import Filter
     from electrovib.solve.scenario import Scenario
     from electrovib.solve.transfer import Real
 
@@ -93,43 +91,53 @@ def mechanical(
     Notes
     -----
     The friction is that of load and attraction together. The sensor under the plate reads the load alone while the
-    finger touches: the attraction is balanced by the contact that it presses; of a finger held off the plate it
-    reads the pull.
+    finger touches: the attraction is balanced by the contact that it presses. Of a finger whose distance is given
+    the hand holds against the attraction: it presses nothing, and the sensor reads the pull.
     """
     chain = _Chain(scenario, times, answer, at)
     moved = Moved()
-    moved.add({"normal_force": scenario.load.forces(times)})
-    if scenario.motion.speed is not None:
-        moved.add({"sliding_speed": scenario.motion.speeds(times)})
-    if not isinstance(scenario.contact, FixedArea):
-        moved.add({"gross_contact_area": scenario.contact_area * contact_share(scenario, times)})
-    if scenario.contact.surface is not None:
-        normal = scenario.load.forces(times) + answer.force
-        moved.add({"real_contact_area": chain.real_area(normal)})
-    if isinstance(scenario.friction, BristleFriction):
-        chain.prepare()
-        chain.slip(moved)
-        wanted = {}
-    else:
-        wanted = chain.filters()
-    if isinstance(scenario.friction, SteadyFriction):
-        moved.add({"lateral_force": chain.steady(times, answer.force)})
-        del wanted["lateral_force"]
-    error = 0.0
-    if wanted or scenario.rig is not None:
-        chain.prepare()
-    if wanted:
-        rows, error = chain.follow(wanted)
-        moved.add(rows)
+    moved.add(_given(chain))
+    error = _friction(chain, moved)
     if scenario.rig is not None:
+        chain.prepare()
         readings = chain.measured(moved)
         moved.add(readings.signals)
         moved.lamps += readings.lamps
         error = max(error, readings.error)
     if error:
-        error = max(error, chain.bend)
-        moved.how["mechanics_error"] = error
+        moved.how["mechanics_error"] = max(error, chain.bend)
     return moved
+
+
+def _given(chain: _Chain) -> dict[str, Real]:
+    """Load, speed and areas, which only load and attraction decide on."""
+    scenario, times = chain.scenario, chain.times
+    rows = {"normal_force": scenario.load.forces(times)}
+    if scenario.motion.speed is not None:
+        rows["sliding_speed"] = scenario.motion.speeds(times)
+    if not isinstance(scenario.contact, FixedArea):
+        rows["gross_contact_area"] = scenario.contact_area * contact_share(scenario, times)
+    if scenario.contact.surface is not None:
+        rows["real_contact_area"] = chain.real_area(rows["normal_force"] + chain.answer.force)
+    return rows
+
+
+def _friction(chain: _Chain, moved: Moved) -> float:
+    """Friction and skin, by the way that the friction asks for; gives the error."""
+    if isinstance(chain.scenario.friction, BristleFriction):
+        chain.slip(moved)
+        return 0.0
+    if corner_changes(chain.scenario):
+        return chain.lag(moved)
+    wanted = chain.filters()
+    if isinstance(chain.scenario.friction, SteadyFriction):
+        moved.add({"lateral_force": chain.steady(chain.times, chain.answer.force)})
+        del wanted["lateral_force"]
+    if not wanted:
+        return 0.0
+    rows, error = chain.follow(wanted)
+    moved.add(rows)
+    return error
 
 
 class _Chain:
@@ -141,35 +149,55 @@ class _Chain:
         self.scenario, self.times, self.answer, self.at = scenario, times, answer, at
         self.settled = isinstance(scenario.time.initial_state, PeriodicState)
         self.bend = 0.0
+        self.prepared = answer.choice["solver"] in CLOSED
 
     def steady(self, times: Real, force: Real) -> Real:
         """Friction that load and attraction [N] would have at these times [s] if it had no memory."""
-        law, normal = _steady(self.scenario.friction), self.scenario.load.forces(times)
+        law, normal = steady_law(self.scenario.friction), self.scenario.load.forces(times)
+        if self.scenario.motion.distance is not None:
+            force = np.zeros_like(force)  # the hand holds against it
         return np.asarray(law.lateral_force(normal, force, self.real_area(normal + force)))
 
     def real_area(self, force: Real) -> Real:
         """Area that touches [m2] under a whole normal force [N]; NaN where the contact does not tell."""
         contact = self.scenario.contact
-        if contact.surface is None and not _steady(self.scenario.friction).needs_real_area:
+        if contact.surface is None and not steady_law(self.scenario.friction).needs_real_area:
             return np.full(len(force), np.nan)
         return np.asarray(contact.real_area(force))
 
     def prepare(self) -> None:
         """March an attraction once that has no closed form, before it is asked for many times."""
-        if self.answer.choice["solver"] not in CLOSED:
+        if not self.prepared:
             self.at, self.bend = _between(self.at, self.times, self._corners())
+            self.prepared = True
 
     def filters(self) -> dict[str, Filter]:
         """Name what follows the steady friction: the friction itself, and the skin."""
-        friction = friction_filter(self.scenario)
-        found = {"lateral_force": friction}
-        if self.scenario.finger is not None:
-            skin = finger_filters(_at_speed(self.scenario))
-            found |= {name: cascade(friction, each) for name, each in skin.items()}
-        return found
+        found = {"lateral_force": friction_filter(self.scenario)}
+        return found | {name: cascade(found["lateral_force"], each) for name, each in self.skin().items()}
+
+    def skin(self) -> dict[str, Filter]:
+        """Name what follows the friction in the skin."""
+        return {} if self.scenario.finger is None else finger_filters(_at_speed(self.scenario))
+
+    def lag(self, moved: Moved) -> float:
+        """Follow a lag whose corner changes in time, and the skin behind it; give the error."""
+        if self.settled:
+            raise InputError(
+                "time.initial_state = PeriodicState: the corner of friction changes with motion.programme. Start AtRest"
+            )
+        self.prepare()
+        lateral, error = changing_lag(self.scenario, self._force, self.times, self._corners())
+        moved.add({"lateral_force": lateral(self.times)})
+        if skin := self.skin():
+            rows, more = respond_mechanically(lateral, skin, self.times, **self._options())
+            moved.add(rows)
+            error = max(error, more)
+        return error
 
     def slip(self, moved: Moved) -> None:
         """March a skin with bristles, which no filter describes."""
+        self.prepare()
         law, count = self.scenario.friction, len(self.times)
         assert isinstance(law, BristleFriction)
         found, how = slide(self.scenario, law, self.times, self._force, self._corners())
@@ -181,6 +209,7 @@ class _Chain:
 
     def follow(self, wanted: dict[str, Filter]) -> tuple[dict[str, Real], float]:
         """Run filters behind the steady friction."""
+        self.prepare()
         slow = min(float(np.min(-each.poles.real)) for each in wanted.values() if len(each.poles))
         return self._ran(lambda run: respond_mechanically(self._force, wanted, run, **self._options()), slow)
 
@@ -266,14 +295,6 @@ def _between(
     return between, error
 
 
-def _steady(friction: Friction) -> SteadyFriction:
-    """Find the law without memory inside a friction."""
-    if isinstance(friction, SteadyFriction):
-        return friction
-    inner: SteadyFriction = friction.steady  # type: ignore[attr-defined]  # every other friction has one
-    return inner
-
-
 def _at_speed(scenario: Scenario) -> Any:
     """Give the fingertip at the full sliding speed."""
     finger = scenario.finger
@@ -281,52 +302,3 @@ def _at_speed(scenario: Scenario) -> Any:
     if growth is not None and scenario.motion.speed is None:
         raise InputError("finger.growth needs motion.speed, for instance motion.speed = '50 mm/s'")
     return finger.at_speed(scenario.motion.speed) if growth is not None else finger  # type: ignore[union-attr]
-
-
-def friction_filter(scenario: Scenario) -> Filter:
-    """Filter from the steady friction to the friction.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Its friction and the full sliding speed.
-
-    Returns
-    -------
-    Filter
-        Without dimension.
-
-    Raises
-    ------
-    InputError
-        If the corner of a lag needs a speed, or is not above 0 at it.
-    """
-    friction = scenario.friction
-    if isinstance(friction, Creep):
-        shares = np.array([each.share for each in friction.relaxations])
-        poles = -1 / np.array([each.time for each in friction.relaxations])
-        return Filter(poles.astype(complex), shares.astype(complex), 1 - float(np.sum(shares)))
-    if isinstance(friction, FirstOrderLag):
-        if friction.renewal_length is not None and scenario.motion.speed is None:
-            raise InputError(
-                "friction.renewal_length needs motion.speed, for instance motion.speed = '50 mm/s'"
-            )
-        corner = float(friction.corner(np.asarray(scenario.motion.speed or friction.at_speed)))
-        if corner <= 0:
-            raise InputError(
-                f"friction.cut_off: its straight line gives {corner:.4g} Hz at motion.speed = {scenario.motion.speed} m/s;"
-                " give the cut-off at a speed nearer to it"
-            )
-        return first_order(corner)
-    return Filter(np.zeros(0, complex), np.zeros(0, complex), 1.0)
-
-
-def shortest_time(drive: Drive) -> float:
-    """Shortest time in which the attraction under a drive changes [s]: half a period of its fastest oscillation."""
-    fastest = 0.0
-    for part in drive.parts():
-        if isinstance(part, Tones):
-            fastest = max(fastest, float(np.max(part.frequencies)))
-        elif not isinstance(part, Linear):
-            fastest = max(fastest, part.highest_frequency)
-    return 1 / (2 * fastest) if fastest else math.inf

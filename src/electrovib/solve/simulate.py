@@ -13,10 +13,10 @@ import numpy as np
 from electrovib.core.lamps import Lamp
 from electrovib.core.trace import make_trace
 from electrovib.physics.drive.parts import Linear
-from electrovib.physics.safety import lamps, peak
+from electrovib.physics.safety import SMALLEST_PASCHEN_GAP, lamps, paschen_voltage, peak
 from electrovib.solve.current import caveat
 from electrovib.solve.electrical import electrical
-from electrovib.solve.expand import mean_force, modes, per_volt_of, phasors
+from electrovib.solve.expand import behind_amplifier, mean_force, modes, per_volt_of, phasors
 from electrovib.solve.mechanical import mechanical
 from electrovib.solve.sampling import sampling
 from electrovib.solve.scenario import Scenario
@@ -99,7 +99,9 @@ def _provenance(scenario: Scenario) -> dict[str, Any]:
 
 def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any]:
     area = scenario.contact_area
-    per_volt = per_volt_of(scenario, section.frequency)
+    plate = per_volt_of(scenario, section.frequency)
+    per_volt = behind_amplifier(scenario, plate)
+    section = behind_amplifier(scenario, section)
     variables: dict[str, Any] = {}
     effective = scenario.force.effective_voltage(per_volt)
     if effective is not None:
@@ -109,7 +111,7 @@ def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any
     permittivities = np.array([state.material.complex_permittivity(section.frequency) for state in layers])
     variables["field_gain"] = (("layer", "frequency"), gains)
     variables["mean_force"] = (("frequency",), mean_force(scenario, section, _peak_value(scenario)))
-    variables["impedance"] = (("frequency",), 1 / (per_volt.current_density * area))
+    variables["impedance"] = (("frequency",), 1 / (plate.current_density * area))
     variables["permittivity"] = (("layer", "frequency"), permittivities)
     return variables
 
@@ -144,19 +146,33 @@ def _lamps(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
     for name, layer in layers.items():
         spoken += layer.material.lamps(name)
     peaks = {name: peak(row) for name, row in zip(layers, variables["field"][1], strict=True)}
+    thicknesses = {name: layer.thickness for name, layer in layers.items()}
+    if "gap" in variables:
+        thicknesses["gap"], peaks["gap"] = _nearest_to_breakdown(variables, list(layers).index("gap"))
     insulator = layers.get("insulator")
     permittivity = insulator.material.polarisation(np.array(1e3)).real if insulator else None
+    amplifier, given = scenario.circuit.amplifier, "amplifier_current" in variables
+    softened = amplifier is not None and (amplifier.bandwidth is not None or amplifier.is_limited)
+    jumps = any(isinstance(p, Linear) and _jumps(p) for p in scenario.drive.parts())
     return spoken + lamps(
         peak_fields=peaks,
-        thicknesses={name: layer.thickness for name, layer in layers.items()},
+        thicknesses=thicknesses,
         breakdown_fields={name: layer.breakdown_field for name, layer in layers.items()},
-        peak_current=peak(variables["current"][1]),
-        jumps=voltage and any(isinstance(p, Linear) and _jumps(p) for p in scenario.drive.parts()),
+        peak_current=peak(variables["amplifier_current" if given else "current"][1]),
+        jumps=voltage and jumps and not softened,
         peak_voltage=peak(variables["stack_voltage"][1]),
         insulator_permittivity=None if permittivity is None else float(permittivity),
         limits=scenario.limits,
         return_path=type(scenario.circuit.return_path).__name__,
     )
+
+
+def _nearest_to_breakdown(variables: dict[str, Any], place: int) -> tuple[float, float]:
+    """Gap [m] and field [V/m] at the moment at which a moving gap is nearest to Paschen's breakdown."""
+    gap, field = variables["gap"][1], np.abs(variables["field"][1][place])
+    held = np.array([paschen_voltage(max(each, SMALLEST_PASCHEN_GAP)) for each in gap.tolist()])
+    worst = int(np.argmax(field * gap / held))
+    return float(gap[worst]), float(field[worst])
 
 
 def _jumps(part: Linear) -> bool:

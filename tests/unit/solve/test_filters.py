@@ -218,3 +218,23 @@ def test_one_sample_and_no_stage():
 def test_what_is_no_filter_is_refused(make, message):
     with pytest.raises(InputError, match=message):
         make()
+
+
+def test_a_release_is_what_the_closed_form_of_the_resonance_says():
+    """Two routes to one reading: the declared resonance behind straight pieces, and its closed form."""
+    from electrovib.physics.drive.parts import Linear
+    from electrovib.physics.resonance import release_seen_by_sensor
+    from electrovib.solve.filters import filtered_linear, second_order
+
+    frequency, quality, start, fall = 390.0, 3.3, 2e-3, 0.5e-3
+    stamps = np.concatenate([[0.0], start + np.linspace(0, 20e-3, 40_001)])
+    force = np.where(stamps <= start, 1.0, np.exp(-(stamps - start) / fall))
+    sensor = second_order(frequency, 1 / (2 * quality))
+    part = Linear(np.append(-1.0, stamps) + 1.0, np.append(1.0, force), np.append(1.0, force))
+    wanted = np.linspace(0, 20e-3, 301)
+    found = filtered_linear(sensor, part, wanted + 1.0)
+    expected = release_seen_by_sensor(
+        wanted, start=start, fall_time=fall, frequency=frequency, quality=quality
+    )
+    # one second of 1 before: the beginning is forgotten; pieces of 0.5 us bend by 1e-7
+    np.testing.assert_allclose(found, expected, atol=1e-6)

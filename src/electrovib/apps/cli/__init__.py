@@ -7,7 +7,18 @@ from typing import Final, NoReturn
 
 import typer
 
-from electrovib.apps.cli import compare, export, init, models, perceive, report, reproduce, run, version
+from electrovib.apps.cli import (
+    compare,
+    equilibrium,
+    export,
+    init,
+    models,
+    perceive,
+    report,
+    reproduce,
+    run,
+    version,
+)
 from electrovib.core.errors import ElectrovibError, InputError
 
 INTERRUPTED: Final = 130
@@ -23,7 +34,7 @@ app = typer.Typer(
 )
 
 
-for _command in (run, compare, perceive, reproduce, models, report, export, init, version):
+for _command in (run, compare, equilibrium, perceive, reproduce, models, report, export, init, version):
     _command.register(app)
 
 

@@ -30,7 +30,7 @@ def command(
     ] = None,
 ) -> None:
     """Tell whether a finger feels the drive, by which channel, and by how many decibels."""
-    from electrovib.apps.cli.run import read_changes
+    from electrovib.apps.changes import read_changes
     from electrovib.apps.progress import tracked
     from electrovib.study.perceive import perceive
 

@@ -81,8 +81,23 @@ def _check(scenario: Scenario) -> None:
         for extra in sorted(set(type(layer).model_fields) - OF_A_LAYER)
         if getattr(layer, extra) != type(layer).model_fields[extra].default
     ]
+    problems += [
+        f"{path}: a netlist does not hold it; leave it out, or use 'electrovib run'"
+        for path in _moving(scenario)
+    ]
     if problems:
         raise InputError(problems)
+
+
+def _moving(scenario: Scenario) -> list[str]:
+    """Name what of a scenario changes the circuit in a way that no netlist here has."""
+    found = {
+        "circuit.amplifier": scenario.circuit.amplifier is not None,
+        "motion.distance": scenario.motion.distance is not None,
+        "motion.renews_film": scenario.motion.renews_film,
+        "contact.closing": scenario.contact.closing is not None,
+    }
+    return [path for path, there in found.items() if there]
 
 
 def _header(scenario: Scenario, timing: Timing, name: str) -> list[str]:

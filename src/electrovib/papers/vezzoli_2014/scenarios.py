@@ -110,6 +110,28 @@ def _figure_2() -> dict[str, Any]:
     return content
 
 
+def _figure_2_tremor() -> dict[str, Any]:
+    content = _figure_2() | {
+        "title": "Vezzoli 2014, figure 2: finger held off the plate by a hand that trembles"
+    }
+    tremor = {"model": "TremblingDistance", "mean": 100e-6, "amplitude": 10e-6, "frequency": 8.0}
+    content["motion"] = {"distance": tremor}
+    content["rig"] = {
+        "model": "Tribometer",
+        "normal": {"natural_frequency": 2e3, "damping_ratio": 0.02, "time_constant": 10.0},
+        "lateral": {"natural_frequency": 500.0, "damping_ratio": 0.05},
+    }
+    content["load"] = {"normal_force": 0.0}
+    chosen = {
+        "motion.distance": ("mean", "amplitude", "frequency"),
+        "rig.normal": ("natural_frequency", "damping_ratio", "time_constant"),
+        "rig.lateral": ("natural_frequency", "damping_ratio"),
+    }
+    paths = [f"{where}.{name}" for where, names in chosen.items() for name in names]
+    content["sources"] |= dict.fromkeys(paths, NOT_PRINTED) | {"load.normal_force": "no contact"}
+    return content
+
+
 def _figure_7() -> dict[str, Any]:
     content = _common("Vezzoli 2014, figure 7: mean force over frequency on a thin coat")
     content |= {
@@ -149,6 +171,7 @@ def scenarios() -> dict[str, Scenario]:
     """
     contents = {
         "fig2": _figure_2(),
+        "fig2_tremor": _figure_2_tremor(),
         "fig6": _figure_6(),
         "fig6_static": _figure_6_static(),
         "fig6_gap": _figure_6_gap(),

@@ -216,6 +216,8 @@ def _voltages(trace: xarray.Dataset) -> xarray.DataArray:
     for name in trace["layer"].values:
         path = f"stack.{name}.thickness"
         thickness = trace[path] if path in trace.dims else layers[str(name)].thickness
+        if name == "gap" and "gap" in trace:
+            thickness = trace["gap"]  # it moves
         parts.append(trace["field"].sel(layer=name) * thickness)
     joined = xarray.concat(parts, dim="layer", coords="minimal", compat="override")
     return joined.assign_coords(layer=trace["layer"])

@@ -1,0 +1,78 @@
+"""``electrovib equilibrium``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from electrovib.core.errors import InputError
+
+if TYPE_CHECKING:
+    from electrovib.solve.equilibrium import Balance, Equilibrium
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("equilibrium")(command)
+
+
+def command(
+    scenario: Annotated[
+        str, typer.Argument(help="A TOML file or a paper's scenario, with contact.surface and a layer 'gap'.")
+    ],
+    changes: Annotated[
+        list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a parameter; repeatable.")
+    ] = None,
+    voltage: Annotated[
+        str | None, typer.Option(help="Held voltage, such as '100 V'; by default the drive's largest.")
+    ] = None,
+) -> None:
+    """Find every state of gap and attraction under a held voltage, stable or not."""
+    from electrovib.apps.changes import read_changes
+    from electrovib.core.units import parse_quantity
+    from electrovib.solve.equilibrium import equilibrium
+    from electrovib.solve.scenario import Scenario, load
+
+    found = load(scenario, changes=read_changes(changes or []))
+    if not isinstance(found, Scenario):
+        raise InputError(f"{scenario}: holds a Trace; give a scenario")
+    held = None
+    if voltage is not None:
+        try:
+            held = parse_quantity(voltage, "V")
+        except ValueError as error:
+            raise InputError(f"--voltage {voltage}: {error}") from None
+    print("\n".join(summary(equilibrium(found, voltage=held))))
+
+
+def summary(found: Balance) -> list[str]:
+    """Say in a few lines which states there are."""
+    from electrovib.core.units import format_quantity
+
+    def shown(value: float, unit: str) -> str:
+        return format_quantity(value, unit, digits=4)
+
+    lines = [
+        f"{shown(found.voltage, 'V')} held across {', '.join(found.blocking)} and the gap: electrical thickness"
+        f" {shown(found.electrical_thickness, 'm')}, load {shown(found.pressure, 'Pa')} on {shown(found.area, 'm2')}"
+    ]
+    for state, force in zip(found.states, found.force, strict=True):
+        lines.append(
+            f"gap {shown(state.gap, 'm')}: attraction {shown(force, 'N')}, {_kind(state)}"
+            f" (residual {state.residual:.1e} Pa, {state.iterations} iterations)"
+        )
+    if len(found.stable) > 1:
+        lines.append(
+            "two stable states: which of them holds depends on where the gap comes from, so the force has a hysteresis"
+        )
+    if found.beyond:
+        lines.append(
+            "a flatter state, with more than half of the area in contact, is not described by this relief"
+        )
+    return lines
+
+
+def _kind(state: Equilibrium) -> str:
+    words = "stable" if state.stable else "a fold, where a branch ends" if state.fold else "not stable"
+    return f"{words}, pressed on the plate" if state.touching else words

@@ -1,0 +1,99 @@
+"""The candidates for the falling edge: numbers computed apart, and what each can and cannot explain."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from electrovib.papers.vezzoli_2014 import falling_edge
+from electrovib.papers.vezzoli_2014.falling_edge import Candidate, candidates, outcome, outcomes, table
+
+TAU = 7.7e-3
+
+
+def named(name):
+    return next(candidate for candidate in candidates() if candidate.name == name)
+
+
+@pytest.mark.parametrize(("ramp", "hold"), [(25e-3, 20e-3), (25e-3, 200e-3), (18e-3, 20e-3)])
+def test_one_relaxation_time_against_its_closed_form(ramp, hold):
+    """(1 - exp(-(hold + ramp)/tau))^2, with (C_i + C_s) R_s in the place of tau: 0.5 % longer."""
+    found = outcome(named("the paper's model"), ramp=ramp, hold=hold)
+    tau = TAU * (1 + 32.957e-12 / 6.9063e-9)
+    assert found.ratio == pytest.approx((1 - np.exp(-(hold + ramp) / tau)) ** 2, rel=1e-5)
+    assert found.decay == pytest.approx(tau / 2, rel=0.03) or hold < 4 * tau  # samples 0.1 ms apart
+
+
+@pytest.mark.parametrize(
+    ("name", "holds"),
+    [
+        ("dispersive skin, palmar men 2 uS", {20e-3: 0.66, 50e-3: 0.76, 200e-3: 0.89}),
+        ("dispersive skin, 1963 impedance", {20e-3: 0.77, 50e-3: 0.83, 200e-3: 0.92}),
+    ],
+)
+def test_dispersive_memory(name, holds):
+    """Two digits, computed apart from this code for ramps of 25 ms."""
+    for hold, ratio in holds.items():
+        assert outcome(named(name), hold=hold).ratio == pytest.approx(ratio, abs=0.006)
+
+
+def test_sliding():
+    for speed, ratio in ((10, 0.95), (30, 0.85), (100, 0.58)):
+        assert outcomes()[f"sliding at {speed} mm/s"].ratio == pytest.approx(ratio, abs=0.006)
+
+
+def test_polarity_goes_either_way():
+    """Time constants of 7.7 and 2.5 ms: the one sign makes the falling pulse 12 % of the rising one, the other 8 times."""
+    assert outcomes()["positive pulses stronger"].ratio == pytest.approx(0.12, abs=0.01)
+    assert 8 < outcomes()["positive pulses weaker"].ratio < 9.5
+
+
+def test_inverting_the_drive_turns_polarity_over_and_nothing_else():
+    for name, turned in (
+        ("positive pulses weaker", "positive pulses stronger"),
+        ("the paper's model", "the paper's model"),
+    ):
+        candidate = named(name)
+        inverted = Candidate(name, dict(candidate.changes) | {"drive.high": -1000.0}, "", "")
+        assert outcome(inverted).ratio == pytest.approx(outcomes()[turned].ratio, rel=1e-4)
+
+
+def test_a_slow_sink_makes_a_smaller_falling_pulse():
+    assert outcomes()["amplifier sinks less than it sources"].ratio < 0.5
+    assert outcomes()["amplifier sinks less than it sources"].decay == pytest.approx(
+        outcomes()["the paper's model"].decay
+    )
+
+
+def test_the_periodic_trapezium_of_equal_halves_is_equal_under_any_linear_law():
+    assert falling_edge.periodic_asymmetry() < 1e-12
+    assert sum(candidate.linear for candidate in candidates()) >= 5
+
+
+def test_a_trapezium_of_unequal_halves_is_not():
+    """So that the equality of the periodic one says something."""
+    skin = named("dispersive skin, palmar men 2 uS")
+    drive = {"model": "Trapezium", "high": 1000.0, "rise": 10e-3, "hold": 20e-3, "fall": 10e-3, "repeat": 0.1}
+    scenario = skin.scenario().replace({"drive": drive, "time.initial_state": {"model": "PeriodicState"}})
+    force = falling_edge.simulate(scenario, time=np.array([10e-3, 40e-3])).electrostatic_force.values
+    assert abs(force[1] / force[0] - 1) > 0.05
+
+
+def test_every_candidate_is_in_the_table_with_its_experiment():
+    found = table()
+    assert [row[0] for row in found.rows] == [candidate.name for candidate in candidates()]
+    assert all(len(row[5]) > 10 or row[0] == "the paper's model" for row in found.rows)
+    said = {row[0]: row[3] for row in found.rows}
+    assert said["the paper's model"] == "neither"
+    assert "falling ramp" in said["positive pulses stronger"]
+    assert "decay in the hold" in said["leak that grows with the field"]
+
+
+def test_rows_and_panels_are_plain_data():
+    json.dumps([row.to_dict() for row in falling_edge.rows()])
+    for panel in falling_edge.panels():
+        for curve in panel.curves:
+            assert len(curve.x) == len(curve.y)
+            assert np.any(np.isfinite(curve.y))
