@@ -150,7 +150,8 @@ class TouchAndLift(Distance):
         begin, top, end, far = self.breaks()
         down = np.clip((times - begin) / (top - begin), 0.0, 1.0)
         up = np.clip((times - end) / (far - end), 0.0, 1.0)
-        nearing = np.sin(np.pi * down) / (top - begin) - np.sin(np.pi * up) / (far - end)
+        approaches, lifts = ((share > 0) & (share < 1) for share in (down, up))
+        nearing = approaches * np.sin(np.pi * down) / (top - begin) - lifts * np.sin(np.pi * up) / (far - end)
         return np.asarray(self.gap(times) * np.log(self.near / self.far) * np.pi / 2 * nearing)
 
     def breaks(self) -> tuple[float, ...]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Linear, Tones
-from electrovib.solve.steps import jump_heights, smooth_grid
+from electrovib.solve.steps import jump_heights, smooth_grid, with_outputs
 from electrovib.solve.transfer import Transfer
 from electrovib.solve.transient import transient
 
@@ -181,25 +181,30 @@ def move_gap(
     extremes = np.array([np.min(gaps), np.max(gaps)])
     matrices, _, _ = _system(space, extremes, np.zeros(2))
     speed = float(np.max(np.abs(matrices).sum(axis=2))) + 1 / max(float(time[-1]), 1e-12)
-    grid = smooth_grid(
-        drive, time, speed=speed, spans=_spans(motion, float(time[-1])), fastest=motion.fastest
-    )
-    coarse = _march(space, plate, grid, motion)
-    coarse_field = _field(space, plate, grid, coarse, motion)
+    end = float(time[-1])
+    grid = smooth_grid(drive, end, speed=speed, spans=_spans(motion, end), fastest=motion.fastest)
+    grid, error = _fine_enough(space, plate, grid, motion)
+    grid = with_outputs(grid, time)
+    around = _around(grid, time)
+    places = around[np.argmin(np.abs(grid[around] - time), axis=0), np.arange(len(time))]
+    states = _march(space, plate, grid, motion)[:, places]
+    return Moved(_signals(space, plate, time, states, motion), len(grid) - 1, error)
+
+
+def _fine_enough(space: StackStates, plate: _Plate, grid: Real, motion: Distance) -> tuple[Real, float]:
+    """Halve all steps until the error of the gap's field is small, and tell it."""
+    coarse = _field(space, plate, grid, _march(space, plate, grid, motion), motion)
     error = 0.0
     for _ in range(MOST_HALVINGS if len(grid) > 1 else 0):
         finer = np.unique(np.concatenate([grid, (grid[:-1] + grid[1:]) / 2]))
-        fine = _march(space, plate, finer, motion)
-        fine_field = _field(space, plate, finer, fine, motion)
-        common = np.searchsorted(finer, grid)
-        largest = float(np.max(np.abs(fine_field))) or 1.0
-        error = float(np.max(np.abs(fine_field[common] - coarse_field))) / largest / (2**_ORDER - 1)
-        grid, coarse, coarse_field = finer, fine, fine_field
+        fine = _field(space, plate, finer, _march(space, plate, finer, motion), motion)
+        largest = float(np.max(np.abs(fine))) or 1.0
+        moved = fine[np.searchsorted(finer, grid)] - coarse
+        error = float(np.max(np.abs(moved))) / largest / (2**_ORDER - 1)
+        grid, coarse = finer, fine
         if error < TOLERANCE:
             break
-    wanted = np.argmin(np.abs(grid[_around(grid, time)] - time), axis=0)
-    places = _around(grid, time)[wanted, np.arange(len(time))]
-    return Moved(_signals(space, plate, time, coarse[:, places], motion), len(grid) - 1, error)
+    return grid, error
 
 
 def _refuse(space: StackStates, drive: Drive, amplifier: Amplifier | None) -> None:

@@ -147,7 +147,7 @@ def _part_marks(part: Part, end: float) -> tuple[Real, Real]:
 
 
 def smooth_grid(
-    drive: Drive, time: Real, *, speed: float, spans: Sequence[tuple[float, float]], fastest: float
+    drive: Drive, end: float, *, speed: float, spans: Sequence[tuple[float, float]], fastest: float
 ) -> Real:
     """Choose steps for a march of high order beneath something that moves.
 
@@ -155,8 +155,8 @@ def smooth_grid(
     ----------
     drive : Drive
         Off before time 0.
-    time : ndarray, shape (n,)
-        Output times, all of which become ends of steps [s].
+    end : float
+        Last time [s].
     speed : float
         Fastest rate of what is marched [1/s].
     spans : sequence of (float, float)
@@ -167,16 +167,15 @@ def smooth_grid(
     Returns
     -------
     ndarray
-        Increasing, from 0 to the last output time [s].
+        Increasing, from 0 to the end [s]; output times are put in by `with_outputs`.
     """
-    end = float(time[-1])
     if end <= 0:
         return np.zeros(1)
     marks, heights = marks_of(drive, end)
     kinks = marks if len(marks) <= FEW else marks[heights != 0]
     jumps = np.unique(np.append(kinks, 0.0))
     bends = np.array([each for span in spans for each in span if 0 < each < end])
-    pieces = [time, bends, np.linspace(0.0, end, STEPS + 1)]
+    pieces = [bends, np.linspace(0.0, end, STEPS + 1)]
     for first, last in spans:
         count = int(np.ceil((last - first) * fastest * STEPS_PER_PERIOD))
         pieces.append(np.linspace(first, last, count + 1))
@@ -184,3 +183,21 @@ def smooth_grid(
     for jump, following in zip(jumps.tolist(), [*jumps[1:].tolist(), end], strict=True):
         pieces.append(jump + _growing(FIRST / speed, following - jump))
     return _with_marks(np.concatenate(pieces), np.concatenate([marks, bends]), end)
+
+
+def with_outputs(grid: Real, time: Real) -> Real:
+    """Put output times between the ends of steps, less those that almost meet one.
+
+    Parameters
+    ----------
+    grid : ndarray, shape (n,)
+        Ends of steps, from 0 on [s].
+    time : ndarray, shape (m,)
+        Output times [s].
+
+    Returns
+    -------
+    ndarray
+        Increasing [s].
+    """
+    return _with_marks(time, grid, float(grid[-1]))

@@ -53,6 +53,24 @@ def test_a_tremor_stays_off_the_plate():
         read_model(Distance, {"model": "TremblingDistance", "mean": 1e-4, "amplitude": 1e-4, "frequency": 8})
 
 
+@pytest.mark.parametrize(
+    "distance",
+    [
+        TouchAndLift(far=1e-3, near=1e-6, begin=0.1, approach=0.2, touch=0.1, lift=0.2),
+        TremblingDistance(mean=100e-6, amplitude=30e-6, frequency=8.0),
+    ],
+)
+def test_the_rate_is_that_of_the_distance(distance):
+    """Against central differences; 0 where the finger stays."""
+    times, step = np.linspace(0, 0.7, 1000), 1e-6
+    expected = (distance.gap(times + step) - distance.gap(times - step)) / (2 * step)
+    found = distance.rate(times)
+    assert np.max(np.abs(found - expected)) < 1e-6 * np.max(np.abs(expected))
+    assert np.isnan(distance.rate(np.nan))
+    if isinstance(distance, TouchAndLift):
+        assert np.all(distance.rate(np.array([0.0, 0.35, 0.65])) == 0)
+
+
 def test_renewal_and_distance_exclude_each_other():
     held = {"model": "TremblingDistance", "mean": 1e-4, "amplitude": 1e-5, "frequency": 8}
     with pytest.raises(InputError, match="distance"):

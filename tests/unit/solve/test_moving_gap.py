@@ -25,7 +25,7 @@ EPS0 = 8.8541878128e-12
 AREA = 1e-4
 END = 30e-3
 EQUAL = 1e-7
-"""Of the largest value of each signal, against the general reference; measured 1.1e-8 at most."""
+"""Of the largest value of each signal, against the general reference; measured 1.2e-8 at most."""
 SKIN = Debye(permittivity_high=300, strength=1200, relaxation_time=2e-3, conductivity=3e-6)
 DRIVES = {
     "trapezium": {"model": "Trapezium", "high": 100, "rise": 10e-3, "hold": 10e-3, "fall": 10e-3},

@@ -28,7 +28,7 @@ from electrovib.solve.transient import transient
 AREA = 1e-4
 END = 30e-3
 EQUAL = 1e-7
-"""Of the largest value of each signal, against the exact solver; measured 4e-9 at most."""
+"""Of the largest value of each signal, against the exact solver; measured 3e-9, 3e-8 with skins of papers."""
 DRIVES = {
     "trapezium": {"model": "Trapezium", "high": 100, "rise": 10e-3, "hold": 10e-3, "fall": 10e-3},
     "square": {"model": "Square", "high": 50, "low": -20, "frequency": 50},
@@ -97,7 +97,12 @@ def test_linear_layers_answer_as_the_exact_solver_says(name, element):
 
 @pytest.mark.parametrize(
     ("paper", "skin"),
-    [("palmar_1995", "moist_men"), ("plutchik_1963", "skin"), ("vezzoli_2014", "surrogate_0.8025")],
+    [
+        ("gabriel_1996", "dry"),
+        ("palmar_1995", "moist_men"),
+        ("plutchik_1963", "skin"),
+        ("vezzoli_2014", "surrogate_0.8025"),
+    ],
 )
 def test_dispersive_skins_of_papers(paper, skin):
     """Twelve and more Debye terms in the place of a constant phase."""
@@ -236,6 +241,7 @@ layer = st.builds(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=12)
 @given(drawn=st.lists(layer, min_size=1, max_size=3), name=st.sampled_from(["trapezium", "sine"]))
 def test_a_stack_only_stores_and_loses(drawn, name):
