@@ -40,7 +40,7 @@ MOST_PERIODS = 3000
 
 
 @dataclass
-class Moved:
+class Mechanics:
     """What the mechanics does over time.
 
     Parameters
@@ -58,13 +58,19 @@ class Moved:
     lamps: list[Lamp] = field(default_factory=list)
 
     def add(self, rows: dict[str, Real]) -> None:
-        """Take signals over time."""
+        """Take signals over time.
+
+        Parameters
+        ----------
+        rows : dict of str to ndarray, shape (n,)
+            By the name of the signal, in its unit.
+        """
         self.signals |= {name: (("time",), row) for name, row in rows.items()}
 
 
 def mechanical(
     scenario: Scenario, times: Real, answer: Electrical, at: Callable[[Real], Electrical]
-) -> Moved:
+) -> Mechanics:
     """Compute load, contact, friction, skin and readings over time.
 
     Parameters
@@ -80,7 +86,7 @@ def mechanical(
 
     Returns
     -------
-    Moved
+    Mechanics
         Signals, errors and lamps.
 
     Raises
@@ -95,7 +101,7 @@ def mechanical(
     the hand holds against the attraction: it presses nothing, and the sensor reads the pull.
     """
     chain = _Chain(scenario, times, answer, at)
-    moved = Moved()
+    moved = Mechanics()
     moved.add(_given(chain))
     error = _friction(chain, moved)
     if scenario.rig is not None:
@@ -122,7 +128,7 @@ def _given(chain: _Chain) -> dict[str, Real]:
     return rows
 
 
-def _friction(chain: _Chain, moved: Moved) -> float:
+def _friction(chain: _Chain, moved: Mechanics) -> float:
     """Friction and skin, by the way that the friction asks for; gives the error."""
     if isinstance(chain.scenario.friction, BristleFriction):
         chain.slip(moved)
@@ -180,7 +186,7 @@ class _Chain:
         """Name what follows the friction in the skin."""
         return {} if self.scenario.finger is None else finger_filters(_at_speed(self.scenario))
 
-    def lag(self, moved: Moved) -> float:
+    def lag(self, moved: Mechanics) -> float:
         """Follow a lag whose corner changes in time, and the skin behind it; give the error."""
         if self.settled:
             raise InputError(
@@ -195,7 +201,7 @@ class _Chain:
             error = max(error, more)
         return error
 
-    def slip(self, moved: Moved) -> None:
+    def slip(self, moved: Mechanics) -> None:
         """March a skin with bristles, which no filter describes."""
         self.prepare()
         law, count = self.scenario.friction, len(self.times)
@@ -259,7 +265,7 @@ class _Chain:
         corners = np.concatenate([[0.0], marks_of(self.scenario.drive, end)[0], load])
         return corners[corners <= end]
 
-    def measured(self, moved: Moved) -> Any:
+    def measured(self, moved: Mechanics) -> Any:
         """Read load and friction through the rig."""
         rig, scenario = self.scenario.rig, self.scenario
         assert rig is not None

@@ -97,11 +97,7 @@ def equilibrium(
     """
     known = load_scenario(scenario)
     surface, gap = _surface(known), _gap(known)
-    area = known.contact.gross_area(known.load.normal_force)
-    if area <= 0:
-        raise InputError(
-            "load.normal_force = 0: this contact has no area without a load; press with some force"
-        )
+    area = known.contact_area
     parts = _blocking(known, area)
     filling = _permittivity(gap, known)
     thickness = filling * sum(parts.values())

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from electrovib.solve.transfer import Real
 
 
-class Surface(Protocol):
+class Repelling(Protocol):
     """What holds the finger off the plate."""
 
     def pressure(self, gap: Any) -> Any:
@@ -40,7 +40,7 @@ class Yielding:
 
     Parameters
     ----------
-    surface : Surface
+    surface : Repelling
         Pressure over gap.
     load : callable
         Pressure that presses the finger down [Pa] at a time [s].
@@ -52,7 +52,7 @@ class Yielding:
         Per area [kg/m2]; 0 for a gap that only creeps.
     """
 
-    surface: Surface
+    surface: Repelling
     load: Callable[[float], float]
     start: float
     damping: float = 0.0

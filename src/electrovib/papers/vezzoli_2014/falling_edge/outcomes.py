@@ -1,0 +1,106 @@
+"""What each candidate does to the trapezium."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from electrovib.papers.vezzoli_2014 import values
+from electrovib.papers.vezzoli_2014.falling_edge.candidates import HOLD, RAMP, Candidate, candidates
+from electrovib.solve.simulate import simulate
+from electrovib.solve.transfer import Real
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a candidate does to the trapezium.
+
+    Parameters
+    ----------
+    time, force : ndarray
+        s, N; in excess of what there was before the drive.
+    ratio : float
+        Largest force from the falling ramp on over the largest before.
+    decay : float
+        Time after the rising ramp until the force has fallen to 1/e of its value there [s]; NaN if it does not.
+    """
+
+    time: Real = field(repr=False)
+    force: Real = field(repr=False)
+    ratio: float
+    decay: float
+
+
+def outcome(candidate: Candidate, *, ramp: float = RAMP, hold: float = HOLD) -> Outcome:
+    """Simulate a candidate.
+
+    Parameters
+    ----------
+    candidate : Candidate
+        The cause.
+    ramp, hold : float
+        Of the trapezium [s].
+
+    Returns
+    -------
+    Outcome
+        Ratio of the pulses and decay in the hold.
+    """
+    scenario = candidate.scenario(ramp=ramp, hold=hold)
+    end = 2 * ramp + hold + 0.1
+    time = np.unique(np.concatenate([np.linspace(0, end, 3001), [ramp, ramp + hold, 2 * ramp + hold]]))
+    trace = simulate(scenario, time=time)
+    force = trace[candidate.signal].values - (
+        trace[candidate.signal].values[0] if _settled(candidate) else 0.0
+    )
+    top, falls = ramp + hold, time >= ramp + hold
+    rising = float(np.max(np.abs(force[(time > 0) & (time <= top)])))
+    peak = float(np.abs(force[time <= top][np.argmin(np.abs(time[time <= top] - ramp))]))
+    below = (time > ramp) & (time <= top) & (np.abs(force) < peak / np.e)
+    decay = float(time[below][0] - ramp) if np.any(below) else float("nan")
+    return Outcome(time, force, float(np.max(np.abs(force[falls]))) / rising, decay)
+
+
+def _settled(candidate: Candidate) -> bool:
+    """Tell whether the signal has a steady part that was there before the drive: the friction of the load."""
+    return candidate.signal != "electrostatic_force"
+
+
+@functools.cache
+def outcomes() -> dict[str, Outcome]:
+    """Simulate every candidate once."""
+    return {candidate.name: outcome(candidate) for candidate in candidates()}
+
+
+@functools.cache
+def periodic_asymmetry() -> float:
+    """Largest difference between both pulses of a periodic trapezium of equal halves, over linear candidates.
+
+    Notes
+    -----
+    In the periodic state f(t + T/2) = f(t) exactly for any linear law that holds no constant voltage: v(t + T/2)
+    and -v(t) differ by a constant, and the force is even.
+    """
+    half = 50e-3
+    ramp = 10e-3
+    worst = 0.0
+    for candidate in candidates():
+        if candidate.linear and not any(path.startswith(("motion", "rig")) for path in candidate.changes):
+            drive = {
+                "model": "Trapezium",
+                "high": values.VOLTAGE,
+                "rise": ramp,
+                "hold": half - ramp,
+                "fall": ramp,
+            }
+            settled = {
+                "drive": drive | {"repeat": 2 * half},
+                "time.initial_state": {"model": "PeriodicState"},
+            }
+            scenario = candidate.scenario().replace(settled | {"stack.insulator.initial_charge": 0.0})
+            time = np.linspace(0.0, 2 * half, 1001)
+            force = simulate(scenario, time=time).electrostatic_force.values
+            worst = max(worst, float(np.max(np.abs(force[:500] - force[500:1000]))) / float(np.max(force)))
+    return worst

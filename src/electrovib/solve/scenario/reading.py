@@ -1,0 +1,162 @@
+"""Scenarios from TOML, papers, tables and Traces."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from electrovib.core.discovery import paper
+from electrovib.core.errors import InputError, nearest
+from electrovib.core.files import relative_to
+from electrovib.core.model import read_model
+from electrovib.core.paths import put
+from electrovib.solve.scenario.experiment import SCHEMA, Scenario
+
+if TYPE_CHECKING:
+    import xarray
+
+DEFAULT: Final = "vezzoli_2014/fig6"
+
+
+def load(source: str | Path | Mapping[str, Any], *, changes: Mapping[str, Any] | None = None) -> Any:
+    """Read a scenario or a Trace, whatever the source holds.
+
+    Parameters
+    ----------
+    source : str, Path or mapping
+        A TOML file, a Trace file (``.nc``, ``.csv``, ``.mat``), a paper's scenario such as
+        ``"vezzoli_2014/fig6"``, or nested tables.
+    changes : mapping of str to value, optional
+        Dotted path to value, put into the scenario; a file named here is looked for from the working folder.
+
+    Returns
+    -------
+    Scenario or xarray.Dataset
+        A Scenario from TOML, a paper or tables; a Trace from a Trace file, or with `changes` its scenario.
+
+    Raises
+    ------
+    InputError
+        Every mistake of the file at once.
+    """
+    if isinstance(source, Mapping):
+        return _read({"schema": SCHEMA} | dict(source), changes, Path())
+    path = Path(source)
+    if path.suffix in {".nc", ".csv", ".mat"}:
+        trace = _load_trace(path)
+        return scenario_of(trace).replace(changes) if changes else trace
+    if path.suffix == ".toml" or path.exists():
+        return _read(_tables(path), changes, path.parent)
+    scenario = paper_scenario(str(source))
+    return scenario.replace(changes) if changes else scenario
+
+
+def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Path) -> Scenario:
+    """Build a scenario; changes may mend what is wrong in the tables."""
+    content = _without_schema(content)
+    try:
+        with relative_to(folder):
+            scenario = read_model(Scenario, content)
+    except InputError:
+        if not changes:
+            raise
+        put(content, _beside(changes, folder), strict=False)
+        with relative_to(folder):
+            return read_model(Scenario, content)
+    return scenario.replace(changes) if changes else scenario
+
+
+def _beside(changes: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Write files that the caller names as seen from the scenario's folder."""
+    found = dict(changes)
+    for path, value in changes.items():
+        if path.rpartition(".")[2] == "file" and isinstance(value, str):
+            found[path] = os.path.relpath(value, folder)
+    return found
+
+
+def load_scenario(source: str | Path | Mapping[str, Any] | Scenario) -> Scenario:
+    """Read a scenario from anything that has one, a Trace included.
+
+    Raises
+    ------
+    InputError
+        If the source has no scenario.
+    """
+    if isinstance(source, Scenario):
+        return source
+    found = load(source)
+    return found if isinstance(found, Scenario) else scenario_of(found)
+
+
+def scenario_of(trace: xarray.Dataset) -> Scenario:
+    """Give back the scenario a Trace carries.
+
+    Raises
+    ------
+    InputError
+        If it carries none, as a measurement does.
+    """
+    if "scenario" not in trace.attrs:
+        raise InputError("this Trace carries no scenario: it is a measurement, or was made by something else")
+    return read_model(Scenario, _without_schema(json.loads(trace.attrs["scenario"])))
+
+
+def _load_trace(path: Path) -> xarray.Dataset:
+    from electrovib.data.traces import load_csv, load_nc
+
+    if path.suffix == ".mat":
+        reader = importlib.import_module("electrovib.export.matlab")  # found late: a door, not a part
+        found: xarray.Dataset = reader.load_mat(path)
+        return found
+    return load_nc(path) if path.suffix == ".nc" else load_csv(path)
+
+
+def _tables(path: Path) -> dict[str, Any]:
+    import tomllib
+
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(
+            f"{path}: {error.strerror or error}. Give a .toml file or a paper, for instance {DEFAULT}"
+        ) from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not a text file; a scenario is TOML") from None
+    if not text.strip():
+        raise InputError(f"{path}: the file is empty. 'electrovib init {DEFAULT}' prints one to start from")
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+
+
+def _without_schema(content: dict[str, Any]) -> dict[str, Any]:
+    schema = content.pop("schema", None)
+    if schema != SCHEMA:
+        raise InputError(
+            f"schema = {schema!r}: this version reads 'schema = {SCHEMA}'; write it as the first line"
+        )
+    return content
+
+
+def paper_scenario(name: str) -> Scenario:
+    """Find a paper's scenario by ``author_year/name``.
+
+    Raises
+    ------
+    InputError
+        With the nearest name.
+    """
+    author_year, _, wanted = name.partition("/")
+    module = paper(author_year)
+    found: Mapping[str, Scenario] = module.scenarios() if hasattr(module, "scenarios") else {}
+    if not found:
+        raise InputError(f"'{author_year}' has no scenario")
+    if wanted not in found:
+        raise InputError(f"'{name}': {author_year} has no scenario '{wanted}'.{nearest(wanted, found)}")
+    return found[wanted]
