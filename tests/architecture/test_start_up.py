@@ -76,7 +76,7 @@ assert "run" in text.getvalue() and "reproduce" in text.getvalue()
     assert not among(loaded, [*HEAVY, "numpy"])
 
 
-@pytest.mark.parametrize("command", ["run", "report", "reproduce", "init"])
+@pytest.mark.parametrize("command", ["run", "report", "reproduce", "init", "equilibrium", "perceive"])
 def test_help_on_a_command_imports_nothing_heavy(command):
     statement = f"""
 import contextlib, io, runpy
@@ -97,6 +97,8 @@ def test_one_run_imports_what_it_needs():
     unwanted = ["numba", "llvmlite", "matplotlib", "sympy", "lmfit", "jinja2", "dask", "typer"]
     assert not among(loaded, unwanted)
     assert "scipy.signal" not in loaded
+    rare = ("electrovib.solve.nonlinear.", "electrovib.solve.moving_gap", "electrovib.solve.amplifier")
+    assert not [name for name in loaded if name.startswith(rare)]
 
 
 def test_the_check_can_fail():

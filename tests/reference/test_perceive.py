@@ -365,3 +365,21 @@ def test_the_lowest_crossing_is_given():
     assert never == math.inf
     turned = crossover(lambda _: (square, sine), 15.0, 1920.0, ON_FORCE)
     assert turned == 0.0
+
+
+def test_a_finger_is_the_mechanics_where_the_person_gives_none():
+    """The displacement through mass, spring and damper: the line at twice the drive's frequency, by hand."""
+    import electrovib as ev
+
+    finger = {"model": "MassSpringDamper", "mass": 1.5e-4, "stiffness": 1e3, "damping": 1.0}
+    sine = {
+        "drive": {"model": "Sine", "amplitude": 1000.0, "frequency": 125.0},
+        "perception": {"channels": [{"model": "Pacinian"}]},
+    }
+    scenario = ev.load("vezzoli_2014/fig6").replace(sine)
+    bare, moved = ev.perceive(scenario), ev.perceive(scenario.replace({"finger": finger}))
+    # all of the alternating force is at 250 Hz, the best frequency: the same relative level, another displacement
+    compliance = abs(scenario.replace({"finger": finger}).finger.compliance(np.array(250.0)))
+    levels = [percept.channels[0].level for percept in (bare, moved)]
+    assert levels[1] - levels[0] == pytest.approx(20 * np.log10(compliance), abs=0.02)
+    assert "MassSpringDamper" in " ".join(moved.calibrated_on)

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.moving_gap import move_gap
-from electrovib.solve.nonlinear.finger import Yielding, follow_finger
 from electrovib.solve.scenario import PeriodicState
 from electrovib.solve.section import TimeLayer, TimeSection
-from electrovib.solve.state_space import stack_states
 
 if TYPE_CHECKING:
     from electrovib.physics.circuit import SeriesElement
+    from electrovib.solve.nonlinear.finger import Yielding
     from electrovib.solve.scenario import Scenario
     from electrovib.solve.section import ModalSection
     from electrovib.solve.transfer import Real
@@ -71,6 +69,10 @@ def solve_beyond(
     InputError
         If models do not go together.
     """
+    from electrovib.solve.moving_gap import move_gap
+    from electrovib.solve.nonlinear.finger import follow_finger
+    from electrovib.solve.state_space import stack_states
+
     why = beyond_modes(scenario)
     _refuse(scenario, why)
     amplifier, moves = scenario.circuit.amplifier, scenario.motion.distance is not None
@@ -133,6 +135,8 @@ def _refuse(scenario: Scenario, why: str) -> None:
 
 def _yielding(scenario: Scenario) -> Yielding:
     """Give the gap that follows the forces, beginning where the relief carries the load alone."""
+    from electrovib.solve.nonlinear.finger import Yielding
+
     surface, closing, area = scenario.contact.surface, scenario.contact.closing, scenario.contact_area
     assert surface is not None
     assert closing is not None

@@ -11,7 +11,6 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import BristleFriction, SteadyFriction
-from electrovib.solve.bristles import slide
 from electrovib.solve.chain import finger_filters, measured, respond_mechanically
 from electrovib.solve.electrical import Electrical
 from electrovib.solve.expand import contact_share
@@ -203,6 +202,8 @@ class _Chain:
 
     def slip(self, moved: Mechanics) -> None:
         """March a skin with bristles, which no filter describes."""
+        from electrovib.solve.bristles import slide
+
         self.prepare()
         law, count = self.scenario.friction, len(self.times)
         assert isinstance(law, BristleFriction)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from electrovib.core.errors import InputError
 from electrovib.physics.circuit import Grounded
 from electrovib.solve import renewal
-from electrovib.solve.amplifier import amplified_response
 from electrovib.solve.branch import leaky_response
 from electrovib.solve.current import REASON, current_response, drive_voltage
 from electrovib.solve.general import beyond_modes, solve_beyond, time_section
@@ -137,6 +136,8 @@ def _amplified(
     scenario: Scenario, transfers: dict[str, Transfer], times: Real, *, settled: bool
 ) -> tuple[dict[str, Real], dict[str, Any]]:
     """Answer behind an amplifier."""
+    from electrovib.solve.amplifier import amplified_response
+
     amplifier, drive = scenario.circuit.amplifier, scenario.drive
     assert amplifier is not None
     answer = amplified_response(transfers, drive, times, amplifier=amplifier, settled=settled)
