@@ -88,6 +88,29 @@ def test_every_example_is_tested():
     assert {path.stem for path in (ROOT / "examples").glob("*.py")} <= tested
 
 
+def test_stick_slip(tmp_path):
+    module = example("stick_slip")
+    traces = module.main()
+    largest = {label: float(trace.lateral_force.max()) for label, trace in traces.items()}
+    # 1.5 x 0.5 x 0.5 N at rest, less what it has fallen to while the contact creeps
+    assert 0.33 < largest["no voltage"] < 0.375
+    # 0.5 N and 151.9 mN of attraction: the whole curve of friction is as much higher
+    assert largest["500 V held"] / largest["no voltage"] == pytest.approx(1 + 0.1519 / 0.5, rel=0.02)
+    assert largest["500 V, force at 100 Hz"] < largest["500 V held"] - 0.05
+    assert all(trace.attrs["friction_events"] > 10 for trace in traces.values())
+    module.draw(traces).savefig(tmp_path / "stick_slip.png")
+
+
+def test_pull_in(tmp_path):
+    module = example("pull_in")
+    loop, snap = module.main()
+    jumped = loop.up.voltage[loop.up.jump]
+    assert len(jumped) == 1
+    assert 0 <= jumped[0] - snap < 0.5
+    assert loop.down.voltage[loop.down.jump][0] < 0.6 * snap
+    module.draw(loop, snap).savefig(tmp_path / "pull_in.png")
+
+
 def test_the_python_blocks_of_the_readme_run(tmp_path, monkeypatch, capsys):
     mpl.use("Agg")
     monkeypatch.chdir(tmp_path)
