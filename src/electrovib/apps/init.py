@@ -29,9 +29,14 @@ def init(scenario: str | Path = DEFAULT, *, output: str | Path | None = None) ->
     ElectrovibError
         If the output exists already or cannot be written.
     """
-    from electrovib.solve.toml import to_toml
+    from electrovib.solve.toml import left_away, to_toml
 
-    text = to_toml(load_scenario(scenario))
+    found = load_scenario(scenario)
+    lines = [f"#   {path}: {what}" for path, what in left_away(found).items()]
+    text = to_toml(found) + "".join(
+        f"{line}\n"
+        for line in ["", "# Parts that can be added; 'electrovib models NAME' tells what each needs:", *lines]
+    )
     if output is not None:
         from electrovib.core.errors import ElectrovibError
         from electrovib.data.atomic import write_text

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
@@ -177,7 +177,9 @@ class Motion(Model):
 
     speed: Annotated[Number | None, Quantity("m/s", 0, 100, "full sliding speed of the finger")] = None
     programme: Programme = Steady()
-    renews_film: bool = False
+    renews_film: Annotated[bool, Field(description="whether sliding brings fresh film under the finger")] = (
+        False
+    )
     distance: Distance | None = None
 
     @model_validator(mode="after")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, get_args
 
 from electrovib.core.model import Model, quantity_of
 from electrovib.core.samples import Samples
@@ -55,13 +55,53 @@ def _table(model: Model) -> Any:
             nested.append((name, value))
             continue
         item = tomlkit.item(_written(model, name, value))
-        quantity = quantity_of(type(model), name)
-        if quantity is not None:
-            item.comment(quantity.doc)
+        meaning = _meaning(model, name)
+        if meaning and "\n" not in tomlkit.dumps({name: item}).strip():
+            item.comment(meaning)
         table.add(name, item)
     for name, value in nested:
         table.add(name, _table(value))
     return table
+
+
+def _meaning(model: Model, name: str) -> str:
+    quantity = quantity_of(type(model), name) if name in type(model).model_fields else None
+    if quantity is not None:
+        return quantity.doc
+    field = type(model).model_fields.get(name)
+    return (field.description or "") if field is not None else ""
+
+
+def left_away(model: Model, prefix: str = "") -> dict[str, str]:
+    """Find the optional parts that a tree of models leaves away.
+
+    Parameters
+    ----------
+    model : Model
+        A scenario, or a part of one.
+    prefix : str
+        Dotted path of the part, with a dot at its end.
+
+    Returns
+    -------
+    dict of str to str
+        Dotted path to what can be put there: members of the family, or parameters of the part.
+    """
+    from electrovib.core.discovery import find_members
+
+    found: dict[str, str] = {}
+    for name, field in type(model).model_fields.items():
+        kinds = [
+            kind for kind in get_args(field.annotation) if isinstance(kind, type) and issubclass(kind, Model)
+        ]
+        if kinds and getattr(model, name) is None:
+            kind = kinds[0]
+            names = sorted(find_members(kind)) if kind.is_family else list(kind.model_fields)
+            found[f"{prefix}{name}"] = ("one of " if kind.is_family else "") + ", ".join(names)
+    for name, value in model:
+        if isinstance(value, Model):
+            found |= left_away(value, f"{prefix}{name}.")
+    return found
 
 
 def _field(model: Model, name: str) -> Any:

@@ -154,6 +154,9 @@ def find(name: str) -> type[Model] | ModuleType:
     for family in families():
         for key, model in find_members(family).items():
             known.setdefault(key, model)
+    for part in Model.__subclasses__():  # parts without a choice, such as the amplifier
+        if not part.is_family and part.__module__.startswith("electrovib."):
+            known.setdefault(part.__name__, part)
     if name not in known:
         raise InputError(f"'{name}' is neither a model nor a paper.{nearest(name, known)}")
     found: type[Model] | ModuleType = known[name]

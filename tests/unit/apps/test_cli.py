@@ -330,3 +330,12 @@ def test_mistakes_in_compare_and_models(arguments, words, cli, here):
     for word in words:
         assert word in err
     assert list(here.iterdir()) == []
+
+
+def test_init_names_what_can_be_added():
+    import electrovib as ev
+
+    text = ev.init("vezzoli_2014/fig6")
+    assert "#   finger: one of MassSpringDamper" in text
+    assert "#   circuit.amplifier: gain, bandwidth" in text
+    assert "#   rig" not in ev.init("vezzoli_2014/fig2_tremor")

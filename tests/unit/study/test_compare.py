@@ -245,3 +245,10 @@ def test_bibtex_can_be_typeset():
 def test_an_unknown_name_is_refused():
     with pytest.raises(InputError, match="neither a model nor a paper"):
         catalogue.find("GapPlne")
+
+
+def test_parts_without_a_choice_are_found_too():
+    from electrovib.physics.amplifier import Amplifier
+    from electrovib.study.catalogue import find
+
+    assert find("Amplifier") is Amplifier
