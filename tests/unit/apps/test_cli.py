@@ -338,4 +338,4 @@ def test_init_names_what_can_be_added():
     text = ev.init("vezzoli_2014/fig6")
     assert "#   finger: one of MassSpringDamper" in text
     assert "#   circuit.amplifier: gain, bandwidth" in text
-    assert "#   rig" not in ev.init("vezzoli_2014/fig2_tremor")
+    assert "#   rig:" not in ev.init("vezzoli_2014/fig2_tremor")
