@@ -259,3 +259,30 @@ def test_a_finger_that_sets_out_sticks_before_it_slips(founding):
     np.testing.assert_allclose(bent[early], way[early], atol=0.02 * way[early].max())
     assert lateral[-1] == pytest.approx(0.25 * (1 + 0.5 * np.exp(-((2 / 5) ** 2))), rel=1e-3)
     assert trace.attrs["energy_residual"] < 1e-6
+
+
+def test_a_reading_in_the_periodic_state_is_periodic(founding):
+    """The lines of the friction of a sine, each through lag and sensor: by hand from their transfer functions."""
+    lag = {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": "150 Hz"}
+    scenario = founding.replace(SETTLED | {"friction": lag, "rig": RIG})
+    time = np.linspace(0, 0.01, 201)[:-1]
+    steady = simulate(founding.replace(SETTLED), time=time).lateral_force.values
+    frequency = np.fft.rfftfreq(len(time), time[1])
+    share = frequency / 500.0
+    sensor = 1 / (1 - share**2 + 0.1j * share) / (1 + 1j * frequency / 1e3)
+    expected = np.fft.irfft(np.fft.rfft(steady) * sensor / (1 + 1j * frequency / 150.0), len(time))
+    found = simulate(scenario, time=time)
+    assert np.max(np.abs(found.lateral_force_measured.values - expected)) < 2e-6 * np.max(expected)
+    assert np.max(np.abs(found.normal_force_measured.values)) < 1e-12
+
+
+def test_a_coarse_output_grid_reads_the_same(founding):
+    """What is between the output times counts too: creep and stick-slip are read as on a fine grid."""
+    creep = {"model": "Creep", "steady": COULOMB, "relaxations": [{"share": 0.3, "time": 20e-3}]}
+    slip = {"friction": LUGRE, "motion.speed": "20 mm/s", "finger": FINGER}
+    square = {"model": "Square", "high": 1000.0, "frequency": 20.0, "edge": 2e-3}
+    for changes in ({"friction": creep}, slip):
+        scenario = founding.replace(changes | {"rig": RIG, "drive": square})
+        fine = simulate(scenario, time=np.linspace(0, 0.1, 2001)).lateral_force_measured.values
+        coarse = simulate(scenario, time=np.linspace(0, 0.1, 41)).lateral_force_measured.values
+        assert np.max(np.abs(coarse - fine[::50])) < 2e-5 * np.ptp(fine) + 1e-6 * np.max(fine)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,10 +11,10 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import BristleFriction, SteadyFriction
-from electrovib.solve.chain import finger_filters, measured, respond_mechanically
+from electrovib.solve.chain import Measured, finger_filters, measured, respond_mechanically
 from electrovib.solve.electrical import Electrical
 from electrovib.solve.expand import contact_share
-from electrovib.solve.filters.declared import cascade
+from electrovib.solve.filters.declared import cascade, of_stages
 from electrovib.solve.lateral import changing_lag, corner_changes, friction_filter, shortest_time, steady_law
 from electrovib.solve.scenario import PeriodicState
 from electrovib.solve.steps import marks_of
@@ -105,7 +105,7 @@ def mechanical(
     error = _friction(chain, moved)
     if scenario.rig is not None:
         chain.prepare()
-        readings = chain.measured(moved)
+        readings = chain.measured()
         moved.add(readings.signals)
         moved.lamps += readings.lamps
         error = max(error, readings.error)
@@ -123,15 +123,14 @@ def _given(chain: _Chain) -> dict[str, Real]:
     if not isinstance(scenario.contact, FixedArea):
         rows["gross_contact_area"] = scenario.contact_area * contact_share(scenario, times)
     if scenario.contact.surface is not None:
-        rows["real_contact_area"] = chain.real_area(rows["normal_force"] + chain.answer.force)
+        rows["real_contact_area"] = chain.real_area(rows["normal_force"] + chain.pressing(chain.answer.force))
     return rows
 
 
 def _friction(chain: _Chain, moved: Mechanics) -> float:
     """Friction and skin, by the way that the friction asks for; gives the error."""
     if isinstance(chain.scenario.friction, BristleFriction):
-        chain.slip(moved)
-        return 0.0
+        return chain.slip(moved)
     if corner_changes(chain.scenario):
         return chain.lag(moved)
     wanted = chain.filters()
@@ -154,14 +153,18 @@ class _Chain:
         self.scenario, self.times, self.answer, self.at = scenario, times, answer, at
         self.settled = isinstance(scenario.time.initial_state, PeriodicState)
         self.bend = 0.0
+        self.lateral_at: Callable[[Real], Real] | None = None
         self.prepared = answer.choice["solver"] in CLOSED
 
     def steady(self, times: Real, force: Real) -> Real:
         """Friction that load and attraction [N] would have at these times [s] if it had no memory."""
         law, normal = steady_law(self.scenario.friction), self.scenario.load.forces(times)
-        if self.scenario.motion.distance is not None:
-            force = np.zeros_like(force)  # the hand holds against it
+        force = self.pressing(force)
         return np.asarray(law.lateral_force(normal, force, self.real_area(normal + force)))
+
+    def pressing(self, force: Real) -> Real:
+        """Attraction [N] that presses skin and plate together: none where the hand holds against it."""
+        return force if self.scenario.motion.distance is None else np.zeros_like(force)
 
     def real_area(self, force: Real) -> Real:
         """Area that touches [m2] under a whole normal force [N]; NaN where the contact does not tell."""
@@ -193,6 +196,7 @@ class _Chain:
             )
         self.prepare()
         lateral, error = changing_lag(self.scenario, self._force, self.times, self._corners())
+        self.lateral_at = lateral
         moved.add({"lateral_force": lateral(self.times)})
         if skin := self.skin():
             rows, more = respond_mechanically(lateral, skin, self.times, **self._options())
@@ -200,45 +204,53 @@ class _Chain:
             error = max(error, more)
         return error
 
-    def slip(self, moved: Mechanics) -> None:
-        """March a skin with bristles, which no filter describes."""
+    def slip(self, moved: Mechanics) -> float:
+        """March a skin with bristles, which no filter describes; give the error of the attraction in between."""
         from electrovib.solve.bristles import slide
 
         self.prepare()
-        law, count = self.scenario.friction, len(self.times)
+        law, asked = self.scenario.friction, self.times
         assert isinstance(law, BristleFriction)
-        found, how = slide(self.scenario, law, self.times, self._force, self._corners())
+        if self.scenario.rig is not None:
+            asked = np.union1d(asked, np.linspace(0.0, float(asked[-1]), MARCHED + 1))
+        found, how = slide(self.scenario, law, asked, self._force, self._corners())
         rows = {"lateral_force": found.lateral_force, "bristle_deflection": found.bristle_deflection}
         if self.scenario.finger is not None:
             rows |= {"skin_displacement": found.skin_displacement, "skin_speed": found.skin_speed}
-        moved.add({name: row[len(row) - count :] for name, row in rows.items()})
+        rows = {name: row[len(row) - len(asked) :] for name, row in rows.items()}
+        places = np.searchsorted(asked, self.times)
+        moved.add({name: row[places] for name, row in rows.items()})
         moved.how |= how
+        lateral = rows["lateral_force"]
+        self.lateral_at = lambda wanted: np.interp(wanted, asked, lateral)
+        return self.bend
 
     def follow(self, wanted: dict[str, Filter]) -> tuple[dict[str, Real], float]:
         """Run filters behind the steady friction."""
         self.prepare()
-        slow = min(float(np.min(-each.poles.real)) for each in wanted.values() if len(each.poles))
-        return self._ran(lambda run: respond_mechanically(self._force, wanted, run, **self._options()), slow)
+        began = self._before(min(_slowest(each) for each in wanted.values()))
+        asked = np.append(-began, self.times) if began else self.times
+        rows, error = respond_mechanically(self._force, wanted, asked, **self._options())
+        return {name: row[len(row) - len(self.times) :] for name, row in rows.items()}, error
 
     def _force(self, times: Real) -> Real:
         """Steady friction at any times, before the beginning that of the load alone."""
+        return self.steady(np.maximum(times, 0.0), self.attraction(times))
+
+    def attraction(self, times: Real) -> Real:
+        """Attraction [N] at any times [s]: none before the beginning, or in the periodic state as ever."""
         wrapped = np.mod(times, self._period) if self.settled else np.maximum(times, 0.0)
         order = np.argsort(wrapped, kind="stable")
         force = np.empty(len(wrapped))
         force[order] = self.at(wrapped[order]).force
-        if not self.settled:
-            force = np.where(times < 0, 0.0, force)
-        return self.steady(wrapped, force)
+        return force if self.settled else np.where(times < 0, 0.0, force)
 
     @property
     def _period(self) -> float:
         return self.scenario.drive.period or 1.0
 
-    def _ran(
-        self, run: Callable[[Real], tuple[dict[str, Real], float]], slow: float
-    ) -> tuple[dict[str, Real], float]:
-        """Begin early enough: just before a jump at time 0, or in the periodic state."""
-        before = 0.0
+    def _before(self, slow: float) -> float:
+        """How early to begin [s]: in the periodic state so that a rate [1/s] is forgotten, else before a jump at 0."""
         if self.settled:
             periods = math.ceil(FORGOTTEN / (slow * self._period))
             if periods > MOST_PERIODS:
@@ -246,15 +258,12 @@ class _Chain:
                     f"time.initial_state = PeriodicState: the mechanics needs {periods} periods of the drive to settle;"
                     " start AtRest and look at a late period"
                 )
-            before = periods * self._period
-        elif len(self.times) > 1:
+            return periods * self._period
+        if len(self.times) > 1:
             began = self._force(np.array([-1.0, 0.0]))
             if began[0] != began[1]:
-                before = 1e-3 * float(np.min(np.diff(self.times)))
-        if not before:
-            return run(self.times)
-        rows, error = run(np.append(-before, self.times))
-        return {name: row[1:] for name, row in rows.items()}, error
+                return 1e-3 * float(np.min(np.diff(self.times)))
+        return 0.0
 
     def _options(self) -> dict[str, Any]:
         return {"most": MOST, "jumps": self._corners(), "shortest": shortest_time(self.scenario.drive)}
@@ -266,23 +275,28 @@ class _Chain:
         corners = np.concatenate([[0.0], marks_of(self.scenario.drive, end)[0], load])
         return corners[corners <= end]
 
-    def measured(self, moved: Mechanics) -> Any:
+    def measured(self) -> Measured:
         """Read load and friction through the rig."""
         rig, scenario = self.scenario.rig, self.scenario
         assert rig is not None
-        lateral: Any = self._force
-        if not isinstance(scenario.friction, SteadyFriction):
-            lateral = moved.signals["lateral_force"][1]
-        off = scenario.motion.distance is not None
 
         def normal(times: Real) -> Real:
-            load = scenario.load.forces(times)
-            return load - self.at(np.maximum(times, 0.0)).force if off else load
+            load = scenario.load.forces(np.maximum(times, 0.0))
+            return load if scenario.motion.distance is None else load - self.attraction(times)
 
-        options = self._options()
-        if self.settled and callable(lateral):
-            lateral = moved.signals["lateral_force"][1]
-        return measured(rig, self.times, normal, lateral, **options)
+        lateral, behind, began = self.lateral_at, None, 0.0
+        if lateral is None:
+            lateral, behind = self._force, friction_filter(scenario)
+            began = self._before(min(_slowest(of_stages(rig.lateral_stages())), _slowest(behind)))
+        asked = np.append(-began, self.times) if began else self.times
+        found = measured(rig, asked, normal, lateral, lateral_filter=behind, **self._options())
+        signals = {name: row[len(row) - len(self.times) :] for name, row in found.signals.items()}
+        return replace(found, signals=signals)
+
+
+def _slowest(filter_: Filter) -> float:
+    """Slowest rate of a filter [1/s]; infinite if it has no memory."""
+    return float(np.min(-filter_.poles.real)) if len(filter_.poles) else math.inf
 
 
 def _between(
@@ -290,7 +304,8 @@ def _between(
 ) -> tuple[Callable[[Real], Electrical], float]:
     """March the attraction once on a fine grid and take it as straight in between; with the error of that."""
     even = np.linspace(0.0, float(times[-1]), MARCHED + 1)
-    fixed = np.union1d(times, corners)
+    just_before = corners[corners > 0] - 1e-9 * float(times[-1])  # where it may jump
+    fixed = np.union1d(times, np.concatenate([corners, just_before]))
     stamps, coarse = np.union1d(even, fixed), np.union1d(even[::2], fixed)
     known = at(stamps)
     guessed = np.interp(stamps, coarse, known.force[np.searchsorted(stamps, coarse)])

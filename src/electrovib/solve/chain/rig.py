@@ -14,7 +14,7 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.drive.parts import Linear
 from electrovib.solve.chain.grid import increasing
 from electrovib.solve.chain.respond import respond_mechanically
-from electrovib.solve.filters.declared import of_stages
+from electrovib.solve.filters.declared import cascade, of_stages
 from electrovib.solve.filters.follow import finite, through_pieces
 
 if TYPE_CHECKING:
@@ -74,6 +74,7 @@ def measured(
     jumps: ArrayLike = (),
     shortest: float = math.inf,
     held: float = math.inf,
+    lateral_filter: Filter | None = None,
 ) -> Measured:
     """Forces as the rig reads them: through its sensors, then digitised with its noise.
 
@@ -89,6 +90,8 @@ def measured(
     tolerance, most, jumps, shortest, held
         As for `respond_mechanically`; `held` also for samples. A piezo sensor shows nothing of a force held for
         ever before the first time.
+    lateral_filter : Filter, optional
+        What the lateral force passes before the rig, such as a lag of the friction.
 
     Returns
     -------
@@ -102,9 +105,10 @@ def measured(
     """
     stamps = increasing(times)
     moments = stamps if rig.digitiser is None else _moments(rig.digitiser, stamps, most)
+    sensor = of_stages(rig.lateral_stages())
     channels = {
         "normal": (normal_force, of_stages(rig.normal_stages())),
-        "lateral": (lateral_force, of_stages(rig.lateral_stages())),
+        "lateral": (lateral_force, sensor if lateral_filter is None else cascade(lateral_filter, sensor)),
     }
     found, worst = {}, 0.0
     for name, (force, filter_) in channels.items():
