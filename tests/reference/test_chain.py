@@ -276,6 +276,7 @@ def test_a_reading_in_the_periodic_state_is_periodic(founding):
     assert np.max(np.abs(found.normal_force_measured.values)) < 1e-12
 
 
+@pytest.mark.slow
 def test_a_coarse_output_grid_reads_the_same(founding):
     """What is between the output times counts too: creep and stick-slip are read as on a fine grid."""
     creep = {"model": "Creep", "steady": COULOMB, "relaxations": [{"share": 0.3, "time": 20e-3}]}
