@@ -3,7 +3,8 @@
 All that is linear keeps its modes and its exact response to the drive. The leak is a current J(E) beside one
 layer; from step to step it is taken as straight, its modes are marched exactly under it, and the field at the
 end of the step follows from one scalar equation E + weight J(E) = known, which has one root because J never
-falls. The error is of second order in the step; it is measured by halving all steps, and told.
+falls. The error is of second order in the step; it is measured by halving all steps, and told. What is returned is
+extrapolated from both marches, a hundred times better where the field crosses no kink of J.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.base import Drive
     from electrovib.solve.transfer import Real, Transfer
 
-TOLERANCE = 1e-4
-"""Error of the layer's field over its largest, at which the steps are fine enough."""
+TOLERANCE = 2e-5
+"""Error of the layer's field over its largest, before extrapolation, at which the steps are fine enough."""
 MOST_HALVINGS = 4
 _CHUNK = 1 << 14
 _ROUNDING = 16 * float(np.finfo(float).eps)
@@ -43,7 +44,7 @@ class Leaked:
     steps : int
         Steps of the finest march.
     error : float
-        Error of the layer's field over its largest, by halving all steps.
+        Error of the layer's field over its largest, by halving all steps, before extrapolation: a bound.
     """
 
     found: dict[str, Real]
@@ -55,7 +56,7 @@ class Leaked:
         return (
             f"layer '{name}' leaks by {type(leak).__name__}, not in proportion to its field: linear modes and one"
             f" nonlinear branch from rest, {self.steps} steps; by halving them the error of its field is"
-            f" {self.error:.1e} of its largest"
+            f" {self.error:.1e} of its largest before extrapolation"
         )
 
 
@@ -94,17 +95,18 @@ def leaky_response(
     """
     grid = step_grid(drive, time, driven[control], leaking[control], leak=leak)
     coarse = follow(driven[control], leaking[control], drive, grid, leak=leak)
+    fine, error = coarse, 0.0
     for _ in range(MOST_HALVINGS):
+        coarse = fine
         grid = np.unique(np.concatenate([grid, (grid[:-1] + grid[1:]) / 2]))
         fine = follow(driven[control], leaking[control], drive, grid, leak=leak)
         error = fine.distance(coarse)
         if error < TOLERANCE:
             break
-        coarse = fine
-    flow = Linear(grid, fine.flow_before, fine.flow_after)
     found = transient(driven, drive, time)
     for name, transfer in leaking.items():
-        found[name] = found[name] + _under(flow, transfer, time)
+        answers = [_under(march.flow(), transfer, time) for march in (fine, coarse)]
+        found[name] = found[name] + answers[0] + (answers[0] - answers[1]) / 3
     return Leaked(found, len(grid) - 1, error)
 
 
@@ -129,6 +131,10 @@ class Followed:
     after: Real
     flow_before: Real
     flow_after: Real
+
+    def flow(self) -> Linear:
+        """Give the leak's current density, straight from step to step."""
+        return Linear(self.grid, self.flow_before, self.flow_after)
 
     def distance(self, coarser: Followed) -> float:
         """Error of this march, from one with steps twice as long: a third of the difference."""

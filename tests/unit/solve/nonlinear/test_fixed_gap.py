@@ -161,9 +161,9 @@ def test_one_leak_as_the_march_of_one_branch(name, leak, element):
     )
     space = stack_states(layers, debye, area=AREA, element=ELEMENTS[element])
     followed = follow_finger(space, drive, times)
-    # the march states the error of one field by halving: 1e-4 at most, of this reference's none is seen
-    assert worst(marched.found, followed.found) < 5 * marched.error
-    assert marched.error < 1e-4
+    # the march states the error of one field before it extrapolates: seen are 3e-9 to 3e-6, worst where J has its kink
+    assert worst(marched.found, followed.found) < 0.3 * marched.error
+    assert marched.error < 2e-5
     if leak == "polarity" and name != "trapezium":
         assert followed.solved.events
     assert "events located" in followed.reason("two leaks")
