@@ -103,6 +103,7 @@ def lamps(
     thicknesses: dict[str, float],
     breakdown_fields: dict[str, float | None],
     peak_current: float,
+    current_of: str = "the contact",
     jumps: bool,
     peak_voltage: float,
     insulator_permittivity: float | None,
@@ -117,6 +118,8 @@ def lamps(
         Largest absolute field [V/m], thickness [m] and known breakdown field [V/m] of each layer.
     peak_current : float
         Largest absolute current between jumps [A].
+    current_of : str
+        What it goes into.
     jumps : bool
         Whether the drive jumps, which no amplifier can follow.
     peak_voltage : float
@@ -157,7 +160,7 @@ def lamps(
         why = "where sweat menisci saturate and a V^2 law fails"
         what = "the voltage across the stack"
         found.append(_against("electrowetting", peak_voltage, limit, "V", what=what, why=why))
-    found.append(_current(peak_current, limits, jumps=jumps))
+    found.append(_current(peak_current, limits, jumps=jumps, what=f"the current into {current_of}"))
     if return_path == "Floating":
         text = "the body is not grounded: part of the voltage drops between body and ground"
         found.append(Lamp("return path", "warning", text))
@@ -194,7 +197,7 @@ def air_lamps(field: float, gap: float) -> list[Lamp]:
     return [paschen, emission]
 
 
-def _current(peak: float, limits: Limits, *, jumps: bool) -> Lamp:
+def _current(peak: float, limits: Limits, *, jumps: bool, what: str) -> Lamp:
     if jumps:
         text = (
             "the drive jumps, so the current has no bound but the series resistance: give it an edge time;"
@@ -202,7 +205,7 @@ def _current(peak: float, limits: Limits, *, jumps: bool) -> Lamp:
         )
         return Lamp("current", "warning", text)
     why = "the declared limit (limits.current)"
-    return _against("current", peak, limits.current, "A", what="the current into the contact", why=why)
+    return _against("current", peak, limits.current, "A", what=what, why=why)
 
 
 def peak(values: NDArray[np.float64]) -> float:

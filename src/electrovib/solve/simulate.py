@@ -159,6 +159,7 @@ def _lamps(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
         thicknesses=thicknesses,
         breakdown_fields={name: layer.breakdown_field for name, layer in layers.items()},
         peak_current=peak(variables["amplifier_current" if given else "current"][1]),
+        current_of="plate, stray capacitance and finger" if given else "the contact",
         jumps=voltage and jumps and not softened,
         peak_voltage=peak(variables["stack_voltage"][1]),
         insulator_permittivity=None if permittivity is None else float(permittivity),

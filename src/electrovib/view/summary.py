@@ -61,7 +61,8 @@ def key_numbers(trace: xarray.Dataset) -> dict[str, str]:
         "effective_voltage": "largest effective voltage",
         "electrostatic_force": "largest electrostatic force",
         "lateral_force": "largest lateral force",
-        "current": "largest current",
+        "current": "largest current into the contact",
+        "amplifier_current": "largest current of the amplifier",
     }
     found = {}
     for name, words in peaks.items():
