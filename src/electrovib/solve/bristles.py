@@ -1,4 +1,4 @@
-"""A skin with bristles under the attraction of a scenario: the force between its corners as smooth as a solver needs."""
+"""A skin with bristles under the attraction of a scenario."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.finger import MassSpringDamper
+from electrovib.solve.between import Between
 from electrovib.solve.nonlinear.sliding import Slide, sliding
 from electrovib.solve.scenario import PeriodicState
 
@@ -17,58 +18,6 @@ if TYPE_CHECKING:
     from electrovib.physics.friction import BristleFriction
     from electrovib.solve.scenario import Scenario
     from electrovib.solve.transfer import Real
-
-KNOTS = 4000
-"""Times, besides the output times, between which the attraction is taken as a cubic."""
-_BEFORE = 1e-9
-"""How long before a corner the force before it is looked up, as a share of the whole time."""
-
-
-class Smooth:
-    """A force as cubics between its corners, where it may jump.
-
-    Parameters
-    ----------
-    force_at : callable
-        Force [N] at increasing times [s], at a jump the value after it.
-    times : ndarray, shape (n,)
-        Where it has to be right [s].
-    corners : ndarray
-        Where it may bend or jump [s].
-    """
-
-    def __init__(self, force_at: Callable[[Real], Real], times: Real, corners: Real) -> None:
-        from scipy.interpolate import CubicSpline
-
-        end = float(times[-1])
-        inside = corners[(corners > 0) & (corners < end)]
-        self.ends = np.unique(np.concatenate([[0.0], inside, [end]]))
-        even = np.linspace(0.0, end, KNOTS + 1)
-        knots = np.unique(np.concatenate([even, times, self.ends]))
-        before = self.ends[1:] - _BEFORE * end
-        force = force_at(np.sort(np.concatenate([knots, before])))
-        asked = np.sort(np.concatenate([knots, before]))
-        self.pieces = []
-        for start, stop, just in zip(self.ends[:-1], self.ends[1:], before, strict=True):
-            chosen = (asked >= start) & (asked < just)
-            values = np.append(force[chosen], force[np.searchsorted(asked, just)])
-            stamps = np.append(asked[chosen], stop)
-            spaced = np.append(np.diff(stamps) > _BEFORE * end, True)
-            spaced[0] = True
-            stamps, values = stamps[spaced], values[spaced]
-            self.pieces.append(
-                CubicSpline(stamps, values, bc_type="natural" if len(stamps) < 4 else "not-a-knot")
-            )
-
-    def __call__(self, time: Any) -> Any:
-        """Force [N] at times [s]."""
-        place = np.clip(np.searchsorted(self.ends, time, side="right") - 1, 0, len(self.pieces) - 1)
-        if np.ndim(time) == 0:
-            return float(self.pieces[int(place)](time))
-        found = np.empty(np.shape(time))
-        for index in np.unique(place).tolist():
-            found[place == index] = self.pieces[index](np.asarray(time)[place == index])
-        return found
 
 
 def slide(
@@ -94,7 +43,7 @@ def slide(
     slide : Slide
         At these times.
     how : dict
-        Solver, residual of the energy and number of events, for the Trace.
+        Solver, residual of the energy, number of events and error of the strength in between, for the Trace.
 
     Raises
     ------
@@ -121,10 +70,11 @@ def slide(
     skin = {} if finger is None else _skin(finger.at_speed(motion.speed))
     bends = {time for time, _ in motion.programme.corners() if time > 0} | set(corners[corners > 0].tolist())
     asked = times if times[0] == 0 else np.append(0.0, times)
+    strength = Between(force_at, asked, corners)
     found = sliding(
         law,
         speed=motion.speeds,
-        strength=Smooth(force_at, asked, corners),
+        strength=strength,
         times=asked,
         breaks=sorted(bends),
         settled=float(motion.speeds(0.0)) > 0,
@@ -138,6 +88,7 @@ def slide(
         "friction_solver": why,
         "energy_residual": found.energy_residual,
         "friction_events": len(found.events),
+        "mechanics_error": strength.error(),
     }
 
 

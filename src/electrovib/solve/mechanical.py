@@ -11,6 +11,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import BristleFriction, SteadyFriction
+from electrovib.solve.between import KNOTS, Between
 from electrovib.solve.chain import Measured, finger_filters, measured, respond_mechanically
 from electrovib.solve.electrical import Electrical
 from electrovib.solve.expand import contact_share
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
 
 MOST = 4_000_000
 """Pieces of the finest grid on which the mechanics is followed."""
-MARCHED = 8000
-"""Steps, besides the output times, at which an attraction is taken that has to be marched."""
 CLOSED = ("transient", "periodic", "current drive", "one sine", "renewal")
 """Solvers that answer at any times for little."""
 FORGOTTEN = 25.0
@@ -176,7 +175,9 @@ class _Chain:
     def prepare(self) -> None:
         """March an attraction once that has no closed form, before it is asked for many times."""
         if not self.prepared:
-            self.at, self.bend = _between(self.at, self.times, self._corners())
+            at, choice = self.at, self.answer.choice
+            force = Between(lambda times: at(times).force, self.times, self._corners())
+            self.at, self.bend = (lambda times: Electrical({}, force(times), choice)), force.error()
             self.prepared = True
 
     def filters(self) -> dict[str, Filter]:
@@ -212,7 +213,7 @@ class _Chain:
         law, asked = self.scenario.friction, self.times
         assert isinstance(law, BristleFriction)
         if self.scenario.rig is not None:
-            asked = np.union1d(asked, np.linspace(0.0, float(asked[-1]), MARCHED + 1))
+            asked = np.union1d(asked, np.linspace(0.0, float(asked[-1]), KNOTS + 1))
         found, how = slide(self.scenario, law, asked, self._force, self._corners())
         rows = {"lateral_force": found.lateral_force, "bristle_deflection": found.bristle_deflection}
         if self.scenario.finger is not None:
@@ -220,10 +221,11 @@ class _Chain:
         rows = {name: row[len(row) - len(asked) :] for name, row in rows.items()}
         places = np.searchsorted(asked, self.times)
         moved.add({name: row[places] for name, row in rows.items()})
+        error = max(self.bend, how.pop("mechanics_error"))
         moved.how |= how
         lateral = rows["lateral_force"]
         self.lateral_at = lambda wanted: np.interp(wanted, asked, lateral)
-        return self.bend
+        return error
 
     def follow(self, wanted: dict[str, Filter]) -> tuple[dict[str, Real], float]:
         """Run filters behind the steady friction."""
@@ -297,24 +299,6 @@ class _Chain:
 def _slowest(filter_: Filter) -> float:
     """Slowest rate of a filter [1/s]; infinite if it has no memory."""
     return float(np.min(-filter_.poles.real)) if len(filter_.poles) else math.inf
-
-
-def _between(
-    at: Callable[[Real], Electrical], times: Real, corners: Real
-) -> tuple[Callable[[Real], Electrical], float]:
-    """March the attraction once on a fine grid and take it as straight in between; with the error of that."""
-    even = np.linspace(0.0, float(times[-1]), MARCHED + 1)
-    just_before = corners[corners > 0] - 1e-9 * float(times[-1])  # where it may jump
-    fixed = np.union1d(times, np.concatenate([corners, just_before]))
-    stamps, coarse = np.union1d(even, fixed), np.union1d(even[::2], fixed)
-    known = at(stamps)
-    guessed = np.interp(stamps, coarse, known.force[np.searchsorted(stamps, coarse)])
-    error = float(np.max(np.abs(guessed - known.force))) / 4 / (float(np.max(np.abs(known.force))) or 1.0)
-
-    def between(wanted: Real) -> Electrical:
-        return Electrical({}, np.interp(wanted, stamps, known.force), known.choice)
-
-    return between, error
 
 
 def _at_speed(scenario: Scenario) -> Any:

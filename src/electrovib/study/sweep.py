@@ -23,6 +23,16 @@ if TYPE_CHECKING:
     import xarray
 
 Real = NDArray[np.float64]
+WORST = (
+    "reduction_error",
+    "transfer_error",
+    "step_error",
+    "mechanics_error",
+    "energy_residual",
+    "events",
+    "friction_events",
+)
+"""Attributes of which a sweep tells the largest."""
 _RANGE = re.compile(r"([^=]+)=(.+):(.+):(\d+)(log)?")
 _FORM = "expected PATH=FROM:TO:N or PATH=FROM:TO:Nlog, for instance drive.rise=1ms:100ms:30log"
 
@@ -148,9 +158,10 @@ def _stack(scenario: Scenario, axes: dict[str, Real], traces: Sequence[xarray.Da
         "over": json.dumps({path: values.tolist() for path, values in axes.items()}),
         "lamps": json.dumps(_worst([json.loads(trace.attrs["lamps"]) for trace in traces])),
     }
-    for name in ("reduction_error", "transfer_error", "step_error"):
-        if name in first.attrs:
-            attributes[name] = max(trace.attrs[name] for trace in traces)
+    for name in WORST:
+        found = [trace.attrs[name] for trace in traces if name in trace.attrs]
+        if found:
+            attributes[name] = max(found)
     coordinates = {**axes, **{str(name): values.values for name, values in first.coords.items()}}
     trace = make_trace(variables, coordinates, attributes)
     for path in axes:

@@ -1,0 +1,42 @@
+"""A costly force as cubics between its corners."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.solve.between import Between
+
+
+def kinked(time):
+    """A jump of 1 at 0.3, a kink at 0.5, smooth elsewhere."""
+    return np.sin(7 * time) + (time >= 0.3) + 2 * np.maximum(time - 0.5, 0)
+
+
+def test_it_is_the_force_to_its_stated_error():
+    between = Between(kinked, np.array([0.0, 1.0]), np.array([0.3, 0.5]))
+    time = np.linspace(0, 1, 7919)
+    off = np.abs(between(time) - kinked(time))[np.abs(time - 0.3) > 2e-9]
+    assert np.max(off) < 1e-9
+    assert between.error() < 1e-8
+    assert between(0.3) == pytest.approx(kinked(np.array(0.3)), abs=1e-9)
+    assert between(0.3 - 1e-6) == pytest.approx(kinked(np.array(0.3 - 1e-6)), abs=1e-8)
+    assert isinstance(between(0.25), float)
+
+
+def test_a_corner_that_is_not_named_is_seen_in_the_error():
+    unnamed = Between(kinked, np.array([0.0, 1.0]), np.array([]))
+    assert unnamed.error() > 1e-3
+
+
+def test_it_asks_once():
+    asked = []
+
+    def force(time):
+        asked.append(len(time))
+        return np.cos(time)
+
+    between = Between(force, np.linspace(0, 2, 11), np.array([0.7]))
+    between(np.linspace(0, 2, 100))
+    between.error()
+    assert len(asked) == 1
