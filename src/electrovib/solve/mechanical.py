@@ -221,7 +221,7 @@ class _Chain:
         rows = {name: row[len(row) - len(asked) :] for name, row in rows.items()}
         places = np.searchsorted(asked, self.times)
         moved.add({name: row[places] for name, row in rows.items()})
-        error = max(self.bend, how.pop("mechanics_error"))
+        error = max(self.bend, float(how.pop("mechanics_error")))
         moved.how |= how
         lateral = rows["lateral_force"]
         self.lateral_at = lambda wanted: np.interp(wanted, asked, lateral)
