@@ -108,6 +108,7 @@ def lamps(
     insulator_permittivity: float | None,
     limits: Limits,
     return_path: str,
+    current_into: str = "contact",
 ) -> list[Lamp]:
     """Judge a result against what is known of air, skin, film, water and the amplifier.
 
@@ -127,6 +128,8 @@ def lamps(
         Declared.
     return_path : str
         Name of the model of the way back.
+    current_into : str
+        What that current goes into, in words.
 
     Returns
     -------
@@ -157,7 +160,7 @@ def lamps(
         why = "where sweat menisci saturate and a V^2 law fails"
         what = "the voltage across the stack"
         found.append(_against("electrowetting", peak_voltage, limit, "V", what=what, why=why))
-    found.append(_current(peak_current, limits, jumps=jumps))
+    found.append(_current(peak_current, limits, jumps=jumps, into=current_into))
     if return_path == "Floating":
         text = "the body is not grounded: part of the voltage drops between body and ground"
         found.append(Lamp("return path", "warning", text))
@@ -194,7 +197,7 @@ def air_lamps(field: float, gap: float) -> list[Lamp]:
     return [paschen, emission]
 
 
-def _current(peak: float, limits: Limits, *, jumps: bool) -> Lamp:
+def _current(peak: float, limits: Limits, *, jumps: bool, into: str) -> Lamp:
     if jumps:
         text = (
             "the drive jumps, so the current has no bound but the series resistance: give it an edge time;"
@@ -202,7 +205,7 @@ def _current(peak: float, limits: Limits, *, jumps: bool) -> Lamp:
         )
         return Lamp("current", "warning", text)
     why = "the declared limit (limits.current)"
-    return _against("current", peak, limits.current, "A", what="the current into the contact", why=why)
+    return _against("current", peak, limits.current, "A", what=f"the current into the {into}", why=why)
 
 
 def peak(values: NDArray[np.float64]) -> float:

@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.core.lamps import Lamp
+from electrovib.core.units import format_quantity
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import BristleFriction, SteadyFriction
+from electrovib.physics.programme import Steady
 from electrovib.solve.bristles import slide
 from electrovib.solve.chain import finger_filters, measured, respond_mechanically
 from electrovib.solve.electrical import Electrical
@@ -23,7 +26,6 @@ from electrovib.solve.steps import marks_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from electrovib.core.lamps import Lamp
     from electrovib.solve.filters.filter import Filter
     from electrovib.solve.scenario import Scenario
     from electrovib.solve.transfer import Real
@@ -103,6 +105,7 @@ def mechanical(
     chain = _Chain(scenario, times, answer, at)
     moved = Mechanics()
     moved.add(_given(chain))
+    moved.lamps += _held_off(scenario)
     error = _friction(chain, moved)
     if scenario.rig is not None:
         chain.prepare()
@@ -115,15 +118,31 @@ def mechanical(
     return moved
 
 
+def _held_off(scenario: Scenario) -> list[Lamp]:
+    """Warn of a load on a finger whose distance is given: friction counts it wherever the finger is."""
+    load = scenario.load
+    if scenario.motion.distance is None or not load.normal_force:
+        return []
+    held = format_quantity(load.normal_force, "N")
+    text = (
+        f"load.normal_force = {held} presses and rubs at any motion.distance; give a finger held off the plate a load of"
+        " 0, or one that touches and lifts a load.programme"
+    )
+    return [Lamp("load", "warning", text)]
+
+
 def _given(chain: _Chain) -> dict[str, Real]:
     """Load, speed and areas, which only load and attraction decide on."""
     scenario, times = chain.scenario, chain.times
     rows = {"normal_force": scenario.load.forces(times)}
     if scenario.motion.speed is not None:
         rows["sliding_speed"] = scenario.motion.speeds(times)
-    if not isinstance(scenario.contact, FixedArea):
-        rows["gross_contact_area"] = scenario.contact_area * contact_share(scenario, times)
-    if scenario.contact.surface is not None:
+    fixed, told = isinstance(scenario.contact, FixedArea), scenario.contact.surface is not None
+    if told or not fixed:
+        share = np.ones(len(times)) if fixed else contact_share(scenario, times)
+        rows["gross_contact_area"] = scenario.contact_area * share
+        rows["ridge_contact_area"] = scenario.contact.ridge_share * rows["gross_contact_area"]
+    if told:
         rows["real_contact_area"] = chain.real_area(rows["normal_force"] + chain.answer.force)
     return rows
 
@@ -239,6 +258,7 @@ class _Chain:
         """Begin early enough: just before a jump at time 0, or in the periodic state."""
         before = 0.0
         if self.settled:
+            self._refuse_a_load_that_changes()
             periods = math.ceil(FORGOTTEN / (slow * self._period))
             if periods > MOST_PERIODS:
                 raise InputError(
@@ -254,6 +274,14 @@ class _Chain:
             return run(self.times)
         rows, error = run(np.append(-before, self.times))
         return {name: row[1:] for name, row in rows.items()}, error
+
+    def _refuse_a_load_that_changes(self) -> None:
+        """A press happens once; behind anything with a memory the periodic state has none."""
+        programme = self.scenario.load.programme
+        if not isinstance(programme, Steady):
+            raise InputError(
+                f"time.initial_state = PeriodicState: load.programme = {type(programme).__name__} happens once. Start AtRest"
+            )
 
     def _options(self) -> dict[str, Any]:
         return {"most": MOST, "jumps": self._corners(), "shortest": shortest_time(self.scenario.drive)}
