@@ -18,7 +18,7 @@ from electrovib.solve.bristles import slide
 from electrovib.solve.chain import finger_filters, measured, respond_mechanically
 from electrovib.solve.electrical import Electrical
 from electrovib.solve.expand import contact_share
-from electrovib.solve.filters.declared import cascade
+from electrovib.solve.filters.declared import cascade, of_stages
 from electrovib.solve.lateral import changing_lag, corner_changes, friction_filter, shortest_time, steady_law
 from electrovib.solve.scenario import PeriodicState
 from electrovib.solve.steps import marks_of
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 MOST = 4_000_000
 """Pieces of the finest grid on which the mechanics is followed."""
+LOOKS = 40_000
+"""Times, besides the output times, at which a marched friction is handed to the sensors."""
 MARCHED = 8000
 """Steps, besides the output times, at which an attraction is taken that has to be marched."""
 CLOSED = ("transient", "periodic", "current drive", "one sine", "renewal")
@@ -109,7 +111,7 @@ def mechanical(
     error = _friction(chain, moved)
     if scenario.rig is not None:
         chain.prepare()
-        readings = chain.measured(moved)
+        readings = chain.measured()
         moved.add(readings.signals)
         moved.lamps += readings.lamps
         error = max(error, readings.error)
@@ -174,6 +176,7 @@ class _Chain:
         self.scenario, self.times, self.answer, self.at = scenario, times, answer, at
         self.settled = isinstance(scenario.time.initial_state, PeriodicState)
         self.bend = 0.0
+        self.marched: Callable[[Real], Real] | None = None
         self.prepared = answer.choice["solver"] in CLOSED
 
     def steady(self, times: Real, force: Real) -> Real:
@@ -213,6 +216,7 @@ class _Chain:
             )
         self.prepare()
         lateral, error = changing_lag(self.scenario, self._force, self.times, self._corners())
+        self.marched = lateral
         moved.add({"lateral_force": lateral(self.times)})
         if skin := self.skin():
             rows, more = respond_mechanically(lateral, skin, self.times, **self._options())
@@ -223,14 +227,23 @@ class _Chain:
     def slip(self, moved: Mechanics) -> None:
         """March a skin with bristles, which no filter describes."""
         self.prepare()
-        law, count = self.scenario.friction, len(self.times)
+        law, times, read = self.scenario.friction, self.times, self.scenario.rig is not None
         assert isinstance(law, BristleFriction)
-        found, how = slide(self.scenario, law, self.times, self._force, self._corners())
+        if read and len(times) > 1:  # sensors ring between the times that are asked for
+            times = np.union1d(times, np.linspace(times[0], times[-1], LOOKS + 1))
+        found, how = slide(self.scenario, law, times, self._force, self._corners())
         rows = {"lateral_force": found.lateral_force, "bristle_deflection": found.bristle_deflection}
         if self.scenario.finger is not None:
             rows |= {"skin_displacement": found.skin_displacement, "skin_speed": found.skin_speed}
-        moved.add({name: row[len(row) - count :] for name, row in rows.items()})
+        rows = {name: row[len(row) - len(times) :] for name, row in rows.items()}
+        kept = np.searchsorted(times, self.times)
+        moved.add({name: row[kept] for name, row in rows.items()})
         moved.how |= how
+        if read:
+            force = rows["lateral_force"]
+            self.marched = lambda wanted: np.asarray(np.interp(wanted, times, force))
+            missed = np.abs(np.interp(times, times[::2], force[::2]) - force)
+            self.bend = max(self.bend, float(np.max(missed)) / 4 / (float(np.max(np.abs(force))) or 1.0))
 
     def follow(self, wanted: dict[str, Filter]) -> tuple[dict[str, Real], float]:
         """Run filters behind the steady friction."""
@@ -258,14 +271,7 @@ class _Chain:
         """Begin early enough: just before a jump at time 0, or in the periodic state."""
         before = 0.0
         if self.settled:
-            self._refuse_a_load_that_changes()
-            periods = math.ceil(FORGOTTEN / (slow * self._period))
-            if periods > MOST_PERIODS:
-                raise InputError(
-                    f"time.initial_state = PeriodicState: the mechanics needs {periods} periods of the drive to settle;"
-                    " start AtRest and look at a late period"
-                )
-            before = periods * self._period
+            before = self._settling(slow)
         elif len(self.times) > 1:
             began = self._force(np.array([-1.0, 0.0]))
             if began[0] != began[1]:
@@ -275,13 +281,20 @@ class _Chain:
         rows, error = run(np.append(-before, self.times))
         return {name: row[1:] for name, row in rows.items()}, error
 
-    def _refuse_a_load_that_changes(self) -> None:
-        """A press happens once; behind anything with a memory the periodic state has none."""
+    def _settling(self, slow: float) -> float:
+        """Whole periods of the drive [s] in which a rate [1/s] forgets; a press happens once and has none."""
         programme = self.scenario.load.programme
         if not isinstance(programme, Steady):
             raise InputError(
                 f"time.initial_state = PeriodicState: load.programme = {type(programme).__name__} happens once. Start AtRest"
             )
+        periods = math.ceil(FORGOTTEN / (slow * self._period))
+        if periods > MOST_PERIODS:
+            raise InputError(
+                f"time.initial_state = PeriodicState: the mechanics needs {periods} periods of the drive to settle;"
+                " start AtRest and look at a late period"
+            )
+        return periods * self._period
 
     def _options(self) -> dict[str, Any]:
         return {"most": MOST, "jumps": self._corners(), "shortest": shortest_time(self.scenario.drive)}
@@ -293,13 +306,19 @@ class _Chain:
         corners = np.concatenate([[0.0], marks_of(self.scenario.drive, end)[0], load])
         return corners[corners <= end]
 
-    def measured(self, moved: Mechanics) -> Any:
+    def measured(self) -> Any:
         """Read load and friction through the rig."""
         rig, scenario = self.scenario.rig, self.scenario
         assert rig is not None
-        lateral: Any = self._force
-        if not isinstance(scenario.friction, SteadyFriction):
-            lateral = moved.signals["lateral_force"][1]
+        lateral = self._force if self.marched is None else self.marched
+        friction, before = None, 0.0
+        if self.marched is None and not isinstance(scenario.friction, SteadyFriction):
+            friction = friction_filter(scenario)
+        if self.settled:
+            followed = [of_stages(rig.lateral_stages()), *([] if friction is None else [friction])]
+            before = self._settling(
+                min(float(np.min(-each.poles.real)) for each in followed if len(each.poles))
+            )
         off = scenario.motion.distance is not None
 
         def normal(times: Real) -> Real:
@@ -307,9 +326,7 @@ class _Chain:
             return load - self.at(np.maximum(times, 0.0)).force if off else load
 
         options = self._options()
-        if self.settled and callable(lateral):
-            lateral = moved.signals["lateral_force"][1]
-        return measured(rig, self.times, normal, lateral, **options)
+        return measured(rig, self.times, normal, lateral, friction=friction, before=before, **options)
 
 
 def _between(
