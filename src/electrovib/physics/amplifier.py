@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
+from pydantic import model_validator
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
@@ -46,6 +47,15 @@ class Amplifier(Model):
     stray_capacitance: Annotated[
         Number, Quantity("F", 0, 1e-3, "of plate, cable and amplifier against ground")
     ] = 0.0
+
+    @model_validator(mode="after")
+    def _sinks_beside_a_source(self) -> Self:
+        if self.sink_current is not None and self.source_current is None:
+            raise ValueError(
+                "sink_current needs source_current beside it, for instance source_current = '1 A' where the source is"
+                " never the limit"
+            )
+        return self
 
     @property
     def current_limits(self) -> tuple[float, float]:

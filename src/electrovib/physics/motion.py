@@ -183,7 +183,11 @@ class Motion(Model):
     distance: Distance | None = None
 
     @model_validator(mode="after")
-    def _renewal_needs_a_speed(self) -> Self:
+    def _a_speed_is_there(self) -> Self:
+        if self.speed is None and not isinstance(self.programme, Steady):
+            raise ValueError(
+                "programme needs the speed that it is a share of, for instance speed = '30 mm/s'"
+            )
         if self.renews_film and not self.speed:
             raise ValueError("renews_film needs a speed, for instance speed = '30 mm/s'")
         if self.renews_film and self.distance is not None:

@@ -134,7 +134,7 @@ def _refuse(scenario: Scenario, why: str) -> None:
 
 
 def _yielding(scenario: Scenario) -> Yielding:
-    """Give the gap that follows the forces, beginning where the relief carries the load alone."""
+    """Give the gap that follows the forces, beginning where the relief carries the load; as declared if there is none."""
     from electrovib.solve.nonlinear.finger import Yielding
 
     surface, closing, area = scenario.contact.surface, scenario.contact.closing, scenario.contact_area
@@ -145,6 +145,8 @@ def _yielding(scenario: Scenario) -> Yielding:
         return float(scenario.load.forces(time)) / area
 
     start = float(surface.gap(np.asarray(load(0.0))))
+    if not np.isfinite(start):  # without a load such a relief is endlessly far
+        start = scenario.stack.layers[MOVING].thickness
     if not start > 0:
         raise InputError(
             "contact.surface: the load alone closes the gap; give a stiffer relief, or less load.normal_force"

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.core.lamps import Lamp
+from electrovib.core.units import format_quantity
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import BristleFriction, SteadyFriction
+from electrovib.physics.programme import Steady
 from electrovib.solve.between import KNOTS, Between
 from electrovib.solve.chain import Measured, finger_filters, measured, respond_mechanically
 from electrovib.solve.electrical import Electrical
@@ -23,7 +26,6 @@ from electrovib.solve.steps import marks_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from electrovib.core.lamps import Lamp
     from electrovib.solve.filters.filter import Filter
     from electrovib.solve.scenario import Scenario
     from electrovib.solve.transfer import Real
@@ -101,6 +103,7 @@ def mechanical(
     chain = _Chain(scenario, times, answer, at)
     moved = Mechanics()
     moved.add(_given(chain))
+    moved.lamps += _held_off(scenario)
     error = _friction(chain, moved)
     if scenario.rig is not None:
         chain.prepare()
@@ -113,15 +116,31 @@ def mechanical(
     return moved
 
 
+def _held_off(scenario: Scenario) -> list[Lamp]:
+    """Warn of a load on a finger whose distance is given: friction counts it wherever the finger is."""
+    load = scenario.load
+    if scenario.motion.distance is None or not load.normal_force:
+        return []
+    held = format_quantity(load.normal_force, "N")
+    text = (
+        f"load.normal_force = {held} presses and rubs at any motion.distance; give a finger held off the plate a load of"
+        " 0, or one that touches and lifts a load.programme"
+    )
+    return [Lamp("load", "warning", text)]
+
+
 def _given(chain: _Chain) -> dict[str, Real]:
     """Load, speed and areas, which only load and attraction decide on."""
     scenario, times = chain.scenario, chain.times
     rows = {"normal_force": scenario.load.forces(times)}
     if scenario.motion.speed is not None:
         rows["sliding_speed"] = scenario.motion.speeds(times)
-    if not isinstance(scenario.contact, FixedArea):
-        rows["gross_contact_area"] = scenario.contact_area * contact_share(scenario, times)
-    if scenario.contact.surface is not None:
+    fixed, told = isinstance(scenario.contact, FixedArea), scenario.contact.surface is not None
+    if told or not fixed:
+        share = np.ones(len(times)) if fixed else contact_share(scenario, times)
+        rows["gross_contact_area"] = scenario.contact_area * share
+        rows["ridge_contact_area"] = scenario.contact.ridge_share * rows["gross_contact_area"]
+    if told:
         rows["real_contact_area"] = chain.real_area(rows["normal_force"] + chain.pressing(chain.answer.force))
     return rows
 
@@ -254,18 +273,27 @@ class _Chain:
     def _before(self, slow: float) -> float:
         """How early to begin [s]: in the periodic state so that a rate [1/s] is forgotten, else before a jump at 0."""
         if self.settled:
-            periods = math.ceil(FORGOTTEN / (slow * self._period))
-            if periods > MOST_PERIODS:
-                raise InputError(
-                    f"time.initial_state = PeriodicState: the mechanics needs {periods} periods of the drive to settle;"
-                    " start AtRest and look at a late period"
-                )
-            return periods * self._period
+            return self._settling(slow)
         if len(self.times) > 1:
             began = self._force(np.array([-1.0, 0.0]))
             if began[0] != began[1]:
                 return 1e-3 * float(np.min(np.diff(self.times)))
         return 0.0
+
+    def _settling(self, slow: float) -> float:
+        """Whole periods of the drive [s] in which a rate [1/s] forgets; a press happens once and has none."""
+        programme = self.scenario.load.programme
+        if not isinstance(programme, Steady):
+            raise InputError(
+                f"time.initial_state = PeriodicState: load.programme = {type(programme).__name__} happens once. Start AtRest"
+            )
+        periods = math.ceil(FORGOTTEN / (slow * self._period))
+        if periods > MOST_PERIODS:
+            raise InputError(
+                f"time.initial_state = PeriodicState: the mechanics needs {periods} periods of the drive to settle;"
+                " start AtRest and look at a late period"
+            )
+        return periods * self._period
 
     def _options(self) -> dict[str, Any]:
         return {"most": MOST, "jumps": self._corners(), "shortest": shortest_time(self.scenario.drive)}
@@ -286,14 +314,12 @@ class _Chain:
             load = scenario.load.forces(np.maximum(times, 0.0))
             return load if scenario.motion.distance is None else load - self.attraction(times)
 
-        lateral, behind, began = self.lateral_at, None, 0.0
-        if lateral is None:
-            lateral, behind = self._force, friction_filter(scenario)
-            began = self._before(min(_slowest(of_stages(rig.lateral_stages())), _slowest(behind)))
-        asked = np.append(-began, self.times) if began else self.times
-        found = measured(rig, asked, normal, lateral, lateral_filter=behind, **self._options())
-        signals = {name: row[len(row) - len(self.times) :] for name, row in found.signals.items()}
-        return replace(found, signals=signals)
+        options = self._options()
+        if self.lateral_at is not None:
+            return measured(rig, self.times, normal, self.lateral_at, **options)
+        friction = friction_filter(scenario)
+        before = self._before(min(_slowest(of_stages(rig.lateral_stages())), _slowest(friction)))
+        return measured(rig, self.times, normal, self._force, friction=friction, before=before, **options)
 
 
 def _slowest(filter_: Filter) -> float:

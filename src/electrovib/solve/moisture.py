@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+from electrovib.core.errors import InputError
+from electrovib.core.lamps import Lamp
+from electrovib.core.units import format_quantity
 from electrovib.physics.moisture import Moisture
 from electrovib.solve.scenario import Scenario
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
 
 
 def moistened(scenario: Scenario, moisture: Moisture) -> dict[str, float]:
@@ -32,3 +40,42 @@ def moistened(scenario: Scenario, moisture: Moisture) -> dict[str, float]:
     for where in ("friction", "friction.steady"):
         found[f"{where}.coefficient"] = moisture.coefficient()
     return {path: value for path, value in found.items() if path in known}
+
+
+def moisture_lamp(scenario: Scenario) -> Lamp | None:
+    """Say what moisture has set, whatever the tables said of it, and what it found nothing to set for."""
+    if scenario.moisture is None:
+        return None
+    units = {path: quantity.unit for path, _, quantity in scenario.parameters()}
+    moved = moistened(scenario, scenario.moisture)
+    shown = ", ".join(f"{path} = {format_quantity(value, units[path])}" for path, value in moved.items())
+    text = f"moisture.level = {scenario.moisture.level:g} sets {shown or 'nothing'}"
+    starts = {"stack.stratum_corneum": "the skin", "stack.gap": "the gap", "friction": "friction"}
+    idle = [name for start, name in starts.items() if not any(path.startswith(start) for path in moved)]
+    if idle:
+        text += f"; it has no number of {' and '.join(idle)} to set here"
+    return Lamp("moisture", "warning" if idle else "ok", text)
+
+
+def refuse_what_moisture_sets(scenario: Scenario, changes: Collection[str]) -> None:
+    """Refuse changes that moisture would undo.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Changed.
+    changes : collection of str
+        Dotted paths.
+
+    Raises
+    ------
+    InputError
+        With each of them.
+    """
+    moisture = scenario.moisture
+    undone = [] if moisture is None else [path for path in moistened(scenario, moisture) if path in changes]
+    if undone:
+        raise InputError(
+            f"{path}: moisture sets it. Change moisture.level or its dry and wet values, or leave the table [moisture] away"
+            for path in undone
+        )

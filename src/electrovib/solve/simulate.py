@@ -18,6 +18,7 @@ from electrovib.solve.current import caveat
 from electrovib.solve.electrical import electrical
 from electrovib.solve.expand import behind_amplifier, mean_force, modes, per_volt_of, phasors
 from electrovib.solve.mechanical import mechanical
+from electrovib.solve.moisture import moisture_lamp
 from electrovib.solve.sampling import sampling
 from electrovib.solve.scenario import Scenario
 from electrovib.solve.section import ModalSection, PhasorSection
@@ -143,6 +144,8 @@ def _transfer_error(law: ForceLaw, section: ModalSection, exact: PhasorSection) 
 def _lamps(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
     layers, voltage = scenario.stack.layers, scenario.drive.quantity == "voltage"
     spoken = [*scenario.force.lamps(layers), *([] if voltage else [caveat()])]
+    moist = moisture_lamp(scenario)
+    spoken += [] if moist is None else [moist]
     for name, layer in layers.items():
         spoken += layer.material.lamps(name)
     peaks = {name: peak(row) for name, row in zip(layers, variables["field"][1], strict=True)}

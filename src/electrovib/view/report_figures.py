@@ -35,6 +35,7 @@ BEYOND: Final = (
     "normal_force",
     "sliding_speed",
     "gross_contact_area",
+    "ridge_contact_area",
     "real_contact_area",
     "bristle_deflection",
     "skin_displacement",

@@ -32,7 +32,8 @@ class Closing(Model):
     Notes
     -----
     damping g' = repulsion(g) - load pressure - attraction: what is squeezed out resists, no mass. It begins at
-    rest with the thickness of the layer, or where the relief carries the load.
+    rest where the relief carries the load of time 0; with the thickness of the layer where a relief that reaches
+    endlessly far carries none.
     """
 
     example: ClassVar[Mapping[str, Any]] = {"damping": 1e6}

@@ -74,7 +74,8 @@ def measured(
     jumps: ArrayLike = (),
     shortest: float = math.inf,
     held: float = math.inf,
-    lateral_filter: Filter | None = None,
+    friction: Filter | None = None,
+    before: float = 0.0,
 ) -> Measured:
     """Forces as the rig reads them: through its sensors, then digitised with its noise.
 
@@ -90,8 +91,10 @@ def measured(
     tolerance, most, jumps, shortest, held
         As for `respond_mechanically`; `held` also for samples. A piezo sensor shows nothing of a force held for
         ever before the first time.
-    lateral_filter : Filter, optional
-        What the lateral force passes before the rig, such as a lag of the friction.
+    friction : Filter, optional
+        Between `lateral_force`, then a function, and the lateral force on the sensor.
+    before : float
+        How long before the first time `lateral_force` is followed, from a state held until then [s].
 
     Returns
     -------
@@ -107,17 +110,18 @@ def measured(
     moments = stamps if rig.digitiser is None else _moments(rig.digitiser, stamps, most)
     sensor = of_stages(rig.lateral_stages())
     channels = {
-        "normal": (normal_force, of_stages(rig.normal_stages())),
-        "lateral": (lateral_force, sensor if lateral_filter is None else cascade(lateral_filter, sensor)),
+        "normal": (normal_force, of_stages(rig.normal_stages()), 0.0),
+        "lateral": (lateral_force, sensor if friction is None else cascade(friction, sensor), before),
     }
     found, worst = {}, 0.0
-    for name, (force, filter_) in channels.items():
+    for name, (force, filter_, early) in channels.items():
         if callable(force):
             options = {"tolerance": tolerance, "shortest": shortest, "held": held}
+            asked = np.append(moments[0] - early, moments) if early else moments
             outputs, error = respond_mechanically(
-                force, {name: filter_}, moments, most=most, jumps=jumps, **options
+                force, {name: filter_}, asked, most=most, jumps=jumps, **options
             )
-            found[name], worst = outputs[name], max(worst, error)
+            found[name], worst = outputs[name][len(asked) - len(moments) :], max(worst, error)
         else:
             found[name] = _of_samples(filter_, stamps, force, moments, held, f"{name}_force")
     signals, lamps = found, list[Lamp]()

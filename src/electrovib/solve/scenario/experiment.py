@@ -133,6 +133,10 @@ class Scenario(Model):
             Every mistake at once.
         """
         changed = Model.replace(self, changes)
+        if changed.moisture is not None:
+            from electrovib.solve.moisture import refuse_what_moisture_sets
+
+            refuse_what_moisture_sets(changed, changes)
         kept = {
             path: text
             for path, text in self.sources.items()

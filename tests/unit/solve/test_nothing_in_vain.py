@@ -1,0 +1,114 @@
+"""What a user sets counts, or is refused, or a lamp says that it does not count."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from electrovib.core.errors import InputError
+from electrovib.core.model import read_model
+from electrovib.physics.amplifier import Amplifier
+from electrovib.physics.motion import Motion
+from electrovib.solve.scenario import load
+from electrovib.solve.simulate import simulate
+
+COULOMB = {"model": "Coulomb", "coefficient": 0.5}
+PRESS = {"model": "Press", "begin": 0.05, "rise": 0.05}
+MOIST = {
+    "level": 0.5,
+    "dry_gap_resistivity": 1e12,
+    "wet_gap_resistivity": 1e6,
+    "dry_coefficient": 0.4,
+    "wet_coefficient": 0.8,
+}
+PERSSON = {
+    "model": "PerssonSurface",
+    "modulus": 2e7,
+    "rms_slope": 1.0,
+    "rms_gap": 2e-5,
+    "pressure_factor": 0.5,
+    "decay_factor": 0.5,
+}
+
+
+@pytest.fixture(scope="module")
+def gap():
+    return load("vezzoli_2014/fig6_gap")
+
+
+def lamps(trace):
+    return {lamp["name"]: lamp for lamp in json.loads(trace.attrs["lamps"])}
+
+
+def test_a_sink_alone_would_not_limit():
+    with pytest.raises(InputError, match="source_current beside it"):
+        read_model(Amplifier, {"sink_current": "2 uA"})
+
+
+def test_a_programme_of_no_speed():
+    with pytest.raises(InputError, match="programme needs the speed"):
+        read_model(Motion, {"programme": {"model": "Press", "rise": 0.1}})
+
+
+def test_a_press_has_no_periodic_state_behind_a_memory(gap):
+    """Without memory it is exact: the attraction repeats, the load does not."""
+    sine = {"drive": {"model": "Sine", "amplitude": 100.0, "frequency": 50.0}, "load.programme": PRESS}
+    settled = sine | {"time.initial_state": {"model": "PeriodicState"}}
+    time = np.linspace(0, 0.2, 201)
+    trace = simulate(gap.replace(settled), time=time)
+    np.testing.assert_allclose(trace.normal_force.values[-1], 0.5)
+    lag = {"friction": {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": 100.0}}
+    with pytest.raises(InputError, match=r"load\.programme = Press happens once"):
+        simulate(gap.replace(settled | lag), time=time)
+
+
+def test_a_closing_gap_without_a_load_begins_as_declared(gap):
+    """A Persson relief carries no load only endlessly far away."""
+    closing = {
+        "stack.gap.material.conductivity": 0.0,
+        "contact.surface": PERSSON,
+        "contact.closing": {"damping": 1e6},
+        "load.programme": PRESS,
+    }
+    trace = simulate(gap.replace(closing), time=np.linspace(0, 0.2, 41))
+    assert trace.gap.values[0] == gap.stack.layers["gap"].thickness
+    carried = 0.5e7 * 2 * np.exp(-trace.gap.values[-1] / 1e-5) * 1e-4
+    assert carried == pytest.approx(float(trace.normal_force[-1] + trace.electrostatic_force[-1]), rel=0.02)
+
+
+def test_ridges_are_an_area_beside_outline_and_real_contact(gap):
+    told = simulate(gap.replace({"contact.surface": PERSSON, "contact.ridge_share": 0.6}))
+    np.testing.assert_allclose(told.gross_contact_area.values, 1e-4, rtol=1e-15)
+    np.testing.assert_allclose(told.ridge_contact_area.values, 0.6e-4, rtol=1e-15)
+    assert float(told.real_contact_area.max()) < 0.6e-4
+
+
+def test_the_current_that_a_stray_capacitance_takes_is_not_said_to_enter_the_finger(gap):
+    stray = {"circuit.amplifier": {"gain": 1.0, "bandwidth": 1e5, "stray_capacitance": 1e-8}}
+    trace = simulate(gap.replace(stray))
+    assert float(np.abs(trace.amplifier_current).max()) > 10 * float(np.abs(trace.current).max())
+    assert "into plate, stray capacitance and finger" in lamps(trace)["current"]["text"]
+    assert "into the contact" in lamps(simulate(gap))["current"]["text"]
+
+
+def test_moisture_says_what_it_sets_and_what_it_finds_nothing_for(gap):
+    moist = gap.replace({"moisture": MOIST})
+    lamp = lamps(simulate(moist))["moisture"]
+    assert lamp["state"] == "ok"
+    assert "friction.coefficient = 0.6" in lamp["text"]
+    shear = {"friction": {"model": "AdhesiveShear", "shear_strength": 1e6}, "contact.surface": PERSSON}
+    lamp = lamps(simulate(gap.replace(shear | {"moisture": MOIST})))["moisture"]
+    assert lamp["state"] == "warning"
+    assert "no number of friction" in lamp["text"]
+    with pytest.raises(InputError, match=r"friction\.coefficient: moisture sets it"):
+        moist.replace({"friction.coefficient": 0.7})
+    assert moist.replace({"moisture": None, "friction.coefficient": 0.7}).friction.coefficient == 0.7
+
+
+def test_a_load_on_a_finger_held_off_is_told():
+    held = load("vezzoli_2014/fig2_tremor")
+    time = np.linspace(0, 0.05, 11)
+    assert "load" not in lamps(simulate(held, time=time))
+    assert lamps(simulate(held.replace({"load.normal_force": 0.5}), time=time))["load"]["state"] == "warning"
