@@ -15,19 +15,23 @@ from electrovib.core.trace import make_trace
 from electrovib.physics.drive.parts import Linear
 from electrovib.physics.safety import SMALLEST_PASCHEN_GAP, lamps, paschen_voltage, peak
 from electrovib.solve.current import caveat
-from electrovib.solve.electrical import electrical
+from electrovib.solve.electrical import Electrical, electrical
 from electrovib.solve.expand import behind_amplifier, mean_force, modes, per_volt_of, phasors
 from electrovib.solve.mechanical import mechanical
 from electrovib.solve.moisture import moisture_lamp
 from electrovib.solve.sampling import sampling
 from electrovib.solve.scenario import Scenario
 from electrovib.solve.section import ModalSection, PhasorSection
+from electrovib.solve.steps import marks_of
 from electrovib.solve.transfer import Real
 
 if TYPE_CHECKING:
     import xarray
 
     from electrovib.physics.force import ForceLaw
+
+MOST_CORNERS = 10_000
+"""Corners of a drive at which a current is looked for beside the times that are asked for."""
 
 
 def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
@@ -78,7 +82,8 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
         **moved.signals,
         **_over_frequency(scenario, at_frequency),
     }
-    spoken = [*_lamps(scenario, variables), *moved.lamps, *sampling(scenario.drive, times)]
+    unseen = _peak_current_in_edges(scenario, section, answer, times)
+    spoken = [*_lamps(scenario, variables, unseen), *moved.lamps, *sampling(scenario.drive, times)]
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
     coordinates = {
         "time": times,
@@ -141,7 +146,23 @@ def _transfer_error(law: ForceLaw, section: ModalSection, exact: PhasorSection) 
     return max(errors)
 
 
-def _lamps(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
+def _peak_current_in_edges(
+    scenario: Scenario, section: ModalSection, answer: Electrical, times: Real
+) -> float:
+    """Largest current [A] at the corners of the drive and between them, where a closed form tells it for little."""
+    if answer.choice["solver"] not in {"transient", "periodic"} or len(times) < 2:
+        return 0.0
+    corners = marks_of(scenario.drive, float(times[-1]))[0]
+    corners = np.unique(np.append(corners, 0.0))
+    corners = corners[(corners >= times[0]) & (corners <= times[-1])][:MOST_CORNERS]
+    moments = np.unique(np.concatenate([corners, (corners[1:] + corners[:-1]) / 2]))
+    if not len(moments):
+        return 0.0
+    found = electrical(scenario, section, moments).found
+    return peak(found.get("amplifier_current", found["current"]))
+
+
+def _lamps(scenario: Scenario, variables: dict[str, Any], unseen: float) -> list[Lamp]:
     layers, voltage = scenario.stack.layers, scenario.drive.quantity == "voltage"
     spoken = [*scenario.force.lamps(layers), *([] if voltage else [caveat()])]
     moist = moisture_lamp(scenario)
@@ -161,7 +182,7 @@ def _lamps(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
         peak_fields=peaks,
         thicknesses=thicknesses,
         breakdown_fields={name: layer.breakdown_field for name, layer in layers.items()},
-        peak_current=peak(variables["amplifier_current" if given else "current"][1]),
+        peak_current=max(unseen, peak(variables["amplifier_current" if given else "current"][1])),
         current_of="plate, stray capacitance and finger" if given else "the contact",
         jumps=voltage and jumps and not softened,
         peak_voltage=peak(variables["stack_voltage"][1]),

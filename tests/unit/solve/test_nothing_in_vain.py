@@ -112,3 +112,13 @@ def test_a_load_on_a_finger_held_off_is_told():
     time = np.linspace(0, 0.05, 11)
     assert "load" not in lamps(simulate(held, time=time))
     assert lamps(simulate(held.replace({"load.normal_force": 0.5}), time=time))["load"]["state"] == "warning"
+
+
+def test_a_current_in_an_edge_between_two_times_is_not_missed(gap):
+    """C dV/dt of the edge, whatever the output times: 3 us between times 5 ms apart."""
+    square = {"drive": {"model": "Square", "high": 300.0, "frequency": 20.0, "edge": 3e-6}}
+    coarse, fine = (
+        simulate(gap.replace(square), time=time) for time in (np.arange(13) * 5e-3, np.linspace(0, 6e-6, 601))
+    )
+    assert float(np.abs(fine.current).max()) > 250e-6 > 100 * float(np.abs(coarse.current).max())
+    assert lamps(coarse)["current"]["state"] == lamps(fine)["current"]["state"] == "warning"
