@@ -259,3 +259,32 @@ def test_a_finger_that_sets_out_sticks_before_it_slips(founding):
     np.testing.assert_allclose(bent[early], way[early], atol=0.02 * way[early].max())
     assert lateral[-1] == pytest.approx(0.25 * (1 + 0.5 * np.exp(-((2 / 5) ** 2))), rel=1e-3)
     assert trace.attrs["energy_residual"] < 1e-6
+
+
+@pytest.mark.parametrize("digitised", [False, True])
+def test_readings_in_the_periodic_state_are_those_of_a_late_period(digitised):
+    """The sensor creeps with 50 ms, half a period: begun at the first time it would be off by 3 % of the swing."""
+    rig = {
+        "model": "Tribometer",
+        "normal": {"natural_frequency": 2e3, "damping_ratio": 0.02, "time_constant": 10.0},
+        "lateral": {
+            "natural_frequency": 500.0,
+            "damping_ratio": 0.5,
+            "creep": {"share": 0.25, "time": 50e-3},
+        },
+    }
+    if digitised:  # steps of 120 nN
+        levels = {"sampling_rate": 10e3, "bits": 24, "normal_range": 1.0, "lateral_range": 1.0, "seed": 1}
+        rig["digitiser"] = levels
+    drive = {"model": "Trapezium", "high": 1000.0, "rise": 0.01, "hold": 0.04, "fall": 0.01, "repeat": 0.1}
+    scenario = load("vezzoli_2014/fig6").replace({"drive": drive, "rig": rig})
+    time = np.linspace(0, 0.1, 1001)
+    settled = scenario.replace({"time.initial_state": {"model": "PeriodicState"}})
+    found = simulate(settled, time=time).lateral_force_measured.values
+    late = simulate(scenario, time=np.concatenate([[0.0], time + 2.0])).lateral_force_measured.values[1:]
+    close = 1e-3 if digitised else 3e-5  # of a swing of 1.5 mN: 1e-6 of the largest reading, and the levels
+    assert np.max(np.abs(found - late)) < close * np.ptp(late)
+    creeping = {"model": "Creep", "steady": {"model": "Coulomb", "coefficient": 0.5}, "relaxations": []}
+    creeping["relaxations"] = [{"share": 0.2, "time": 4e-3}]
+    with pytest.raises(InputError, match="rig"):
+        simulate(settled.replace({"friction": creeping}), time=time)

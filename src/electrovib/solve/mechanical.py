@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from electrovib.solve.bristles import slide
 from electrovib.solve.chain import finger_filters, measured, respond_mechanically
 from electrovib.solve.electrical import Electrical
 from electrovib.solve.expand import contact_share
-from electrovib.solve.filters.declared import cascade
+from electrovib.solve.filters.declared import cascade, of_stages
 from electrovib.solve.lateral import changing_lag, corner_changes, friction_filter, shortest_time, steady_law
 from electrovib.solve.scenario import PeriodicState
 from electrovib.solve.steps import marks_of
@@ -154,7 +154,7 @@ class _Chain:
     ) -> None:
         self.scenario, self.times, self.answer, self.at = scenario, times, answer, at
         self.settled = isinstance(scenario.time.initial_state, PeriodicState)
-        self.bend = 0.0
+        self.bend = self.run_in = 0.0
         self.prepared = answer.choice["solver"] in CLOSED
 
     def steady(self, times: Real, force: Real) -> Real:
@@ -239,21 +239,26 @@ class _Chain:
         """Begin early enough: just before a jump at time 0, or in the periodic state."""
         before = 0.0
         if self.settled:
-            periods = math.ceil(FORGOTTEN / (slow * self._period))
-            if periods > MOST_PERIODS:
-                raise InputError(
-                    f"time.initial_state = PeriodicState: the mechanics needs {periods} periods of the drive to settle;"
-                    " start AtRest and look at a late period"
-                )
-            before = periods * self._period
+            before = self._run_in(slow)
         elif len(self.times) > 1:
             began = self._force(np.array([-1.0, 0.0]))
             if began[0] != began[1]:
                 before = 1e-3 * float(np.min(np.diff(self.times)))
         if not before:
             return run(self.times)
+        self.run_in = before
         rows, error = run(np.append(-before, self.times))
         return {name: row[1:] for name, row in rows.items()}, error
+
+    def _run_in(self, slow: float) -> float:
+        """Whole periods after which a decay at this rate [1/s] has forgotten its beginning [s]."""
+        periods = math.ceil(FORGOTTEN / (slow * self._period))
+        if periods > MOST_PERIODS:
+            raise InputError(
+                f"time.initial_state = PeriodicState: the mechanics needs {periods} periods of the drive to settle;"
+                " start AtRest and look at a late period"
+            )
+        return periods * self._period
 
     def _options(self) -> dict[str, Any]:
         return {"most": MOST, "jumps": self._corners(), "shortest": shortest_time(self.scenario.drive)}
@@ -263,6 +268,10 @@ class _Chain:
         end = float(self.times[-1])
         load = np.array([time for time, _ in self.scenario.load.programme.corners()])
         corners = np.concatenate([[0.0], marks_of(self.scenario.drive, end)[0], load])
+        if self.settled and self.run_in:
+            marks = marks_of(self.scenario.drive, self._period)[0]
+            back = np.arange(1, math.ceil(self.run_in / self._period) + 1) * self._period
+            corners = np.concatenate([corners, (marks[:, None] - back).ravel()])
         return corners[corners <= end]
 
     def measured(self, moved: Mechanics) -> Any:
@@ -278,10 +287,22 @@ class _Chain:
             load = scenario.load.forces(times)
             return load - self.at(np.maximum(times, 0.0)).force if off else load
 
-        options = self._options()
-        if self.settled and callable(lateral):
-            lateral = moved.signals["lateral_force"][1]
-        return measured(rig, self.times, normal, lateral, **options)
+        if not self.settled:
+            return measured(rig, self.times, normal, lateral, **self._options())
+        if not callable(lateral):
+            raise InputError(
+                f"rig: what it reads of {type(scenario.friction).__name__}, a friction with memory, is not known in the"
+                " periodic state. Set time.initial_state = AtRest and look at a late period"
+            )
+        sensor = of_stages(rig.lateral_stages())
+        before = self._run_in(float(np.min(-sensor.poles.real)))
+        rate = rig.digitiser.sampling_rate if rig.digitiser else 1 / before
+        self.run_in = before = math.ceil(before * rate - 1e-9) / rate  # a reading falls on the first time
+        run = np.append(self.times[0] - before, self.times)
+        load = scenario.load.forces(run)
+        held: Any = load if not off and np.ptp(load) == 0 else normal  # samples of what is held are exact
+        found = measured(rig, run, held, lateral, **self._options())
+        return replace(found, signals={name: row[1:] for name, row in found.signals.items()})
 
 
 def _between(
