@@ -13,7 +13,7 @@ import numpy as np
 from electrovib.core.lamps import Lamp
 from electrovib.core.trace import make_trace
 from electrovib.physics.drive.parts import Linear
-from electrovib.physics.safety import SMALLEST_PASCHEN_GAP, lamps, paschen_voltage, peak
+from electrovib.physics.safety import SMALLEST_PASCHEN_GAP, air_lamps, lamps, paschen_voltage, peak
 from electrovib.solve.current import caveat
 from electrovib.solve.electrical import electrical
 from electrovib.solve.expand import behind_amplifier, mean_force, modes, per_volt_of, phasors
@@ -154,7 +154,7 @@ def _lamps(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
     amplifier, given = scenario.circuit.amplifier, "amplifier_current" in variables
     softened = amplifier is not None and (amplifier.bandwidth is not None or amplifier.is_limited)
     jumps = any(isinstance(p, Linear) and _jumps(p) for p in scenario.drive.parts())
-    return spoken + lamps(
+    judged = lamps(
         peak_fields=peaks,
         thicknesses=thicknesses,
         breakdown_fields={name: layer.breakdown_field for name, layer in layers.items()},
@@ -165,6 +165,11 @@ def _lamps(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
         limits=scenario.limits,
         return_path=type(scenario.circuit.return_path).__name__,
     )
+    if "gap" in variables:  # the field is not largest where Paschen's law is nearest
+        largest = peak(variables["field"][1][list(layers).index("gap")])
+        emission = air_lamps(largest, thicknesses["gap"])[-1]
+        judged = [emission if lamp.name == emission.name else lamp for lamp in judged]
+    return spoken + judged
 
 
 def _nearest_to_breakdown(variables: dict[str, Any], place: int) -> tuple[float, float]:
