@@ -77,7 +77,12 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
         **moved.signals,
         **_over_frequency(scenario, at_frequency),
     }
-    spoken = [*_lamps(scenario, variables), *moved.lamps, *sampling(scenario.drive, times)]
+    spoken = [
+        *_lamps(scenario, variables),
+        *moved.lamps,
+        *_off_the_plate(scenario, times),
+        *sampling(scenario.drive, times),
+    ]
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
     coordinates = {
         "time": times,
@@ -170,6 +175,15 @@ def _lamps(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
         emission = air_lamps(largest, thicknesses["gap"])[-1]
         judged = [emission if lamp.name == emission.name else lamp for lamp in judged]
     return spoken + judged
+
+
+def _off_the_plate(scenario: Scenario, times: Real) -> list[Lamp]:
+    """Warn of a load, and so of friction, while the finger does not touch."""
+    distance = scenario.motion.distance
+    if distance is None or not np.any(scenario.load.forces(times)[~distance.touches(times)] > 0):
+        return []
+    text = "presses while the finger is held off the plate, and makes friction there: set it to 0, or give load.programme"
+    return [Lamp("load off the plate", "warning", f"load.normal_force {text}")]
 
 
 def _nearest_to_breakdown(variables: dict[str, Any], place: int) -> tuple[float, float]:

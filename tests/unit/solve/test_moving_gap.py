@@ -252,3 +252,18 @@ def test_the_lamp_of_field_emission_sees_the_largest_field():
     assert np.max(np.abs(trace.field.sel(layer="gap").values)) > 75e6
     lamps = {lamp["name"]: lamp["state"] for lamp in json.loads(trace.attrs["lamps"])}
     assert lamps["field emission"] == "warning"
+
+
+@pytest.mark.parametrize(("load_of", "said"), [(0.0, False), (0.5, True)])
+def test_a_load_while_the_finger_is_off_the_plate_is_said(load_of, said):
+    scenario = load("vezzoli_2014/fig2_tremor").replace({"load.normal_force": load_of})
+    trace = simulate(scenario, time=np.linspace(0, 0.1, 11))
+    assert ("load off the plate" in trace.attrs["lamps"]) == said
+
+
+def test_a_load_in_touch_alone_is_not():
+    touch = {"model": "TouchAndLift", "far": 1e-3, "near": 1e-6, "approach": 0.1, "touch": 0.1, "lift": 0.1}
+    points = [{"time": t, "share": s} for t, s in ((0.1, 0), (0.12, 1), (0.18, 1), (0.2, 0))]
+    load_in_touch = {"load.normal_force": 0.5, "load.programme": {"model": "Corners", "points": points}}
+    scenario = load("vezzoli_2014/fig2_tremor").replace({"motion.distance": touch} | load_in_touch)
+    assert "load off the plate" not in simulate(scenario, time=np.linspace(0, 0.3, 31)).attrs["lamps"]
