@@ -118,6 +118,8 @@ def _forget_samples(tables: list[Any]) -> None:
 def _unknown(table: Any, where: str, key: str, path: str) -> str:
     if isinstance(table, list):
         return f"{path}: '{where}' has entries 0 to {len(table) - 1}"
+    if table is None:
+        return f"{path}: '{where}' is not given, so without parameters of its own; if it is a table, set it whole"
     if not isinstance(table, dict):
         return f"{path}: '{where}' is a single value, without parameters of its own"
     owner = f" of {table['model']}" if "model" in table else f" in '{where}'" if where else ""

@@ -63,6 +63,10 @@ class Distance(Model, family=True):
     def breaks(self) -> tuple[float, ...]:
         """Times at which the distance is not smooth [s], increasing."""
 
+    def touches(self, time: ArrayLike) -> NDArray[np.bool_]:
+        """Tell at which times [s] the finger touches: never, unless a distance says otherwise."""
+        return np.zeros(np.shape(time), dtype=bool)
+
     @property
     @abstractmethod
     def fastest(self) -> float:
@@ -153,6 +157,10 @@ class TouchAndLift(Distance):
         approaches, lifts = ((share > 0) & (share < 1) for share in (down, up))
         nearing = approaches * np.sin(np.pi * down) / (top - begin) - lifts * np.sin(np.pi * up) / (far - end)
         return np.asarray(self.gap(times) * np.log(self.near / self.far) * np.pi / 2 * nearing)
+
+    def touches(self, time: ArrayLike) -> NDArray[np.bool_]:
+        """Tell at which times [s] it is as near as it comes."""
+        return np.asarray(self.gap(time) <= self.near * (1 + 1e-9))
 
     def breaks(self) -> tuple[float, ...]:
         """Give the ends of approach and lift."""

@@ -130,6 +130,9 @@ def lamps(
         Declared.
     return_path : str
         Name of the model of the way back.
+
+    Returns
+    -------
     list of Lamp
         In the order plate to finger, then the circuit.
     """

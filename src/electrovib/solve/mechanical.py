@@ -10,7 +10,6 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.lamps import Lamp
-from electrovib.core.units import format_quantity
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import BristleFriction, SteadyFriction
 from electrovib.physics.programme import Steady
@@ -103,7 +102,6 @@ def mechanical(
     chain = _Chain(scenario, times, answer, at)
     moved = Mechanics()
     moved.add(_given(chain))
-    moved.lamps += _held_off(scenario)
     error = _friction(chain, moved)
     if scenario.rig is not None:
         chain.prepare()
@@ -114,19 +112,6 @@ def mechanical(
     if error:
         moved.how["mechanics_error"] = max(error, chain.bend)
     return moved
-
-
-def _held_off(scenario: Scenario) -> list[Lamp]:
-    """Warn of a load on a finger whose distance is given: friction counts it wherever the finger is."""
-    load = scenario.load
-    if scenario.motion.distance is None or not load.normal_force:
-        return []
-    held = format_quantity(load.normal_force, "N")
-    text = (
-        f"load.normal_force = {held} presses and rubs at any motion.distance; give a finger held off the plate a load of"
-        " 0, or one that touches and lifts a load.programme"
-    )
-    return [Lamp("load", "warning", text)]
 
 
 def _given(chain: _Chain) -> dict[str, Real]:
@@ -170,7 +155,7 @@ class _Chain:
     ) -> None:
         self.scenario, self.times, self.answer, self.at = scenario, times, answer, at
         self.settled = isinstance(scenario.time.initial_state, PeriodicState)
-        self.bend = 0.0
+        self.bend = self.run_in = 0.0
         self.lateral_at: Callable[[Real], Real] | None = None
         self.prepared = answer.choice["solver"] in CLOSED
 
@@ -293,7 +278,8 @@ class _Chain:
                 f"time.initial_state = PeriodicState: the mechanics needs {periods} periods of the drive to settle;"
                 " start AtRest and look at a late period"
             )
-        return periods * self._period
+        self.run_in = periods * self._period
+        return self.run_in
 
     def _options(self) -> dict[str, Any]:
         return {"most": MOST, "jumps": self._corners(), "shortest": shortest_time(self.scenario.drive)}
@@ -303,23 +289,31 @@ class _Chain:
         end = float(self.times[-1])
         load = np.array([time for time, _ in self.scenario.load.programme.corners()])
         corners = np.concatenate([[0.0], marks_of(self.scenario.drive, end)[0], load])
+        if self.settled and self.run_in:
+            marks = marks_of(self.scenario.drive, self._period)[0]
+            back = np.arange(1, math.ceil(self.run_in / self._period) + 1) * self._period
+            corners = np.concatenate([corners, (marks[:, None] - back).ravel()])
         return corners[corners <= end]
+
+    def _normal(self, times: Real) -> Real:
+        """Force on the sensor under the plate: the load, less the pull on a finger held off."""
+        load = self.scenario.load.forces(np.maximum(times, 0.0))
+        return load if self.scenario.motion.distance is None else load - self.attraction(times)
 
     def measured(self) -> Measured:
         """Read load and friction through the rig."""
         rig, scenario = self.scenario.rig, self.scenario
         assert rig is not None
 
-        def normal(times: Real) -> Real:
-            load = scenario.load.forces(np.maximum(times, 0.0))
-            return load if scenario.motion.distance is None else load - self.attraction(times)
-
-        options = self._options()
+        normal: Any = self._normal
+        if scenario.motion.distance is None and isinstance(scenario.load.programme, Steady):
+            normal = scenario.load.forces(self.times)  # samples of what is held are exact
         if self.lateral_at is not None:
-            return measured(rig, self.times, normal, self.lateral_at, **options)
+            return measured(rig, self.times, normal, self.lateral_at, **self._options())
         friction = friction_filter(scenario)
         before = self._before(min(_slowest(of_stages(rig.lateral_stages())), _slowest(friction)))
-        return measured(rig, self.times, normal, self._force, friction=friction, before=before, **options)
+        options = self._options() | {"friction": friction, "before": before}
+        return measured(rig, self.times, normal, self._force, **options)
 
 
 def _slowest(filter_: Filter) -> float:

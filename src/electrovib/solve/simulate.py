@@ -13,7 +13,7 @@ import numpy as np
 from electrovib.core.lamps import Lamp
 from electrovib.core.trace import make_trace
 from electrovib.physics.drive.parts import Linear
-from electrovib.physics.safety import SMALLEST_PASCHEN_GAP, lamps, paschen_voltage, peak
+from electrovib.physics.safety import SMALLEST_PASCHEN_GAP, air_lamps, lamps, paschen_voltage, peak
 from electrovib.solve.current import caveat
 from electrovib.solve.electrical import Electrical, electrical
 from electrovib.solve.expand import behind_amplifier, mean_force, modes, per_volt_of, phasors
@@ -83,7 +83,12 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
         **_over_frequency(scenario, at_frequency),
     }
     unseen = _peak_current_in_edges(scenario, section, answer, times)
-    spoken = [*_lamps(scenario, variables, unseen), *moved.lamps, *sampling(scenario.drive, times)]
+    spoken = [
+        *_lamps(scenario, variables, unseen),
+        *moved.lamps,
+        *_off_the_plate(scenario, times),
+        *sampling(scenario.drive, times),
+    ]
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
     coordinates = {
         "time": times,
@@ -178,7 +183,7 @@ def _lamps(scenario: Scenario, variables: dict[str, Any], unseen: float) -> list
     amplifier, given = scenario.circuit.amplifier, "amplifier_current" in variables
     softened = amplifier is not None and (amplifier.bandwidth is not None or amplifier.is_limited)
     jumps = any(isinstance(p, Linear) and _jumps(p) for p in scenario.drive.parts())
-    return spoken + lamps(
+    judged = lamps(
         peak_fields=peaks,
         thicknesses=thicknesses,
         breakdown_fields={name: layer.breakdown_field for name, layer in layers.items()},
@@ -190,6 +195,20 @@ def _lamps(scenario: Scenario, variables: dict[str, Any], unseen: float) -> list
         limits=scenario.limits,
         return_path=type(scenario.circuit.return_path).__name__,
     )
+    if "gap" in variables:  # the field is not largest where Paschen's law is nearest
+        largest = peak(variables["field"][1][list(layers).index("gap")])
+        emission = air_lamps(largest, thicknesses["gap"])[-1]
+        judged = [emission if lamp.name == emission.name else lamp for lamp in judged]
+    return spoken + judged
+
+
+def _off_the_plate(scenario: Scenario, times: Real) -> list[Lamp]:
+    """Warn of a load, and so of friction, while the finger does not touch."""
+    distance = scenario.motion.distance
+    if distance is None or not np.any(scenario.load.forces(times)[~distance.touches(times)] > 0):
+        return []
+    text = "presses while the finger is held off the plate, and makes friction there: set it to 0, or give load.programme"
+    return [Lamp("load off the plate", "warning", f"load.normal_force {text}")]
 
 
 def _nearest_to_breakdown(variables: dict[str, Any], place: int) -> tuple[float, float]:

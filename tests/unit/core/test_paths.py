@@ -98,3 +98,8 @@ def test_tables_can_be_made_on_the_way():
     assert put(tables, {"a.b.c": 1, "a.b.d": 2}, strict=False) == []
     assert tables == {"a": {"b": {"c": 1, "d": 2}}}
     assert len(put(tables, {"a.x.c": 1})) == 1
+
+
+def test_a_part_of_a_table_that_is_not_given_is_told_apart_from_a_value():
+    with pytest.raises(InputError, match=r"'perception' is not given, .*set it whole"):
+        load("vezzoli_2014/fig6").replace({"perception.threshold": 1e-6})

@@ -110,8 +110,9 @@ def test_moisture_says_what_it_sets_and_what_it_finds_nothing_for(gap):
 def test_a_load_on_a_finger_held_off_is_told():
     held = load("vezzoli_2014/fig2_tremor")
     time = np.linspace(0, 0.05, 11)
-    assert "load" not in lamps(simulate(held, time=time))
-    assert lamps(simulate(held.replace({"load.normal_force": 0.5}), time=time))["load"]["state"] == "warning"
+    assert "load off the plate" not in lamps(simulate(held, time=time))
+    pressed = simulate(held.replace({"load.normal_force": 0.5}), time=time)
+    assert lamps(pressed)["load off the plate"]["state"] == "warning"
 
 
 def test_a_current_in_an_edge_between_two_times_is_not_missed(gap):

@@ -46,17 +46,20 @@ def page(rows: tuple[Row, ...]) -> Page:
             "The falling edge. The paper reports a difference on the discharging parts and suspects the sensor. Its sentence"
             " can be read in two ways, and each candidate answers for itself in the table below. Read as the falling ramp:"
             " one relaxation time and a long hold give two equal pulses, so the paper's own model cannot; made causal with a"
-            f" dispersive skin it gives a smaller second one, {interval('falling_edge_asymmetry')} over the cases here, with"
-            " no new physics; sliding over fresh film lowers it the more the faster the finger, polarity turns it either"
-            " way, an amplifier that sinks less than it sources lowers it; the relaxing sensor that the paper suspects and a"
-            " viscoelastic skin hardly move it. Read as the decay during the hold: sliding keeps a plateau"
-            " of the static force, a dispersive skin a slow tail, a leak that depends on polarity or field another time"
-            " constant, and viscoelastic skin and the sensor their own relaxations.",
+            f" dispersive skin it gives a smaller second one, {interval('falling_edge_asymmetry')} over the skins here"
+            " at ramps of 36 ms and a hold of 100 ms, with no new physics; sliding"
+            " over fresh film lowers it the more the faster the finger, polarity turns it either way, an amplifier that"
+            " sinks less than it sources lowers it; the relaxing sensor that the paper suspects and a viscoelastic skin"
+            " hardly move it. Read as the decay during the hold: sliding keeps a plateau of the static force, a dispersive"
+            " skin a slow tail, a leak that depends on polarity or field another time constant, and viscoelastic skin and"
+            " the sensor their own relaxations.",
             "An experiment that would tell. A periodic trapezium of equal halves gives exactly equal pulses under any linear"
-            f" law (largest difference here {interval('periodic_trapezium')} of the peak): what remains different is then"
-            " polarity, the amplifier, sliding or the sensor. Inverting the drive turns polarity over and nothing else;"
-            " changing the speed moves sliding and nothing else; recording the voltage at the plate shows the amplifier; a"
-            " weight on the sensor shows the sensor.",
+            f" law without a field held by fresh or charged film (largest difference here {interval('periodic_trapezium')} of"
+            " the peak): what remains different is then polarity, the amplifier or sliding; a sensor or a skin that relaxes"
+            " linearly leaves equal pulses equal. Inverting the drive turns over what knows its sign, which is polarity, the"
+            " amplifier and charged film, and nothing else; changing the speed moves sliding and nothing else;"
+            " neutralising the film leaves its charge out; recording the voltage at the plate shows the amplifier; a weight"
+            " on the sensor shows the sensor.",
             "Figure 2 needs a gap that does not conduct. The lost charge of law (5) has no gap in it and would decay"
             " for a finger held off the plate too; the stack with air between stays constant, as measured.",
         ),

@@ -80,7 +80,7 @@ _SLIDING_TEST = "vary the speed: the plateau of the hold grows in proportion; a 
 def candidates() -> tuple[Candidate, ...]:
     """Give every candidate with its switch, at plausible values."""
     two_taus = f"time constants {SLOW * 1e3:g} and {FAST * 1e3:g} ms by polarity, {_CHOICE}"
-    inverted = "invert the drive, 0 to -1000 V: the ratio turns over; no linear cause knows the sign"
+    inverted = "invert the drive, 0 to -1000 V, on a neutral film with the plate voltage recorded: the ratio turns over"
     charged = f"{FILM_CHARGE * 1e6:g} uC/m2 on the film that comes under the finger, {_CHOICE}; 30 mm/s"
     wiped = "neutralise the film before the pass, then do not: only this changes"
     return (
