@@ -155,6 +155,8 @@ def test_what_an_amplifier_does_not_go_with(founding):
 def test_a_hand_that_holds_the_finger_off_reads_as_pull_and_rubs_nothing():
     trace = simulate(load("vezzoli_2014/fig2_tremor"))
     assert np.all(trace.lateral_force.values == 0)
+    said = {lamp["name"]: lamp["text"] for lamp in json.loads(trace.attrs["lamps"])}
+    assert said["moving gap"].startswith("the gap is 90 um to 110 um over time")
     early = (trace.time.values > 0.05) & (trace.time.values < 0.3)
     read, pull = trace.normal_force_measured.values[early], trace.electrostatic_force.values[early]
     np.testing.assert_allclose(read, -pull, rtol=0.05)  # the charge amplifier forgets with 10 s

@@ -12,6 +12,7 @@ import numpy as np
 
 from electrovib.core.lamps import Lamp
 from electrovib.core.trace import make_trace
+from electrovib.core.units import format_quantity
 from electrovib.physics.drive.parts import Linear
 from electrovib.physics.safety import SMALLEST_PASCHEN_GAP, air_lamps, lamps, paschen_voltage, peak
 from electrovib.solve.current import caveat
@@ -87,6 +88,7 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
         *_lamps(scenario, variables, unseen),
         *moved.lamps,
         *_off_the_plate(scenario, times),
+        *_moving_gap(scenario, variables),
         *sampling(scenario.drive, times),
     ]
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
@@ -209,6 +211,20 @@ def _off_the_plate(scenario: Scenario, times: Real) -> list[Lamp]:
         return []
     text = "presses while the finger is held off the plate, and makes friction there: set it to 0, or give load.programme"
     return [Lamp("load off the plate", "warning", f"load.normal_force {text}")]
+
+
+def _moving_gap(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
+    """Say what the declared thickness of a gap that moves is used for."""
+    if "gap" not in variables:
+        return []
+    low, high = (
+        format_quantity(float(edge(variables["gap"][1])), "m", digits=3) for edge in (np.min, np.max)
+    )
+    declared = format_quantity(scenario.stack.layers["gap"].thickness, "m")
+    text = (
+        f"the gap is {low} to {high} over time; over frequency, and as drawn, it is the declared {declared}"
+    )
+    return [Lamp("moving gap", "ok", text)]
 
 
 def _nearest_to_breakdown(variables: dict[str, Any], place: int) -> tuple[float, float]:

@@ -56,7 +56,7 @@ def summary(found: Percept) -> list[str]:
         lines.append(f"{felt.channel}: {level}{relative} ({felt.status})")
     low, high = found.interval
     lines.append(
-        f"felt by: {found.loudest}, {_decibels(found.relative)}; between {low:+.1f} and {high:+.1f} dB:"
+        f"{'strongest in' if found.sensation is None else 'felt by'}: {found.loudest}, {_decibels(found.relative)}; between {low:+.1f} and {high:+.1f} dB:"
     )
     lines += [f"  {_decibels(value)} with {name}" for name, value in found.alternatives.items()]
     if found.sensation is None:

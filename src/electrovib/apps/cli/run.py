@@ -57,6 +57,8 @@ def summary(trace: Any, output: str | None, report: str | None) -> list[str]:
         for lamp in json.loads(trace.attrs["lamps"])
         if lamp["state"] == "warning"
     ]
+    if "friction_solver" in trace.attrs:
+        lines.append(f"friction: {trace.attrs['friction_solver']}")
     if dropped := trace.attrs["dropped_samples"]:
         words = "1 sample of the drive was" if dropped == 1 else f"{dropped} samples of the drive were"
         lines.append(f"warning: {words} dropped")
