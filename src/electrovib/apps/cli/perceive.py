@@ -55,9 +55,9 @@ def summary(found: Percept) -> list[str]:
         )
         lines.append(f"{felt.channel}: {level}{relative} ({felt.status})")
     low, high = found.interval
-    lines.append(
-        f"{'strongest in' if found.sensation is None else 'felt by'}: {found.loudest}, {_decibels(found.relative)}; between {low:+.1f} and {high:+.1f} dB:"
-    )
+    word = "strongest in" if found.sensation is None else "felt by"
+    level = f"{_decibels(found.relative)}; between {low:+.1f} and {high:+.1f} dB:"
+    lines.append(f"{word}: {found.loudest}, {level}")
     lines += [f"  {_decibels(value)} with {name}" for name, value in found.alternatives.items()]
     if found.sensation is None:
         lines.append("verdict: relative only, calibrate with perception.threshold and perception.compliance")
