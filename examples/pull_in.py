@@ -28,7 +28,7 @@ def draw(loop: Hysteresis, snap: float) -> Figure:
     ax.plot(loop.down.voltage, loop.down.gap / 1e-6, "--", label="falling")
     ax.axvline(snap, color="0.6", lw=1, label=f"pull-in voltage, {snap:.1f} V")
     ax.set(xlabel="voltage [V]", ylabel="gap [µm]", title="Pull-in and release of a spring over a film")
-    ax.legend()
+    ax.legend(loc=(0.42, 0.15))
     return figure
 
 

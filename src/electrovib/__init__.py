@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from electrovib.solve.simulate import simulate as simulate
     from electrovib.study.catalogue import models as models
     from electrovib.study.perceive import perceive as perceive
+    from electrovib.study.percept import just_noticeable as just_noticeable
     from electrovib.study.recording import read_recording as read_recording
     from electrovib.study.ringing import ringing as ringing
     from electrovib.study.sweep import sweep as sweep
@@ -38,6 +39,7 @@ _PLACES = {
     "export": "electrovib.export.scenario",
     "hysteresis": "electrovib.solve.equilibrium",
     "init": "electrovib.apps.init",
+    "just_noticeable": "electrovib.study.percept",
     "load": "electrovib.solve.scenario",
     "models": "electrovib.study.catalogue",
     "perceive": "electrovib.study.perceive",

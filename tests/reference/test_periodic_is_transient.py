@@ -164,7 +164,7 @@ def test_edges_to_the_stated_truncation(finger, shipped_material, drive, harmoni
         error = np.abs(marched[name] - steady) / largest
         assert np.all(error < bound + PRECISION * np.max(np.abs(steady)) / largest)
         # refused even where little is left between the edges
-        wrong = np.abs(1.02 * marched[name] - steady) / largest
+        wrong = np.abs(1.01 * marched[name] - steady) / largest
         assert harmonics < 4096 or np.any(wrong > bound)
 
 

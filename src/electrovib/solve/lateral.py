@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Linear, Tones
-from electrovib.physics.friction import Creep, FirstOrderLag, SteadyFriction
+from electrovib.physics.friction import Creep, FirstOrderLag, FollowingFriction, SteadyFriction
 from electrovib.physics.programme import Steady
 from electrovib.solve.filters.declared import first_order
 from electrovib.solve.filters.filter import Filter
@@ -33,8 +33,8 @@ def steady_law(friction: Friction) -> SteadyFriction:
     """Find the law without memory inside a friction; itself if it has none."""
     if isinstance(friction, SteadyFriction):
         return friction
-    inner: SteadyFriction = friction.steady  # type: ignore[attr-defined]  # every other friction has one
-    return inner
+    assert isinstance(friction, FollowingFriction)
+    return friction.steady
 
 
 def friction_filter(scenario: Scenario) -> Filter:

@@ -11,6 +11,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.core.lamps import Lamp
 from electrovib.physics.contact import FixedArea
+from electrovib.physics.finger import Finger, MassSpringDamper
 from electrovib.physics.friction import BristleFriction, SteadyFriction
 from electrovib.physics.programme import Steady
 from electrovib.solve.between import KNOTS, Between
@@ -191,7 +192,8 @@ class _Chain:
 
     def skin(self) -> dict[str, Filter]:
         """Name what follows the friction in the skin."""
-        return {} if self.scenario.finger is None else finger_filters(_at_speed(self.scenario))
+        finger, speed = self.scenario.finger, self.scenario.motion.speed
+        return {} if finger is None else finger_filters(_at_speed(finger, speed))
 
     def lag(self, moved: Mechanics) -> float:
         """Follow a lag whose corner changes in time, and the skin behind it; give the error."""
@@ -321,10 +323,10 @@ def _slowest(filter_: Filter) -> float:
     return float(np.min(-filter_.poles.real)) if len(filter_.poles) else math.inf
 
 
-def _at_speed(scenario: Scenario) -> Any:
-    """Give the fingertip at the full sliding speed."""
-    finger = scenario.finger
-    growth = getattr(finger, "growth", None)
-    if growth is not None and scenario.motion.speed is None:
+def _at_speed(finger: Finger, speed: float | None) -> Finger:
+    """Give the fingertip at the full sliding speed [m/s]."""
+    if not isinstance(finger, MassSpringDamper) or finger.growth is None:
+        return finger
+    if speed is None:
         raise InputError("finger.growth needs motion.speed, for instance motion.speed = '50 mm/s'")
-    return finger.at_speed(scenario.motion.speed) if growth is not None else finger  # type: ignore[union-attr]
+    return finger.at_speed(speed)

@@ -1,6 +1,6 @@
 """From normal force to lateral force."""
 
-from electrovib.physics.friction.base import Friction, Load, SteadyFriction
+from electrovib.physics.friction.base import FollowingFriction, Friction, Load, SteadyFriction
 from electrovib.physics.friction.bristle import BristleFriction, Dahl, LuGre
 from electrovib.physics.friction.memory import Creep, FirstOrderLag
 from electrovib.physics.friction.steady import AdhesiveShear, Coulomb, PowerLaw
@@ -12,6 +12,7 @@ __all__ = [
     "Creep",
     "Dahl",
     "FirstOrderLag",
+    "FollowingFriction",
     "Friction",
     "Load",
     "LuGre",

@@ -6,6 +6,7 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
@@ -64,3 +65,9 @@ class SteadyFriction(Friction, family=True):
     def needs_real_area(self) -> bool:
         """Tell whether the law is one of the area that touches."""
         return False
+
+
+class FollowingFriction(Friction, family=True):
+    """Friction with a memory, of what a law without one would give."""
+
+    steady: Annotated[SteadyFriction, Field(description="friction of steady sliding, which this one follows")]

@@ -6,10 +6,9 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from electrovib.core.quantity import Number, Quantity
-from electrovib.physics.friction.base import Friction, SteadyFriction
+from electrovib.physics.friction.base import FollowingFriction
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,7 +21,7 @@ _NEAREST = 1e-8
 _STIFFNESS = Quantity("N/m", 1e-3, 1e12, "stiffness of the contact before it slides")
 
 
-class BristleFriction(Friction, family=True):
+class BristleFriction(FollowingFriction, family=True):
     """Friction of a contact that deflects before it slides.
 
     Notes
@@ -31,9 +30,6 @@ class BristleFriction(Friction, family=True):
     deflection z is the state. It stores stiffness z^2/2.
     """
 
-    steady: Annotated[
-        SteadyFriction, Field(description="friction of steady sliding, from which the strength follows")
-    ]
     stiffness: Annotated[Number, _STIFFNESS]
 
     @property

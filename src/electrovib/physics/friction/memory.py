@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
-from electrovib.physics.friction.base import Friction, SteadyFriction
+from electrovib.physics.friction.base import FollowingFriction
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _COULOMB: Mapping[str, Any] = {"model": "Coulomb", "coefficient": 0.5}
 
 
-class FirstOrderLag(Friction):
+class FirstOrderLag(FollowingFriction):
     """Friction that follows what a steady law gives with one corner, which may rise with the sliding speed.
 
     Notes
@@ -37,7 +37,6 @@ class FirstOrderLag(Friction):
         "renewal_length": 72.5e-6,
     }
 
-    steady: Annotated[SteadyFriction, Field(description="friction of steady sliding, which is followed")]
     cut_off: Annotated[
         Number, Quantity("Hz", 1e-3, 1e9, "corner of the friction response at the speed below")
     ]
@@ -73,7 +72,7 @@ class Relaxation(Model):
     time: Annotated[Number, Quantity("s", 1e-9, 1e5, "in which it follows")]
 
 
-class Creep(Friction):
+class Creep(FollowingFriction):
     """Friction part of which follows what a steady law gives by slow relaxations: viscoelastic skin.
 
     Notes
@@ -88,7 +87,6 @@ class Creep(Friction):
         "relaxations": ({"share": 0.2, "time": 4e-3}, {"share": 0.2, "time": 70e-3}),
     }
 
-    steady: Annotated[SteadyFriction, Field(description="friction of steady sliding, which is followed")]
     relaxations: Annotated[
         tuple[Relaxation, ...], Field(description="slow parts, in the order of their times")
     ]
