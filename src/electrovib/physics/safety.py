@@ -94,7 +94,7 @@ def _against(name: str, value: float, limit: float, unit: str, *, what: str, why
     state = "warning" if value > limit else "ok"
     word = "above" if state == "warning" else "within"
     shown, bound = format_quantity(value, unit, digits=3), format_quantity(limit, unit, digits=3)
-    return Lamp(name, state, f"{what} reaches {shown}, {word} {bound}: {why}")
+    return Lamp(name, state, f"{what} reaches {shown}, {word} {bound}: {why}", value, limit, unit)
 
 
 def lamps(
