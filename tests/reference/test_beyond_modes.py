@@ -76,7 +76,8 @@ def test_two_leaks_go_to_the_general_solver(founding):
 def test_a_gap_that_yields_ends_where_the_forces_balance(suspended):
     relief = {"contact.surface": {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}}
     held = {"drive": {"model": "Trapezium", "high": 600.0, "rise": 0.01, "hold": 0.2, "fall": 0.01}}
-    scenario = suspended.replace(DRY | relief | held | {"contact.closing": {"damping": 1e6}})
+    pressed = {"motion.distance": None, "load.normal_force": 0.5}
+    scenario = suspended.replace(DRY | relief | held | pressed | {"contact.closing": {"damping": 1e6}})
     trace = simulate(scenario, time=np.linspace(0, 0.2, 201))
     state = equilibrium(scenario, voltage=600.0).stable[0]
     # without a voltage at 5 um; the skin's own thickness counts in the stack, and not in the balance if it conducts
@@ -84,7 +85,7 @@ def test_a_gap_that_yields_ends_where_the_forces_balance(suspended):
     assert trace.gap.values[-1] == pytest.approx(state.gap, rel=1e-5)
     assert trace.attrs["solver"] == "nonlinear"
     with pytest.raises(InputError, match=r"contact\.surface"):
-        simulate(suspended.replace({"contact.closing": {"damping": 1e6}}))
+        simulate(suspended.replace(pressed | {"contact.closing": {"damping": 1e6}}))
     with pytest.raises(InputError, match="one of them"):
         simulate(scenario.replace({"motion.distance": TREMOR}))
 

@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import NotCausalError
-from electrovib.physics.contact import FixedArea
-from electrovib.physics.programme import Steady
-from electrovib.solve.expand import Surroundings, behind_amplifier, contact_share, phasors, total_force
+from electrovib.solve.expand import Surroundings, attraction, behind_amplifier, phasors, total_pull
 from electrovib.solve.periodic import count_harmonics, spectrum
 from electrovib.solve.respond import AMPLITUDE, respond
 from electrovib.solve.scenario import PeriodicState, Scenario
@@ -110,12 +108,10 @@ def electrical(
         scenario, section, wanted, times, element=around.element, second=around.second
     )
     given = {key.removeprefix(AMPLITUDE): row for key, row in found.items() if key.startswith(AMPLITUDE)}
-    force = total_force(scenario, given)
+    pull = total_pull(scenario, given)
     if weights is not None:
-        force = weights @ force
-    if not isinstance(scenario.contact, FixedArea) and not isinstance(scenario.load.programme, Steady):
-        force = force * contact_share(scenario, times)
-    return Electrical(found, force, choice)
+        pull = weights @ pull
+    return Electrical(found, attraction(scenario, pull, times), choice)
 
 
 def _linear_quantities(scenario: Scenario, section: ModalSection) -> dict[str, Transfer]:
@@ -157,7 +153,7 @@ def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> Electri
         "solver": "one sine",
         "solver_reason": f"{type(law).__name__} gives magnitudes at one frequency only: one sine in its steady state",
     }
-    return Electrical(found, total_force(scenario, given), choice)
+    return Electrical(found, attraction(scenario, total_pull(scenario, given), times), choice)
 
 
 def refusal(law: ForceLaw, drive: str, *, settled: bool) -> str:

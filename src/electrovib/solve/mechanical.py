@@ -12,21 +12,21 @@ from electrovib.core.errors import InputError
 from electrovib.core.lamps import Lamp
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.finger import Finger, MassSpringDamper
-from electrovib.physics.friction import BristleFriction, SteadyFriction
+from electrovib.physics.friction import BristleFriction, FollowingFriction, SteadyFriction
 from electrovib.physics.programme import Steady
 from electrovib.solve.between import KNOTS, Between
 from electrovib.solve.chain import Measured, finger_filters, measured, respond_mechanically
 from electrovib.solve.electrical import Electrical
-from electrovib.solve.expand import contact_share
 from electrovib.solve.filters.declared import cascade, of_stages
-from electrovib.solve.lateral import changing_lag, corner_changes, friction_filter, shortest_time, steady_law
+from electrovib.solve.filters.filter import Filter
+from electrovib.solve.lateral import along_the_motion, friction_filter, memory_changes, shortest_time
 from electrovib.solve.scenario import PeriodicState
 from electrovib.solve.steps import marks_of
+from electrovib.solve.unknown import COUNTS, not_known, resting
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from electrovib.solve.filters.filter import Filter
     from electrovib.solve.scenario import Scenario
     from electrovib.solve.transfer import Real
 
@@ -96,9 +96,11 @@ def mechanical(
 
     Notes
     -----
-    The friction is that of load and attraction together. The sensor under the plate reads the load alone while the
-    finger touches: the attraction is balanced by the contact that it presses. Of a finger whose distance is given
-    the hand holds against the attraction: it presses nothing, and the sensor reads the pull.
+    The friction is that of load and attraction together, where the finger slides. Off the plate there is none. At
+    rest it is not determined, NaN, unless the finger has a skin whose spring tells it, or the friction is one of
+    bristles; behind a memory it is not known until that has forgotten the rest. The sensor under the plate reads the
+    load alone while the finger touches: the attraction is balanced by the contact that it presses. Off the plate a
+    hand holds against the attraction: it presses nothing, and the sensor reads the pull.
     """
     chain = _Chain(scenario, times, answer, at)
     moved = Mechanics()
@@ -121,29 +123,37 @@ def _given(chain: _Chain) -> dict[str, Real]:
     rows = {"normal_force": scenario.load.forces(times)}
     if scenario.motion.speed is not None:
         rows["sliding_speed"] = scenario.motion.speeds(times)
-    fixed, told = isinstance(scenario.contact, FixedArea), scenario.contact.surface is not None
-    if told or not fixed:
-        share = np.ones(len(times)) if fixed else contact_share(scenario, times)
-        rows["gross_contact_area"] = scenario.contact_area * share
-        rows["ridge_contact_area"] = scenario.contact.ridge_share * rows["gross_contact_area"]
-    if told:
-        rows["real_contact_area"] = chain.real_area(rows["normal_force"] + chain.pressing(chain.answer.force))
+    whole = rows["normal_force"] + chain.pressing(times, chain.answer.force)
+    touches = scenario.motion.touches(times)
+    if scenario.contact.surface is not None or not isinstance(scenario.contact, FixedArea):
+        rows["gross_contact_area"] = np.where(touches, scenario.contact.outline(whole), 0.0)
+    if scenario.contact.surface is not None:
+        rows["real_contact_area"] = np.where(touches, chain.real_area(whole), 0.0)
     return rows
 
 
 def _friction(chain: _Chain, moved: Mechanics) -> float:
     """Friction and skin, by the way that the friction asks for; gives the error."""
-    if isinstance(chain.scenario.friction, BristleFriction):
+    friction = chain.scenario.friction
+    if isinstance(friction, BristleFriction):
         return chain.slip(moved)
-    if corner_changes(chain.scenario):
-        return chain.lag(moved)
+    if not isinstance(friction, (SteadyFriction, FollowingFriction)):
+        raise InputError(
+            f"friction = {type(friction).__name__}: it belongs to none of the families that the mechanics follows; make it"
+            " a SteadyFriction, a FollowingFriction or a BristleFriction"
+        )
+    if chain.comes_and_goes():
+        return chain.along(moved)
     wanted = chain.filters()
-    if isinstance(chain.scenario.friction, SteadyFriction):
-        moved.add({"lateral_force": chain.steady(chain.times, chain.answer.force)})
+    if isinstance(friction, SteadyFriction):
+        lateral = chain.steady(chain.times, chain.answer.force)
+        moved.add({"lateral_force": chain.known(lateral)})
         del wanted["lateral_force"]
     if not wanted:
         return 0.0
     rows, error = chain.follow(wanted)
+    if "lateral_force" in rows:
+        rows["lateral_force"] = chain.known(rows["lateral_force"], wanted["lateral_force"])
     moved.add(rows)
     return error
 
@@ -158,24 +168,33 @@ class _Chain:
         self.settled = isinstance(scenario.time.initial_state, PeriodicState)
         self.bend = self.run_in = 0.0
         self.lateral_at: Callable[[Real], Real] | None = None
+        self.rests = () if isinstance(scenario.friction, BristleFriction) else resting(scenario.motion)
         self.prepared = answer.choice["solver"] in CLOSED
 
     def steady(self, times: Real, force: Real) -> Real:
-        """Friction that load and attraction [N] would have at these times [s] if it had no memory."""
-        law, normal = steady_law(self.scenario.friction), self.scenario.load.forces(times)
-        force = self.pressing(force)
-        return np.asarray(law.lateral_force(normal, force, self.real_area(normal + force)))
+        """Friction under load and attraction [N] at these times [s], were it sliding without memory; 0 off the plate."""
+        motion, law = self.scenario.motion, self.scenario.friction.without_memory()
+        normal = self.scenario.load.forces(np.maximum(times, 0.0))
+        force = self.pressing(times, force)
+        lateral = law.lateral_force(normal, force, self.real_area(normal + force))
+        return np.where(motion.touches(times), lateral, 0.0)
 
-    def pressing(self, force: Real) -> Real:
-        """Attraction [N] that presses skin and plate together: none where the hand holds against it."""
-        return force if self.scenario.motion.distance is None else np.zeros_like(force)
+    def pressing(self, times: Real, force: Real) -> Real:
+        """Attraction [N] that presses skin and plate together at times [s]: none where a hand holds against it."""
+        return np.where(self.scenario.motion.touches(times), force, 0.0)
 
     def real_area(self, force: Real) -> Real:
         """Area that touches [m2] under a whole normal force [N]; NaN where the contact does not tell."""
         contact = self.scenario.contact
-        if contact.surface is None and not steady_law(self.scenario.friction).needs_real_area:
+        if contact.surface is None and not self.scenario.friction.without_memory().needs_real_area:
             return np.full(len(force), np.nan)
         return np.asarray(contact.real_area(force))
+
+    def comes_and_goes(self) -> bool:
+        """Tell whether the friction has to be marched along the motion: no filter from the steady friction gives it."""
+        scenario, rests = self.scenario, bool(self.rests)
+        lifts = scenario.motion.distance is not None and not isinstance(scenario.friction, SteadyFriction)
+        return lifts or memory_changes(scenario) or (rests and scenario.finger is not None)
 
     def prepare(self) -> None:
         """March an attraction once that has no closed form, before it is asked for many times."""
@@ -195,21 +214,39 @@ class _Chain:
         finger, speed = self.scenario.finger, self.scenario.motion.speed
         return {} if finger is None else finger_filters(_at_speed(finger, speed))
 
-    def lag(self, moved: Mechanics) -> float:
-        """Follow a lag whose corner changes in time, and the skin behind it; give the error."""
-        if self.settled:
+    def along(self, moved: Mechanics) -> float:
+        """March a friction along the motion, and follow the skin behind it; give the error."""
+        scenario = self.scenario
+        if self.settled and len(scenario.motion.breaks()) > 1:
             raise InputError(
-                "time.initial_state = PeriodicState: the corner of friction changes with motion.programme. Start AtRest"
+                f"time.initial_state = PeriodicState: motion.programme = {type(scenario.motion.programme).__name__}"
+                " happens once, and the friction remembers it. Start AtRest"
             )
         self.prepare()
-        lateral, error = changing_lag(self.scenario, self._force, self.times, self._corners())
-        self.lateral_at = lateral
-        moved.add({"lateral_force": lateral(self.times)})
+        stiffness = None
+        if scenario.finger is not None:
+            stiffness = 1 / _at_speed(scenario.finger, scenario.motion.speed).compliance_at_rest()
+        found = along_the_motion(scenario, self._force, self.times, self._corners(), stiffness=stiffness)
+        self.lateral_at, self.rests, error = found.force, found.unknown, found.error
+        moved.add({"lateral_force": self.known(found.force(self.times))})
         if skin := self.skin():
-            rows, more = respond_mechanically(lateral, skin, self.times, **self._options())
+            rows, more = respond_mechanically(found.force, skin, self.times, **self._options())
             moved.add(rows)
             error = max(error, more)
         return error
+
+    def known(self, lateral: Real, filter_: Filter | None = None) -> Real:
+        """Put NaN where a friction [N] is not determined: at rest, and as long as a filter before it remembers that."""
+        if not self.rests:
+            return lateral
+        unknown = self.unknown(Filter.through(), self.times)
+        if filter_ is not None:
+            unknown = (unknown | self.unknown(filter_, self.times)) & self.scenario.motion.touches(self.times)
+        return np.where(unknown, np.nan, lateral)
+
+    def unknown(self, filter_: Filter, times: Real) -> Any:
+        """Tell at which times [s] more of a filter's output than counts stands on a friction that is not determined."""
+        return not_known(filter_, self.rests, times) > COUNTS
 
     def slip(self, moved: Mechanics) -> float:
         """March a skin with bristles, which no filter describes; give the error of the attraction in between."""
@@ -243,7 +280,7 @@ class _Chain:
 
     def _force(self, times: Real) -> Real:
         """Steady friction at any times, before the beginning that of the load alone."""
-        return self.steady(np.maximum(times, 0.0), self.attraction(times))
+        return self.steady(times, self.attraction(times))
 
     def attraction(self, times: Real) -> Real:
         """Attraction [N] at any times [s]: none before the beginning, or in the periodic state as ever."""
@@ -287,10 +324,11 @@ class _Chain:
         return {"most": MOST, "jumps": self._corners(), "shortest": shortest_time(self.scenario.drive)}
 
     def _corners(self) -> Real:
-        """Times at which the attraction or the load may bend or jump."""
+        """Times at which the attraction, the load or the contact may bend or jump."""
         end = float(self.times[-1])
         load = np.array([time for time, _ in self.scenario.load.programme.corners()])
-        corners = np.concatenate([[0.0], marks_of(self.scenario.drive, end)[0], load])
+        moves = np.array([time for time in self.scenario.motion.breaks() if time >= 0])
+        corners = np.concatenate([[0.0], marks_of(self.scenario.drive, end)[0], load, moves])
         if self.settled and self.run_in:
             marks = marks_of(self.scenario.drive, self._period)[0]
             back = np.arange(1, math.ceil(self.run_in / self._period) + 1) * self._period
@@ -298,9 +336,11 @@ class _Chain:
         return corners[corners <= end]
 
     def _normal(self, times: Real) -> Real:
-        """Force on the sensor under the plate: the load, less the pull on a finger held off."""
+        """Force on the sensor under the plate: the load, off the plate less the pull."""
         load = self.scenario.load.forces(np.maximum(times, 0.0))
-        return load if self.scenario.motion.distance is None else load - self.attraction(times)
+        if self.scenario.motion.distance is None:
+            return load
+        return np.where(self.scenario.motion.touches(times), load, load - self.attraction(times))
 
     def measured(self) -> Measured:
         """Read load and friction through the rig."""
@@ -310,12 +350,16 @@ class _Chain:
         normal: Any = self._normal
         if scenario.motion.distance is None and isinstance(scenario.load.programme, Steady):
             normal = scenario.load.forces(self.times)  # samples of what is held are exact
-        if self.lateral_at is not None:
-            return measured(rig, self.times, normal, self.lateral_at, **self._options())
-        friction = friction_filter(scenario)
-        before = self._before(min(_slowest(of_stages(rig.lateral_stages())), _slowest(friction)))
-        options = self._options() | {"friction": friction, "before": before}
-        return measured(rig, self.times, normal, self._force, **options)
+        sensor = of_stages(rig.lateral_stages())
+        options = self._options()
+        if self.lateral_at is None:
+            friction = friction_filter(scenario)
+            before = self._before(min(_slowest(sensor), _slowest(friction)))
+            options |= {"friction": friction, "before": before}
+            sensor = cascade(friction, sensor)
+        if self.rests:
+            options["unknown"] = lambda times: self.unknown(sensor, times)
+        return measured(rig, self.times, normal, self.lateral_at or self._force, **options)
 
 
 def _slowest(filter_: Filter) -> float:

@@ -68,6 +68,9 @@ def key_numbers(trace: xarray.Dataset) -> dict[str, str]:
     for name, words in peaks.items():
         if name in trace:
             found[words] = _range(_largest(abs(trace[name]), "time"), signal(name).unit)
+            if name == "lateral_force" and (missing := not_known(trace[name])):
+                some = bool(trace[name].notnull().any())
+                found[words] = f"{found[words]} ({missing})" if some else missing
         if name == "electrostatic_force" and name in trace:
             found["mean electrostatic force over the record"] = _range(_mean(trace[name]), "N")
     if "field" in trace:
@@ -75,6 +78,26 @@ def key_numbers(trace: xarray.Dataset) -> dict[str, str]:
             largest = _largest(abs(trace["field"].sel(layer=layer)), "time")
             found[f"largest field, {str(layer).replace('_', ' ')}"] = _range(largest, "V/m")
     return found
+
+
+def not_known(values: xarray.DataArray) -> str:
+    """Say at how many of its times a friction is not known, because the finger rests; nothing where it always is.
+
+    Parameters
+    ----------
+    values : DataArray
+        Friction, computed; NaN where it is not known.
+
+    Returns
+    -------
+    str
+        For instance ``not known at 40 % of the times (the finger rests)``.
+    """
+    share = float(values.isnull().mean())
+    if not share:
+        return ""
+    when = "" if share == 1 else f" at {100 * share:.3g} % of the times"
+    return f"not known{when} (the finger rests)"
 
 
 def _largest(values: xarray.DataArray, along: str) -> xarray.DataArray:

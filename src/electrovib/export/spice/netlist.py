@@ -93,7 +93,7 @@ def _moving(scenario: Scenario) -> list[str]:
     """Name what of a scenario changes the circuit in a way that no netlist here has."""
     found = {
         "circuit.amplifier": scenario.circuit.amplifier is not None,
-        "motion.distance": scenario.motion.distance is not None,
+        "motion.distance": scenario.motion.moved_gap is not None,
         "motion.renews_film": scenario.motion.renews_film,
         "contact.closing": scenario.contact.closing is not None,
     }

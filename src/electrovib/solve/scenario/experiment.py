@@ -18,7 +18,7 @@ from electrovib.physics.finger import Finger
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import Friction, Load
 from electrovib.physics.moisture import Moisture
-from electrovib.physics.motion import Motion
+from electrovib.physics.motion import HeldOff, Motion
 from electrovib.physics.perception import Perception
 from electrovib.physics.rig import Rig
 from electrovib.physics.safety import Limits
@@ -83,6 +83,15 @@ class Scenario(Model):
         return self
 
     @model_validator(mode="after")
+    def _held_off_has_a_gap(self) -> Self:
+        if isinstance(self.motion.distance, HeldOff) and "gap" not in self.stack.layers:
+            raise ValueError(
+                "motion.distance = HeldOff: the finger is as far off the plate as the layer 'gap' is thick, and the stack"
+                " has none; add [stack.gap] with a thickness, or leave motion.distance away for a finger in touch"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _moistened(self) -> Self:
         """Let moisture set what it moves, so that every table shows what was computed with."""
         if self.moisture is not None:
@@ -91,7 +100,8 @@ class Scenario(Model):
             content = self.to_dict()
             put(content, moistened(self, self.moisture))
             object.__setattr__(self, "stack", read_model(Stack, content["stack"]))
-            object.__setattr__(self, "friction", read_model(Friction, content["friction"]))
+            friction = read_model(Friction, content["friction"])  # type: ignore[type-abstract]
+            object.__setattr__(self, "friction", friction)
         return self
 
     @model_validator(mode="after")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from electrovib.core.errors import InputError
 from electrovib.core.signals import signal
 from electrovib.solve.scenario import scenario_of
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _TIME = ("time $t$", "s")
+_OF_SLIDING = ("lateral_force", "lateral_force_measured")
+"""Signals that are NaN where they stand on a friction at rest."""
 
 
 def drive(traces: Traces, *, ax: Axes | None = None) -> Axes:
@@ -227,7 +231,12 @@ def _over_time(traces: Traces, name: str, ax: Axes | None) -> Axes:
     drawn = lines(traces, name, "time")
     known = signal(name)
     words = f"{name.replace('_', ' ')} ${known.symbol}$"
-    return _draw(drawn, words, known.unit, ax, note=left_out(traces, name))
+    axes = _draw(drawn, words, known.unit, ax, note=left_out(traces, name))
+    if name in _OF_SLIDING and any(np.any(np.isnan(line.y)) for line in drawn):
+        axes.text(
+            0.5, 0.98, "not known where the finger rests", transform=axes.transAxes, ha="center", va="top"
+        )
+    return axes
 
 
 def _draw(drawn: list[Line], words: str, unit: str, ax: Axes | None, *, note: str = "") -> Axes:
