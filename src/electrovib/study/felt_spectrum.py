@@ -125,7 +125,7 @@ def force_lines(scenario: Scenario, *, window: float, samples: int) -> tuple[Lin
     settled = scenario.replace({"time.initial_state": {"model": "PeriodicState"}})
     times = _middles(count, period / count)
     try:
-        force = _lateral(settled, times)
+        force = simulate(settled, time=times).lateral_force.values
     except InputError as error:
         if not any(problem.startswith("time.initial_state") for problem in error.problems):
             raise

@@ -80,7 +80,7 @@ def _least(contact: Contact, load: Real, pull: Real) -> Real:
         high = np.where(open_, np.minimum(ratio * high, highest), high)
         short = open_ & (lacking(high) < 0)
         if np.any(short & (high >= highest)):
-            raise _without_bound(contact, float(np.max(pull[short])))
+            raise without_bound(contact, float(np.max(pull[short])))
         open_ = short
     open_ = pull < 0
     while np.any(open_):
@@ -182,7 +182,8 @@ def crossed(lacking: Callable[[Real], Real], least: float, most: float) -> tuple
     return tuple(found)
 
 
-def _without_bound(contact: Contact, pull: float) -> InputError:
+def without_bound(contact: Contact, pull: float) -> InputError:
+    """Say that an attraction per area [Pa] lets the area of a contact grow without bound."""
     return InputError(
         f"contact = {type(contact).__name__}: an attraction of {format_quantity(pull, 'Pa', digits=4)} lets the contact grow"
         f" beyond {LARGEST:g} m2, without bound for any finger: more area attracts more, and the contact presses back with"
