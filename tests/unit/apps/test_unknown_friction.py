@@ -59,6 +59,7 @@ def test_files_give_it_back(trace, suffix, tmp_path):
     np.testing.assert_array_equal(again.lateral_force.values, trace.lateral_force.values)
 
 
+@pytest.mark.slow
 def test_plot_and_report_explain_the_gap(trace, scenario, tmp_path):
     ax = ev.plot.lateral_force(trace)
     assert "not known where the finger rests" in [text.get_text() for text in ax.texts]

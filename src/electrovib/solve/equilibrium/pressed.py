@@ -183,7 +183,20 @@ def crossed(lacking: Callable[[Real], Real], least: float, most: float) -> tuple
 
 
 def without_bound(contact: Contact, pull: float) -> InputError:
-    """Say that an attraction per area [Pa] lets the area of a contact grow without bound."""
+    """Say that an attraction lets the area of a contact grow without bound.
+
+    Parameters
+    ----------
+    contact : Contact
+        Area under a force.
+    pull : float
+        Attraction per area [Pa].
+
+    Returns
+    -------
+    InputError
+        To be raised.
+    """
     return InputError(
         f"contact = {type(contact).__name__}: an attraction of {format_quantity(pull, 'Pa', digits=4)} lets the contact grow"
         f" beyond {LARGEST:g} m2, without bound for any finger: more area attracts more, and the contact presses back with"
