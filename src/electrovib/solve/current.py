@@ -219,7 +219,7 @@ def settled_charge(drive: Drive, time: Real) -> Real:
         If the current has a mean.
     """
     parts = drive.parts()
-    mean, largest = sum(_mean(part) for part in parts), sum(_largest(part) for part in parts)
+    mean, largest = sum(_mean(part) for part in parts), sum(part.bound() for part in parts)
     if abs(mean) > _NO_MEAN * largest:
         raise InputError(
             f"time.initial_state = PeriodicState: the current has a mean of {format_quantity(mean, 'A')}, which has"
@@ -236,13 +236,6 @@ def _mean(part: Part) -> float:
     if part.period is None:
         return float(part.after[0])
     return float(np.sum((part.after[:-1] + part.before[1:]) / 2 * np.diff(part.times))) / part.period
-
-
-def _largest(part: Part) -> float:
-    if isinstance(part, Tones):
-        return float(np.sum(np.abs(part.amplitudes)))
-    assert isinstance(part, Linear)
-    return float(np.max(np.abs(np.concatenate([part.before, part.after]))))
 
 
 def _charge(part: Part, time: Real) -> Real:
