@@ -12,10 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Linear
 from electrovib.solve.aim import aim_pieces
 from electrovib.solve.limited import LimitedMarch
-from electrovib.solve.nonlinear.stretch import highest_frequency
 from electrovib.solve.transfer import Transfer
 from electrovib.solve.transient import transient
 
@@ -142,8 +140,7 @@ def amplified_response(
             "time.initial_state = PeriodicState: behind an amplifier with limits the periodic state is not known"
             " beforehand. Start AtRest and look at a late period, or leave its limits away"
         )
-    parts = [part for part in drive.parts() if not isinstance(part, Linear)]
-    fastest = max((highest_frequency(part) for part in parts), default=0.0)
+    fastest = drive.highest_frequency
     march = LimitedMarch(transfers, amplifier)
     found, changes = march.run(aim_pieces(drive, float(time[-1]), amplifier, fastest * PIECES), time)
     error = 0.0

@@ -15,7 +15,6 @@ from electrovib.solve.current import caveat
 from electrovib.solve.electrical import Electrical, electrical
 from electrovib.solve.moisture import moisture_lamp
 from electrovib.solve.sampling import sampling
-from electrovib.solve.steps import marks_of
 from electrovib.solve.vanishing_gap import negative_attraction, vanishing_gap
 
 if TYPE_CHECKING:
@@ -67,7 +66,7 @@ def _peak_current_in_edges(
     """Largest current [A] at the corners of the drive and between them, where a closed form tells it for little."""
     if answer.choice["solver"] not in {"transient", "periodic"} or len(times) < 2:
         return 0.0
-    corners = marks_of(scenario.drive, float(times[-1]))[0]
+    corners = scenario.drive.corners(float(times[-1]))[0]
     corners = np.unique(np.append(corners, 0.0))
     corners = corners[(corners >= times[0]) & (corners <= times[-1])][:MOST_CORNERS]
     moments = np.unique(np.concatenate([corners, (corners[1:] + corners[:-1]) / 2]))

@@ -115,7 +115,7 @@ def settled_integral(drive: Drive, time: Real) -> Real:
 def drive_mean(drive: Drive) -> float:
     """Give the mean of a repeating drive over a period, 0 where it is rounding [its unit]."""
     mean = sum(_mean(part) for part in drive.parts())
-    return mean if abs(mean) > _NO_MEAN * sum(_largest(part) for part in drive.parts()) else 0.0
+    return mean if abs(mean) > _NO_MEAN * sum(part.bound() for part in drive.parts()) else 0.0
 
 
 def _mean(part: Part) -> float:
@@ -125,13 +125,6 @@ def _mean(part: Part) -> float:
     if part.period is None:
         return float(part.after[0])
     return float(np.sum((part.after[:-1] + part.before[1:]) / 2 * np.diff(part.times))) / part.period
-
-
-def _largest(part: Part) -> float:
-    if isinstance(part, Tones):
-        return float(np.sum(np.abs(part.amplitudes)))
-    assert isinstance(part, Linear)
-    return float(np.max(np.abs(np.concatenate([part.before, part.after]))))
 
 
 def _integral(part: Part, time: Real) -> Real:

@@ -16,11 +16,6 @@ if TYPE_CHECKING:
     import xarray
 
 
-def peak_voltage(scenario: Scenario) -> float:
-    """Largest absolute voltage of the drive [V], on an even grid over its length."""
-    return float(np.max(np.abs(scenario.drive.voltage(np.linspace(0, scenario.drive.duration, 4001)))))
-
-
 def insulating(scenario: Scenario) -> Scenario:
     """Give the same stack with nothing that conducts, and dispersion kept."""
     changes: dict[str, Any] = {}
