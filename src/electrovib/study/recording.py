@@ -176,6 +176,48 @@ def increasing(time: NDArray[np.float64], stamps: StampTreatment, source: str) -
     return kept
 
 
+def without_missing(
+    columns: Mapping[str, NDArray[np.float64]], allowed: int, source: str
+) -> NDArray[np.bool_]:
+    """Tell which rows of a record hold numbers only.
+
+    Parameters
+    ----------
+    columns : mapping of str to ndarray, shape (n,)
+        Any units.
+    allowed : int
+        Largest number of rows that may be left out.
+    source : str
+        For the message.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        True for those to keep.
+
+    Raises
+    ------
+    InputError
+        If more rows than that hold something else: with their number, and each column's first.
+    """
+    kept = np.all([np.isfinite(values) for values in columns.values()], axis=0)
+    missing = int(np.count_nonzero(~kept))
+    if missing <= allowed:
+        return np.asarray(kept)
+    faults = []
+    for name, values in columns.items():
+        bad = np.flatnonzero(~np.isfinite(values))
+        if len(bad):
+            faults.append(f"column '{name}', sample {bad[0]}: {values[bad[0]]} is not a finite number")
+    may = (
+        f"missing_rows = {missing} leaves them out"
+        if allowed == 0
+        else f"missing_rows = {allowed} allows fewer"
+    )
+    rows = "1 row" if missing == 1 else f"{missing} rows"
+    raise InputError(f"{source}: {'; '.join(faults)}. It is so in {rows} of {len(kept)}; {may}.")
+
+
 def _faults(source: str, name: str, values: NDArray[np.float64]) -> list[str]:
     if values.ndim != 1 or len(values) < _FEWEST:
         return [
