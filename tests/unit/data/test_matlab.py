@@ -1,5 +1,6 @@
 """MATLAB files: against scipy's reader, and every way in which they are wrong without a crash."""
 
+import contextlib
 import struct
 import zlib
 from pathlib import Path
@@ -128,19 +129,15 @@ def test_damage_of_an_object_is_an_input_error(tmp_path, packed):
     whole, random = path.read_bytes(), np.random.default_rng(1)
     for length in range(129, len(whole), 3):
         path.write_bytes(whole[:length])
-        try:
-            read_matlab(path, "record")
-        except DataFileError as error:
-            assert "record.mat" in str(error)
+        with contextlib.suppress(DataFileError):
+            assert read_matlab(path, "record").shape == TABLE.shape
     for _ in range(300):
         raw = bytearray(whole)
         for place in random.integers(124, len(raw), random.integers(1, 4)):
             raw[place] = random.integers(256)
         path.write_bytes(raw)
-        try:
+        with contextlib.suppress(DataFileError):
             assert read_matlab(path, "record").shape
-        except DataFileError:
-            pass
 
 
 @pytest.mark.parametrize("packed", [True, False])
