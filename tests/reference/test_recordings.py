@@ -87,6 +87,19 @@ def test_the_other_direction_of_the_encoder_changes_nothing_but_the_sign(recordi
     assert found.friction == reduce_swipe(recording).friction
 
 
+def test_without_its_encoder_the_swipe_has_the_same_friction_within_what_is_stated(recording):
+    rig = {name: channel for name, channel in CHANNELS.items() if name != "encoder"} | {"speed": "40 mm/s"}
+    found = reduce_swipe(
+        read_recording(shared("tribometer/finger_swipe.mat"), read_model(TribometerChannels, rig))
+    )
+    with_it = reduce_swipe(recording)
+    assert found.friction.value == pytest.approx(with_it.friction.value, rel=0.07)
+    low, high = found.friction.interval
+    assert low < with_it.friction.value < high
+    assert (found.speed, found.way) == (40e-3, None)
+    assert not any("rail" in word for word in (*found.words, *with_it.words))
+
+
 def test_a_resonance_of_the_loaded_assembly_explains_the_release():
     found = clutch("square_300V_1kHz")
     assert found.misfit < 0.12

@@ -50,8 +50,8 @@ class SwipeResult:
     direction : int
         1 where the position grows, else -1; without a position, that of the lateral force.
     speed, way : float or None
-        Mean speed in the window [m/s], way of the whole slide [m]; without a position those of the stated speed, and
-        None if none is stated.
+        Mean speed in the window [m/s], way of the whole slide [m]; without a position the speed is the stated one, and
+        what is not known is None.
     contact, window : tuple of float
         Begin and end [s].
     words : tuple of str
@@ -177,7 +177,7 @@ def _reduced(recording: Recording, contact: Contact, slide: Span, window: Span, 
     span = (float(recording.time[contact.span[0]]), float(recording.time[contact.span[1] - 1]))
     inside = (float(recording.time[window[0]]), float(recording.time[window[1] - 1]))
     gone, way = travel(recording, window), travel(recording, slide)
-    speed = None if gone is None else gone / (inside[1] - inside[0])
+    speed = recording.channels.speed if gone is None else gone / (inside[1] - inside[0])
     words = railed + _words(recording, zeros, contact, way, inside, swipes, estimates)
     result = dict(zip(("normal_force", "lateral_force", "friction"), estimates, strict=True))
     trace = _trace(recording, zeros, {name: value.to_dict() for name, value in result.items()}, words)
@@ -261,12 +261,14 @@ def _words(
 
 def _slide(recording: Recording, way: float | None) -> str:
     """Say how far it slides and how that is known."""
-    if recording.position is not None and way is not None:
+    if way is not None:
         return f"slides {way * 1e3:.1f} mm"
-    taken = "is taken to slide where the lateral force is more than half of its largest, because no position is recorded"
-    if recording.channels.speed is None or way is None:
-        return f"{taken}: speed and way are unknown"
-    return f"{taken}: {way * 1e3:.1f} mm at the stated {recording.channels.speed * 1e3:.1f} mm/s"
+    speed = recording.channels.speed
+    return (
+        "is taken to slide where the lateral force is more than half of its largest, because no position is recorded (a"
+        " finger that has stopped may keep that force); the speed is"
+        f" {'unknown' if speed is None else f'the stated {speed * 1e3:.1f} mm/s'}"
+    )
 
 
 def _trace(

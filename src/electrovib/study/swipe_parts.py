@@ -129,7 +129,8 @@ def find_slides(recording: Recording, contact: Contact) -> list[Span]:
     Notes
     -----
     With a position: at more than half of the greatest speed. Without: where the lateral force is more than half of
-    the largest that lasts, because nothing else in the record tells a slide from a rest.
+    the largest that lasts, because nothing else in the record tells a slide from a rest; a finger that stops and stays
+    pressed may keep that much.
     """
     first, last = contact.span
     moving = sliding_speed(recording)
@@ -172,11 +173,10 @@ def _size(recording: Recording, span: Span) -> float:
 
 
 def travel(recording: Recording, span: Span) -> float | None:
-    """Way between the first and the last sample of a span [m]; None where nothing tells it."""
-    if recording.position is not None:
-        return float(abs(recording.position[span[1] - 1] - recording.position[span[0]]))
-    speed = recording.channels.speed
-    return None if speed is None else speed * float(recording.time[span[1] - 1] - recording.time[span[0]])
+    """Way between the first and the last sample of a span [m]; None without a position."""
+    if recording.position is None:
+        return None
+    return float(abs(recording.position[span[1] - 1] - recording.position[span[0]]))
 
 
 def sliding_speed(recording: Recording) -> NDArray[np.float64] | None:
