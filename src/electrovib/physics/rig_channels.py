@@ -189,8 +189,8 @@ class TribometerChannels(Model):
         why = ""
         if self.encoder is not None and self.speed is not None:
             why = "the encoder tells the speed: leave out speed, or the encoder"
-        elif self.missing_rows < 0:
-            why = f"missing_rows = {self.missing_rows}: expected a number of rows, 0 or more"
+        elif not 0 <= self.missing_rows <= 10**9:
+            why = f"missing_rows = {self.missing_rows}: expected a number of rows from 0 to 1e9"
         if why:
             raise PydanticCustomError("channels", "{why}", {"why": why})
         return self
