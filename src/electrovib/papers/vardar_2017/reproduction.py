@@ -78,6 +78,7 @@ def _direction() -> Row:
         "consistent" if low > 0 else "open",
         "The paper reports the direction, above 0, and no size. The size is too large where a channel for low"
         " frequencies is left out of the sine.",
+        "lower thresholds for square than for sine voltages below 60 Hz",
     )
 
 
@@ -95,6 +96,7 @@ def _u_shape() -> Row:
         "consistent" if shaped else "open",
         "The paper reports a U. The force of a sine moves at twice its frequency, so the lowest threshold is at half"
         " of what the Pacinian channel likes best.",
+        "U-shaped thresholds",
     )
 
 
