@@ -213,5 +213,5 @@ class Reproduction:
         """
         of = Counter(row.verdict for row in self.rows)
         held = ", ".join(f"{of[name]} {name}" for name in VERDICTS if name != "check")
-        ours = f"{of['check']} check{'' if of['check'] == 1 else 's'} of ours"
-        return f"{held}; {ours}" if self.rows else ""
+        ours = f"; {of['check']} check{'' if of['check'] == 1 else 's'} of ours" if of["check"] else ""
+        return f"{held}{ours}" if self.rows else ""

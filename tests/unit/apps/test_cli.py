@@ -82,6 +82,19 @@ def test_a_papers_scenario_names_what_its_paper_does_not_give(cli):
     )
 
 
+def test_perceive_and_equilibrium_name_it_too(cli):
+    assert "drive.rise 36 ms" in chosen(cli("perceive")[1])
+    skin = 'perception.compliance={ model = "ElasticSkin", stiffness = "1 kN/m" }'
+    line = chosen(cli("perceive", "--set", "drive.rise=20ms", "--set", skin)[1])
+    assert "drive.rise" not in line
+    assert "drive.hold" in line
+    relief = 'contact.surface={ model = "LinearSpring", stiffness = "1 GPa/m", free_gap = "10 um" }'
+    solid = "stack.gap.material.conductivity=0"
+    code, out, _ = cli("equilibrium", "vezzoli_2014/fig6_gap", "--set", relief, "--set", solid)
+    assert code == 0
+    assert "stack.gap.thickness 1 um" in chosen(out)
+
+
 def test_what_a_user_sets_or_sweeps_is_not_told_as_a_choice_of_ours(cli):
     line = chosen(cli("run", "--set", "drive.rise=20 ms", "--over", "drive.hold=10ms:50ms:2")[1])
     assert "drive.rise" not in line

@@ -43,7 +43,9 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
     """Say in a few lines what came out, and what of a paper's scenario is not found in the paper."""
     import json
 
+    from electrovib.apps.cli.chosen import chosen
     from electrovib.core.units import format_quantity
+    from electrovib.solve.scenario import scenario_of
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
     for name in ("electrostatic_force", "lateral_force"):
@@ -51,7 +53,7 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
             format_quantity(float(edge), "N", digits=4) for edge in (trace[name].min(), trace[name].max())
         )
         lines.append(f"{name.replace('_', ' ')}: {low} to {high}")
-    lines += _chosen(trace, source)
+    lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
     lines.append(f"solver: {trace.attrs['solver']} ({trace.attrs['solver_reason']})")
     lines += [
         f"{lamp['state']}: {lamp['text']}"
@@ -64,17 +66,6 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
         words = "1 sample of the drive was" if dropped == 1 else f"{dropped} samples of the drive were"
         lines.append(f"warning: {words} dropped")
     return lines + [f"written: {path}" for path in (*_files(trace, output), report) if path]
-
-
-def _chosen(trace: Any, source: str) -> list[str]:
-    """Name the values of a paper's scenario that the paper does not give; nothing of a scenario of one's own."""
-    from electrovib.solve.scenario import not_in_paper, paper_of_preset, scenario_of
-
-    paper = paper_of_preset(source)
-    found = not_in_paper(scenario_of(trace), paper) if paper else {}
-    values = ", ".join(f"{path} {value}" for path, value in found.items() if path not in trace.dims)
-    told = f"not found in {paper}, chosen or derived here: {values} ('electrovib models {paper}' says how)"
-    return [told] if values else []
 
 
 def _files(trace: Any, output: str | None) -> list[str]:

@@ -86,7 +86,7 @@ def figure_4(own: Tabulated | None) -> Panel:
     readings = {
         "7.7 ms: the paper's, if of the voltage": decay.BY_VOLTAGE,
         "15.4 ms: the paper's 7.7 ms, if of the force": decay.BY_FORCE,
-        "12 ms: the measured 6 ms, which are of the force": decay.MEASURED,
+        "12 ms: the measured 6 ms, of the force": decay.MEASURED,
     }
     curves += [
         Curve(words, ends, np.full(2, reading.tau), kind="dashed") for words, reading in readings.items()
