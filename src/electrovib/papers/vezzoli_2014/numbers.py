@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 
 import numpy as np
@@ -15,6 +16,7 @@ from electrovib.solve.transient import transient
 from electrovib.study.reproduction import Row
 
 
+@functools.cache
 def rows() -> tuple[Row, ...]:
     """Give all rows, in the paper's order."""
     return (

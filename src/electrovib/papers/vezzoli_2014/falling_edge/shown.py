@@ -126,6 +126,7 @@ def _against_hold() -> Panel:
     )
 
 
+@functools.cache
 def rows() -> tuple[Row, ...]:
     """Give the numbers of this page."""
     found = outcomes()
