@@ -38,7 +38,7 @@ class Separation(Model, family=True):
 
 
 class HeldOff(Separation):
-    """A finger held still off the plate, as far as the layer ``gap`` is thick."""
+    """A finger held still off the plate, as far as the gap of the stack is thick."""
 
     def breaks(self) -> tuple[float, ...]:
         """Give none."""

@@ -20,7 +20,6 @@ from electrovib.solve.filters.declared import cascade, of_stages
 from electrovib.solve.filters.filter import Filter
 from electrovib.solve.lateral import along_the_motion, friction_filter, memory_changes, shortest_time
 from electrovib.solve.scenario import PeriodicState
-from electrovib.solve.steps import marks_of
 from electrovib.solve.unknown import COUNTS, not_known, resting
 
 if TYPE_CHECKING:
@@ -289,9 +288,9 @@ class FrictionChain:
         end = float(self.times[-1])
         load = np.array([time for time, _ in self.scenario.load.programme.corners()])
         moves = np.array([time for time in self.scenario.motion.breaks() if time >= 0])
-        corners = np.concatenate([[0.0], marks_of(self.scenario.drive, end)[0], load, moves])
+        corners = np.concatenate([[0.0], self.scenario.drive.corners(end)[0], load, moves])
         if self.settled and self.run_in:
-            marks = marks_of(self.scenario.drive, self._period)[0]
+            marks = self.scenario.drive.corners(self._period)[0]
             back = np.arange(1, math.ceil(self.run_in / self._period) + 1) * self._period
             corners = np.concatenate([corners, (marks[:, None] - back).ravel()])
         return corners[corners <= end]

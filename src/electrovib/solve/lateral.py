@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Linear, Tones
 from electrovib.physics.friction import FollowingFriction
 from electrovib.solve.filters.filter import Filter
 from electrovib.solve.recursion import march
@@ -231,10 +230,5 @@ def _held_by_the_skin(motion: Motion, grid: Real, sliding: Real, stiffness: floa
 
 def shortest_time(drive: Drive) -> float:
     """Shortest time in which the attraction under a drive changes [s]: half a period of its fastest oscillation."""
-    fastest = 0.0
-    for part in drive.parts():
-        if isinstance(part, Tones):
-            fastest = max(fastest, float(np.max(part.frequencies)))
-        elif not isinstance(part, Linear):
-            fastest = max(fastest, part.highest_frequency)
+    fastest = drive.highest_frequency
     return 1 / (2 * fastest) if fastest else math.inf

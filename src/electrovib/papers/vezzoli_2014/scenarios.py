@@ -40,7 +40,7 @@ def _common(title: str) -> dict[str, Any]:
             "stack.insulator.material.permittivity": PRINTED,
             "stack.stratum_corneum.thickness": f"{PRINTED} (its reference 7)",
             "stack.stratum_corneum.material.permittivity": f"{PRINTED} (its reference 6), frequency not printed",
-            "stack.stratum_corneum.material.conductivity": "inverse of the printed 7.7 ms; circular",
+            "stack.stratum_corneum.material.conductivity": "inverse of the printed 7.7 ms, read as the voltage's; circular",
             "limits.current": "Vezzoli 2014, section 4",
         },
     }
@@ -107,7 +107,7 @@ def _figure_2() -> dict[str, Any]:
     content["load"] = {"normal_force": 0.0}
     content["sources"] |= {
         "stack.gap.thickness": "not printed: the finger was held close to the plate by hand",
-        "load.normal_force": "no contact",
+        "load.normal_force": "Vezzoli 2014, figure 2: no contact",
     }
     del content["sources"]["stack.gap.material.conductivity"]
     return content
