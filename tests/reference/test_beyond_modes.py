@@ -90,6 +90,27 @@ def test_a_gap_that_yields_ends_where_the_forces_balance(suspended):
         simulate(scenario.replace({"motion.distance": TREMOR}))
 
 
+@pytest.mark.parametrize("law", ["Vezzoli2014Causal", "InsulatorPlane"])
+def test_a_gap_yields_to_the_stress_of_its_own_plane_only(suspended, law):
+    """It followed eps0 E^2/2 of the gap whatever attraction the Trace reported."""
+    relief = {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}
+    yields = {"contact.surface": relief, "contact.closing": {"damping": 1e6}, "motion.distance": None}
+    with pytest.raises(InputError, match=rf"contact\.closing.*force = {law}.*GapPlane"):
+        simulate(suspended.replace(yields | {"force": {"model": law}}))
+
+
+def test_a_gap_with_bridges_yields_to_the_share_that_pulls(suspended):
+    """At the end the relief bears the load and the attraction that the Trace reports."""
+    relief = {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}
+    bridged = {"model": "BridgedAir", "bridged_share": 0.3, "spot_conductivity": 0.0}
+    yields = {"contact.surface": relief, "contact.closing": {"damping": 1e6}, "stack.gap.material": bridged}
+    held = {"motion.distance": None, "load.normal_force": 0.3, "drive": {"model": "Constant", "level": 300.0}}
+    trace = simulate(suspended.replace(yields | held | DRY), time=np.linspace(0, 0.1, 11))
+    borne = 1e9 * (10e-6 - float(trace.gap[-1])) * 1e-4
+    assert borne == pytest.approx(0.3 + float(trace.electrostatic_force[-1]), rel=1e-5)
+    assert float(trace.electrostatic_force[-1]) > 0.01
+
+
 def test_a_dispersive_law_without_modes_is_refused_with_what_to_use(founding):
     skin = load("vezzoli_2014/fig7").stack.layers["stratum_corneum"].material
     double = {

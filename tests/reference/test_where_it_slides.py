@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from electrovib.core.errors import InputError
-from electrovib.physics.motion import HeldOff, Motion
+from electrovib.physics.motion import HeldOff, Motion, TouchAndLift
 from electrovib.solve.scenario import load
 from electrovib.solve.simulate import simulate
 from electrovib.solve.unknown import not_known, resting
@@ -142,7 +142,7 @@ def test_attraction_counts_while_a_finger_touches(dry):
     """mu (load + attraction) in touch, 0.42 N where it was 0.25, and nothing before and after."""
     held = dry.replace({"motion.distance": TOUCH, "drive": {"model": "Constant", "level": 772.0}, "rig": RIG})
     trace = simulate(held, time=TIME)
-    in_touch = held.motion.touches(TIME)
+    in_touch = (TIME > 0.0495) & (TIME < 0.1295)
     whole = 0.5 + trace.electrostatic_force.values
     np.testing.assert_allclose(trace.lateral_force.values[in_touch], 0.5 * whole[in_touch], rtol=1e-12)
     assert float(trace.lateral_force.values[in_touch].max()) == pytest.approx(0.42, abs=1e-3)
@@ -166,6 +166,20 @@ def test_a_contact_that_begins_remembers_nothing(dry):
     time = trace.time.values
     expected = np.where(held.motion.touches(time), 0.25 * -np.expm1(-2 * np.pi * 100 * (time - 0.05)), 0.0)
     np.testing.assert_allclose(trace.lateral_force.values, expected, atol=2e-7)
+
+
+def test_the_second_of_two_contacts_remembers_nothing_of_the_first(dry, monkeypatch):
+    """In touch until 20 ms and again from 50 ms on, with a memory of 100 s: the second begins at 0."""
+    monkeypatch.setattr(TouchAndLift, "breaks", lambda _: (0.0, 0.02, 0.05, 0.1))
+    monkeypatch.setattr(
+        TouchAndLift, "touches", lambda _, time: (np.asarray(time) < 0.02) | (np.asarray(time) >= 0.05)
+    )
+    slow = {"model": "Creep", "steady": COULOMB, "relaxations": [{"share": 0.4, "time": 100.0}]}
+    held = dry.replace(
+        {"motion.distance": TOUCH, "friction": slow, "drive": {"model": "Constant", "level": 0.0}}
+    )
+    lateral = simulate(held, time=np.array([0.0, 0.01, 0.03, 0.06])).lateral_force.values
+    np.testing.assert_allclose(lateral, [0.25, 0.25, 0.0, 0.6 * 0.25 + 0.1 * 1e-4], atol=1e-6)
 
 
 def test_without_a_speed_it_slides_and_at_speed_0_it_rests(dry):
@@ -229,6 +243,16 @@ def test_a_sensor_is_not_known_until_it_has_forgotten():
             np.testing.assert_allclose(weight, answer, atol=2e-3)
     always = not_known(first_order(50.0), ((-np.inf, 0.0),), times)
     np.testing.assert_allclose(always, np.exp(-2 * np.pi * 50 * times), rtol=1e-12)
+
+
+def test_a_digitiser_counts_no_reading_that_is_not_known(dry):
+    digitiser = {"sampling_rate": 1e4, "bits": 16, "normal_range": 10.0, "lateral_range": 10.0, "seed": 1}
+    rests = dry.replace({"motion": SPEED | {"programme": SWIPE}, "rig": RIG | {"digitiser": digitiser}})
+    trace = simulate(rests, time=TIME)
+    assert np.isnan(trace.lateral_force_measured.values).sum() > 100
+    said = lamps(trace)["lateral range"]
+    assert said["state"] == "ok"
+    assert said["text"].startswith("no lateral reading")
 
 
 def test_the_spring_of_the_skin_tells_the_friction_at_rest(dry):

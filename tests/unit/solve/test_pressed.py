@@ -128,14 +128,15 @@ def stepped(self, normal_force):
 
 
 def test_of_several_states_the_one_from_the_load_alone_is_taken_and_all_are_told(coat, monkeypatch):
-    """0.2 N and 8290 Pa on 1e-5 m2 are 0.2829 N; on 1e-3 m2 8.49 N; between them one that does not last."""
+    """0.4 N and 8290 Pa on 1e-5 m2 are 0.4829 N; on 1e-3 m2 8.69 N; between them one that does not last."""
     monkeypatch.setattr(GrowingArea, "mean_pressure", stepped)
-    states = pressed_states(GrowingArea(**GROWING), 0.2, PULL)
+    states = pressed_states(GrowingArea(**GROWING), 0.4, PULL)
     assert [stable for _, stable in states] == [True, False, True]
-    assert states[0][0] == pytest.approx(0.2 + PULL * 1e-5, rel=1e-9)
+    assert states[0][0] == pytest.approx(0.4 + PULL * 1e-5, rel=1e-9)
     assert 0.9 < states[1][0] < 1.1
-    assert states[2][0] == pytest.approx(0.2 + PULL * 1e-3, rel=1e-9)
-    trace = simulate(coat.replace({"load.normal_force": 0.2}), time=TIME)
+    assert states[2][0] == pytest.approx(0.4 + PULL * 1e-3, rel=1e-9)
+    coat = coat.replace({"load.normal_force": 0.4})
+    trace = simulate(coat, time=TIME)
     assert float(trace.electrostatic_force[-1]) == pytest.approx(PULL * 1e-5, rel=1e-9)
     said = lamps(trace)["contact states"]
     assert said["state"] == "unknown"
