@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from electrovib.physics.circuit import SeriesElement
+from electrovib.solve.band import run_band
 from electrovib.solve.current import current_section, per_ampere
 from electrovib.solve.leak import linearised
-from electrovib.solve.reduce import reduce_material
+from electrovib.solve.reduce import Reduction, reduce_material
 from electrovib.solve.scenario import Scenario
 from electrovib.solve.section import ModalSection, PhasorSection, modal_section, phasor_section
 from electrovib.solve.transfer import Complex, Real
@@ -107,19 +108,51 @@ def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSectio
     return PhasorSection(section.frequency, layers, voltage, density)
 
 
-def modes(scenario: Scenario) -> tuple[ModalSection, float]:
-    """Give the stack without leaks as modes per unit of the drive, and the largest error of a polarisation."""
-    around, grid = Surroundings.of(scenario), scenario.frequency
-    reductions = {
-        name: reduce_material(layer.material, low=grid.low, high=grid.high)
-        for name, layer in scenario.stack.layers.items()
-    }
-    debye = {name: reduction.debye for name, reduction in reductions.items()}
-    error = max(reduction.largest_error for reduction in reductions.values())
-    layers, area = scenario.stack.layers, around.area
+def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduction]:
+    """Give every layer's polarisation as Debye terms, over the band that a run needs.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Layers, drive and grids.
+    times : ndarray, shape (n,), optional
+        Output times [s]; by default those of the scenario.
+
+    Returns
+    -------
+    dict of str to Reduction
+        From the plate to the finger.
+    """
+    if times is None:
+        times = scenario.time.times(scenario.drive)
+    low, high = run_band(scenario, times)
+    layers = scenario.stack.layers
+    return {name: reduce_material(layer.material, low=low, high=high) for name, layer in layers.items()}
+
+
+def modes(scenario: Scenario, times: Real | None = None) -> tuple[ModalSection, float]:
+    """Give the stack without leaks as modes per unit of the drive, and the largest error of a polarisation.
+
+    Parameters
+    ----------
+    scenario, times
+        As for `reductions`; s.
+
+    Returns
+    -------
+    ModalSection
+        Per volt, or per ampere of a drive that prescribes the current.
+    float
+        Largest |reduced/declared - 1| of a polarisation, 1.
+    """
+    found = reductions(scenario, times)
+    debye = {name: reduction.debye for name, reduction in found.items()}
+    error = max(reduction.largest_error for reduction in found.values())
+    around, layers = Surroundings.of(scenario), scenario.stack.layers
     if scenario.drive.quantity == "current":
-        return current_section(layers, debye, area=area), error
-    return modal_section(layers, debye, area=area, element=around.element, second=around.second), error
+        return current_section(layers, debye, area=around.area), error
+    section = modal_section(layers, debye, area=around.area, element=around.element, second=around.second)
+    return section, error
 
 
 def total_force(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:

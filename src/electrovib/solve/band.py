@@ -1,0 +1,112 @@
+"""Over which frequencies a run needs its materials: from how long it is, and how short its shortest event."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.physics.drive.parts import Linear, Tones
+from electrovib.solve.periodic import spectrum
+from electrovib.solve.scenario import PeriodicState
+
+if TYPE_CHECKING:
+    from electrovib.physics.drive.parts import Part
+    from electrovib.solve.scenario import Scenario
+    from electrovib.solve.transfer import Real
+
+MARGIN = 10.0
+"""How far beyond 1/(2 pi time) the band goes: a relaxation of a time t acts on all times around t."""
+SAME = 1e-9
+"""Times nearer than this to a corner, over the last time, count as at it."""
+
+
+def run_band(scenario: Scenario, times: Real) -> tuple[float, float]:
+    """Find the frequencies that the answer of a run depends on.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Drive, initial state and frequency grid.
+    times : ndarray, shape (n,)
+        Output times, increasing, >= 0 [s].
+
+    Returns
+    -------
+    tuple of float
+        Lowest and highest frequency [Hz], those of the frequency grid among them.
+
+    Notes
+    -----
+    From rest the lowest is 1/(2 pi t) of the last output time t, less a margin of 10; in the periodic state
+    the lowest frequency of the drive, less the same. The highest is ten times 1/(2 pi t) of the shortest
+    straight piece and of the shortest time between a corner and the next output, and ten times the highest
+    frequency of a sine.
+    """
+    parts, grid = scenario.drive.parts(), scenario.frequency
+    fastest = [_highest(part) for part in parts]
+    shortest = shortest_time(scenario, times)
+    if math.isfinite(shortest):
+        fastest.append(1 / (2 * np.pi * shortest))
+    if isinstance(scenario.time.initial_state, PeriodicState):
+        slowest = [found for part in parts for found in _slowest(part)]
+    else:
+        slowest = [1 / (2 * np.pi * float(times[-1]))] if times[-1] > 0 else []
+    return (
+        min([grid.low, *(frequency / MARGIN for frequency in slowest)]),
+        max([grid.high, *(frequency * MARGIN for frequency in fastest)]),
+    )
+
+
+def shortest_time(scenario: Scenario, times: Real) -> float:
+    """Give the shortest straight piece of the drive or time between a corner and the next output [s].
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its drive.
+    times : ndarray, shape (n,)
+        Output times [s].
+
+    Returns
+    -------
+    float
+        s; infinite if the drive has no corner before an output.
+    """
+    return min((found for part in scenario.drive.parts() for found in _spans(part, times)), default=math.inf)
+
+
+def lowest_frequency(scenario: Scenario) -> float:
+    """Give the lowest frequency in a drive that repeats [Hz]; that of its mean, 0, only where a layer blocks."""
+    blocked = any(layer.material.conductivity == 0 for layer in scenario.stack.layers.values())
+    frequencies, amplitudes = spectrum(scenario.drive, harmonics=1)
+    sizes = np.abs(amplitudes)
+    there = (sizes > SAME * np.max(sizes, initial=0.0)) & (blocked | (frequencies > 0))
+    return float(np.min(frequencies[there], initial=math.inf))
+
+
+def _slowest(part: Part) -> list[float]:
+    if isinstance(part, Tones):
+        moving = part.frequencies[(part.frequencies > 0) & (part.amplitudes != 0)]
+        return [float(np.min(moving))] if len(moving) else []
+    return [1 / part.period] if isinstance(part, Linear) and part.period else []
+
+
+def _highest(part: Part) -> float:
+    """Highest frequency of a sine [Hz]; 0 for straight pieces, whose corners count instead."""
+    if isinstance(part, Tones):
+        return float(np.max(part.frequencies[part.amplitudes != 0], initial=0.0))
+    return 0.0 if isinstance(part, Linear) else part.highest_frequency
+
+
+def _spans(part: Part, times: Real) -> list[float]:
+    """Lengths of straight pieces, and the shortest time between a corner and an output after it [s]."""
+    lengths: list[float] = []
+    if isinstance(part, Linear):
+        lengths, since = np.diff(part.times).tolist(), part.locate(times)[1]
+    else:
+        gates = [gate for gate in (max(part.start, 0.0), part.stop) if gate < math.inf]
+        since = np.concatenate([times - gate for gate in gates])
+    after = since[since > SAME * times[-1]]
+    return lengths + ([float(np.min(after))] if len(after) else [])
