@@ -20,7 +20,8 @@ from electrovib.solve.scenario import load
 from electrovib.solve.simulate import simulate
 
 SKIN, FILM, COAT, AREA = 200e-6, (90e-6, 3.35), (1e-6, 3.9), 1e-4
-DIGITS, NODES = 30, 36
+DIGITS, NODES = 25, 30
+QUANTITIES = ("skin", "gap", "effective")
 DRY = palmar(exponent=MEN, conductance=2e-6)
 BLOCKING = {
     "model": "ConstantPhase",
@@ -32,18 +33,20 @@ BLOCKING = {
 """A constant phase without conduction whose exact step response on the film is the one of the figures below."""
 
 
-def inverse_laplace(transform, time):
-    """Fixed Talbot contour of Abate and Valko, Int. J. Numer. Meth. Engng 60, 979 (2004)."""
+def inverse_laplace(transforms, time):
+    """Fixed Talbot contour of Abate and Valko, Int. J. Numer. Meth. Engng 60, 979 (2004), of several at once."""
     time = mpmath.mpf(time)
     radius = mpmath.mpf(2 * NODES) / (5 * time)
-    total = mpmath.exp(radius * time) * transform(radius) / 2
+    totals = [mpmath.exp(radius * time) * value / 2 for value in transforms(radius)]
     for node in range(1, NODES):
         angle = node * mpmath.pi / NODES
         cotangent = mpmath.cot(angle)
-        weight = mpmath.mpc(1, angle + (angle * cotangent - 1) * cotangent)
         s = radius * angle * mpmath.mpc(cotangent, 1)
-        total += mpmath.re(mpmath.exp(s * time) * transform(s) * weight)
-    return mpmath.re(total) * radius / NODES
+        weight = mpmath.exp(s * time) * mpmath.mpc(1, angle + (angle * cotangent - 1) * cotangent)
+        totals = [
+            total + mpmath.re(weight * value) for total, value in zip(totals, transforms(s), strict=True)
+        ]
+    return [mpmath.re(total) * radius / NODES for total in totals]
 
 
 def polarisation(skin, s):
@@ -62,47 +65,40 @@ def polarisation(skin, s):
     return skin.permittivity_high + skin.strength / (1 + spread) ** mpmath.mpf(skin.skewness)
 
 
-def transfer(quantity, skin, film, resistance):
-    """Voltage of the skin, field of a vanishing gap, effective voltage or field of the founding law, per volt."""
+def laws(skin, film, resistance, s):
+    """Voltage of the skin, field of a vanishing gap and effective voltage of the founding law, per volt."""
     thickness, permittivity = film
-
-    def value(s):
-        epsilon = polarisation(skin, s)
-        own = SKIN / (s * eps0 * epsilon + skin.conductivity)
-        other = thickness / (s * eps0 * permittivity)
-        current = 1 / (own + other + resistance * AREA)
-        if quantity == "skin":
-            return own * current
-        if quantity == "gap":
-            return current / (s * eps0)
-        lost = current / s - eps0 * epsilon * own * current / SKIN
-        effective = (own + other) * current - lost * thickness / (eps0 * permittivity)
-        if quantity == "effective":
-            return effective
-        return effective / mpmath.sqrt((thickness / permittivity + SKIN / epsilon) * (thickness + SKIN))
-
-    return value
+    epsilon = polarisation(skin, s)
+    own = SKIN / (s * eps0 * epsilon + skin.conductivity)
+    other = thickness / (s * eps0 * permittivity)
+    current = 1 / (own + other + resistance * AREA)
+    lost = current / s - eps0 * epsilon * own * current / SKIN
+    effective = (own + other) * current - lost * thickness / (eps0 * permittivity)
+    return [own * current, current / (s * eps0), effective]
 
 
-def exact(quantity, skin, film, resistance, drive, times):
-    """Response to a step, or to the four bends of a trapezium."""
-    law = transfer(quantity, skin, film, resistance)
+def exact(skin, film, resistance, drive, times):
+    """Response of the three to a step, or to the four bends of a trapezium, shape (3, n)."""
+    bends, slopes, power = [0.0], [drive.get("level")], 1
+    if drive["model"] == "Trapezium":
+        bends, power = np.cumsum([0.0, drive["rise"], drive["hold"], drive["fall"]]).tolist(), 2
+        up, down = (drive["high"] / mpmath.mpf(drive[side]) for side in ("rise", "fall"))
+        slopes = [up, -up, -down, down]
+
+    def transforms(s):
+        return [value / s**power for value in laws(skin, film, resistance, s)]
+
+    found = np.zeros((len(QUANTITIES), len(times)))
     with mpmath.workdps(DIGITS):
-        if drive["model"] == "Constant":
-            return np.array([float(drive["level"] * inverse_laplace(lambda s: law(s) / s, t)) for t in times])
-        bends, slopes = np.cumsum([0.0, drive["rise"], drive["hold"], drive["fall"]]), []
-        for side, sign in (("rise", 1), ("fall", -1)):
-            slope = sign * mpmath.mpf(drive["high"]) / mpmath.mpf(drive[side])
-            slopes += [slope, -slope]
-        found = []
-        for time in times.tolist():
-            past = [
-                slope * inverse_laplace(lambda s: law(s) / s**2, mpmath.mpf(time) - mpmath.mpf(bend))
-                for bend, slope in zip(bends.tolist(), slopes, strict=True)
-                if time > bend
-            ]
-            found.append(float(sum(past)))
-    return np.array(found)
+        for place, time in enumerate(times.tolist()):
+            total = [mpmath.mpf(0)] * len(QUANTITIES)
+            for bend, slope in zip(bends, slopes, strict=True):
+                if time > bend:
+                    since = mpmath.mpf(time) - mpmath.mpf(bend)
+                    parts = inverse_laplace(transforms, since)
+                    total = [sum_ + slope * part for sum_, part in zip(total, parts, strict=True)]
+            found[:, place] = total
+    return found
 
 
 def on(film, skin, drive, *, resistance=1000.0, force="Vezzoli2014Causal", settled=False):
@@ -151,8 +147,8 @@ def test_the_reference_is_a_mittag_leffler_function():
     scale /= np.cos(order * np.pi / 2)
     times = np.array([1e-3, 1.0, 100.0])
     expected = [mittag_leffler(order, scale * time**order) for time in times]
-    step = exact("skin", skin, FILM, 0.0, {"model": "Constant", "level": 1.0}, times)
-    np.testing.assert_allclose(step, expected, rtol=1e-11)
+    step = exact(skin, FILM, 0.0, {"model": "Constant", "level": 1.0}, times)
+    np.testing.assert_allclose(step[QUANTITIES.index("skin")], expected, rtol=1e-11)
 
 
 @pytest.mark.parametrize(
@@ -178,7 +174,7 @@ def test_a_voltage_that_is_held(skin, drive, times, quantity, expected):
     found = found_in(trace, quantity)
     np.testing.assert_allclose(found, expected, rtol=1e-2)
     law = scenario.stack.layers["stratum_corneum"].material
-    truth = exact(quantity, law, FILM, 1000.0, drive, times)
+    truth = exact(law, FILM, 1000.0, drive, times)[QUANTITIES.index(quantity)]
     assert np.max(np.abs(found / truth - 1)) <= trace.attrs["transfer_error"] < 1e-3
 
 
@@ -236,7 +232,7 @@ def random_run(random):
         hold = float(random.uniform(0.05, 0.5)) * lasts
         drive = {"model": "Trapezium", "high": 100.0, "rise": edges[0], "hold": hold, "fall": edges[1]}
         drive = {name: value if name == "model" else float(value) for name, value in drive.items()}
-    return skin, film, resistance, drive, np.geomspace(1e-3 * lasts, lasts, 10)
+    return skin, film, resistance, drive, np.geomspace(1e-3 * lasts, lasts, 5)
 
 
 def largest_error(found, truth):
@@ -244,31 +240,33 @@ def largest_error(found, truth):
     return float(np.max(np.abs(found - truth)[told] / np.abs(truth)[told]))
 
 
-def ratios(seed, runs):
-    """Stated over true error of every quantity of random runs, and the true ones."""
+def study(seed, runs):
+    """True and stated errors of the three quantities in random runs."""
     random, found = np.random.default_rng(seed), []
     for _ in range(runs):
         skin, film, resistance, drive, times = random_run(random)
         trace = simulate(on(film, skin, drive, resistance=resistance), time=times)
-        for quantity in ("skin", "gap", "effective"):
-            truth = exact(quantity, skin, film, resistance, drive, times)
+        truths = exact(skin, film, resistance, drive, times)
+        for quantity, truth in zip(QUANTITIES, truths, strict=True):
             found.append((largest_error(found_in(trace, quantity), truth), trace.attrs["transfer_error"]))
-    return np.array(found)
+    true, stated = np.array(found).T
+    above = true > 1e-6
+    return true, stated, stated[above] / true[above]
 
 
 def test_random_skins():
-    true, stated = ratios(7, 12).T
+    true, stated, ratio = study(7, 10)
     assert np.all(stated >= true)
-    assert np.median((stated / true)[true > 1e-6]) < 30
+    assert np.median(ratio) < 30
     assert np.median(true) < 1e-4
 
 
 @pytest.mark.slow
 def test_many_random_skins():
-    true, stated = ratios(8, 200).T
+    true, stated, ratio = study(8, 200)
     assert np.all(stated >= true)
-    assert np.count_nonzero(true > 1e-6) > 200
-    assert np.median((stated / true)[true > 1e-6]) < 30
+    assert len(ratio) > 200
+    assert np.median(ratio) < 30
     assert np.median(true) < 1e-4
 
 
@@ -280,7 +278,7 @@ def test_many_output_times_are_judged_between_the_probes():
     times = trace.time.values
     assert len(times) > PROBES
     some = np.random.default_rng(1).integers(1, len(times), 25)
-    truth = exact("effective", DRY, COAT, 1000.0, drive, times[some])
+    truth = exact(DRY, COAT, 1000.0, drive, times[some])[QUANTITIES.index("effective")]
     error = np.abs(trace.effective_voltage.values[some] / truth - 1)
     told = np.abs(truth) > TAIL * np.max(np.abs(trace.effective_voltage.values))
     assert np.max(error[told]) <= trace.attrs["transfer_error"]
@@ -340,7 +338,7 @@ def test_the_lamp_warns_where_no_reduction_reaches():
     assert trace.attrs["transfer_error"] > 1
     held = simulate(on(FILM, BLOCKING, {"model": "Constant", "level": 100.0}))
     assert lamp(held, "memory")["state"] == "ok"
-    assert lamp(held, "memory")["value"] == held.attrs["transfer_error"] < 0.01
+    assert lamp(held, "memory")["value"] <= held.attrs["transfer_error"] < 0.01
 
 
 def test_a_leak_is_told_not_to_be_judged():

@@ -6,13 +6,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from electrovib.core.constants import eps0
 from electrovib.physics.circuit import SeriesElement
 from electrovib.solve.band import run_band
 from electrovib.solve.current import current_section, per_ampere
 from electrovib.solve.leak import linearised
 from electrovib.solve.reduce import Reduction, reduce_material
 from electrovib.solve.scenario import Scenario
-from electrovib.solve.section import ModalSection, PhasorSection, modal_section, phasor_section
+from electrovib.solve.section import (
+    ModalSection,
+    PhasorLayer,
+    PhasorSection,
+    modal_section,
+    phasor_section,
+)
 from electrovib.solve.transfer import Complex, Real
 
 PHASES = 32
@@ -78,6 +85,45 @@ def per_volt_of(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> P
         second=around.second,
         frequency=frequency,
     )
+
+
+def left_by_charge(scenario: Scenario, frequency: Real) -> PhasorSection:
+    """Give what initial charge leaves behind, as Laplace transforms at j w, exact for the materials as declared.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Stack, contact and circuit.
+    frequency : ndarray, shape (n,)
+        Hz, above 0.
+
+    Returns
+    -------
+    PhasorSection
+        Fields V s/m, displacements C s/m2, voltage V s, current density C/m2.
+
+    Notes
+    -----
+    E_k T_k = z_k (Q_k - sum_j z_j Q_j/Z) under a voltage, z_k Q_k under a prescribed current; Q_k is the charge
+    on the interfaces on the plate's side of layer k.
+    """
+    around, layers = Surroundings.of(scenario), scenario.stack.layers
+    drops = {name: layer.impedance(frequency) for name, layer in layers.items()}
+    held = dict(
+        zip(layers, np.cumsum([0.0, *(layer.initial_charge for layer in layers.values())]), strict=False)
+    )
+    current: Complex = np.zeros(len(frequency), complex)
+    if scenario.drive.quantity == "voltage":
+        stack = np.sum(list(drops.values()), axis=0) * (1 + around.second)
+        around_it = around.area * around.element.impedance(frequency)
+        current = -np.sum([drops[name] * held[name] for name in layers], axis=0) / (stack + around_it)
+    states = {}
+    for name, layer in layers.items():
+        field = drops[name] * (held[name] + current) / layer.thickness
+        bound = eps0 * layer.material.polarisation(frequency) * field
+        states[name] = PhasorLayer(layer.thickness, layer.material, field, bound)
+    voltage = np.sum([state.field * state.thickness for state in states.values()], axis=0)
+    return PhasorSection(frequency, states, voltage, current)
 
 
 def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSection:

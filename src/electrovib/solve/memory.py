@@ -9,17 +9,16 @@ the material.
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from electrovib.core.lamps import Lamp
-from electrovib.core.units import format_quantity
 from electrovib.solve.amplifier import amplified_response
-from electrovib.solve.band import SAME, lowest_frequency, run_band, shortest_time
+from electrovib.solve.band import SAME, lowest_frequency, run_band
 from electrovib.solve.current import current_response
 from electrovib.solve.electrical import linear_quantities
-from electrovib.solve.expand import phasors, total_force
+from electrovib.solve.expand import left_by_charge, phasors, total_force
 from electrovib.solve.reduce import reduction_band
 from electrovib.solve.respond import AMPLITUDE
 from electrovib.solve.scenario import PeriodicState
@@ -56,20 +55,37 @@ SMALLEST: Final = 1e-10
 """Singular value over the largest below which a combination of relaxations is left out of the fit of D."""
 MEASURED: Final = 1e-4
 """The same where a law is a measured table, whose noise no relaxations follow."""
-PROBES: Final = 500
+PROBES: Final = 400
 """Output times at which D is evaluated; between two of them the larger one counts."""
 AT_REST: Final = 1e-60
 """A frequency that stands for 0 [Hz], where a power law has no value."""
-LINEAR: Final = frozenset({"transient", "periodic", "current drive", "one sine"})
-"""Solvers whose answer is linear in the drive, so that the error found bounds it."""
 LARGEST: Final = 0.01
-"""Error from which on an answer is warned of."""
+"""Error, of what is left of a quantity, from which on it counts as not known."""
+LOOKING_BACK: Final = 0.9
 _GOLDEN: Final = 0.6180339887498949
+
+
+class Judged(NamedTuple):
+    """How far a quantity is off in time.
+
+    Parameters
+    ----------
+    error : float
+        Largest error over the value at that time, 1, while that is above `TAIL` of the peak.
+    share : float
+        Largest error over the largest value from `LOOKING_BACK` of that time on, 1: of an oscillation its size.
+    lost : float
+        From when on that is above `LARGEST` [s]; infinite if never.
+    """
+
+    error: float
+    share: float
+    lost: float
 
 
 def answer_errors(
     scenario: Scenario, section: ModalSection, answer: Electrical, times: Real, *, known: tuple[float, float]
-) -> dict[str, float]:
+) -> dict[str, Judged]:
     """Bound what the reduction of materials does to the answer in time.
 
     Parameters
@@ -88,10 +104,9 @@ def answer_errors(
 
     Returns
     -------
-    dict of str to float
-        Of each linear quantity and of ``force``: largest error over the value at that time, 1, while that is
-        above `TAIL` of the peak. Empty where nothing is known. The moments of jumps of the drive are left out:
-        their values are limits of infinite frequency.
+    dict of str to Judged
+        Of each linear quantity and of ``force``. Empty where nothing is known. The moments of jumps of the drive
+        are left out: their values are limits of infinite frequency.
 
     Notes
     -----
@@ -108,9 +123,8 @@ def answer_errors(
     if not low < high or not np.any(judged):
         return {}
     steady = settled and scenario.drive.quantity == "voltage" and known[0] == 0
-    differences, residuals = _differences(
-        scenario, section, _Fit.over(low, high, steady=steady, smallest=MEASURED if known[0] else SMALLEST)
-    )
+    fit = _Fit.over(low, high, steady=steady, smallest=MEASURED if known[0] else SMALLEST)
+    differences, residuals = _differences(scenario, section, fit, settled=settled)
     probes = np.flatnonzero(judged)[_probes(int(np.count_nonzero(judged)))]
     found = {name: row for name, row in answer.found.items() if name in differences and row.ndim == 1}
     errors = _respond(scenario, differences, times[probes], settled=settled)
@@ -123,90 +137,9 @@ def answer_errors(
         bounds[FORCE] = (answer.force, _of_force(scenario, amplitudes, errors, residuals))
     straight = judged & ~_at_corner(scenario.drive, times, bends=True)
     return {
-        name: _relative(row, probes, bound, straight if name == CURRENT else judged)
+        name: _judge(row, times, probes, bound, straight if name == CURRENT else judged)
         for name, (row, bound) in bounds.items()
     }
-
-
-def memory_lamps(
-    scenario: Scenario, errors: Mapping[str, float], times: Real, *, known: tuple[float, float], solver: str
-) -> list[Lamp]:
-    """Say how far an answer in time is off because materials were reduced, and from when on it is not known.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Everything.
-    errors : mapping of str to float
-        From `answer_errors`.
-    times : ndarray, shape (n,)
-        Output times [s].
-    known : tuple of float
-        Lowest and highest frequency at which all materials are known [Hz].
-    solver : str
-        Which one answered.
-
-    Returns
-    -------
-    list of Lamp
-        None where every layer is a sum of Debye terms as declared.
-    """
-    layers = scenario.stack.layers
-    reduced = [name for name, layer in layers.items() if layer.material.debye() is None]
-    if not reduced:
-        return []
-    return [*_of_error(reduced, errors, solver), *_beyond_tables(scenario, times, known)]
-
-
-def worst_of(errors: Mapping[str, float]) -> float:
-    """Give the largest error of what pulls and of what stands across the layers; the current is told apart."""
-    return max((error for name, error in errors.items() if name != CURRENT), default=0.0)
-
-
-def _of_error(reduced: list[str], errors: Mapping[str, float], solver: str) -> list[Lamp]:
-    if not errors:
-        return []
-    names, worst = " and ".join(f"'{name}'" for name in reduced), worst_of(errors)
-    told = {
-        "the attraction": errors.get(FORCE),
-        "fields and voltages": worst,
-        "the current": errors.get(CURRENT),
-    }
-    parts = [f"{what} by at most {100 * error:.2g} %" for what, error in told.items() if error is not None]
-    ends = f"of the value at that time while that is above {TAIL:g} of its peak"
-    change = f"{', '.join(parts)}, {ends}"
-    if solver not in LINEAR:
-        text = (
-            f"{names} stands as a sum of relaxations: without leak, motion, limits and renewal that changes {change};"
-            f" what it does to the answer of the solver '{solver}' is not known"
-        )
-        return [Lamp("memory", "unknown", text)]
-    state = "warning" if worst > LARGEST else "ok"
-    text = f"{names} stands as a sum of relaxations, which changes {change}"
-    return [Lamp("memory", state, text, value=worst, limit=LARGEST, unit="1")]
-
-
-def _beyond_tables(scenario: Scenario, times: Real, known: tuple[float, float]) -> list[Lamp]:
-    """Say which part of an answer rests on frequencies that no table holds."""
-    (low, high), said = known, []
-    last = 1 / (2 * np.pi * low) if low else np.inf
-    first = 1 / (2 * np.pi * high)
-    if isinstance(scenario.time.initial_state, PeriodicState):
-        slowest = lowest_frequency(scenario)
-        if slowest < low * (1 - SAME):
-            said.append(f"the drive has {format_quantity(slowest, 'Hz', digits=3)}, below the table")
-    elif times[-1] > last:
-        said.append(f"the answer is not known from {format_quantity(last, 's', digits=3)} on")
-    if shortest_time(scenario, times) < first * (1 - SAME):
-        said.append(f"nor is it within {format_quantity(first, 's', digits=3)} after a corner of the drive")
-    if not said:
-        return []
-    tables = " and ".join(
-        f"'{name}'" for name, layer in scenario.stack.layers.items() if np.isfinite(layer.material.band[1])
-    )
-    ends = " to ".join(format_quantity(end, "Hz", digits=3) for end in known)
-    text = f"{tables} is measured from {ends} only: {', '.join(said).removeprefix('nor is it')}"
-    return [Lamp("measured band", "unknown", text, value=float(times[-1]), limit=last, unit="s")]
 
 
 def _at_corner(drive: Drive, times: Real, *, bends: bool) -> NDArray[np.bool_]:
@@ -232,14 +165,22 @@ def _probes(count: int) -> NDArray[np.intp]:
     return np.unique(places.astype(np.intp))
 
 
-def _relative(row: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]) -> float:
-    """Largest bound over the value at that time, above the tail's end."""
-    sizes = np.where(judged, np.abs(row), 0.0)
-    places = np.arange(len(row))
+def _judge(
+    row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]
+) -> Judged:
+    """Hold a bound at the probes against a quantity at all output times."""
+    sizes, places = np.where(judged, np.abs(row), 0.0), np.arange(len(row))
     after = np.minimum(np.searchsorted(probes, places), len(probes) - 1)
     larger = np.where(probes[after] == places, bound[after], np.maximum(bound[after], bound[after - 1]))
-    told = sizes > TAIL * np.max(sizes)
-    return float(np.max(larger[told] / sizes[told], initial=0.0))
+    left = np.maximum.accumulate(sizes[::-1])[::-1][np.searchsorted(times, LOOKING_BACK * times)]
+    told, peak = sizes > TAIL * np.max(sizes), TAIL * np.max(sizes)
+    shares = np.where(judged & (left > peak), larger / np.maximum(left, peak or 1.0), 0.0)
+    lost = times[shares > LARGEST]
+    return Judged(
+        error=float(np.max(larger[told] / sizes[told], initial=0.0)),
+        share=float(np.max(shares, initial=0.0)),
+        lost=float(lost[0]) if len(lost) else np.inf,
+    )
 
 
 def _of_force(
@@ -272,20 +213,23 @@ def _respond(
 
 
 def _differences(
-    scenario: Scenario, section: ModalSection, fit: _Fit
+    scenario: Scenario, section: ModalSection, fit: _Fit, *, settled: bool
 ) -> tuple[dict[str, Transfer], dict[str, float]]:
     """Fit declared - reduced of every linear quantity; relative residuals beside."""
     declared = linear_quantities(scenario, phasors(scenario, fit.frequency, leaks=False))
     reduced = linear_quantities(scenario, section)
     transfers, residuals = {}, {}
     for name, exact in declared.items():
-        other = reduced[name].at(fit.frequency)
         # a current is the rate of change of its charge, which varies far less over frequency
         axis = 2j * np.pi * fit.frequency if name == CURRENT else 1.0
-        size = np.maximum(np.abs(exact), np.abs(other)) / np.abs(axis)
-        size[0] = max(size[:2])  # at rest a quantity may vanish
-        found, residuals[name] = fit.of((exact - other) / axis, size)
+        found, residuals[name] = fit.of(exact / axis, reduced[name].at(fit.frequency) / axis)
         transfers[name] = _slope(found) if name == CURRENT else found
+    if settled or not any(layer.initial_charge for layer in scenario.stack.layers.values()):
+        return transfers, residuals
+    for name, exact in linear_quantities(scenario, left_by_charge(scenario, fit.frequency)).items():
+        found, residual = fit.of(exact, reduced[name].free_at(fit.frequency))
+        transfers[name] = replace(transfers[name], free=found.gains * found.rates)
+        residuals[name] = max(residual, residuals[name])
     return transfers, residuals
 
 
@@ -327,9 +271,11 @@ class _Fit:
         """Give the fit over a band, the same object for the same band."""
         return _Fit(low, high, steady=steady, smallest=smallest)
 
-    def of(self, difference: Complex, size: Real) -> tuple[Transfer, float]:
+    def of(self, declared: Complex, reduced: Complex) -> tuple[Transfer, float]:
         """Fit one D; the largest residual is told over the quantity's own size at that frequency."""
-        wanted = np.concatenate([difference.real, difference.imag])
+        wanted = np.concatenate([(declared - reduced).real, (declared - reduced).imag])
+        size = np.maximum(np.abs(declared), np.abs(reduced))
+        size[0] = max(size[:2])  # at rest a quantity may vanish
         floor = np.finfo(float).eps * float(np.max(size, initial=0.0))
         weights = 1 / np.tile(np.maximum(size, floor or 1.0), 2)
         best, found = np.inf, np.zeros(len(self.rates) + 1)

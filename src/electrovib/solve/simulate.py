@@ -16,8 +16,9 @@ from electrovib.physics.safety import peak
 from electrovib.solve.diagnostics import diagnostics
 from electrovib.solve.electrical import electrical
 from electrovib.solve.expand import behind_amplifier, mean_force, modes, per_volt_of, phasors
+from electrovib.solve.known import known_band, memory_lamps, worst_of
 from electrovib.solve.mechanical import mechanical
-from electrovib.solve.memory import answer_errors, memory_lamps, worst_of
+from electrovib.solve.memory import answer_errors
 from electrovib.solve.scenario import Scenario
 from electrovib.solve.section import ModalSection, PhasorSection
 from electrovib.solve.transfer import Real
@@ -64,7 +65,7 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     attributes = _provenance(scenario)
     attributes["reduction_error"] = reduction_error
     answer = electrical(scenario, section, times)
-    known = _known(scenario)
+    known = known_band(scenario)
     errors = answer_errors(scenario, section, answer, times, known=known) if reduction_error else {}
     if scenario.force.causal:
         bare = phasors(scenario, frequency, leaks=False)
@@ -127,12 +128,6 @@ def _peak_value(scenario: Scenario) -> float:
     grid = np.linspace(0, drive.duration, 4001)
     corners = [np.abs(np.concatenate([p.before, p.after])) for p in drive.parts() if isinstance(p, Linear)]
     return max([peak(drive.voltage(grid)), *(float(c.max()) for c in corners if len(drive.parts()) == 1)])
-
-
-def _known(scenario: Scenario) -> tuple[float, float]:
-    """Lowest and highest frequency at which all materials are known [Hz]."""
-    bands = [layer.material.band for layer in scenario.stack.layers.values()]
-    return max(low for low, _ in bands), min(high for _, high in bands)
 
 
 def _transfer_error(

@@ -60,6 +60,11 @@ class Transfer:
         parts = (rates if self.static is None else -s[..., None]) / (s[..., None] + rates)
         return np.asarray(level + self.slope * s + parts @ gains, dtype=complex)
 
+    def free_at(self, frequency: ArrayLike) -> Complex:
+        """Evaluate the Laplace transform of the free part at j w, frequencies [Hz] above 0, any shape."""
+        s = 2j * np.pi * np.asarray(frequency, dtype=float)
+        return np.asarray(1 / (s[..., None] + self.rates) @ self.free, dtype=complex)
+
     def at_rest(self) -> float:
         """Give the response at zero frequency."""
         return float(self.direct + self.gains.sum()) if self.static is None else self.static
