@@ -45,7 +45,7 @@ def run_band(scenario: Scenario, times: Real) -> tuple[float, float]:
     frequency of a sine.
     """
     parts, grid = scenario.drive.parts(), scenario.frequency
-    fastest = [_highest(part) for part in parts]
+    fastest = [scenario.drive.highest_frequency]
     shortest = shortest_time(scenario, times)
     if math.isfinite(shortest):
         fastest.append(1 / (2 * np.pi * shortest))
@@ -74,7 +74,12 @@ def shortest_time(scenario: Scenario, times: Real) -> float:
     float
         s; infinite if the drive has no corner before an output.
     """
-    return min((found for part in scenario.drive.parts() for found in _spans(part, times)), default=math.inf)
+    end = float(times[-1])
+    begins = [] if isinstance(scenario.time.initial_state, PeriodicState) else [0.0]
+    corners = np.concatenate([[-math.inf], begins, scenario.drive.corners(end)[0]])
+    since = times - corners[np.searchsorted(corners, times * (1 + SAME), side="right") - 1]
+    after = since[since > SAME * end]
+    return min(scenario.drive.shortest_piece(end), float(np.min(after, initial=math.inf)))
 
 
 def lowest_frequency(scenario: Scenario) -> float:
@@ -91,22 +96,3 @@ def _slowest(part: Part) -> list[float]:
         moving = part.frequencies[(part.frequencies > 0) & (part.amplitudes != 0)]
         return [float(np.min(moving))] if len(moving) else []
     return [1 / part.period] if isinstance(part, Linear) and part.period else []
-
-
-def _highest(part: Part) -> float:
-    """Highest frequency of a sine [Hz]; 0 for straight pieces, whose corners count instead."""
-    if isinstance(part, Tones):
-        return float(np.max(part.frequencies[part.amplitudes != 0], initial=0.0))
-    return 0.0 if isinstance(part, Linear) else part.highest_frequency
-
-
-def _spans(part: Part, times: Real) -> list[float]:
-    """Lengths of straight pieces, and the shortest time between a corner and an output after it [s]."""
-    lengths: list[float] = []
-    if isinstance(part, Linear):
-        lengths, since = np.diff(part.times).tolist(), part.locate(times)[1]
-    else:
-        gates = [gate for gate in (max(part.start, 0.0), part.stop) if gate < math.inf]
-        since = np.concatenate([times - gate for gate in gates])
-    after = since[since > SAME * times[-1]]
-    return lengths + ([float(np.min(after))] if len(after) else [])

@@ -8,12 +8,14 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.interface import interface_place, roles_of
 from electrovib.solve.band import run_band
 from electrovib.solve.current import current_section, per_ampere
 from electrovib.solve.leak import linearised
 from electrovib.solve.reduce import Reduction, reduce_material
 from electrovib.solve.scenario import Scenario
 from electrovib.solve.section import (
+    ChargedSection,
     ModalSection,
     PhasorLayer,
     PhasorSection,
@@ -87,7 +89,7 @@ def per_volt_of(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> P
     )
 
 
-def left_by_charge(scenario: Scenario, frequency: Real) -> PhasorSection:
+def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> ChargedSection:
     """Give what initial charge leaves behind, as Laplace transforms at j w, exact for the materials as declared.
 
     Parameters
@@ -96,34 +98,39 @@ def left_by_charge(scenario: Scenario, frequency: Real) -> PhasorSection:
         Stack, contact and circuit.
     frequency : ndarray, shape (n,)
         Hz, above 0.
+    charges : ndarray, shape (layers + 1,)
+        Displacement before each layer and behind the last at time 0, `StackModes.charges` [C/m2].
 
     Returns
     -------
-    PhasorSection
+    ChargedSection
         Fields V s/m, displacements C s/m2, voltage V s, current density C/m2.
 
     Notes
     -----
-    E_k T_k = z_k (Q_k - sum_j z_j Q_j/Z) under a voltage, z_k Q_k under a prescribed current; Q_k is the charge
-    on the interfaces on the plate's side of layer k.
+    E_k T_k = z_k (Q_k + J), J = -(sum z_j Q_j)/Z over all parts of the circuit, the body's capacitor among them;
+    J = 0 under a prescribed current.
     """
     around, layers = Surroundings.of(scenario), scenario.stack.layers
     drops = {name: layer.impedance(frequency) for name, layer in layers.items()}
-    held = dict(
-        zip(layers, np.cumsum([0.0, *(layer.initial_charge for layer in layers.values())]), strict=False)
-    )
+    held = dict(zip(layers, charges, strict=False))
     current: Complex = np.zeros(len(frequency), complex)
     if scenario.drive.quantity == "voltage":
+        element = around.element
         stack = np.sum(list(drops.values()), axis=0) * (1 + around.second)
-        around_it = around.area * around.element.impedance(frequency)
-        current = -np.sum([drops[name] * held[name] for name in layers], axis=0) / (stack + around_it)
+        body = around.area * element.elastance / (2j * np.pi * frequency + element.rate)
+        driving = np.sum([drops[name] * held[name] for name in layers], axis=0)
+        driving = driving + body * (charges[-1] + element.charge / around.area)
+        current = -driving / (stack + around.area * element.impedance(frequency))
     states = {}
     for name, layer in layers.items():
         field = drops[name] * (held[name] + current) / layer.thickness
         bound = eps0 * layer.material.polarisation(frequency) * field
         states[name] = PhasorLayer(layer.thickness, layer.material, field, bound)
     voltage = np.sum([state.field * state.thickness for state in states.values()], axis=0)
-    return PhasorSection(frequency, states, voltage, current)
+    roles = roles_of(layers)
+    start = float(charges[interface_place(roles.values())])
+    return ChargedSection(frequency, states, roles, voltage, current, start)
 
 
 def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSection:
@@ -151,7 +158,7 @@ def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSectio
         for name, layer in section.layers.items()
     }
     voltage, density = section.voltage * factor, section.current_density * factor
-    return PhasorSection(section.frequency, layers, voltage, density)
+    return PhasorSection(section.frequency, layers, section.roles, voltage, density)
 
 
 def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduction]:

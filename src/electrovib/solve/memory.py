@@ -16,13 +16,12 @@ import numpy as np
 
 from electrovib.solve.amplifier import amplified_response
 from electrovib.solve.band import SAME, lowest_frequency, run_band
-from electrovib.solve.current import current_response
 from electrovib.solve.electrical import linear_quantities
 from electrovib.solve.expand import left_by_charge, phasors, total_force
+from electrovib.solve.integrator import integral_weight
 from electrovib.solve.reduce import reduction_band
 from electrovib.solve.respond import AMPLITUDE
 from electrovib.solve.scenario import PeriodicState
-from electrovib.solve.steps import marks_of
 from electrovib.solve.transfer import Transfer
 from electrovib.solve.transient import transient
 
@@ -144,7 +143,7 @@ def answer_errors(
 
 def _at_corner(drive: Drive, times: Real, *, bends: bool) -> NDArray[np.bool_]:
     """Tell the output times at which the drive jumps, or bends as well."""
-    marks, heights = marks_of(drive, float(times[-1]))
+    marks, heights = drive.corners(float(times[-1]))
     begins = [0.0] if bends or drive.voltage(0.0) else []
     corners = np.sort(np.append(marks if bends else marks[heights != 0], begins))
     if not len(corners):
@@ -202,9 +201,7 @@ def _respond(
 ) -> dict[str, Real]:
     """Send the drive through linear quantities, past leaks, limits and motion."""
     amplifier, drive = scenario.circuit.amplifier, scenario.drive
-    if drive.quantity == "current":
-        return current_response(transfers, drive, times, settled=settled)
-    if amplifier is None:
+    if amplifier is None or drive.quantity == "current":
         return transient(transfers, drive, times, settled=settled)
     if amplifier.is_limited:
         found = transient(transfers, drive, times)
@@ -219,15 +216,17 @@ def _differences(
     declared = linear_quantities(scenario, phasors(scenario, fit.frequency, leaks=False))
     reduced = linear_quantities(scenario, section)
     transfers, residuals = {}, {}
-    for name, exact in declared.items():
+    for name in reduced:
         # a current is the rate of change of its charge, which varies far less over frequency
         axis = 2j * np.pi * fit.frequency if name == CURRENT else 1.0
-        found, residuals[name] = fit.of(exact / axis, reduced[name].at(fit.frequency) / axis)
+        pair = declared[name] / axis, reduced[name].at(fit.frequency) / axis
+        found, residuals[name] = fit.of(*pair, grows=bool(integral_weight(reduced[name])))
         transfers[name] = _slope(found) if name == CURRENT else found
-    if settled or not any(layer.initial_charge for layer in scenario.stack.layers.values()):
+    if settled or not np.any(section.modes.charges):
         return transfers, residuals
-    for name, exact in linear_quantities(scenario, left_by_charge(scenario, fit.frequency)).items():
-        found, residual = fit.of(exact, reduced[name].free_at(fit.frequency))
+    left = linear_quantities(scenario, left_by_charge(scenario, fit.frequency, section.modes.charges))
+    for name in reduced:
+        found, residual = fit.of(left[name], reduced[name].free_at(fit.frequency))
         transfers[name] = replace(transfers[name], free=found.gains * found.rates)
         residuals[name] = max(residual, residuals[name])
     return transfers, residuals
@@ -271,10 +270,12 @@ class _Fit:
         """Give the fit over a band, the same object for the same band."""
         return _Fit(low, high, steady=steady, smallest=smallest)
 
-    def of(self, declared: Complex, reduced: Complex) -> tuple[Transfer, float]:
+    def of(self, declared: Complex, reduced: Complex, *, grows: bool = False) -> tuple[Transfer, float]:
         """Fit one D; the largest residual is told over the quantity's own size at that frequency."""
-        wanted = np.concatenate([(declared - reduced).real, (declared - reduced).imag])
-        size = np.maximum(np.abs(declared), np.abs(reduced))
+        difference, size = declared - reduced, np.maximum(np.abs(declared), np.abs(reduced))
+        if grows and self.frequency[0] == AT_REST:  # nobody asks for its value at rest
+            difference[0], size[0] = difference[1], size[1]
+        wanted = np.concatenate([difference.real, difference.imag])
         size[0] = max(size[:2])  # at rest a quantity may vanish
         floor = np.finfo(float).eps * float(np.max(size, initial=0.0))
         weights = 1 / np.tile(np.maximum(size, floor or 1.0), 2)

@@ -8,15 +8,15 @@ from typing import Any, ClassVar, Final, Self
 
 from pydantic import Field, model_validator
 
-from electrovib.core.errors import nearest
 from electrovib.core.model import Model, read_model
 from electrovib.core.paths import put
 from electrovib.physics.circuit import Circuit
 from electrovib.physics.contact import Contact
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.finger import Finger
-from electrovib.physics.force import ForceLaw
+from electrovib.physics.force import ForceLaw, wanted_layer
 from electrovib.physics.friction import Friction, Load
+from electrovib.physics.interface import beside_interface
 from electrovib.physics.moisture import Moisture
 from electrovib.physics.motion import Motion
 from electrovib.physics.perception import Perception
@@ -24,6 +24,7 @@ from electrovib.physics.rig import Rig
 from electrovib.physics.safety import Limits
 from electrovib.physics.stack import Stack
 from electrovib.solve.scenario.grids import FrequencyGrid, TimeGrid
+from electrovib.solve.scenario.sources import BY_THE_USER
 
 SCHEMA: Final = 1
 """Of the scenario files that this version reads and writes."""
@@ -67,10 +68,10 @@ class Scenario(Model):
 
     @model_validator(mode="after")
     def _law_finds_its_layers(self) -> Self:
-        for name in self.force.needs:
-            if name not in self.stack.layers:
-                known = nearest(name, self.stack.layers)
-                raise ValueError(f"{type(self.force).__name__} needs a layer 'stack.{name}'.{known}")
+        roles = self.stack.roles
+        for role in self.force.needs:
+            if beside_interface(roles, role) is None:
+                raise ValueError(f"{type(self.force).__name__} needs {wanted_layer(role)}")
         return self
 
     @model_validator(mode="after")
@@ -145,9 +146,7 @@ class Scenario(Model):
             )
         }
         paths = [path for path, _, _ in changed.parameters()]
-        theirs = {
-            p: "set by the user" for p in paths if any(p == c or p.startswith(f"{c}.") for c in changes)
-        }
+        theirs = {p: BY_THE_USER for p in paths if any(p == c or p.startswith(f"{c}.") for c in changes)}
         return changed.model_copy(update={"sources": kept | theirs})
 
     def to_json(self) -> str:
