@@ -396,3 +396,28 @@ def test_materials_are_known_where_all_tables_are():
     errors = np.abs(declared - reduced) / np.max(np.abs(declared))
     assert trace.attrs["transfer_error"] == pytest.approx(np.max(errors[inside]), rel=1e-9)
     assert np.max(errors) > 1.5 * np.max(errors[inside])
+
+
+@pytest.mark.parametrize("resistance", [0.0, 1e6])
+def test_what_initial_charge_leaves_behind(resistance):
+    """Charge on the face of the film, 0 V: the voltage of the skin against its Laplace transform, and the stated error."""
+    charge, times = 1e-5, np.geomspace(1e-3, 1.0, 7)
+    scenario = on(COAT, DRY, {"model": "Constant", "level": 0.0}, resistance=resistance, force="GapPlane")
+    scenario = scenario.replace({"stack.insulator.initial_charge": charge})
+    section, _ = modes(scenario, times)
+    before, between = section.modes.charges[:2].tolist()  # on the plate, and with the charge added
+    assert between - before == pytest.approx(charge)
+
+    def skin_voltage(s):
+        own = SKIN / (s * eps0 * polarisation(DRY, s) + DRY.conductivity)
+        other = COAT[0] / (s * eps0 * COAT[1])
+        current = -(other * before + own * between) / (own + other + resistance * AREA)
+        return [own * (between + current)]
+
+    with mpmath.workdps(DIGITS):
+        truth = np.array([float(inverse_laplace(skin_voltage, time)[0]) for time in times.tolist()])
+    trace = simulate(scenario, time=times)
+    found = found_in(trace, "skin")
+    error = largest_error(found, truth)
+    assert error <= trace.attrs["transfer_error"] < 30 * max(error, 1e-6)
+    assert error < 1e-3

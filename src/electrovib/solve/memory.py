@@ -18,7 +18,7 @@ from electrovib.solve.amplifier import amplified_response
 from electrovib.solve.band import SAME, lowest_frequency, run_band
 from electrovib.solve.electrical import linear_quantities
 from electrovib.solve.expand import left_by_charge, phasors, total_force
-from electrovib.solve.integrator import integral_weight
+from electrovib.solve.integrator import drive_mean, integral_weight
 from electrovib.solve.reduce import reduction_band
 from electrovib.solve.respond import AMPLITUDE
 from electrovib.solve.scenario import PeriodicState
@@ -121,7 +121,7 @@ def answer_errors(
     judged = (times <= lasts) & ~_at_corner(scenario.drive, times, bends=False)
     if not low < high or not np.any(judged):
         return {}
-    steady = settled and scenario.drive.quantity == "voltage" and known[0] == 0
+    steady = settled and known[0] == 0 and bool(drive_mean(scenario.drive))
     fit = _Fit.over(low, high, steady=steady, smallest=MEASURED if known[0] else SMALLEST)
     differences, residuals = _differences(scenario, section, fit, settled=settled)
     probes = np.flatnonzero(judged)[_probes(int(np.count_nonzero(judged)))]
@@ -215,12 +215,14 @@ def _differences(
     """Fit declared - reduced of every linear quantity; relative residuals beside."""
     declared = linear_quantities(scenario, phasors(scenario, fit.frequency, leaks=False))
     reduced = linear_quantities(scenario, section)
+    reduced.pop("stack_voltage")  # the sum of the layers', and nothing under a drive of 0 V
     transfers, residuals = {}, {}
     for name in reduced:
         # a current is the rate of change of its charge, which varies far less over frequency
         axis = 2j * np.pi * fit.frequency if name == CURRENT else 1.0
         pair = declared[name] / axis, reduced[name].at(fit.frequency) / axis
-        found, residuals[name] = fit.of(*pair, grows=bool(integral_weight(reduced[name])))
+        unasked = name == CURRENT or bool(integral_weight(reduced[name]))
+        found, residuals[name] = fit.of(*pair, unasked=unasked)
         transfers[name] = _slope(found) if name == CURRENT else found
     if settled or not np.any(section.modes.charges):
         return transfers, residuals
@@ -270,10 +272,10 @@ class _Fit:
         """Give the fit over a band, the same object for the same band."""
         return _Fit(low, high, steady=steady, smallest=smallest)
 
-    def of(self, declared: Complex, reduced: Complex, *, grows: bool = False) -> tuple[Transfer, float]:
-        """Fit one D; the largest residual is told over the quantity's own size at that frequency."""
+    def of(self, declared: Complex, reduced: Complex, *, unasked: bool = False) -> tuple[Transfer, float]:
+        """Fit one D; the largest residual is told over the quantity's own size there; its value at rest may be unasked."""
         difference, size = declared - reduced, np.maximum(np.abs(declared), np.abs(reduced))
-        if grows and self.frequency[0] == AT_REST:  # nobody asks for its value at rest
+        if unasked and self.frequency[0] == AT_REST:
             difference[0], size[0] = difference[1], size[1]
         wanted = np.concatenate([difference.real, difference.imag])
         size[0] = max(size[:2])  # at rest a quantity may vanish
