@@ -170,6 +170,16 @@ def test_a_second_electrode_that_ends_the_drive():
     found = ringing(time, late, voltage, readback=stop)
     assert found.delay == pytest.approx(0.5e-3, abs=0.06e-3)
     assert not any("readback.stop" in word for word in found.words)
+    on = np.where((time > time[0] + 0.1) & (time < end + 0.5e-3), 1.0, 0.0)
+    rig = ringing(time, late, voltage, enabled=on)
+    assert rig.delay == pytest.approx(0.5e-3, abs=0.06e-3)
+    assert not any("readback.stop" in word for word in rig.words)
+    with pytest.raises(InputError, match="enabled: the drive is still on at the last sample"):
+        ringing(time, late, voltage, enabled=np.maximum(on, time > time[0] + 0.3))
+    # ended 50 ms after the last fall of the electrode that was read back
+    held = force[np.searchsorted(time, time - 0.05).clip(0, len(time) - 1)]
+    with pytest.raises(InputError, match="the drive may have ended later: give enabled, or readback"):
+        ringing(time, held, voltage, readback=OneOfTwoInAntiphase())
     with pytest.raises(InputError, match="voltage: the read-back goes from -300 to 300 V"):
         ringing(time, late, np.where(voltage > 150, 300.0, -300.0), readback=OneOfTwoInAntiphase())
 
@@ -259,7 +269,7 @@ def spoiled(values):
             changed(1, lambda v: v * 0 + 0.7 + 1e-3 * np.sin(np.arange(len(v)))),
             "does not let go when the drive ends",
         ),
-        (changed(2, lambda v: v * 0), "voltage: lies between 0 and 0 V and never goes on and off"),
+        (changed(2, lambda v: v * 0), "voltage: lies between 0 and 0 and never goes on and off"),
         (changed(2, lambda v: v * 0 + 300), "never goes on and off"),
         (changed(2, lambda v: v[::-1] * 0 + np.linspace(0, 300, len(v))), "still on at the last sample"),
         (

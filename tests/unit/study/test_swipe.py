@@ -337,7 +337,11 @@ def test_a_few_rows_without_a_number_are_left_out_and_counted(tmp_path):
         InputError, match=r"'normal', sample 5: nan .* 3 rows of 16000; missing_rows = 3 leaves"
     ):
         calibrated(columns, channels())
-    allowed = read_model(TribometerChannels, channels().to_dict() | {"missing_rows": 3})
+    allowed, fewer = (
+        read_model(TribometerChannels, channels().to_dict() | {"missing_rows": rows}) for rows in (3, 2)
+    )
+    with pytest.raises(InputError, match="3 rows of 16000; missing_rows = 2 allows fewer"):
+        calibrated(columns, fewer)
     recording = calibrated(columns, allowed)
     assert recording.missing == 3
     # what is left keeps its time
