@@ -74,6 +74,7 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
         **_over_frequency(scenario, at_frequency),
     }
     spoken = [*diagnostics(scenario, section, answer, times, variables), *moved.lamps]
+    spoken += scenario.force.lamps_over_frequency(phasors(scenario, frequency, leaks=False))
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
     coordinates = {
         "time": times,
