@@ -21,7 +21,7 @@ from electrovib.study.ringing_parts import (
     drive_end,
     find_extrema,
 )
-from electrovib.study.ringing_uncertainty import uncertainties
+from electrovib.study.ringing_uncertainty import uncertainties, with_change
 from electrovib.study.ringing_words import about_the_record, words_about
 
 if TYPE_CHECKING:
@@ -206,6 +206,7 @@ def ringing(
         since, measured, start=best.delay, period=period, level=best.after, scatter=scatter, end=duration
     )
     early, late = _decays(since, measured, extrema, period)
+    uncertainty = with_change(uncertainty, (early, late))
     words = words_about(best, uncertainty, interval, without, extrema, (early, late))
     words += about_the_record(readback if enabled is None else None, missing)
     return Ringing(

@@ -103,6 +103,10 @@ def test_a_falling_frequency_is_shown_and_named():
     assert found.early.frequency > 1.05 * found.late.frequency
     assert any("falls while the ringing dies away: no single linear" in word for word in found.words)
     assert 0.03 < found.misfit < found.misfit_without / 2
+    # what it falls by counts: 29 % of it, as of any value in between
+    fallen = found.early.frequency - found.late.frequency
+    assert found.uncertainty["frequency"].components["change"] == pytest.approx(fallen / np.sqrt(12), rel=0.1)
+    assert found.uncertainty["frequency"].total > 0.25 * fallen
 
 
 def wobbling(noise, correlation, seed):
@@ -135,7 +139,7 @@ def test_the_truth_lies_as_far_away_as_is_stated(noise, correlation):
 def test_an_uncertainty_is_stated_by_its_components():
     quiet, loud = ringing(*made(noise=2e-3)), ringing(*made(noise=20e-3))
     for name in ("frequency", "quality"):
-        assert set(quiet.uncertainty[name].components) == {"noise", "window", "fall time"}
+        assert set(quiet.uncertainty[name].components) == {"noise", "window", "fall time", "change"}
         # ten times the noise, one and the same record of it
         ratio = loud.uncertainty[name].components["noise"] / quiet.uncertainty[name].components["noise"]
         assert ratio == pytest.approx(10, rel=0.3)
