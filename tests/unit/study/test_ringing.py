@@ -107,6 +107,9 @@ def test_a_falling_frequency_is_shown_and_named():
     fallen = found.early.frequency - found.late.frequency
     assert found.uncertainty["frequency"].components["change"] == pytest.approx(fallen / np.sqrt(12), rel=0.1)
     assert found.uncertainty["frequency"].total > 0.25 * fallen
+    # a fit that begins later finds what is lower by then
+    parts = found.uncertainty["frequency"].components
+    assert parts["window"] > parts["noise"]
 
 
 def wobbling(noise, correlation, seed):
