@@ -61,8 +61,8 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     attributes = _provenance(scenario)
     attributes["reduction_error"] = reduction_error
     answer = electrical(scenario, section, times)
+    bare = phasors(scenario, frequency, leaks=False)
     if scenario.force.causal:
-        bare = phasors(scenario, frequency, leaks=False)
         attributes["transfer_error"] = _transfer_error(scenario.force, section, bare)
     moved = mechanical(
         scenario, times, answer, functools.partial(electrical, scenario, section, force_alone=True)
@@ -74,7 +74,7 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
         **_over_frequency(scenario, at_frequency),
     }
     spoken = [*diagnostics(scenario, section, answer, times, variables), *moved.lamps]
-    spoken += scenario.force.lamps_over_frequency(phasors(scenario, frequency, leaks=False))
+    spoken += scenario.force.lamps_over_frequency(bare)
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
     coordinates = {
         "time": times,
