@@ -49,7 +49,7 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
     from electrovib.solve.scenario import scenario_of
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
-    lines += [f"{name.replace('_', ' ')}: {_range(trace[name])}" for name in FORCES]
+    lines += [f"{name.replace('_', ' ')}: {_range(trace, name)}" for name in FORCES]
     lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
     lines.append(f"solver: {trace.attrs['solver']} ({trace.attrs['solver_reason']})")
     if trace.attrs.get("reduction_error"):
@@ -68,12 +68,13 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
     return lines + [f"written: {path}" for path in (*_files(trace, output), report) if path]
 
 
-def _range(values: Any) -> str:
+def _range(trace: Any, name: str) -> str:
     """Write the range of a force, and at how many of its times it is not known."""
     from electrovib.core.units import format_quantity
     from electrovib.view.summary import not_known
 
-    if missing := not_known(values):
+    values = trace[name]
+    if missing := not_known(trace, name):
         if not bool(values.notnull().any()):
             return missing
         missing = f", {missing}"

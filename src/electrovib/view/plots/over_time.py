@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from electrovib.core.errors import InputError
 from electrovib.core.signals import signal
 from electrovib.solve.scenario import scenario_of
 from electrovib.view.lines import Line, Traces, labelled, left_out, lines, lines_of, scenario_or_none
 from electrovib.view.plots.draw import draw, finish
 from electrovib.view.style import drawing
+from electrovib.view.summary import not_known
 
 if TYPE_CHECKING:
     import xarray
@@ -232,7 +231,7 @@ def _over_time(traces: Traces, name: str, ax: Axes | None) -> Axes:
     known = signal(name)
     words = f"{name.replace('_', ' ')} ${known.symbol}$"
     axes = _draw(drawn, words, known.unit, ax, note=left_out(traces, name))
-    if name in _OF_SLIDING and any(np.any(np.isnan(line.y)) for line in drawn):
+    if name in _OF_SLIDING and any(not_known(trace, name) for trace in labelled(traces).values()):
         axes.text(
             0.5, 0.98, "not known where the finger rests", transform=axes.transAxes, ha="center", va="top"
         )
