@@ -14,7 +14,6 @@ from electrovib.physics.safety import SMALLEST_PASCHEN_GAP, air_lamps, lamps, pa
 from electrovib.solve.current import caveat
 from electrovib.solve.electrical import Electrical, electrical
 from electrovib.solve.moisture import moisture_lamp
-from electrovib.solve.sampling import sampling
 from electrovib.solve.steps import marks_of
 
 if TYPE_CHECKING:
@@ -47,14 +46,13 @@ def diagnostics(
     Returns
     -------
     list of Lamp
-        Law, materials, layers from plate to finger, circuit, motion, sampling.
+        Law, materials, layers from plate to finger, circuit, motion.
     """
     unseen = _peak_current_in_edges(scenario, section, answer, times)
     return [
         *_lamps(scenario, variables, unseen),
         *_off_the_plate(scenario, times),
         *_moving_gap(scenario, variables),
-        *sampling(scenario.drive, times),
     ]
 
 

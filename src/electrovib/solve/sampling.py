@@ -44,7 +44,7 @@ def sampling(drive: Drive, times: Real) -> list[Lamp]:
         f" {format_quantity(fastest, 'Hz')}: right at each of them, misleading between them;"
         f" time.samples = {needed} would show it"
     )
-    return [Lamp("sampling", "warning", text)]
+    return [Lamp("sampling", "warning", text, step, 1 / (FEWEST * fastest), "s")]
 
 
 def _fastest(part: Part) -> float:

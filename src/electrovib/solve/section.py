@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -111,6 +111,7 @@ class ModalSection:
     layers: dict[str, ModalLayer]
     debye: dict[str, DebyeSum]
     modes: StackModes
+    _roots: dict[tuple[str, ...], Transfer] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def frequency(self) -> Real:
@@ -138,9 +139,11 @@ class ModalSection:
         return self.modes.current_density
 
     def inverse_root_thickness(self, names: Sequence[str]) -> Transfer:
-        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter."""
-        slabs = [(self[name].thickness, self.debye[name]) for name in names]
-        return inverse_root_thickness(slabs, avoid=self.modes.rates)
+        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter, computed once."""
+        if tuple(names) not in self._roots:
+            slabs = [(self[name].thickness, self.debye[name]) for name in names]
+            self._roots[tuple(names)] = inverse_root_thickness(slabs, avoid=self.modes.rates)
+        return self._roots[tuple(names)]
 
 
 @dataclass(frozen=True)

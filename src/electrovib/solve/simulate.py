@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.model import Model
 from electrovib.core.trace import make_trace
 from electrovib.physics.drive.parts import Linear
 from electrovib.physics.safety import peak
-from electrovib.solve.diagnostics import diagnostics
-from electrovib.solve.electrical import electrical
-from electrovib.solve.expand import behind_amplifier, mean_force, modes, per_volt_of, phasors
-from electrovib.solve.mechanical import mechanical
+from electrovib.solve.expand import behind_amplifier, mean_force, per_volt_of, phasors
+from electrovib.solve.sampling import sampling
 from electrovib.solve.scenario import Scenario
 from electrovib.solve.section import ModalSection, PhasorSection
+from electrovib.solve.solution import Solution
 from electrovib.solve.transfer import Real
 
 if TYPE_CHECKING:
@@ -59,40 +59,61 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     times = scenario.time.times(scenario.drive) if time is None else np.asarray(time, dtype=float)
     frequency = scenario.frequency.frequencies()
     at_frequency = phasors(scenario, frequency)
-    section, reduction_error = modes(scenario)
-    attributes = _provenance(scenario)
-    attributes["reduction_error"] = reduction_error
-    answer = electrical(scenario, section, times)
-    if scenario.force.causal:
-        bare = phasors(scenario, frequency, leaks=False)
-        attributes["transfer_error"] = _transfer_error(scenario.force, section, bare)
-    moved = mechanical(
-        scenario, times, answer, functools.partial(electrical, scenario, section, force_alone=True)
-    )
-    attributes |= answer.choice | moved.how
-    variables: dict[str, Any] = {
-        **answer.signals(section),
-        **moved.signals,
-        **_over_frequency(scenario, at_frequency),
-    }
-    spoken = [*diagnostics(scenario, section, answer, times, variables), *moved.lamps]
+    solution = Solution(scenario)
+    record = solution.at(times)
+    attributes = provenance(scenario) | stated_errors(solution) | record.how
+    variables: dict[str, Any] = {**record.signals, **_over_frequency(scenario, at_frequency)}
+    spoken = [*solution.judge(record), *sampling(scenario.drive, times)]
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
     coordinates = {
         "time": times,
         "frequency": frequency,
-        "layer": np.array(list(section.layers), dtype=object),
+        "layer": np.array(list(solution.section.layers), dtype=object),
     }
     return make_trace(variables, coordinates, attributes)
 
 
-def _provenance(scenario: Scenario) -> dict[str, Any]:
+def provenance(scenario: Scenario) -> dict[str, Any]:
+    """Say what was computed, and by which version."""
     return {
         "title": scenario.title,
-        "electrovib": version("electrovib"),
+        "electrovib": _version(),
         "scenario": scenario.to_json(),
         "scenario_hash": scenario.digest(),
-        "dropped_samples": getattr(scenario.drive, "dropped", 0),
+        "dropped_samples": _dropped(scenario.drive),
     }
+
+
+@functools.cache
+def _version() -> str:
+    return version("electrovib")
+
+
+def _dropped(model: Model) -> int:
+    """Count the samples that measured drives inside a drive have dropped."""
+    inner = [item for _, value in model for item in (value if isinstance(value, tuple) else (value,))]
+    return getattr(model, "dropped", 0) + sum(_dropped(each) for each in inner if isinstance(each, Model))
+
+
+def stated_errors(solution: Solution) -> dict[str, float]:
+    """Give the errors of the reduction to Debye terms: of a polarisation, and of the law's amplitudes.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of a scenario.
+
+    Returns
+    -------
+    dict of str to float
+        ``reduction_error``, and of a law with a response in time ``transfer_error``; relative.
+    """
+    scenario = solution.scenario
+    found = {"reduction_error": solution.reduction_error}
+    if scenario.force.causal:
+        bare = phasors(scenario, scenario.frequency.frequencies(), leaks=False)
+        found["transfer_error"] = _transfer_error(scenario.force, solution.section, bare)
+    return found
 
 
 def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any]:

@@ -24,17 +24,38 @@ def command(
     ] = None,
     over: Annotated[
         list[str] | None,
-        typer.Option(metavar="PATH=FROM:TO:N[log]", help="Give the Trace this dimension; repeatable."),
+        typer.Option(
+            metavar="PATH=FROM:TO:N[log]", help="Sweep a parameter: numbers for each case; repeatable."
+        ),
     ] = None,
+    quantities: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--quantity",
+            metavar="NAME",
+            help="A number to answer with, 'mean electrostatic_force'; repeatable.",
+        ),
+    ] = None,
+    records: Annotated[
+        bool, typer.Option("--records", help="Keep the signals over time of each case of a sweep too.")
+    ] = False,
     output: Annotated[
-        str | None, typer.Option("--output", "-o", help="Write the Trace: .nc, .csv or .mat.")
+        str | None, typer.Option("--output", "-o", help="Write the result: .nc, .csv or .mat.")
     ] = None,
     report: Annotated[str | None, typer.Option(help="Write a self-contained HTML report.")] = None,
 ) -> None:
-    """Simulate a scenario; write its Trace and a report."""
+    """Simulate a scenario, or sweep it; write its Trace, or a table of numbers, and a report."""
     from electrovib.apps.run import run
 
-    trace = run(scenario, set=changes or [], over=over or [], output=output, report=report)
+    trace = run(
+        scenario,
+        set=changes or [],
+        over=over or [],
+        quantities=quantities or [],
+        records=records,
+        output=output,
+        report=report,
+    )
     for line in summary(trace, output, report):
         print(line)
 
@@ -43,14 +64,8 @@ def summary(trace: Any, output: str | None, report: str | None) -> list[str]:
     """Say in a few lines what came out."""
     import json
 
-    from electrovib.core.units import format_quantity
-
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
-    for name in ("electrostatic_force", "lateral_force"):
-        low, high = (
-            format_quantity(float(edge), "N", digits=4) for edge in (trace[name].min(), trace[name].max())
-        )
-        lines.append(f"{name.replace('_', ' ')}: {low} to {high}")
+    lines += _numbers(trace) if "over" in trace.attrs else _forces(trace)
     lines.append(f"solver: {trace.attrs['solver']} ({trace.attrs['solver_reason']})")
     lines += [
         f"{lamp['state']}: {lamp['text']}"
@@ -63,6 +78,30 @@ def summary(trace: Any, output: str | None, report: str | None) -> list[str]:
         words = "1 sample of the drive was" if dropped == 1 else f"{dropped} samples of the drive were"
         lines.append(f"warning: {words} dropped")
     return lines + [f"written: {path}" for path in (*_files(trace, output), report) if path]
+
+
+def _forces(trace: Any) -> list[str]:
+    """Give the range of the forces of a run."""
+    from electrovib.core.units import format_quantity
+
+    lines = []
+    for name in ("electrostatic_force", "lateral_force"):
+        low, high = (
+            format_quantity(float(edge), "N", digits=4) for edge in (trace[name].min(), trace[name].max())
+        )
+        lines.append(f"{name.replace('_', ' ')}: {low} to {high}")
+    return lines
+
+
+def _numbers(trace: Any) -> list[str]:
+    """Give the range of each quantity of a sweep, and where its ends are."""
+    from electrovib.view.summary import quantity_ranges
+
+    over = ", ".join(
+        f"{path} ({trace.sizes[path]} values)" for path in trace.sizes if path in trace.attrs["over"]
+    )
+    lines = [f"over {over}; numbers of {trace.attrs['taken_over']}"] if over else []
+    return lines + [f"{name}: {text}" for name, text in quantity_ranges(trace, plain=True).items()]
 
 
 def _files(trace: Any, output: str | None) -> list[str]:
