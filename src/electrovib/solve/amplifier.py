@@ -12,10 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Linear
 from electrovib.solve.aim import aim_pieces
 from electrovib.solve.limited import LimitedMarch
-from electrovib.solve.nonlinear.stretch import highest_frequency
 from electrovib.solve.transfer import Transfer
 from electrovib.solve.transient import transient
 
@@ -86,7 +84,7 @@ def behind(transfer: Transfer, amplifier: Amplifier) -> Transfer:
     if np.any(np.abs(transfer.rates - corner) < _SAME_RATE * corner):
         corner *= 1 + 2 * _SAME_RATE
     apart = corner - transfer.rates
-    direct = transfer.at_rest() - float(np.sum(transfer.gains))
+    direct = transfer.direct if transfer.static is None else transfer.static - float(np.sum(transfer.gains))
     own = direct - transfer.slope * corner - float(np.sum(transfer.gains * transfer.rates / apart))
     return Transfer(
         np.append(transfer.rates, corner),
@@ -142,8 +140,7 @@ def amplified_response(
             "time.initial_state = PeriodicState: behind an amplifier with limits the periodic state is not known"
             " beforehand. Start AtRest and look at a late period, or leave its limits away"
         )
-    parts = [part for part in drive.parts() if not isinstance(part, Linear)]
-    fastest = max((highest_frequency(part) for part in parts), default=0.0)
+    fastest = drive.highest_frequency
     march = LimitedMarch(transfers, amplifier)
     found, changes = march.run(aim_pieces(drive, float(time[-1]), amplifier, fastest * PIECES), time)
     error = 0.0

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Linear, Tones
+from electrovib.physics.drive.parts import Tones
 from electrovib.solve.mechanical import CLOSED
 from electrovib.solve.quantities.pieces import MOST_NODES, Mesh, tails
 from electrovib.solve.scenario import PeriodicState
-from electrovib.solve.steps import marks_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -169,7 +168,7 @@ def first_mesh(solution: Solution) -> Mesh:
     scenario = solution.scenario
     end = window(scenario)[0]
     corners = _corners(scenario, end)
-    fastest = max((_fastest(part) for part in scenario.drive.parts()), default=0.0)
+    fastest = scenario.drive.highest_frequency
     fastest = max(fastest, scenario.motion.distance.fastest if scenario.motion.distance else 0.0)
     count = min(int(np.ceil(end * fastest * PIECES_PER_CYCLE)), MOST_VALUES // (2 * MOST_NODES))
     edges = [corners, np.linspace(0.0, end, max(2, count + 1))]
@@ -200,17 +199,10 @@ def _graded(length: float, rate: float) -> Real:
     return np.asarray(length * GRADING ** -np.arange(1.0, count + 1))
 
 
-def _fastest(part: Any) -> float:
-    """Highest frequency of a part [Hz]; straight pieces have their corners."""
-    if isinstance(part, Linear):
-        return 0.0
-    return float(np.max(part.frequencies)) if isinstance(part, Tones) else float(part.highest_frequency)
-
-
 def _corners(scenario: Scenario, end: float) -> Real:
     """Times from 0 to the end at which drive, load, speed or distance is not smooth [s]."""
     found = [0.0, end, *(time for time, _ in scenario.load.programme.corners())]
     found += [time for time, _ in scenario.motion.programme.corners()]
     found += scenario.motion.distance.breaks() if scenario.motion.distance else ()
-    times = np.unique(np.concatenate([found, marks_of(scenario.drive, end)[0]]))
+    times = np.unique(np.concatenate([found, scenario.drive.corners(end)[0]]))
     return np.asarray(times[(times >= 0) & (times <= end)])
