@@ -11,7 +11,9 @@ def main() -> np.ndarray:
     """Give the peak force for five insulators from 1 to 90 um."""
     scenario = ev.load("vezzoli_2014/fig2").replace({"stack.gap.thickness": "5 um", "drive.high": "100 V"})
     thicknesses = np.geomspace(1e-6, 90e-6, 5)
-    found = ev.sweep(scenario, {"stack.insulator.thickness": thicknesses}, quantities=["peak electrostatic_force"])
+    found = ev.sweep(
+        scenario, {"stack.insulator.thickness": thicknesses}, quantities=["peak electrostatic_force"]
+    )
     return found["peak electrostatic_force"].values
 
 

@@ -21,7 +21,10 @@ def test_a_map_of_coating_and_frequency_agrees_with_phasors():
             "time.initial_state": {"model": "PeriodicState"},
         }
     )
-    over = {"stack.insulator.thickness": np.geomspace(1e-6, 1e-4, 30), "drive.frequency": np.geomspace(10, 1e4, 30)}
+    over = {
+        "stack.insulator.thickness": np.geomspace(1e-6, 1e-4, 30),
+        "drive.frequency": np.geomspace(10, 1e4, 30),
+    }
     names = ["mean electrostatic_force", "swing lateral_force", "peak current"]
     found = ev.sweep(scenario, over, quantities=names)
     assert dict(found.sizes) == {"stack.insulator.thickness": 30, "drive.frequency": 30}
