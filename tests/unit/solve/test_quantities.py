@@ -260,3 +260,27 @@ def test_numbers_of_a_record_are_those_of_the_straight_lines_between_its_samples
     assert math.isnan(of_record("peak", time, np.array([0.0, np.nan, 1.0])))
     one = np.array([1.0]), np.array([-3.0])
     assert [of_record(taken, *one) for taken in ("peak", "mean", "rms", "swing")] == [3.0, -3.0, 3.0, 0.0]
+
+
+def test_a_record_of_many_samples_is_followed_with_few_nodes():
+    """Pieces between 60 000 stamps get 4 nodes; the square of a straight line needs 3."""
+    time = np.linspace(0, 0.6, 60_001)
+    drive = {"model": "Sampled", "time_samples": time, "voltage_samples": np.sin(2 * np.pi * 100 * time)}
+    skin = {
+        "model": "Constant",
+        "permittivity": 1560,
+    }  # nothing conducts: the force is the square of the drive
+    plain = GAP.replace({"drive": drive, "time": {}, "stack.stratum_corneum.material": skin})
+    solution = Solution(plain)
+    assert resolve(solution, [("electrostatic_force", "")]).mesh.nodes == 4
+    found = answer(
+        solution, [read_name(f"{t} electrostatic_force", tuple(plain.stack.layers)) for t in ("mean", "peak")]
+    )
+    mean_force, peak = found.values.values()
+    samples = np.sin(2 * np.pi * 100 * time)
+    squares = np.mean(samples[1:] ** 2 + samples[1:] * samples[:-1] + samples[:-1] ** 2) / 3
+    assert mean_force / peak == pytest.approx(
+        squares, rel=2e-4
+    )  # a series resistance of 2 kohm and a skin pole are left
+    assert found.errors["mean electrostatic_force"] < 1e-7
+    assert not [lamp for lamp in found.lamps if lamp.name == "resolution"]

@@ -100,7 +100,9 @@ def tails(series: Real) -> Real:
     ndarray, shape (pieces,)
         In the same unit.
     """
-    return np.asarray(np.max(np.abs(series[:, -_LAST:]), axis=1))
+    sizes = np.abs(series)
+    few = series.shape[1] <= 2 * _LAST  # there the last but one is not small yet
+    return np.asarray(sizes[:, -1] if few else np.max(sizes[:, -_LAST:], axis=1))
 
 
 def mean(mesh: Mesh, series: Real) -> float:

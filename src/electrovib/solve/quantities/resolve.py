@@ -115,7 +115,8 @@ def resolve(solution: Solution, wanted: Iterable[tuple[str, str]]) -> Resolved:
         most = MOST_ROUNDS if record.how["solver"] in CLOSED else MARCHED_ROUNDS
         tail = _relative_tails(series)
         stalled = (tail < _STALLED) & (tail > 0.5 * _parents(mesh, before))
-        open_ = (tail > TOLERANCE) & ~stalled
+        marched = max(record.how.get(name, 0.0) for name in ("step_error", "mechanics_error"))
+        open_ = (tail > max(TOLERANCE, marched)) & ~stalled
         room = MOST_VALUES - len(mesh.edges) * (mesh.nodes + 1)
         if not np.any(open_) or round_ == most or np.count_nonzero(open_) * (mesh.nodes + 1) > room:
             break
