@@ -11,7 +11,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.rig import Tribometer
 from electrovib.solve.quantities import DEFAULTS, Named, answer, of_record, read_name
 from electrovib.solve.quantities.pieces import Mesh, extremes, last_value, mean, mean_square, tails
-from electrovib.solve.quantities.resolve import resolve, window
+from electrovib.solve.quantities.resolve import first_mesh, resolve, window
 from electrovib.solve.scenario import load
 from electrovib.solve.simulate import simulate
 from electrovib.solve.solution import Solution
@@ -284,3 +284,31 @@ def test_a_record_of_many_samples_is_followed_with_few_nodes():
     )  # a series resistance of 2 kohm and a skin pole are left
     assert found.errors["mean electrostatic_force"] < 1e-7
     assert not [lamp for lamp in found.lamps if lamp.name == "resolution"]
+
+
+def test_what_bends_where_nothing_says_so_is_halved_until_it_is_followed(monkeypatch):
+    """A friction that bends at times of its own: corners of no drive."""
+    ask = Solution.at
+
+    def bent(self, times):
+        record = ask(self, times)
+        record.signals["lateral_force"] = (
+            ("time",),
+            np.abs(np.sin(40 * times)) + np.exp(-((times - 0.1) ** 2) / 2e-6),
+        )
+        return record
+
+    monkeypatch.setattr(Solution, "at", bent)
+    found = asked(FILM, "mean lateral_force", "maximum lateral_force")
+    end = window(FILM)[0]
+    half_turns, rest = divmod(40 * end, np.pi)
+    exact = (2 * half_turns + 1 - math.cos(rest)) / (40 * end) + math.sqrt(2e-6 * np.pi) / end
+    assert found.values["mean lateral_force"] == pytest.approx(exact, rel=1e-8)
+    assert found.errors["mean lateral_force"] < 1e-8
+    assert found.values["maximum lateral_force"] > 1.7
+
+
+def test_of_two_pieces_only_what_is_not_resolved_is_halved():
+    solution = Solution(FILM)
+    once = resolve(solution, [("drive_voltage", "")])
+    assert len(once.record.times) == len(first_mesh(solution).times())
