@@ -23,6 +23,10 @@ _MARKED: Final = 60
 """Up to so many values, each is marked."""
 _LEVELS: Final = 8
 _EVEN: Final = 1e-6
+_SHORTEST: Final = 0.06
+"""Of a line with a label, over the width of the plot."""
+_FINE: Final = 120
+"""Values along an axis between which contour lines are drawn straight."""
 
 
 def quantity(trace: xarray.Dataset, name: str, *, ax: Axes | None = None) -> Axes:
@@ -112,11 +116,47 @@ def _contours(ax: Axes, points: tuple[Any, Any, Any], levels: NDArray[np.float64
     from matplotlib.colors import LogNorm, Normalize
 
     low, high = float(points[2].min()), float(points[2].max())
-    norm = LogNorm(low, high) if _is_wide(low, high) else Normalize(low, high)
+    wide = _is_wide(low, high)
+    x, y, z = _finer(points, wide=wide)
     filled = np.unique(np.concatenate([[low], levels, [high]]))
-    ax.contourf(*points, levels=filled, norm=norm, cmap="viridis", alpha=0.55)
-    drawn = ax.contour(*points, levels=levels, colors="#222222", linewidths=0.8)
-    ax.clabel(drawn, fmt=lambda level: pretty_quantity(float(level), unit, digits=3), fontsize=7.5)
+    norm = LogNorm(low, high) if wide else Normalize(low, high)
+    ax.contourf(x, y, z, levels=filled, norm=norm, cmap="viridis", alpha=0.55, extend="both")
+    drawn = ax.contour(x, y, z, levels=levels, colors="#222222", linewidths=0.8)
+    places = [place for lines in drawn.allsegs if lines and (place := _middle(ax, lines)) is not None]
+    fmt = {level: pretty_quantity(float(level), unit, digits=3) for level in drawn.levels}
+    ax.clabel(drawn, fmt=fmt, fontsize=7.5, manual=places)
+
+
+def _finer(points: tuple[Any, Any, Any], *, wide: bool) -> tuple[Any, Any, Any]:
+    """Put values between those that were computed, as straight lines on the axes that are drawn."""
+    x, y, z = points
+    (along, finer_x), (up, finer_y) = (_between(axis) for axis in (x, y))
+    known = np.ma.log(z) if wide else z
+    rows = np.array([np.interp(finer_x, along, row) for row in known.filled(np.nan)])
+    values = np.array([np.interp(finer_y, up, column) for column in rows.T]).T
+    drawn_x, drawn_y = (
+        np.exp(finer) if _geometric(axis) else finer for axis, finer in ((x, finer_x), (y, finer_y))
+    )
+    return drawn_x, drawn_y, np.ma.masked_invalid(np.exp(values) if wide else values)
+
+
+def _between(axis: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Give the values of an axis as they are drawn, and more of them."""
+    drawn = np.log(axis) if _geometric(axis) else axis
+    steps = max(1, -(-_FINE // len(axis)))
+    finer = np.interp(np.arange((len(axis) - 1) * steps + 1) / steps, np.arange(len(axis)), drawn)
+    return drawn, finer
+
+
+def _middle(ax: Axes, lines: Any) -> Any:
+    """Give the middle, as it is seen, of the longest line of a level; None where it is too short for a label."""
+    seen = [ax.transData.transform(line) for line in lines]
+    lengths = [np.append(0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T))) for line in seen]
+    longest = int(np.argmax([length[-1] for length in lengths]))
+    if lengths[longest][-1] < _SHORTEST * ax.bbox.width:
+        return None
+    place = int(np.searchsorted(lengths[longest], lengths[longest][-1] / 2))
+    return tuple(lines[longest][min(place, len(lines[longest]) - 1)])
 
 
 def _levels(numbers: Any) -> NDArray[np.float64] | None:
