@@ -109,8 +109,7 @@ def stated_errors(solution: Solution) -> dict[str, float]:
     scenario = solution.scenario
     found = {"reduction_error": solution.reduction_error}
     if scenario.force.causal:
-        bare = phasors(scenario, scenario.frequency.frequencies(), leaks=False)
-        found["transfer_error"] = _transfer_error(scenario.force, solution.section, bare)
+        found["transfer_error"] = _transfer_error(scenario.force, solution.section, solution.declared)
     return found
 
 

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from electrovib.solve.diagnostics import diagnostics
 from electrovib.solve.electrical import electrical
-from electrovib.solve.expand import modes
+from electrovib.solve.expand import modes, phasors
 from electrovib.solve.mechanical import mechanical
 
 if TYPE_CHECKING:
     from electrovib.core.lamps import Lamp
     from electrovib.solve.electrical import Electrical
     from electrovib.solve.scenario import Scenario
+    from electrovib.solve.section import PhasorSection
     from electrovib.solve.transfer import Real
 
 
@@ -63,6 +64,11 @@ class Solution:
         self.scenario = scenario
         self.section, self.reduction_error = modes(scenario)
 
+    @functools.cached_property
+    def declared(self) -> PhasorSection:
+        """The stack over the scenario's frequencies, without leaks, exact for the materials as declared."""
+        return phasors(self.scenario, self.scenario.frequency.frequencies(), leaks=False)
+
     def at(self, times: Real) -> Record:
         """Compute every signal over time.
 
@@ -104,4 +110,4 @@ class Solution:
             What holds for the solution; whether the times show it is for `sampling` to say.
         """
         spoken = diagnostics(self.scenario, self.section, record.answer, record.times, record.signals)
-        return [*spoken, *record.lamps]
+        return [*spoken, *record.lamps, *self.scenario.force.lamps_over_frequency(self.declared)]

@@ -56,16 +56,20 @@ def command(
         output=output,
         report=report,
     )
-    for line in summary(trace, output, report):
+    for line in summary(trace, output, report, source=scenario):
         print(line)
 
 
-def summary(trace: Any, output: str | None, report: str | None) -> list[str]:
-    """Say in a few lines what came out."""
+def summary(trace: Any, output: str | None, report: str | None, *, source: str = "") -> list[str]:
+    """Say in a few lines what came out, and what of a paper's scenario is not found in the paper."""
     import json
+
+    from electrovib.apps.cli.chosen import chosen
+    from electrovib.solve.scenario import scenario_of
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
     lines += _numbers(trace) if "over" in trace.attrs else _forces(trace)
+    lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
     lines.append(f"solver: {trace.attrs['solver']} ({trace.attrs['solver_reason']})")
     lines += [
         f"{lamp['state']}: {lamp['text']}"
