@@ -25,6 +25,7 @@ _TOLD_ELSEWHERE: Final = frozenset({"format", "title", "scenario", "lamps", "ove
 _WORDS: Final = {
     "electrovib": "computed by electrovib",
     "scenario_hash": "hash of the scenario",
+    "taken_over": "numbers of each case are taken over",
     "solver": "solver",
     "solver_reason": "why this solver",
     "reduction_error": "largest error of a material reduced to relaxations",
