@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import json
-import math
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -15,14 +14,12 @@ from electrovib.core.trace import make_trace
 from electrovib.solve.expand import behind_amplifier, mean_force, per_volt_of, phasors
 from electrovib.solve.sampling import sampling
 from electrovib.solve.scenario import Scenario
-from electrovib.solve.section import ModalSection, PhasorSection
+from electrovib.solve.section import PhasorSection
 from electrovib.solve.solution import Solution
 from electrovib.solve.transfer import Real
 
 if TYPE_CHECKING:
     import xarray
-
-    from electrovib.physics.force import ForceLaw
 
 
 def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
@@ -57,11 +54,12 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     times = scenario.time.times(scenario.drive) if time is None else np.asarray(time, dtype=float)
     frequency = scenario.frequency.frequencies()
     at_frequency = phasors(scenario, frequency)
-    solution = Solution(scenario)
+    solution = Solution(scenario, times)
     record = solution.at(times)
-    attributes = provenance(scenario) | stated_errors(solution) | record.how
+    spoken, errors = solution.judge(record)
+    attributes = provenance(scenario) | errors | record.how
     variables: dict[str, Any] = {**record.signals, **_over_frequency(scenario, at_frequency)}
-    spoken = [*solution.judge(record), *sampling(scenario.drive, times)]
+    spoken += sampling(scenario.drive, times)
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
     coordinates = {
         "time": times,
@@ -93,26 +91,6 @@ def _dropped(model: Model) -> int:
     return getattr(model, "dropped", 0) + sum(_dropped(each) for each in inner if isinstance(each, Model))
 
 
-def stated_errors(solution: Solution) -> dict[str, float]:
-    """Give the errors of the reduction to Debye terms: of a polarisation, and of the law's amplitudes.
-
-    Parameters
-    ----------
-    solution : Solution
-        Of a scenario.
-
-    Returns
-    -------
-    dict of str to float
-        ``reduction_error``, and of a law with a response in time ``transfer_error``; relative.
-    """
-    scenario = solution.scenario
-    found = {"reduction_error": solution.reduction_error}
-    if scenario.force.causal:
-        found["transfer_error"] = _transfer_error(scenario.force, solution.section, solution.declared)
-    return found
-
-
 def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any]:
     area = scenario.contact_area
     plate = per_volt_of(scenario, section.frequency)
@@ -130,20 +108,3 @@ def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any
     variables["impedance"] = (("frequency",), 1 / (plate.current_density * area))
     variables["permittivity"] = (("layer", "frequency"), permittivities)
     return variables
-
-
-def _transfer_error(law: ForceLaw, section: ModalSection, exact: PhasorSection) -> float:
-    """Largest error of the law's amplitudes after reduction, against their largest magnitude, where known."""
-    reduced, declared = law.amplitudes(section), law.amplitudes(exact)
-    bands = [layer.material.band for layer in exact.layers.values()]
-    known = (exact.frequency >= max(low for low, _ in bands)) & (
-        exact.frequency <= min(high for _, high in bands)
-    )
-    if not np.any(known):
-        return math.nan
-    errors = []
-    for name, value in declared.items():
-        scale = float(np.max(np.abs(value)))
-        difference = reduced[name].at(exact.frequency[known]) - value[known]
-        errors.append(float(np.max(np.abs(difference))) / (scale or 1.0))
-    return max(errors)

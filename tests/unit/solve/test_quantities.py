@@ -9,7 +9,7 @@ import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.physics.rig import Tribometer
-from electrovib.solve.quantities import DEFAULTS, Named, answer, of_record, read_name
+from electrovib.solve.quantities import DEFAULTS, Named, answer, of_record, read_name, solved
 from electrovib.solve.quantities.pieces import Mesh, extremes, last_value, mean, mean_square, tails
 from electrovib.solve.quantities.resolve import first_mesh, resolve, window
 from electrovib.solve.scenario import load
@@ -24,7 +24,7 @@ FILM = load("vezzoli_2014/fig6")
 
 def asked(scenario, *names):
     layers = tuple(scenario.stack.layers)
-    return answer(Solution(scenario), [read_name(name, layers) for name in names])
+    return answer(solved(scenario), [read_name(name, layers) for name in names])
 
 
 def sine(scenario, frequency=125.0, amplitude=100.0):

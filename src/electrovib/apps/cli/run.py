@@ -71,6 +71,9 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
     lines += _numbers(trace) if "over" in trace.attrs else _forces(trace)
     lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
     lines.append(f"solver: {trace.attrs['solver']} ({trace.attrs['solver_reason']})")
+    if trace.attrs.get("reduction_error"):
+        error = 100 * float(trace.attrs.get("transfer_error", float("nan")))
+        lines.append(f"error of the answer through materials reduced to relaxations: at most {error:.2g} %")
     lines += [
         f"{lamp['state']}: {lamp['text']}"
         for lamp in json.loads(trace.attrs["lamps"])

@@ -2,5 +2,6 @@
 
 from electrovib.solve.quantities.answer import Answer, answer, of_record
 from electrovib.solve.quantities.names import DEFAULTS, Named, read_name
+from electrovib.solve.quantities.resolve import solved
 
-__all__ = ["DEFAULTS", "Answer", "Named", "answer", "of_record", "read_name"]
+__all__ = ["DEFAULTS", "Answer", "Named", "answer", "of_record", "read_name", "solved"]

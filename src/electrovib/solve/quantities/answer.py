@@ -37,7 +37,7 @@ class Answer:
     errors : dict of str to float
         What the looking itself may have missed of each signal, as a share of its largest value.
     how : dict
-        Solver, its reason, its errors and events.
+        Solver, its reason, events, and the errors of solver and reduction.
     lamps : list of Lamp
         How far to believe the solution.
     """
@@ -83,8 +83,10 @@ def answer(solution: Solution, names: Sequence[Named]) -> Answer:
         raise InputError(_absent(solution, str(error.args[0]))) from None
     values = {each.name: _taken(found, each) for each in names if each not in held} | readings
     errors = {each.name: found.error(each.key) for each in names if each not in held}
-    lamps = [*solution.judge(found.record), *_unknown(values), *_unresolved(errors)]
-    return Answer({each.name: values[each.name] for each in names}, errors, found.record.how, lamps)
+    spoken, stated = solution.judge(found.record)
+    lamps = [*spoken, *_unknown(values), *_unresolved(errors)]
+    how = found.record.how | stated
+    return Answer({each.name: values[each.name] for each in names}, errors, how, lamps)
 
 
 def _taken(found: Resolved, name: Named) -> float:

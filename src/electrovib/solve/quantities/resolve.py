@@ -11,12 +11,14 @@ from electrovib.physics.drive.parts import Tones
 from electrovib.solve.mechanical import CLOSED
 from electrovib.solve.quantities.pieces import MOST_NODES, Mesh, tails
 from electrovib.solve.scenario import PeriodicState
+from electrovib.solve.scenario.grids import FORMULA_SAMPLES
+from electrovib.solve.solution import Solution
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from electrovib.solve.scenario import Scenario
-    from electrovib.solve.solution import Record, Solution
+    from electrovib.solve.solution import Record
     from electrovib.solve.transfer import Real
 
 TOLERANCE: Final = 1e-10
@@ -82,6 +84,11 @@ def window(scenario: Scenario) -> tuple[float, str]:
         return period, "one period of the periodic state"
     end = scenario.time.duration or scenario.drive.duration
     return end, "the whole time from rest" if period else "the whole time"
+
+
+def solved(scenario: Scenario) -> Solution:
+    """Solve a scenario for quantities: the band of its materials follows from the window, not from output times."""
+    return Solution(scenario, np.linspace(0.0, window(scenario)[0], FORMULA_SAMPLES))
 
 
 def resolve(solution: Solution, wanted: Iterable[tuple[str, str]]) -> Resolved:

@@ -12,10 +12,9 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
-from electrovib.solve.quantities import DEFAULTS, Named, answer, read_name
+from electrovib.solve.quantities import DEFAULTS, Named, answer, read_name, solved
 from electrovib.solve.sampling import sampling
-from electrovib.solve.simulate import simulate, stated_errors
-from electrovib.solve.solution import Solution
+from electrovib.solve.simulate import simulate
 from electrovib.study.sweep.felt import FELT, felt
 from electrovib.study.sweep.ranges import Real
 from electrovib.study.sweep.table import Case, dataset
@@ -184,8 +183,7 @@ def _scenarios(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> lis
 
 
 def _solved(point: Mapping[str, float], member: Scenario, asked: Asked, *, records: bool) -> Case:
-    solution = Solution(member)
-    found = answer(solution, asked.solved)
+    found = answer(solved(member), asked.solved)
     values, lamps = dict(found.values), list(found.lamps)
     for name in asked.felt:
         values[name], spoken = felt(name, member)
@@ -194,7 +192,7 @@ def _solved(point: Mapping[str, float], member: Scenario, asked: Asked, *, recor
     if records:
         record = simulate(member)
         lamps += sampling(member.drive, record["time"].values)
-    return Case(point, values, found.errors, found.how | stated_errors(solution), lamps, record)
+    return Case(point, values, found.errors, found.how, lamps, record)
 
 
 def _words(units: Mapping[str, str], point: Mapping[str, float]) -> str:
