@@ -17,7 +17,6 @@ from electrovib.solve.current import caveat
 from electrovib.solve.electrical import Electrical, electrical
 from electrovib.solve.equilibrium import pressed_states
 from electrovib.solve.moisture import moisture_lamp
-from electrovib.solve.sampling import sampling
 from electrovib.solve.unknown import resting
 from electrovib.solve.vanishing_gap import negative_attraction, vanishing_gap
 
@@ -53,7 +52,7 @@ def diagnostics(
     Returns
     -------
     list of Lamp
-        Law, materials, layers from plate to finger, circuit, motion, sampling.
+        Law, materials, layers from plate to finger, circuit, motion.
     """
     unseen = _peak_current_in_edges(scenario, section, answer, times)
     return [
@@ -64,7 +63,6 @@ def diagnostics(
         *_moving_gap(scenario, variables),
         *vanishing_gap(scenario, times, variables),
         *negative_attraction(scenario, variables),
-        *sampling(scenario.drive, times),
     ]
 
 

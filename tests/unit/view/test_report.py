@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.study.sweep import sweep
 from electrovib.view import report as module
 from electrovib.view.report import collect, report
 
@@ -106,7 +107,14 @@ def test_several_traces_show_first_what_differs(tmp_path, trace, other):
 
 def test_a_sweep_says_what_was_swept(tmp_path, swept):
     _, page = written(tmp_path, swept)
-    assert "The worst case over the sweep." in page.words
+    assert (
+        "Each check at the case in which it comes nearest to its limit, or goes furthest beyond."
+        in page.words
+    )
+    assert "Over stack.gap.thickness" in page.words
+    assert "Numbers of the whole time." in page.words
+    assert "Over time" not in page.words, "a curve over the parameter, never records on top of each other"
+    assert page.tags.count("svg") == 2
     assert "100 nm … 100 µm (15 values)" in page.words
 
 
@@ -185,3 +193,14 @@ def test_an_interrupted_report_leaves_the_older_one(tmp_path, monkeypatch, trace
     monkeypatch.undo()
     assert path.read_text(encoding="utf-8") == "older"
     assert [file.name for file in tmp_path.iterdir()] == ["r.html"]
+
+
+def test_a_sweep_over_three_parameters_draws_maps_at_the_ends_of_the_first(tmp_path, scenario):
+    over = {"drive.high": [10.0, 20.0, 30.0], "stack.gap.thickness": [1e-6, 5e-6], "drive.rise": [1e-3, 2e-3]}
+    cube = sweep(scenario, over, quantities=["mean electrostatic_force"])
+    _, page = written(tmp_path, {"cube": cube, "one": sweep(scenario, {}, quantities=["peak current"])})
+    words = " ".join(page.words)
+    assert "Over stack.gap.thickness and drive.rise: cube" in words
+    assert "at drive.high = 10 V." in words
+    assert "at drive.high = 30 V." in words
+    assert "drive.high = 20 V" not in words

@@ -26,17 +26,38 @@ def command(
     ] = None,
     over: Annotated[
         list[str] | None,
-        typer.Option(metavar="PATH=FROM:TO:N[log]", help="Give the Trace this dimension; repeatable."),
+        typer.Option(
+            metavar="PATH=FROM:TO:N[log]", help="Sweep a parameter: numbers for each case; repeatable."
+        ),
     ] = None,
+    quantities: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--quantity",
+            metavar="NAME",
+            help="A number to answer with, 'mean electrostatic_force'; repeatable.",
+        ),
+    ] = None,
+    records: Annotated[
+        bool, typer.Option("--records", help="Keep the signals over time of each case of a sweep too.")
+    ] = False,
     output: Annotated[
-        str | None, typer.Option("--output", "-o", help="Write the Trace: .nc, .csv or .mat.")
+        str | None, typer.Option("--output", "-o", help="Write the result: .nc, .csv or .mat.")
     ] = None,
     report: Annotated[str | None, typer.Option(help="Write a self-contained HTML report.")] = None,
 ) -> None:
-    """Simulate a scenario; write its Trace and a report."""
+    """Simulate a scenario, or sweep it; write its Trace, or a table of numbers, and a report."""
     from electrovib.apps.run import run
 
-    trace = run(scenario, set=changes or [], over=over or [], output=output, report=report)
+    trace = run(
+        scenario,
+        set=changes or [],
+        over=over or [],
+        quantities=quantities or [],
+        records=records,
+        output=output,
+        report=report,
+    )
     for line in summary(trace, output, report, source=scenario):
         print(line)
 
@@ -49,7 +70,10 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
     from electrovib.solve.scenario import scenario_of
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
-    lines += [f"{name.replace('_', ' ')}: {_range(trace, name)}" for name in FORCES]
+    if "over" in trace.attrs:
+        lines += _numbers(trace)
+    else:
+        lines += [f"{name.replace('_', ' ')}: {_range(trace, name)}" for name in FORCES]
     lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
     lines.append(f"solver: {trace.attrs['solver']} ({trace.attrs['solver_reason']})")
     if trace.attrs.get("reduction_error"):
@@ -80,6 +104,17 @@ def _range(trace: Any, name: str) -> str:
         missing = f", {missing}"
     low, high = (format_quantity(float(edge), "N", digits=4) for edge in (values.min(), values.max()))
     return f"{low} to {high}{missing}"
+
+
+def _numbers(trace: Any) -> list[str]:
+    """Give the range of each quantity of a sweep, and where its ends are."""
+    from electrovib.view.summary import quantity_ranges
+
+    over = ", ".join(
+        f"{path} ({trace.sizes[path]} values)" for path in trace.sizes if path in trace.attrs["over"]
+    )
+    lines = [f"over {over}; numbers of {trace.attrs['taken_over']}"] if over else []
+    return lines + [f"{name}: {text}" for name, text in quantity_ranges(trace, plain=True).items()]
 
 
 def _files(trace: Any, output: str | None) -> list[str]:
