@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from electrovib.apps.changes import readable_changes
 from electrovib.apps.progress import tracked
 from electrovib.core.errors import InputError, gathered
+from electrovib.core.files import inputs_noted
 from electrovib.solve.scenario import DEFAULT, Scenario, load, scenario_of
 from electrovib.solve.simulate import simulate
 
@@ -27,6 +28,7 @@ def run(
     records: bool = False,
     output: str | Path | None = None,
     report: str | Path | None = None,
+    force: bool = False,
 ) -> xarray.Dataset:
     """Simulate a finger on a charged plate and write what came out.
 
@@ -46,6 +48,8 @@ def run(
         Where the result goes: ``.nc``, ``.csv`` or ``.mat``; of a sweep the CSV has one row for each case.
     report : str or Path, optional
         Where the HTML report goes.
+    force : bool
+        Whether files that we did not write may be replaced; a file that is read never is.
 
     Returns
     -------
@@ -57,7 +61,7 @@ def run(
     ElectrovibError
         For anything a user can mend, all at once as far as it can be told; nothing has been written then.
     """
-    experiment, wanted = _prepared(scenario, set, over, quantities, records, (output, report))
+    experiment, wanted = _prepared(scenario, set, over, quantities, records, (output, report), force=force)
     with tracked("simulating") as progress:
         if wanted is None:
             trace = simulate(experiment)
@@ -74,12 +78,12 @@ def run(
     if output is not None:
         from electrovib.export.save import save
 
-        save(trace, Path(output))
+        save(trace, Path(output), force=force)
     if report is not None:
         from electrovib.view.report import report as write_report
 
         with tracked("drawing the report"):
-            write_report(_named(trace, scenario), Path(report))
+            write_report(_named(trace, scenario), Path(report), force=force)
     return trace
 
 
@@ -113,12 +117,14 @@ def _prepared(
     quantities: Sequence[str],
     records: bool,
     outputs: tuple[str | Path | None, str | Path | None],
+    *,
+    force: bool,
 ) -> tuple[Scenario, _Wanted | None]:
     """Find scenario and sweep; list what is wrong with file, options and outputs at once."""
     found, problems = readable_changes(changes)
     experiment: Scenario | None = None
     earlier = _Wanted({}, (), records=False)
-    with gathered(problems):
+    with inputs_noted() as inputs, gathered(problems):
         experiment, earlier = _experiment(scenario, found)
     axes, names = earlier.axes, quantities or earlier.quantities
     if experiment is not None:
@@ -131,7 +137,7 @@ def _prepared(
     wanted = _Wanted(axes, names, records or earlier.records) if axes or names else None
     with gathered(problems):
         dimensions = ["time", "frequency", "layer"] if wanted is None else wanted.dimensions
-        _check_outputs(*outputs, dimensions)
+        _check_outputs(*outputs, dimensions, inputs, force=force)
     if problems or experiment is None:
         raise InputError(problems)
     return experiment, wanted
@@ -144,20 +150,26 @@ def _check_names(experiment: Scenario, names: Sequence[str]) -> None:
         read_quantities(experiment, names)
 
 
-def _check_outputs(output: str | Path | None, report: str | Path | None, dimensions: Sequence[str]) -> None:
-    """Find out before the work whether its results can be written."""
-    from electrovib.data.atomic import check_writable
+def _check_outputs(
+    output: str | Path | None,
+    report: str | Path | None,
+    dimensions: Sequence[str],
+    inputs: Sequence[Path],
+    *,
+    force: bool,
+) -> None:
+    """Find out before the work whether its results can be written, and whether they would replace the user's."""
     from electrovib.export.save import check_output
 
     problems: list[str] = []
     if output is not None:
         with gathered(problems):
-            check_output(Path(output), dict.fromkeys(dimensions, 1))
-    if report is not None and Path(report).suffix not in {".html", ".htm"}:
-        problems.append(f"--report {report}: a report is an .html file")
-    elif report is not None:
+            check_output(Path(output), dict.fromkeys(dimensions, 1), inputs=inputs, force=force)
+    if report is not None:
+        from electrovib.view.pages import check_page
+
         with gathered(problems):
-            check_writable([Path(report)])
+            check_page(Path(report), inputs=inputs, force=force)
     if problems:
         raise InputError(problems)
 

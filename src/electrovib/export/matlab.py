@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import struct
@@ -14,6 +15,7 @@ from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.trace import FORMAT
 from electrovib.data.atomic import writing
 from electrovib.data.columns import DAMAGE, check_file, damaged
+from electrovib.data.marks import Form, unsigned
 from electrovib.data.traces import not_a_trace, prepared, rebuilt, structure_of
 
 if TYPE_CHECKING:
@@ -29,9 +31,11 @@ _KEYWORDS: Final = re.compile(
     "|return|spmd|switch|try|while"
 )
 _COMPRESSED: Final = 15  # element type of the format
+_VERSION_5: Final = "MATLAB 5.0 MAT-file"
+_HEADER: Final = 116  # bytes of text that a file begins with
 
 
-def save_mat(trace: xarray.Dataset, path: Path) -> list[Path]:
+def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
     """Write a Trace for MATLAB, one variable per signal.
 
     Parameters
@@ -40,6 +44,8 @@ def save_mat(trace: xarray.Dataset, path: Path) -> list[Path]:
         Any Trace; units are stamped again.
     path : Path
         The output, version 5 of the format, compressed; replaced as a whole.
+    force : bool
+        Whether a file that we did not write may be replaced.
 
     Returns
     -------
@@ -49,7 +55,8 @@ def save_mat(trace: xarray.Dataset, path: Path) -> list[Path]:
     Raises
     ------
     InputError
-        If the file cannot be written, or the Trace is too large for the format (4 GB a variable).
+        If the file cannot be written, would replace one that is not ours, or the Trace is too large for the format
+        (4 GB a variable).
 
     Notes
     -----
@@ -73,14 +80,17 @@ def save_mat(trace: xarray.Dataset, path: Path) -> list[Path]:
     content["dimensions"] = {names[entry["name"]]: ", ".join(entry["dims"]) for entry in entries}
     about = {"format": FORMAT, "attributes": stored.attrs, "structure": structure, "names": names}
     content["trace_json"] = json.dumps(about)
-    with writing(path) as temporary:
-        try:
-            with temporary.open("wb") as file:
-                scipy.io.savemat(file, content, do_compression=True, long_field_names=True, oned_as="column")
-        except (ValueError, TypeError, struct.error, OverflowError, scipy.io.matlab.MatWriteError) as error:
-            raise InputError(
-                f"{path}: this Trace does not fit into a .mat file ({error}); save as .nc."
-            ) from error
+    file = io.BytesIO()
+    try:
+        scipy.io.savemat(file, content, do_compression=True, long_field_names=True, oned_as="column")
+    except (ValueError, TypeError, struct.error, OverflowError, scipy.io.matlab.MatWriteError) as error:
+        raise InputError(
+            f"{path}: this Trace does not fit into a .mat file ({error}); save as .nc."
+        ) from error
+    header = f"{_VERSION_5}, {unsigned(Form.MATLAB)}"
+    file.getbuffer()[:_HEADER] = header.ljust(_HEADER).encode()
+    with writing({path: Form.MATLAB}, force=force) as temporaries:
+        temporaries[path].write_bytes(file.getbuffer())
     return [path]
 
 
@@ -161,7 +171,7 @@ def _arrays(about: dict[str, Any], content: dict[str, Any]) -> dict[str, NDArray
 
 def _check_elements(path: Path, raw: bytes) -> None:
     """Walk over the elements; all must be compressed, whole, and right in their checksum."""
-    if not raw.startswith(b"MATLAB 5.0 MAT-file") or raw[124:128] not in (b"\x00\x01IM", b"\x01\x00MI"):
+    if not raw.startswith(_VERSION_5.encode()) or raw[124:128] not in (b"\x00\x01IM", b"\x01\x00MI"):
         newer = " of version 7.3; save it with -v7" if b"MATLAB 7.3" in raw[:116] else ""
         raise DataFileError(f"{path}: is not a MATLAB file of version 5{newer}.")
     order = "<" if raw[126:128] == b"IM" else ">"

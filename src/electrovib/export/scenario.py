@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import InputError
+from electrovib.core.files import inputs_noted
 from electrovib.data.atomic import check_writable, write_text
+from electrovib.data.marks import Form
 from electrovib.export.spice.netlist import netlist
 from electrovib.solve.scenario import Scenario, load, scenario_of
 
@@ -23,6 +25,7 @@ def export(
     path: str | Path,
     *,
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+    force: bool = False,
 ) -> Path:
     """Write a scenario for another circuit simulator.
 
@@ -34,6 +37,8 @@ def export(
         The output: ``.cir``, a netlist that ``ngspice -b`` runs as it is.
     set : mapping of str to value, optional
         Dotted path to value: ``{"drive.high": "150 V"}``.
+    force : bool
+        Whether a file that we did not write may be replaced.
 
     Returns
     -------
@@ -43,7 +48,8 @@ def export(
     Raises
     ------
     InputError
-        If the suffix is unknown, the file cannot be written, or something of the scenario has no exact form there.
+        If the suffix is unknown, the file cannot be written or would replace one that is read or not ours, or
+        something of the scenario has no exact form there.
     NotCausalError
         If the force law has no form in time.
     """
@@ -52,8 +58,10 @@ def export(
     if writer is None:
         allowed = ", ".join(WRITERS)
         raise InputError(f"{place}: a scenario is exported as {allowed}, not as '{place.suffix}'.")
-    check_writable([place])
-    write_text(place, writer(_found(scenario, set or {}), name=place.stem))
+    with inputs_noted() as inputs:
+        found = _found(scenario, set or {})
+    check_writable({place: Form.NETLIST}, inputs=inputs, force=force)
+    write_text(place, writer(found, name=place.stem), Form.NETLIST, force=force)
     return place
 
 

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from electrovib.apps.cli.force import Force
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -25,6 +27,7 @@ def command(
         typer.Option(metavar="PATH=FROM:TO:N[log]", help="Draw the static force over this; repeatable."),
     ] = None,
     output: Annotated[str | None, typer.Option("--output", "-o", help="Write an HTML page.")] = None,
+    force: Force = False,
 ) -> None:
     """Run every force law on one stack, and say why they differ."""
     from electrovib.apps.cli.table import as_text
@@ -42,7 +45,7 @@ def command(
     if models is not None:
         names = list(dict.fromkeys(name.strip() for name in models.split(",") if name.strip()))
     with tracked("comparing force laws"):
-        found = compare(scenario, models=names, over=over or [], output=output)
+        found = compare(scenario, models=names, over=over or [], output=output, force=force)
     for table in found.tables:
         print(as_text(table))
     for page in found.pages:

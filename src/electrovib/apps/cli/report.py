@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from electrovib.apps.cli.force import Force
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -15,10 +17,11 @@ def register(app: typer.Typer) -> None:
 def command(
     traces: Annotated[list[str], typer.Argument(help="Trace files, overlaid in one report.")],
     output: Annotated[str, typer.Option("--output", "-o", help="The HTML file to write.")] = "report.html",
+    force: Force = False,
 ) -> None:
     """Draw one report of any Traces."""
     from electrovib.apps.progress import tracked
     from electrovib.view.report import report
 
     with tracked("drawing the report"):
-        print(f"written: {report(traces, output)}")
+        print(f"written: {report(traces, output, force=force)}")

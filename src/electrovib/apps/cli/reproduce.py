@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from electrovib.apps.cli.force import Force
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -19,13 +21,14 @@ def command(
         str | None,
         typer.Option(help="A table of your own skin: frequency, permittivity, resistivity (.csv)."),
     ] = None,
+    force: Force = False,
 ) -> None:
     """Compute everything a paper states: report.html, numbers.json and figures."""
     from electrovib.apps.progress import tracked
     from electrovib.view.reproduce import reproduce
 
     with tracked(f"reproducing {paper}"):
-        found = reproduce(paper, output, skin=skin)
+        found = reproduce(paper, output, skin=skin, force=force)
     print(f"{paper}: {found.count()}")
     for number, finding in enumerate(found.findings, 1):
         print(f"{number}. {finding}")

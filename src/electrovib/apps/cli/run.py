@@ -6,6 +6,8 @@ from typing import Annotated, Any
 
 import typer
 
+from electrovib.apps.cli.force import Force
+
 FORCES = ("electrostatic_force", "lateral_force")
 
 
@@ -45,6 +47,7 @@ def command(
         str | None, typer.Option("--output", "-o", help="Write the result: .nc, .csv or .mat.")
     ] = None,
     report: Annotated[str | None, typer.Option(help="Write a self-contained HTML report.")] = None,
+    force: Force = False,
 ) -> None:
     """Simulate a scenario, or sweep it; write its Trace, or a table of numbers, and a report."""
     from electrovib.apps.run import run
@@ -57,6 +60,7 @@ def command(
         records=records,
         output=output,
         report=report,
+        force=force,
     )
     for line in summary(trace, output, report, source=scenario):
         print(line)

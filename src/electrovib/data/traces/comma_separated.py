@@ -7,19 +7,20 @@ import hashlib
 import itertools
 import json
 import math
-from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
 import numpy as np
 
 from electrovib.core.errors import DataFileError, InputError
+from electrovib.core.files import note_input
 from electrovib.core.trace import FORMAT
 from electrovib.data.atomic import writing
 from electrovib.data.columns import DAMAGE, Table, check_file, damaged, read_table
+from electrovib.data.marks import WRITTEN_BY, Form, unsigned
 from electrovib.data.traces.structure import not_a_trace, prepared, rebuilt, structure_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
     from pathlib import Path
 
     import xarray
@@ -54,7 +55,12 @@ def csv_files(sizes: Mapping[Any, int], path: Path) -> dict[Path, str]:
     return {path.with_suffix(f".{name}{path.suffix}") if i else path: name for i, name in enumerate(tables)}
 
 
-def save_csv(trace: xarray.Dataset, path: Path) -> list[Path]:
+def csv_forms(files: Iterable[Path]) -> dict[Path, Form]:
+    """Tell what each of the files of `csv_files` is: the first has what is needed to read the other."""
+    return {file: Form.CSV_PART if number else Form.CSV for number, file in enumerate(files)}
+
+
+def save_csv(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
     """Write a Trace as CSV: one file over time, another over frequency; a sweep as one row for each case.
 
     Parameters
@@ -63,6 +69,8 @@ def save_csv(trace: xarray.Dataset, path: Path) -> list[Path]:
         A Trace, or a sweep without records; units are stamped again.
     path : Path
         The main file, over time where there is time.
+    force : bool
+        Whether files that we did not write may be replaced.
 
     Returns
     -------
@@ -72,7 +80,7 @@ def save_csv(trace: xarray.Dataset, path: Path) -> list[Path]:
     Raises
     ------
     InputError
-        If the Trace has records of a sweep, or a file cannot be written.
+        If the Trace has records of a sweep, or a file cannot be written or would replace one that is not ours.
 
     Notes
     -----
@@ -96,12 +104,13 @@ def save_csv(trace: xarray.Dataset, path: Path) -> list[Path]:
     key = hashlib.sha256(said.encode())
     for name in sorted(inside):
         key.update(stored[name].values.tobytes())
-    with ExitStack() as complete:
+    forms = csv_forms(files)
+    with writing(forms, force=force) as temporaries:
         for file, over in files.items():
             about = f"# table: {_json({'over': over, 'key': key.hexdigest()[:16]})}\n"
-            temporary = complete.enter_context(writing(file))
-            with temporary.open("w", encoding="utf-8", newline="") as out:
-                out.write(f"# {FORMAT}\n{said if file == path else ''}{about}")
+            mark = f"# {WRITTEN_BY}: {json.dumps(unsigned(forms[file]))}\n"
+            with temporaries[file].open("w", encoding="utf-8", newline="") as out:
+                out.write(f"# {FORMAT}\n{mark}{said if file == path else ''}{about}")
                 _write_table(out, stored, structure, over)
     return list(files)
 
@@ -193,6 +202,7 @@ def load_csv(path: Path) -> xarray.Dataset:
 def _read_other(file: Path, main: Path) -> tuple[Table, dict[str, Any]]:
     if not file.exists():
         raise DataFileError(f"{file}: there is no such file, but {main.name} was saved together with it.")
+    note_input(file)
     return _read_part(file)
 
 
