@@ -133,16 +133,6 @@ class GapPlane(ForceLaw):
         """Attraction per area from the gap field [V/m]."""
         return eps0 * E**2 / 2
 
-    def lamps(self, layers: Mapping[str, Layer]) -> tuple[Lamp, ...]:
-        """Say that a vanishing gap was not judged against the breakdown of air."""
-        if "gap" in layers:
-            return ()
-        text = (
-            "the stack has no layer 'gap': the force is the limit of a vanishing one, whose field is not held against the"
-            " breakdown of air; 'electrovib compare' does that, or give the stack a gap"
-        )
-        return (Lamp("vanishing gap", "unknown", text),)
-
 
 class InsulatorPlane(ForceLaw):
     """Stress evaluated inside the insulator: a convention, low by its permittivity.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.trace import make_trace
-from electrovib.solve.diagnostics import diagnostics
+from electrovib.solve.diagnostics import diagnostics, solved
 from electrovib.solve.electrical import electrical
 from electrovib.solve.expand import behind_amplifier, mean_force, modes, per_volt_of, phasors
 from electrovib.solve.mechanical import mechanical
@@ -60,7 +60,7 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     section, reduction_error = modes(scenario)
     attributes = _provenance(scenario)
     attributes["reduction_error"] = reduction_error
-    answer = electrical(scenario, section, times)
+    answer, record = solved(scenario, section, times)
     if scenario.force.causal:
         bare = phasors(scenario, frequency, leaks=False)
         attributes["transfer_error"] = _transfer_error(scenario.force, section, bare)
@@ -73,7 +73,7 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
         **moved.signals,
         **_over_frequency(scenario, at_frequency),
     }
-    spoken = [*diagnostics(scenario, section, answer, times, variables), *moved.lamps]
+    spoken = [*diagnostics(scenario, section, record, times, variables), *moved.lamps]
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
     coordinates = {
         "time": times,

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from electrovib.core.lamps import Lamp
 
 
 def register(app: typer.Typer) -> None:
@@ -41,8 +46,7 @@ def command(
 
 def summary(trace: Any, output: str | None, report: str | None) -> list[str]:
     """Say in a few lines what came out."""
-    import json
-
+    from electrovib.core.lamps import read_lamps
     from electrovib.core.units import format_quantity
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
@@ -52,17 +56,20 @@ def summary(trace: Any, output: str | None, report: str | None) -> list[str]:
         )
         lines.append(f"{name.replace('_', ' ')}: {low} to {high}")
     lines.append(f"solver: {trace.attrs['solver']} ({trace.attrs['solver_reason']})")
-    lines += [
-        f"{lamp['state']}: {lamp['text']}"
-        for lamp in json.loads(trace.attrs["lamps"])
-        if lamp["state"] == "warning"
-    ]
+    lines += told(read_lamps(trace.attrs["lamps"]))
     if "friction_solver" in trace.attrs:
         lines.append(f"friction: {trace.attrs['friction_solver']}")
     if dropped := trace.attrs["dropped_samples"]:
         words = "1 sample of the drive was" if dropped == 1 else f"{dropped} samples of the drive were"
         lines.append(f"warning: {words} dropped")
     return lines + [f"written: {path}" for path in (*_files(trace, output), report) if path]
+
+
+def told(lamps: Sequence[Lamp]) -> list[str]:
+    """Say what is beyond a limit, one line each, and in one more line what could not be judged."""
+    lines = [f"warning: {lamp.text}" for lamp in lamps if lamp.state == "warning"]
+    unknown = [lamp.text for lamp in lamps if lamp.state == "unknown"]
+    return [*lines, f"not judged: {'; '.join(unknown)}"] if unknown else lines
 
 
 def _files(trace: Any, output: str | None) -> list[str]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,10 +12,15 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
+from electrovib.core.lamps import Lamp
 from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
 from electrovib.physics.contact.surface import Surface
+from electrovib.physics.limits import limit_lamps
 from electrovib.physics.roughness import ContactSpots
+from electrovib.physics.safety import nearest_to_breakdown
 from electrovib.physics.stack import Layer
+from electrovib.solve.diagnostics.interface import layers_of
+from electrovib.solve.diagnostics.judge import layer_lamps
 from electrovib.solve.equilibrium.states import Equilibrium, balance
 from electrovib.solve.scenario import Scenario, load_scenario
 
@@ -42,6 +48,8 @@ class Balance:
     beyond : bool
         With spots: the attraction would also hold the relief flatter than a Gaussian of gaps describes, more
         than half in contact; that state is not among these.
+    lamps : tuple of Lamp
+        Films and air judged in the state whose field is largest, and the declared limits.
     """
 
     states: tuple[Equilibrium, ...]
@@ -52,6 +60,7 @@ class Balance:
     electrical_thickness: float
     blocking: tuple[str, ...]
     beyond: bool
+    lamps: tuple[Lamp, ...]
 
     @property
     def stable(self) -> tuple[Equilibrium, ...]:
@@ -114,7 +123,34 @@ def equilibrium(
             " voltage, or leave 'spots' out for one gap with the plate as its stop"
         )
     force = tuple(state.attraction * area for state in states)
-    return Balance(states, force, held, pressure, area, thickness, tuple(parts), beyond)
+    lamps = _lamps(known, states, held=held, filling=filling, parts=parts)
+    return Balance(states, force, held, pressure, area, thickness, tuple(parts), beyond, lamps)
+
+
+def _lamps(
+    scenario: Scenario,
+    states: Sequence[Equilibrium],
+    *,
+    held: float,
+    filling: float,
+    parts: Mapping[str, float],
+) -> tuple[Lamp, ...]:
+    """Judge films and air in every state, and the declared limits; of each the worst."""
+    area, layers = scenario.contact_area, scenario.stack.layers
+    stray = 0.0 if scenario.circuit.amplifier is None else scenario.circuit.amplifier.stray_capacitance
+    of_gaps = np.array([[math.sqrt(2 * state.attraction / eps0), state.gap] for state in states])
+    field = float(np.max(of_gaps[:, 0]))  # the stress is eps0 E^2/2
+    nearest = of_gaps[nearest_to_breakdown(of_gaps[:, 0], of_gaps[:, 1])].tolist()
+    charge = eps0 * filling * field
+    inside = {name: charge / eps0 * parts.get(name, 0.0) / layer.thickness for name, layer in layers.items()}
+    gap = str(layers_of(scenario).gap)
+    across = abs(held) - charge / eps0 * parts.get("return_path", 0.0)
+    judged = layer_lamps(
+        scenario, inside | {gap: field}, interface=field, nearest=(nearest[0], nearest[1]), across=across
+    )
+    energy = (area * charge * across + stray * held**2) / 2
+    reached = {"voltage": abs(held), "charge": area * charge, "stored_energy": energy}
+    return (*judged, *limit_lamps(reached, scenario.limits))
 
 
 def _surface(scenario: Scenario) -> Surface:

@@ -17,11 +17,11 @@ from electrovib.physics.drive.base import Drive
 from electrovib.physics.finger import Finger
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import Friction, Load
+from electrovib.physics.limits import Limits
 from electrovib.physics.moisture import Moisture
 from electrovib.physics.motion import Motion
 from electrovib.physics.perception import Perception
 from electrovib.physics.rig import Rig
-from electrovib.physics.safety import Limits
 from electrovib.physics.stack import Stack
 from electrovib.solve.scenario.grids import FrequencyGrid, TimeGrid
 

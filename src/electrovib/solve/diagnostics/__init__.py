@@ -1,0 +1,158 @@
+"""How far a result can be believed: what is judged against which limit, and what could not be judged."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.core.lamps import Lamp
+from electrovib.core.units import format_quantity
+from electrovib.solve.current import caveat
+from electrovib.solve.diagnostics.judge import circuit_lamps, jumps, return_path_lamps, stack_lamps
+from electrovib.solve.diagnostics.looks import looks
+from electrovib.solve.diagnostics.peaks import Record, refined
+from electrovib.solve.electrical import Electrical, electrical, fields_alone
+from electrovib.solve.moisture import moisture_lamp
+from electrovib.solve.respond import is_marched
+from electrovib.solve.sampling import sampling
+from electrovib.solve.scenario import PeriodicState
+
+if TYPE_CHECKING:
+    from electrovib.solve.scenario import Scenario
+    from electrovib.solve.section import ModalSection
+    from electrovib.solve.transfer import Real
+
+
+def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Electrical, Record]:
+    """Compute the electrical answer, and look at it between the output times too.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    section : ModalSection
+        Its stack as modes.
+    times : ndarray, shape (n,)
+        Output times, increasing, >= 0 [s].
+
+    Returns
+    -------
+    answer : Electrical
+        At the output times.
+    record : Record
+        What is judged, from time 0 to the last output time.
+
+    Raises
+    ------
+    NotCausalError
+        If the force law has no response in time but the drive is not one sine in its steady state.
+    InputError
+        If models do not go together.
+
+    Notes
+    -----
+    A closed form is asked again at other times. A march gives all of them on its way.
+    """
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    wanted = looks(scenario.drive, float(times[-1]), settled=settled)
+    if is_marched(scenario):
+        both = np.union1d(times, wanted)
+        whole = electrical(scenario, section, both)
+        return whole.at(np.searchsorted(both, times)), Record.of(scenario, both, whole.found)
+
+    def look(moments: Real) -> Record:
+        return Record.of(scenario, moments, fields_alone(scenario, section, moments))
+
+    answer = electrical(scenario, section, times)
+    record = Record.of(scenario, times, answer.found)
+    between = np.setdiff1d(wanted, times)
+    return answer, refined(record.joined(look(between)) if len(between) else record, look)
+
+
+def diagnostics(
+    scenario: Scenario, section: ModalSection, record: Record, times: Real, variables: dict[str, Any]
+) -> list[Lamp]:
+    """Judge a result before it is handed out.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    section : ModalSection
+        Its stack as modes.
+    record : Record
+        Of the whole solution, as from `solved`.
+    times : ndarray, shape (n,)
+        Output times [s].
+    variables : dict
+        Dimensions and values of the signals of the Trace, in their units.
+
+    Returns
+    -------
+    list of Lamp
+        Law, materials, layers from plate to finger, circuit, motion, sampling.
+    """
+    layers = scenario.stack.layers
+    spoken = [*scenario.force.lamps(layers), *([] if scenario.drive.quantity == "voltage" else [caveat()])]
+    moist = moisture_lamp(scenario)
+    spoken += [] if moist is None else [moist]
+    for name, layer in layers.items():
+        spoken += layer.material.lamps(name)
+    return [
+        *spoken,
+        *stack_lamps(scenario, record),
+        *circuit_lamps(scenario, record, _running(scenario, section, record)),
+        *return_path_lamps(scenario),
+        *_off_the_plate(scenario, times),
+        *_moving_gap(scenario, variables),
+        *sampling(scenario.drive, times),
+    ]
+
+
+def _running(scenario: Scenario, section: ModalSection, record: Record) -> dict[str, float] | None:
+    """Largest currents without what the jump at time 0 alone brings [A]; None where there is none, or in a march.
+
+    Of a repeating drive they are those of the periodic state, of another those beside the response to that jump.
+    """
+    end, drive = float(record.times[-1]), scenario.drive
+    if is_marched(scenario) or not jumps(scenario, end)[0]:
+        return None
+    names = ("current", "body_current")
+    try:
+        if drive.period is not None:
+            periodic = scenario.replace({"time.initial_state": {"model": "PeriodicState"}})
+            wanted = looks(drive, end, settled=True)
+            repeated = Record.of(periodic, wanted, fields_alone(periodic, section, wanted)).peaks()
+            return {name: repeated[name] for name in names}
+        step = {"drive": {"model": "Constant", "level": float(drive.voltage(0.0))}}
+        switched = fields_alone(scenario.replace(step), section, record.times)
+        alone = Record.of(scenario, record.times, switched).rows
+        rest = {name: record.rows[name] - alone[name] for name in names}
+        return {name: float(np.max(np.abs(row))) for name, row in rest.items()}
+    except InputError:
+        return None
+
+
+def _off_the_plate(scenario: Scenario, times: Real) -> list[Lamp]:
+    """Warn of a load, and so of friction, while the finger does not touch."""
+    distance = scenario.motion.distance
+    if distance is None or not np.any(scenario.load.forces(times)[~distance.touches(times)] > 0):
+        return []
+    text = "presses while the finger is held off the plate, and makes friction there: set it to 0, or give load.programme"
+    return [Lamp("load off the plate", "warning", f"load.normal_force {text}")]
+
+
+def _moving_gap(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
+    """Say what the declared thickness of a gap that moves is used for."""
+    if "gap" not in variables:
+        return []
+    low, high = (
+        format_quantity(float(edge(variables["gap"][1])), "m", digits=3) for edge in (np.min, np.max)
+    )
+    declared = format_quantity(scenario.stack.layers["gap"].thickness, "m")
+    text = (
+        f"the gap is {low} to {high} over time; over frequency, and as drawn, it is the declared {declared}"
+    )
+    return [Lamp("moving gap", "ok", text)]
