@@ -84,7 +84,7 @@ def behind(transfer: Transfer, amplifier: Amplifier) -> Transfer:
     if np.any(np.abs(transfer.rates - corner) < _SAME_RATE * corner):
         corner *= 1 + 2 * _SAME_RATE
     apart = corner - transfer.rates
-    direct = transfer.at_rest() - float(np.sum(transfer.gains))
+    direct = transfer.direct if transfer.static is None else transfer.static - float(np.sum(transfer.gains))
     own = direct - transfer.slope * corner - float(np.sum(transfer.gains * transfer.rates / apart))
     return Transfer(
         np.append(transfer.rates, corner),

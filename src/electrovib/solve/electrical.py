@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.constants import eps0
 from electrovib.core.errors import NotCausalError
 from electrovib.physics.contact import FixedArea
+from electrovib.physics.interface import INTERFACE
 from electrovib.physics.programme import Steady
 from electrovib.solve.expand import Surroundings, behind_amplifier, contact_share, phasors, total_force
+from electrovib.solve.integrator import drive_mean, integral_weight
 from electrovib.solve.periodic import count_harmonics, spectrum
 from electrovib.solve.respond import AMPLITUDE, respond
 from electrovib.solve.scenario import PeriodicState, Scenario
@@ -28,6 +31,7 @@ ACROSS = (
     "plate_voltage",
     "stack_voltage",
     "effective_voltage",
+    "interface_field",
     "amplifier_current",
     "current",
     "gap",
@@ -115,6 +119,7 @@ def electrical(
     found, choice, weights = respond(
         scenario, section, wanted, times, element=around.element, second=around.second
     )
+    _name_interface(scenario, found)
     given = {key.removeprefix(AMPLITUDE): row for key, row in found.items() if key.startswith(AMPLITUDE)}
     force = total_force(scenario, given)
     if weights is not None:
@@ -139,7 +144,9 @@ def fields_alone(scenario: Scenario, section: ModalSection, times: Real) -> dict
     """
     around = Surroundings.of(scenario)
     wanted = functools.partial(_linear_quantities, scenario)
-    return respond(scenario, section, wanted, times, element=around.element, second=around.second).found
+    found = respond(scenario, section, wanted, times, element=around.element, second=around.second).found
+    _name_interface(scenario, found)
+    return found
 
 
 def _linear_quantities(scenario: Scenario, section: ModalSection) -> dict[str, Transfer]:
@@ -150,7 +157,24 @@ def _linear_quantities(scenario: Scenario, section: ModalSection) -> dict[str, T
     for name in section.names:
         wanted[f"field {name}"] = section[name].field
         wanted[f"displacement {name}"] = section[name].displacement
+    if scenario.stack.gap_name is None:
+        displacement = section.interface_displacement
+        if not _grown_without_end(scenario, displacement):
+            wanted[f"field {INTERFACE}"] = displacement * (1 / eps0)
     return wanted
+
+
+def _grown_without_end(scenario: Scenario, displacement: Transfer) -> bool:
+    """Tell whether charge has flown to the interface for ever: a mean voltage over layers that all conduct."""
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    return settled and bool(integral_weight(displacement)) and bool(drive_mean(scenario.drive))
+
+
+def _name_interface(scenario: Scenario, found: dict[str, Real]) -> None:
+    """Give the field at the interface the name of its signal, where it was found."""
+    name = f"field {scenario.stack.gap_name or INTERFACE}"
+    if name in found:
+        found["interface_field"] = found[name]
 
 
 def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> Electrical:

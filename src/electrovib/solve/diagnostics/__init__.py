@@ -18,6 +18,7 @@ from electrovib.solve.moisture import moisture_lamp
 from electrovib.solve.respond import is_marched
 from electrovib.solve.sampling import sampling
 from electrovib.solve.scenario import PeriodicState
+from electrovib.solve.vanishing_gap import negative_attraction, vanishing_gap
 
 if TYPE_CHECKING:
     from electrovib.solve.scenario import Scenario
@@ -107,6 +108,8 @@ def diagnostics(
         *return_path_lamps(scenario),
         *_off_the_plate(scenario, times),
         *_moving_gap(scenario, variables),
+        *vanishing_gap(scenario, times, variables),
+        *negative_attraction(scenario, variables),
         *sampling(scenario.drive, times),
     ]
 
@@ -151,7 +154,7 @@ def _moving_gap(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
     low, high = (
         format_quantity(float(edge(variables["gap"][1])), "m", digits=3) for edge in (np.min, np.max)
     )
-    declared = format_quantity(scenario.stack.layers["gap"].thickness, "m")
+    declared = format_quantity(scenario.stack.layers[str(scenario.stack.gap_name)].thickness, "m")
     text = (
         f"the gap is {low} to {high} over time; over frequency, and as drawn, it is the declared {declared}"
     )

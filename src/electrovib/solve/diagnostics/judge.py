@@ -11,7 +11,6 @@ from electrovib.core.lamps import Lamp
 from electrovib.core.units import format_quantity
 from electrovib.physics.limits import SWITCH_ON, limit_lamps
 from electrovib.physics.safety import emission_lamp, film_lamp, paschen_lamp, skin_lamp, sweat_lamp
-from electrovib.solve.diagnostics.interface import layers_of
 from electrovib.solve.scenario import PeriodicState
 
 if TYPE_CHECKING:
@@ -76,17 +75,19 @@ def layer_lamps(
     list of Lamp
         From plate to finger.
     """
-    sides, layers = layers_of(scenario), scenario.stack.layers
+    roles, layers = scenario.stack.roles, scenario.stack.layers
+    plate = [name for name, role in roles.items() if role == "plate"]
+    finger = [name for name, role in roles.items() if role == "finger"]
     found: list[Lamp] = []
     for name, layer in layers.items():
-        if name in sides.plate or layer.breakdown_field is not None:
+        if name in plate or layer.breakdown_field is not None:
             own = {"permittivity": _permittivity(layer), "thickness": layer.thickness}
             found.append(film_lamp(name, fields[name], declared=layer.breakdown_field, **own))
     if nearest is not None:
         found.append(paschen_lamp(*nearest))
     found.append(emission_lamp(interface, vanishing=nearest is None))
-    found += [skin_lamp(name, fields[name] * layers[name].thickness) for name in sides.finger]
-    blocking = sum(layers[name].thickness / _permittivity(layers[name]) for name in sides.plate)
+    found += [skin_lamp(name, fields[name] * layers[name].thickness) for name in finger]
+    blocking = sum(layers[name].thickness / _permittivity(layers[name]) for name in plate)
     return [*found, sweat_lamp(across, blocking)] if blocking else found
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.physics.safety import nearest_to_breakdown
-from electrovib.solve.diagnostics.interface import interface_field, layers_of
 from electrovib.solve.expand import Surroundings
 
 if TYPE_CHECKING:
@@ -63,13 +62,13 @@ class Record:
             At these times.
         """
         around, layers = Surroundings.of(scenario), scenario.stack.layers
-        gap = layers_of(scenario).gap
+        gap = scenario.stack.gap_name
         rows = {f"field {name}": found[f"field {name}"] for name in layers}
         thicknesses: dict[str, Real | float] = {name: layer.thickness for name, layer in layers.items()}
         if gap is not None:
             thicknesses[gap] = found.get("gap", np.full(len(times), layers[gap].thickness))
             rows["gap"] = np.asarray(thicknesses[gap])
-        rows["interface"] = interface_field(scenario, found)
+        rows["interface"] = found.get("interface_field", np.full(len(times), np.nan))
         rows["across"] = found["stack_voltage"]
         rows["voltage"] = found.get("plate_voltage", found["drive_voltage"])
         rows["current"] = found.get("amplifier_current", found["current"])

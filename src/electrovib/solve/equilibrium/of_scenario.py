@@ -19,7 +19,6 @@ from electrovib.physics.limits import limit_lamps
 from electrovib.physics.roughness import ContactSpots
 from electrovib.physics.safety import nearest_to_breakdown
 from electrovib.physics.stack import Layer
-from electrovib.solve.diagnostics.interface import layers_of
 from electrovib.solve.diagnostics.judge import layer_lamps
 from electrovib.solve.equilibrium.states import Equilibrium, balance
 from electrovib.solve.scenario import Scenario, load_scenario
@@ -79,7 +78,7 @@ def equilibrium(
     Parameters
     ----------
     scenario : Scenario, str, Path or mapping
-        With ``contact.surface`` and a layer ``gap`` that does not conduct; the thickness of that layer is what
+        With ``contact.surface`` and a gap that does not conduct; the thickness of that layer is what
         is found, so its own number does not count.
     voltage : float, optional
         V; by default the largest that the drive reaches. Of a fast sine give its root mean square.
@@ -143,7 +142,7 @@ def _lamps(
     nearest = of_gaps[nearest_to_breakdown(of_gaps[:, 0], of_gaps[:, 1])].tolist()
     charge = eps0 * filling * field
     inside = {name: charge / eps0 * parts.get(name, 0.0) / layer.thickness for name, layer in layers.items()}
-    gap = str(layers_of(scenario).gap)
+    gap = str(scenario.stack.gap_name)
     across = abs(held) - charge / eps0 * parts.get("return_path", 0.0)
     judged = layer_lamps(
         scenario, inside | {gap: field}, interface=field, nearest=(nearest[0], nearest[1]), across=across
@@ -164,18 +163,19 @@ def _surface(scenario: Scenario) -> Surface:
 
 def _gap(scenario: Scenario) -> Layer:
     layers = scenario.stack.layers
-    if "gap" not in layers:
+    name = scenario.stack.gap_name
+    if name is None:
         raise InputError(
-            "stack: no layer 'gap' to find the thickness of; add [stack.gap] with any thickness, for instance '1 um'"
+            "stack: no gap to find the thickness of; add [stack.gap] with any thickness, for instance '1 um'"
         )
     charged = [name for name, layer in layers.items() if layer.initial_charge]
     if charged:
         raise InputError(
             f"stack.{charged[0]}.initial_charge: a charge on the layers is not counted in the equilibrium; set it to 0"
         )
-    if not _blocks(layers["gap"]):
+    if not _blocks(layers[name]):
         raise InputError(
-            "stack.gap conducts: a held voltage leaves no field in it once charge has crossed, so nothing attracts. Take"
+            f"stack.{name} conducts: a held voltage leaves no field in it once charge has crossed, so nothing attracts. Take"
             " material.conductivity 0 and no leak, or `simulate` for what happens before"
         )
     if scenario.circuit.return_path.second_contact(1.0):
@@ -183,7 +183,7 @@ def _gap(scenario: Scenario) -> Layer:
             "circuit.return_path: under a second electrode the gap is another one; equilibrium takes one contact, for"
             ' instance return_path = { model = "Grounded" }'
         )
-    return layers["gap"]
+    return layers[name]
 
 
 def _blocks(layer: Layer) -> bool:
@@ -199,7 +199,7 @@ def _blocking(scenario: Scenario, area: float) -> dict[str, float]:
     parts = {
         name: layer.thickness / _permittivity(layer, scenario)
         for name, layer in scenario.stack.layers.items()
-        if name != "gap" and _blocks(layer)
+        if name != scenario.stack.gap_name and _blocks(layer)
     }
     if not parts:
         raise InputError(

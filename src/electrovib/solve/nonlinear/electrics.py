@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.constants import eps0
-from electrovib.core.errors import InputError
 from electrovib.solve.nonlinear.integrate import System
 from electrovib.solve.nonlinear.stretch import Stretch, stretch_after
 
@@ -169,7 +168,7 @@ class Electrics(System):
         return self._watched(time, state, mode, gap, closing)[index][1]
 
     def attraction(self, time: float, state: Real, mode: Mode, *, gap: float | None = None) -> float:
-        """Pressure with which the field of the layer `gap` pulls, eps0 E^2/2.
+        """Pressure with which the field at the interface pulls, eps0 E^2/2.
 
         Parameters
         ----------
@@ -186,16 +185,9 @@ class Electrics(System):
         -------
         float
             Pa.
-
-        Raises
-        ------
-        InputError
-            If the stack has no layer of that name.
         """
-        if "gap" not in self.space.names:
-            raise InputError("stack.gap: the pressure is that of the field in the gap; add a table stack.gap")
         moment = self._supplied(time, state, mode, gap, 0.0)[2]
-        field = float(moment.field[self.space.names.index("gap")])
+        field = float(moment.field[self.space.interface])
         return eps0 * field**2 / 2
 
     def _aimed(self, voltage: float) -> float:
