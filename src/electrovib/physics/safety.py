@@ -77,8 +77,8 @@ def electrowetting_voltage(*, thickness: float, permittivity: float) -> float:
     return math.sqrt(2 * SURFACE_TENSION * thickness / (eps0 * permittivity))
 
 
-def nearest_to_breakdown(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> int:
-    """Find when air is nearest to Paschen's breakdown, or the first time if its law says nothing of any gap.
+def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Voltage across a gap over the one at which Paschen's law has it break down.
 
     Parameters
     ----------
@@ -87,14 +87,14 @@ def nearest_to_breakdown(fields: NDArray[np.float64], gaps: NDArray[np.float64])
 
     Returns
     -------
-    int
-        Place in the arrays.
+    ndarray, shape (n,)
+        1 at breakdown; 0 for gaps of which the law says nothing.
     """
-    if gaps[0] == gaps[-1] and np.all(gaps == gaps[0]):
-        return int(np.argmax(np.abs(fields)))
-    held = np.array([paschen_voltage(max(each, SMALLEST_PASCHEN_GAP)) for each in gaps.tolist()])
-    judged = np.where(gaps >= SMALLEST_PASCHEN_GAP, np.abs(fields) * gaps / held, -1.0)
-    return int(np.argmax(judged))
+    if len(gaps) and np.all(gaps == gaps[0]):
+        held = np.full(len(gaps), paschen_voltage(max(float(gaps[0]), SMALLEST_PASCHEN_GAP)))
+    else:
+        held = np.array([paschen_voltage(max(each, SMALLEST_PASCHEN_GAP)) for each in gaps.tolist()])
+    return np.asarray(np.where(gaps >= SMALLEST_PASCHEN_GAP, np.abs(fields) * gaps / held, 0.0))
 
 
 def film_lamp(

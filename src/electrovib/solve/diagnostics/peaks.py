@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.physics.safety import nearest_to_breakdown
+from electrovib.physics.safety import breakdown_share, paschen_voltage
 from electrovib.solve.expand import Surroundings
 
 if TYPE_CHECKING:
@@ -36,8 +36,8 @@ class Record:
     times : ndarray, shape (n,)
         Increasing [s].
     rows : dict of str to ndarray, shape (n,)
-        ``field NAME`` of each layer [V/m], ``interface`` [V/m], ``gap`` [m] where there is one, ``across`` [V]
-        (the stack), and what the names of `Limits` say.
+        ``field NAME`` of each layer [V/m], ``interface`` [V/m], ``gap`` [m] and ``breakdown`` [1] where there is a gap,
+        ``across`` [V] (the stack), and what the names of `Limits` say.
     """
 
     times: Real
@@ -69,6 +69,8 @@ class Record:
             thicknesses[gap] = found.get("gap", np.full(len(times), layers[gap].thickness))
             rows["gap"] = np.asarray(thicknesses[gap])
         rows["interface"] = found.get("interface_field", np.full(len(times), np.nan))
+        if gap is not None:
+            rows["breakdown"] = breakdown_share(rows["interface"], rows["gap"])
         rows["across"] = found["stack_voltage"]
         rows["voltage"] = found.get("plate_voltage", found["drive_voltage"])
         rows["current"] = found.get("amplifier_current", found["current"])
@@ -134,8 +136,11 @@ class Record:
 
     def nearest_to_breakdown(self) -> tuple[float, float]:
         """Field [V/m] and gap [m] when the gap is nearest to Paschen's breakdown."""
-        place = nearest_to_breakdown(self.rows["interface"], self.rows["gap"])
-        return float(abs(self.rows["interface"][place])), float(self.rows["gap"][place])
+        share, place, _ = self._peaks["breakdown"]
+        gap = float(self.rows["gap"][place])
+        if share == 0:
+            return float(abs(self.rows["interface"][place])), gap
+        return share * paschen_voltage(gap) / gap, gap
 
 
 def refined(record: Record, look: Callable[[Real], Record]) -> Record:

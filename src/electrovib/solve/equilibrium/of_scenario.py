@@ -17,7 +17,7 @@ from electrovib.physics.contact.attraction import Attraction, PlateAttraction, R
 from electrovib.physics.contact.surface import Surface
 from electrovib.physics.limits import limit_lamps
 from electrovib.physics.roughness import ContactSpots
-from electrovib.physics.safety import nearest_to_breakdown
+from electrovib.physics.safety import breakdown_share
 from electrovib.physics.stack import Layer
 from electrovib.solve.diagnostics.judge import layer_lamps
 from electrovib.solve.equilibrium.states import Equilibrium, balance
@@ -139,7 +139,7 @@ def _lamps(
     stray = 0.0 if scenario.circuit.amplifier is None else scenario.circuit.amplifier.stray_capacitance
     of_gaps = np.array([[math.sqrt(2 * state.attraction / eps0), state.gap] for state in states])
     field = float(np.max(of_gaps[:, 0]))  # the stress is eps0 E^2/2
-    nearest = of_gaps[nearest_to_breakdown(of_gaps[:, 0], of_gaps[:, 1])].tolist()
+    nearest = of_gaps[np.argmax(breakdown_share(of_gaps[:, 0], of_gaps[:, 1]))].tolist()
     charge = eps0 * filling * field
     inside = {name: charge / eps0 * parts.get(name, 0.0) / layer.thickness for name, layer in layers.items()}
     gap = str(scenario.stack.gap_name)
