@@ -110,7 +110,7 @@ def test_a_layer_says_thickness_permittivity_and_reduction():
     text = " ".join(netlist(scenario(stack={"insulator": FILM, "stratum_corneum": skin}), name="c").split())
     assert "* insulator: 90 um of Constant on 1 cm2; relative permittivity 3.35; conductivity 0 S/m" in text
     assert re.search(
-        r"stratum_corneum: 200 um of ConstantPhase on 1 cm2; .* a sum of 14 Debye terms, at most 0\.000\d+ of",
+        r"stratum_corneum: 200 um of ConstantPhase on 1 cm2; .* a sum of 2\d Debye terms, at most \S+e-0[56] of",
         text,
     )
 

@@ -178,7 +178,8 @@ def test_a_sines_largest_values_are_met_between_looks(founding):
     """300 V of 777 Hz from the periodic state: |i| = C V w and E = V/(T eps_film/eps0) to 1e-6."""
     settled = {"time.initial_state": {"model": "PeriodicState"}, "circuit.return_path.resistance": 0.0}
     one = founding.replace({"drive": DRIVES["sine"], "force": {"model": "GapPlane"}} | settled)
-    _, record = solved(one, modes(one)[0], np.array([0.0, 1e-9]))
+    time = np.array([0.0, 1e-9])
+    _, record = solved(one, modes(one, time)[0], time)
     peaks = record.peaks()
     assert peaks["interface"] == pytest.approx(300 / (FILM + SKIN), rel=1e-6)
     capacitance = eps0 * AREA / (FILM + SKIN)

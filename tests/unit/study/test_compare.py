@@ -239,6 +239,21 @@ def test_a_paper_shows_its_values_with_their_sources():
     assert catalogue.values(papers()["ciavarella_2020"]) is None
 
 
+def test_values_of_one_parameter_with_different_sources_are_told_apart():
+    """1 um is a choice for a figure whose film the founding paper does not print; 90 um is printed."""
+    rows = catalogue.values(papers()["vezzoli_2014"]).rows
+    films = [row[1:] for row in rows if row[0] == "stack.insulator.thickness"]
+    assert films == [
+        ("90 um", "Vezzoli 2014, section 3.1"),
+        ("1 um", "not printed: only that C_i is comparable with C_s"),
+    ]
+    places = [row[0] for row in rows]
+    assert all(
+        places.count(path) == 1 or places[i + 1] == path or places[i - 1] == path
+        for i, path in enumerate(places)
+    )
+
+
 def test_bibtex_can_be_typeset():
     """An underscore of a DOI would end a LaTeX run; the field `doi` is not typeset."""
     entry = catalogue.bibtex(papers()["vardar_2017"], "vardar_2017")
