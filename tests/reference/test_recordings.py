@@ -143,6 +143,7 @@ def test_the_frequency_of_the_ringing_falls():
     found = clutch("square_300V_1kHz")
     assert found.early.frequency > 1.1 * found.late.frequency
     assert found.half_periods[-1] < 0.8 * found.half_periods[0]
+    assert 10 < found.uncertainty["frequency"].components["change"] < 20
     assert any("no single linear resonance does that" in word for word in found.words)
     first = found.extrema[0].time
     table = read_columns(shared("clutch/square_300V_1kHz.npy"), {"t": (0, "us"), "f": (1, "N")})

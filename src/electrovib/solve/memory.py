@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from electrovib.solve.amplifier import amplified_response
 from electrovib.solve.band import SAME, lowest_frequency, run_band
 from electrovib.solve.electrical import linear_quantities
 from electrovib.solve.expand import left_by_charge, phasors, total_force
@@ -206,6 +205,8 @@ def _respond(
     if amplifier.is_limited:
         found = transient(transfers, drive, times)
         return {name: amplifier.gain * row for name, row in found.items()}
+    from electrovib.solve.amplifier import amplified_response
+
     return amplified_response(transfers, drive, times, amplifier=amplifier, settled=settled).found
 
 

@@ -65,8 +65,8 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     answer, record = solved(scenario, section, times)
     known = known_band(scenario)
     errors = answer_errors(scenario, section, answer, times, known=known) if reduction_error else {}
+    bare = phasors(scenario, frequency, leaks=False)
     if scenario.force.causal:
-        bare = phasors(scenario, frequency, leaks=False)
         over_frequency = _transfer_error(scenario.force, section, bare, known)
         attributes["transfer_error"] = max(over_frequency, worst_of(errors))
     moved = mechanical(
@@ -82,7 +82,7 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
         *diagnostics(scenario, section, record, times, variables),
         *memory_lamps(scenario, errors, times, known=known, solver=answer.choice["solver"]),
         *moved.lamps,
-        *scenario.force.lamps_over_frequency(phasors(scenario, frequency, leaks=False)),
+        *scenario.force.lamps_over_frequency(bare),
     ]
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
     coordinates = {

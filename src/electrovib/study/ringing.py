@@ -21,7 +21,7 @@ from electrovib.study.ringing_parts import (
     drive_end,
     find_extrema,
 )
-from electrovib.study.ringing_uncertainty import uncertainties
+from electrovib.study.ringing_uncertainty import uncertainties, with_change
 from electrovib.study.ringing_words import about_the_record, words_about
 
 if TYPE_CHECKING:
@@ -138,6 +138,7 @@ def ringing(
     *,
     duration: float = 20e-3,
     readback: Readback | None = None,
+    enabled: NDArray[np.float64] | None = None,
     stamps: StampTreatment | None = None,
     missing_rows: int = 0,
 ) -> Ringing:
@@ -155,6 +156,9 @@ def ringing(
         How long after the drive ends to look at most [s].
     readback : Readback, optional
         What `voltage` is of the drive: all of it (if not given), or one of two electrodes in antiphase.
+    enabled : ndarray, shape (n,), optional
+        1 while the high voltage is on, else 0, where the rig records it: the drive then ends with it, whatever
+        `voltage` shows.
     stamps : StampTreatment, optional
         What to do with stamps that do not increase; refused if not given.
     missing_rows : int
@@ -180,8 +184,10 @@ def ringing(
     The resonance is that of the load cell *and* what it carries. On the rig of Rauf and Follmer (2025) the bare cell
     rings at 643 to 648 Hz with a quality of about 10; with clutches of several widths on it, at 314 to 609 Hz.
     """
+    columns = {"time": time, "force": force, "voltage": voltage}
+    columns |= {} if enabled is None else {"enabled": enabled}
     since, measured, end, missing = _checked(
-        time, force, voltage, duration, readback or WholeVoltage(), stamps or Refuse(), missing_rows
+        columns, duration, readback or WholeVoltage(), stamps or Refuse(), missing_rows
     )
     scatter = _scatter(since, measured, duration)
     window, best = duration, None
@@ -200,8 +206,9 @@ def ringing(
         since, measured, start=best.delay, period=period, level=best.after, scatter=scatter, end=duration
     )
     early, late = _decays(since, measured, extrema, period)
+    uncertainty = with_change(uncertainty, (early, late))
     words = words_about(best, uncertainty, interval, without, extrema, (early, late))
-    words += about_the_record(readback, missing)
+    words += about_the_record(readback if enabled is None else None, missing)
     return Ringing(
         end, best.delay, best.fall_time, interval, best.held, best.after, best.frequency, best.quality, uncertainty,
         best.misfit, without, scatter, missing, tuple(extrema), early, late, since[here], measured[here], best.model,
@@ -210,24 +217,21 @@ def ringing(
 
 
 def _checked(
-    time: NDArray[np.float64],
-    force: NDArray[np.float64],
-    voltage: NDArray[np.float64],
+    given: Mapping[str, NDArray[np.float64]],
     duration: float,
     readback: Readback,
     stamps: StampTreatment,
     missing_rows: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, int]:
     """Refuse what is no record; give times counted from the end of the drive, forces, that end, rows left out."""
-    columns = {
-        "time": np.asarray(time, float),
-        "force": np.asarray(force, float),
-        "voltage": np.asarray(voltage, float),
-    }
+    columns = {name: np.asarray(values, float) for name, values in given.items()}
     problems = []
     if len({values.shape for values in columns.values()}) > 1 or columns["time"].ndim != 1:
         shapes = ", ".join(f"{name} {values.shape}" for name, values in columns.items())
-        problems.append(f"time, force and voltage: expected one row each, of one length; they have {shapes}")
+        *first, last = columns
+        problems.append(
+            f"{', '.join(first)} and {last}: expected one row each, of one length; they have {shapes}"
+        )
     if not 0 < duration < np.inf:
         problems.append(f"duration = {duration}: expected a time, for instance 20e-3")
     if problems:
@@ -236,12 +240,16 @@ def _checked(
     missing = int(np.count_nonzero(~whole))
     columns = {name: values[whole] for name, values in columns.items()}
     kept = increasing(columns["time"], stamps, "time")
-    when, measured, volts = (values[kept] for values in columns.values())
-    try:
-        volts = readback.driving(when - when[0], volts)
-    except ValueError as error:
-        raise InputError(f"voltage: {error}") from None
-    end = drive_end(when, volts)
+    columns = {name: values[kept] for name, values in columns.items()}
+    when, measured = columns["time"], columns["force"]
+    if "enabled" in columns:
+        end = drive_end(when, columns["enabled"], "enabled")
+    else:
+        try:
+            volts = readback.driving(when - when[0], columns["voltage"])
+        except ValueError as error:
+            raise InputError(f"voltage: {error}") from None
+        end = drive_end(when, volts, "voltage")
     counted = when - end
     near = (counted > -duration / 2) & (counted < duration)
     if counted[-1] < duration / 2 or counted[0] > -duration / 4 or np.count_nonzero(near) < 40:
@@ -272,7 +280,8 @@ def _scatter(stamps: NDArray[np.float64], force: NDArray[np.float64], duration: 
         beyond = " beyond its drift" if drifts else ""
         raise InputError(
             f"the force does not let go when the drive ends: its mean changes by {abs(fall):.3g} N{beyond}, with a"
-            f" standard error of {error:.3g} N. Is force the right column?"
+            f" standard error of {error:.3g} N. Is force the right column? If voltage is one of two electrodes in antiphase,"
+            " the drive may have ended later: give enabled, or readback with its stop"
         )
     return float(np.std(force[before]))
 

@@ -221,10 +221,15 @@ def plain_release(
         return levels_and_misfit(shape(values), force, stamps)[3]
 
     bounds = ([-step / window, np.log(step / 10)], [0.5, np.log(window)])
-    fits = [
-        least_squares(residual, [delay, np.log(part * window)], bounds=bounds, x_scale=[0.01, 0.3])
+    starts = [
+        np.array([delay, np.log(part * window)])
         for delay in (0.02, 0.05, 0.1, 0.2)
         for part in (0.01, 0.05, 0.2)
+    ]
+    costs = [float(np.sum(residual(start) ** 2)) for start in starts]
+    fits = [
+        least_squares(residual, starts[place], bounds=bounds, x_scale=[0.01, 0.3])
+        for place in np.argsort(costs)[:6]
     ]
     _, _, misfit, _, model = levels_and_misfit(shape(min(fits, key=lambda fit: fit.cost).x), force, stamps)
     return misfit, model

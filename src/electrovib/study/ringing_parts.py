@@ -59,7 +59,7 @@ class Decay:
         return asdict(self)
 
 
-def drive_end(time: NDArray[np.float64], voltage: NDArray[np.float64]) -> float:
+def drive_end(time: NDArray[np.float64], voltage: NDArray[np.float64], name: str = "voltage") -> float:
     """Find when a drive falls for the last time below half of its largest magnitude.
 
     Parameters
@@ -67,7 +67,9 @@ def drive_end(time: NDArray[np.float64], voltage: NDArray[np.float64]) -> float:
     time : ndarray, shape (n,)
         s.
     voltage : ndarray, shape (n,)
-        V, as read back.
+        V, as read back; or 1 while it is on.
+    name : str
+        Of that column, for messages.
 
     Returns
     -------
@@ -82,11 +84,11 @@ def drive_end(time: NDArray[np.float64], voltage: NDArray[np.float64]) -> float:
     on, peak = _on(voltage)
     if peak == 0 or len(on) == len(time):
         raise InputError(
-            f"voltage: lies between {voltage.min():g} and {voltage.max():g} V and never goes on and off; is it the"
+            f"{name}: lies between {voltage.min():g} and {voltage.max():g} and never goes on and off; is it the"
             " right column?"
         )
     if on[-1] == len(time) - 1:
-        raise InputError("voltage: the drive is still on at the last sample, so nothing lets go")
+        raise InputError(f"{name}: the drive is still on at the last sample, so nothing lets go")
     return float(time[on[-1]] + time[on[-1] + 1]) / 2
 
 

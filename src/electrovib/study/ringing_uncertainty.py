@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.study.ringing_fit import Release
+    from electrovib.study.ringing_parts import Decay
 
 JUDGED = ("delay", "frequency", "quality")
 _LATER_STARTS = (0.25, 0.5, 0.75)
@@ -36,7 +37,7 @@ class Uncertainty:
         Each a standard uncertainty in the unit of the number: ``noise`` (of the fit, with neighbouring residuals
         counted as alike), ``window`` (rms change when the fit begins up to three quarters of a period after the
         release), ``fall time`` (of the other fall times that fit as well), for a delay ``end`` (of the drive, between
-        two samples).
+        two samples), for frequency and quality ``change`` (while the ringing dies away).
     """
 
     components: Mapping[str, float]
@@ -99,6 +100,35 @@ def uncertainties(
             components["end"] = step / float(np.sqrt(12))
         found[name] = Uncertainty(components)
     return found, interval
+
+
+def with_change(
+    found: Mapping[str, Uncertainty], decays: tuple[Decay | None, Decay | None]
+) -> dict[str, Uncertainty]:
+    """Add what frequency and quality change while the ringing dies away, beyond the noise of either end.
+
+    Parameters
+    ----------
+    found : mapping of str to Uncertainty
+        Of ``delay``, ``frequency`` and ``quality``.
+    decays : tuple of Decay or None
+        Fitted early and late.
+
+    Returns
+    -------
+    dict of str to Uncertainty
+        With the component ``change``: any value between early and late is as likely as another.
+    """
+    early, late = decays
+    if early is None or late is None:
+        return dict(found)
+    added = dict(found)
+    for name in ("frequency", "quality"):
+        apart = getattr(late, name) - getattr(early, name)
+        noise = [getattr(decay, f"{name}_uncertainty") for decay in (early, late)]
+        beyond = max(0.0, apart**2 - noise[0] ** 2 - noise[1] ** 2)
+        added[name] = Uncertainty({**found[name].components, "change": float(np.sqrt(beyond / 12))})
+    return added
 
 
 def _jacobian(stamps: NDArray[np.float64], at: Release, *, of_fall: bool = False) -> NDArray[np.float64]:

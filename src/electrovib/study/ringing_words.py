@@ -21,6 +21,14 @@ _APART = 3.0
 """Two numbers differ if they lie this many standard uncertainties apart."""
 _KNOWN = 0.3
 """A resonance whose frequency is known no better than to this share is not determined."""
+_CALLED = {
+    "noise": "noise",
+    "window": "start of the fit",
+    "fall time": "fall times that fit as well",
+    "end": "end of the drive",
+    "change": "change while it dies away",
+}
+"""Components of an uncertainty, in a sentence."""
 
 
 def words_about(
@@ -122,7 +130,8 @@ def _delay(best: Release, uncertainty: Uncertainty, falls: tuple[float, float]) 
 def _parts(uncertainty: Uncertainty, factor: float, unit: str) -> str:
     """List the components."""
     return ", ".join(
-        f"{name} {value * factor:.2g} {unit}".rstrip() for name, value in uncertainty.components.items()
+        f"{_CALLED[name]} {value * factor:.2g} {unit}".rstrip()
+        for name, value in uncertainty.components.items()
     )
 
 

@@ -196,7 +196,7 @@ def struct_of(name_length, names, *values):
         struct_of(0, b"x" * 8),
         struct_of(-1, b"x" * 8),
         struct_of(2**31 - 1, b"x" * 8),
-        struct_of(5, b"x" * 8),
+        struct_of(5, b"x\0\0\0\0\0\0\0", element(14, nameless()), element(14, nameless())),
         struct_of(8, b"x" * 8),
         struct_of(8, b"x" * 8, element(9, b"\0" * 8)),
         struct_of(8, b"x" * 8, struct.pack("<II", 14, 2**31)),

@@ -281,6 +281,20 @@ def test_initial_charge_is_an_initial_voltage():
     assert charge == pytest.approx(2e-5 * AREA, rel=1e-13)
 
 
+def test_a_charged_body_begins_at_its_voltage():
+    """Before time 0 the plate is at 0 V: the voltages of film, skin and body add up to nothing."""
+    path = {"model": "Floating", "capacitance": 150e-12, "charge": -1e-9}
+    stack = {"insulator": FILM | {"initial_charge": 2e-5}, "stratum_corneum": SKIN}
+    text = netlist(scenario(stack=stack, circuit={"return_path": path}), name="c")
+    film, skin, body = (
+        float(element(text, name)[3].removeprefix("IC="))
+        for name in ("C_insulator_high", "C_stratum_corneum_high", "C_body")
+    )
+    assert film + skin + body == pytest.approx(0.0, abs=1e-12 * abs(body))
+    held = 150e-12 * body - skin * value(text, "C_stratum_corneum_high")
+    assert held == pytest.approx(-1e-9, rel=1e-12)
+
+
 def test_the_periodic_state_charges_every_capacitor():
     text = netlist(scenario(drive=SQUARE, time={"initial_state": {"model": "PeriodicState"}}), name="c")
     assert len(re.findall(r"^C_\S+ \S+ \S+ \S+ IC=", text, flags=re.MULTILINE)) == 4

@@ -103,6 +103,13 @@ def test_a_falling_frequency_is_shown_and_named():
     assert found.early.frequency > 1.05 * found.late.frequency
     assert any("falls while the ringing dies away: no single linear" in word for word in found.words)
     assert 0.03 < found.misfit < found.misfit_without / 2
+    # what it falls by counts: 29 % of it, as of any value in between
+    fallen = found.early.frequency - found.late.frequency
+    assert found.uncertainty["frequency"].components["change"] == pytest.approx(fallen / np.sqrt(12), rel=0.1)
+    assert found.uncertainty["frequency"].total > 0.25 * fallen
+    # a fit that begins later finds what is lower by then
+    parts = found.uncertainty["frequency"].components
+    assert parts["window"] > parts["noise"]
 
 
 def wobbling(noise, correlation, seed):
@@ -135,7 +142,7 @@ def test_the_truth_lies_as_far_away_as_is_stated(noise, correlation):
 def test_an_uncertainty_is_stated_by_its_components():
     quiet, loud = ringing(*made(noise=2e-3)), ringing(*made(noise=20e-3))
     for name in ("frequency", "quality"):
-        assert set(quiet.uncertainty[name].components) == {"noise", "window", "fall time"}
+        assert set(quiet.uncertainty[name].components) == {"noise", "window", "fall time", "change"}
         # ten times the noise, one and the same record of it
         ratio = loud.uncertainty[name].components["noise"] / quiet.uncertainty[name].components["noise"]
         assert ratio == pytest.approx(10, rel=0.3)
@@ -170,6 +177,16 @@ def test_a_second_electrode_that_ends_the_drive():
     found = ringing(time, late, voltage, readback=stop)
     assert found.delay == pytest.approx(0.5e-3, abs=0.06e-3)
     assert not any("readback.stop" in word for word in found.words)
+    on = np.where((time > time[0] + 0.1) & (time < end + 0.5e-3), 1.0, 0.0)
+    rig = ringing(time, late, voltage, enabled=on)
+    assert rig.delay == pytest.approx(0.5e-3, abs=0.06e-3)
+    assert not any("readback.stop" in word for word in rig.words)
+    with pytest.raises(InputError, match="enabled: the drive is still on at the last sample"):
+        ringing(time, late, voltage, enabled=np.maximum(on, time > time[0] + 0.3))
+    # ended 50 ms after the last fall of the electrode that was read back
+    held = force[np.searchsorted(time, time - 0.05).clip(0, len(time) - 1)]
+    with pytest.raises(InputError, match="the drive may have ended later: give enabled, or readback"):
+        ringing(time, held, voltage, readback=OneOfTwoInAntiphase())
     with pytest.raises(InputError, match="voltage: the read-back goes from -300 to 300 V"):
         ringing(time, late, np.where(voltage > 150, 300.0, -300.0), readback=OneOfTwoInAntiphase())
 
@@ -259,7 +276,7 @@ def spoiled(values):
             changed(1, lambda v: v * 0 + 0.7 + 1e-3 * np.sin(np.arange(len(v)))),
             "does not let go when the drive ends",
         ),
-        (changed(2, lambda v: v * 0), "voltage: lies between 0 and 0 V and never goes on and off"),
+        (changed(2, lambda v: v * 0), "voltage: lies between 0 and 0 and never goes on and off"),
         (changed(2, lambda v: v * 0 + 300), "never goes on and off"),
         (changed(2, lambda v: v[::-1] * 0 + np.linspace(0, 300, len(v))), "still on at the last sample"),
         (

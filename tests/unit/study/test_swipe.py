@@ -337,7 +337,11 @@ def test_a_few_rows_without_a_number_are_left_out_and_counted(tmp_path):
         InputError, match=r"'normal', sample 5: nan .* 3 rows of 16000; missing_rows = 3 leaves"
     ):
         calibrated(columns, channels())
-    allowed = read_model(TribometerChannels, channels().to_dict() | {"missing_rows": 3})
+    allowed, fewer = (
+        read_model(TribometerChannels, channels().to_dict() | {"missing_rows": rows}) for rows in (3, 2)
+    )
+    with pytest.raises(InputError, match="3 rows of 16000; missing_rows = 2 allows fewer"):
+        calibrated(columns, fewer)
     recording = calibrated(columns, allowed)
     assert recording.missing == 3
     # what is left keeps its time
@@ -353,6 +357,23 @@ def test_a_few_rows_without_a_number_are_left_out_and_counted(tmp_path):
     assert reduce_swipe(read_recording(tmp_path / "swipe.npy", allowed)).friction == found.friction
     with pytest.raises(InputError, match=r"swipe.npy: column 'normal', sample 5: nan .* missing_rows = 3"):
         read_recording(tmp_path / "swipe.npy", channels())
+
+
+def test_empty_fields_of_a_text_are_rows_without_a_number(tmp_path):
+    columns = made()
+    table = np.column_stack([columns["lateral"], columns["normal"], columns["encoder"]])
+    rows = [",".join(f"{value:.10g}" for value in row) for row in table]
+    rows[5], rows[9000] = rows[5].split(",")[0] + ",,0", ",".join(["", *rows[9000].split(",")[1:]])
+    (tmp_path / "swipe.csv").write_text("\n".join(["lateral,normal,encoder", *rows]) + "\n", encoding="utf-8")
+    known = channels().to_dict() | {"missing_rows": 2}
+    rig = {name: known[name] | {"column": name} for name in ("lateral", "normal", "encoder")}
+    recording = read_recording(tmp_path / "swipe.csv", read_model(TribometerChannels, known | rig))
+    assert recording.missing == 2
+    assert reduce_swipe(recording).friction.value == pytest.approx(0.4, rel=5e-3)
+    rows[7] = "oops,1,0"
+    (tmp_path / "swipe.csv").write_text("\n".join(["lateral,normal,encoder", *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="line 9, column 'lateral': 'oops' is not a number"):
+        read_recording(tmp_path / "swipe.csv", read_model(TribometerChannels, known | rig))
 
 
 def steps(values, step):

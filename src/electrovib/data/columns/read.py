@@ -51,7 +51,7 @@ def read_columns(
     wanted : mapping
         Parameter name to (heading or 0-based number, unit of the numbers where the file names none).
     missing : bool
-        Let NaN and infinities pass instead of refusing the file.
+        Let NaN, infinities and empty fields of text, as NaN, pass instead of refusing the file.
 
     Returns
     -------
@@ -71,5 +71,7 @@ def read_columns(
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise DataFileError(f"{path}: columns are read from {', '.join(_READERS)}, not from '{path.suffix}'.")
-    found = reader(path, [column for column, _ in wanted.values()])
+    columns = [column for column, _ in wanted.values()]
+    # only text has fields with nothing in them
+    found = from_text(path, columns, missing=missing) if reader is from_text else reader(path, columns)
     return {name: found[column].in_si(path, unit, missing=missing) for name, (column, unit) in wanted.items()}

@@ -36,8 +36,6 @@ _FIRST_NUMERIC, _LAST_NUMERIC = 6, 15
 _COMPLEX: Final = 0x0800
 _PEEK: Final = 4096
 """Bytes in which flags, sizes and name of a variable must lie."""
-_DEFLATE: Final = 1032
-"""The packing of these files makes nothing smaller than by this factor."""
 _LONGEST_NAME: Final = 4096
 """Bytes that a field's name may be said to need."""
 
@@ -58,7 +56,7 @@ class Variable:
         Its element in the file, or of a field in the unpacked variable [bytes].
     compressed : bool
         Whether it was saved with -v7.
-    within : bytes or memoryview, optional
+    within : memoryview, optional
         Of a field: where `start` counts from.
     """
 
@@ -158,8 +156,6 @@ class Mat5:
         )
         if kind != _MATRIX:
             raise self._damaged(f"'{variable.name}' unpacks to an element of type {kind}")
-        if size > _DEFLATE * variable.size:
-            raise self._damaged(f"'{variable.name}' says that {variable.size} bytes unpack to {size}")
         return memoryview(self._inflated(variable.start, variable.size, size + 8, whole=True))[8:]
 
     def _peek(
