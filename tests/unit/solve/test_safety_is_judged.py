@@ -161,7 +161,8 @@ def test_checks_do_not_depend_on_the_output_times(with_gap, stack, drive):
     trace = ev.simulate(one, time=many)
     largest = float(np.abs(trace.field.sel(layer="gap")).max())
     assert told[0]["field emission"].value >= largest * (1 - 1e-5)
-    assert told[0]["body current"].value >= float(np.abs(trace.current).max()) * (1 - 1e-5)
+    body = max(lamp.value for name, lamp in told[0].items() if name.startswith("body current"))
+    assert body >= float(np.abs(trace.current).max()) * (1 - 1e-5)
 
 
 def test_the_general_reference_too(with_gap):

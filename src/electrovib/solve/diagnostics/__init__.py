@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from electrovib.solve.section import ModalSection
     from electrovib.solve.transfer import Real
 
-SQUEEZED = 16
+SQUEEZED = 8
 """Times the frequency of a finger that moves: its field, over the gap, has sharper peaks than the motion."""
 
 
