@@ -106,13 +106,12 @@ def electrical(
         return found | {f"{AMPLITUDE}{name}": transfer for name, transfer in amplitudes.items()}
 
     around = Surroundings.of(scenario)
-    found, choice, weights = respond(
+    found, choice, force = respond(
         scenario, section, wanted, times, element=around.element, second=around.second
     )
     given = {key.removeprefix(AMPLITUDE): row for key, row in found.items() if key.startswith(AMPLITUDE)}
-    force = total_force(scenario, given)
-    if weights is not None:
-        force = weights @ force
+    if force is None:
+        force = total_force(scenario, given)
     if not isinstance(scenario.contact, FixedArea) and not isinstance(scenario.load.programme, Steady):
         force = force * contact_share(scenario, times)
     return Electrical(found, force, choice)

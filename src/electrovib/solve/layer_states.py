@@ -97,13 +97,13 @@ class StackStates:
         found[self.owners, interfaces + np.arange(len(self.rates))] = -1.0
         return found
 
-    def start(self) -> Real:
-        """State of time 0 at 0 V: charge in its place, nothing polarised; shape (size,)."""
+    def start(self, gap: float | None = None) -> Real:
+        """State of time 0 at 0 V, for a gap [m]: charge in its place, nothing polarised; shape (size,)."""
         state = np.zeros(self.size)
         state[: len(self.charges)] = self.charges
         if self.resistance > 0:  # the charge drives a current from the beginning
             held = np.concatenate([[0.0], np.cumsum(self.charges)])
-            state[-1] = -float(self.repeats * self.thicknesses / self.permittivities @ held)
+            state[-1] = -float(self.repeats * self.with_gap(gap) / self.permittivities @ held)
         return state
 
     def with_gap(self, gap: float | Real | None) -> Real:

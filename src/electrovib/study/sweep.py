@@ -27,6 +27,7 @@ WORST = (
     "reduction_error",
     "transfer_error",
     "step_error",
+    "quadrature_error",
     "mechanics_error",
     "energy_residual",
     "events",

@@ -103,7 +103,7 @@ class Electrics(System):
         mode : Mode
             That begins.
         """
-        state = np.concatenate([self.space.start(), np.zeros(self.size - self.space.size)])
+        state = np.concatenate([self.space.start(gap), np.zeros(self.size - self.space.size)])
         self._stretch = Stretch(0.0, 0.0, 0.0)
         after = self.jump(0.0, state)
         aim = self._gain * self._stretch.voltage(0.0)[0]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
+from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.motion import Distance
 from electrovib.solve.nonlinear.electrics import Electrics
@@ -50,6 +51,8 @@ class Yielding:
         Per area [Pa s/m], above 0 unless there is a mass.
     mass : float
         Per area [kg/m2]; 0 for a gap that only creeps.
+    share : float
+        Of the area, on which the gap's field pulls.
     """
 
     surface: Repelling
@@ -57,6 +60,7 @@ class Yielding:
     start: float
     damping: float = 0.0
     mass: float = 0.0
+    share: float = 1.0
 
     def __post_init__(self) -> None:
         """Refuse a gap that nothing slows down."""
@@ -141,7 +145,7 @@ class FingerOverPlate(System):
         assert isinstance(self.motion, Yielding)
         count = self.electrics.size
         gap = float(state[count])
-        pull = self.electrics.attraction(time, state[:count], mode, gap=gap)
+        pull = self.motion.share * self.electrics.attraction(time, state[:count], mode, gap=gap)
         return float(self.motion.surface.pressure(gap)) - self.motion.load(time) - pull
 
     def _gap(self, time: float, state: Real, mode: Mode | None = None) -> tuple[float | None, float]:
@@ -173,11 +177,25 @@ class FingerOverPlate(System):
         """
         if self.motion is None:
             return self.electrics.signals(times, solved.states, None, 0.0)
-        pairs = zip(times.tolist(), solved.states.T, solved.modes, strict=True)
-        moved = np.array([self._gap(time, state, mode) for time, state, mode in pairs], dtype=float)
         own = solved.states[: self.electrics.size]
-        found = self.electrics.signals(times, own, moved[:, 0], moved[:, 1])
-        return found | {"gap": moved[:, 0]}
+        gap, closing = self._gaps(times, solved.states)
+        return self.electrics.signals(times, own, gap, closing) | {"gap": gap}
+
+    def _gaps(self, times: Real, states: Real) -> tuple[Real, Real]:
+        """Gap [m] and its rate of change [m/s] at the output times, from the states alone."""
+        if not isinstance(self.motion, Yielding):
+            assert self.motion is not None
+            return self.motion.gap(times), self.motion.rate(times)
+        count, moving = self.electrics.size, self.electrics.space.moving
+        assert moving is not None
+        gap = states[count]
+        if self.motion.mass > 0:
+            return gap, states[count + 1]
+        found = self.electrics.signals(times, states[:count], gap, 0.0)
+        field = found[f"field {self.electrics.space.names[moving]}"]  # whatever the gap's rate of change is
+        load = np.array([self.motion.load(time) for time in times.tolist()])
+        push = self.motion.surface.pressure(gap) - load - self.motion.share * eps0 * field**2 / 2
+        return gap, push / self.motion.damping
 
 
 @dataclass(frozen=True)
