@@ -38,7 +38,7 @@ def two_layer_scenario(finger, case, voltage=100.0):
         "conductivity": 1 / case["resistivity"],
     }
     layers = {
-        "stratum_corneum": {"thickness": case["dielectric"], "material": material},
+        "insulator": {"thickness": case["dielectric"], "material": material},
         "gap": finger.gap(case["gap"], 1 / case["gap_resistivity"]),
     }
     return finger.build(drive={"model": "Constant", "level": voltage}, stack=layers)

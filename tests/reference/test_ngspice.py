@@ -252,6 +252,8 @@ def random_scenario(finger, seed):
             "terms": [{"strength": strength, "relaxation_time": time} for strength, time in terms],
         }
         stack[name] = {"thickness": slab.thickness, "material": material}
+        if name in ("sweat", "cream"):
+            stack[name]["role"] = "finger"
     resistance = float(random.choice([0, 10 ** random.uniform(1, 7)]))
     paths = [{"model": "Grounded"}, FLOATING, SHOES, SECOND]
     drives = [

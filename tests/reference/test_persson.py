@@ -168,7 +168,8 @@ def test_spots_that_leak_let_a_held_voltage_go():
 def test_a_gap_or_no_insulator_or_charge_is_refused():
     scenario = scenarios()["coat"]
     tables = scenario.to_dict()
-    tables["stack"]["gap"] = {"thickness": 1e-6}
+    film, skin = tables["stack"].values()
+    tables["stack"] = {"insulator": film, "gap": {"thickness": 1e-6}, "stratum_corneum": skin}
     with pytest.raises(InputError, match=r"stack\.gap: .*mean_gap and force\.rms_gap; take the layer away"):
         simulate(type(scenario).model_validate(tables))
     leaking = {

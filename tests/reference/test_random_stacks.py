@@ -190,7 +190,8 @@ def check_charges(slabs, element, charges):
     )
     body = AREA * element.elastance if element.rate == 0 else 0.0
     total = elastance.sum() + body
-    final = elastance * (held - (elastance @ held) / total) if total else np.zeros(len(slabs))
+    drawn = elastance @ held + body * sum(placed)  # the body is neutral
+    final = elastance * (held - drawn / total) if total else np.zeros(len(slabs))
     found = np.array(
         [
             field.free[modes.rates == 0].sum() * slab.thickness

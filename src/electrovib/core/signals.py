@@ -42,6 +42,9 @@ SIGNALS: Final = {
     "stack_voltage": Signal("V", "v_{stack}", "voltage across the layers, without source and return path"),
     "effective_voltage": Signal("V", "v_e", "part of the voltage that pulls the finger"),
     "field": Signal("V/m", "E", "electric field in a layer"),
+    "interface_field": Signal(
+        "V/m", "E_g", "electric field where plate and finger separate: of the gap, or of a vanishing one"
+    ),
     "displacement": Signal("C/m2", "D", "bound electric displacement in a layer"),
     "plate_voltage": Signal("V", "v_p", "voltage that the amplifier gives the plate"),
     "amplifier_current": Signal(

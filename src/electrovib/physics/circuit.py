@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -35,11 +35,14 @@ class SeriesElement:
         One over the capacitance [1/F]; 0 for none.
     rate : float
         One over leak resistance times capacitance [1/s]; 0 for a capacitor that does not leak.
+    charge : float
+        Net charge of the body at time 0 [C].
     """
 
     resistance: float = 0.0
     elastance: float = 0.0
     rate: float = 0.0
+    charge: float = 0.0
 
     def impedance(self, frequency: ArrayLike) -> Complex:
         """Impedance [ohm] at frequencies in Hz."""
@@ -83,18 +86,25 @@ class Grounded(ReturnPath):
 
 
 class Floating(ReturnPath):
-    """A body connected to ground by nothing but its capacitance, and a leak if there is one."""
+    """A body connected to ground by nothing but its capacitance, and a leak if there is one.
+
+    Notes
+    -----
+    Finger and body are neutral at time 0. A finger that has charged the film by rubbing has lost that charge:
+    its body then begins with minus the film's `initial_charge` times the contact area, which `charge` declares.
+    """
 
     example: ClassVar[Mapping[str, Any]] = {"capacitance": 150e-12}
 
     capacitance: Annotated[Number, Quantity("F", 1e-14, 1e-3, "body to ground, 100 to 400 pF standing")]
     resistance: Annotated[Number, _RESISTANCE] = 1000.0
     leak: Annotated[Number | None, Quantity("ohm", 1, 1e18, "shoes and floor, if they conduct")] = None
+    charge: Annotated[Number, Quantity("C", -1e-3, 1e-3, "net charge of finger and body at time 0")] = 0.0
 
     def element(self) -> SeriesElement:
         """Give the body's resistance and its leaking capacitor."""
         rate = 0.0 if self.leak is None else 1 / (self.leak * self.capacitance)
-        return SeriesElement(self.resistance, 1 / self.capacitance, rate)
+        return SeriesElement(self.resistance, 1 / self.capacitance, rate, self.charge)
 
 
 class SecondElectrode(ReturnPath):
@@ -134,4 +144,4 @@ class Circuit(Model):
     def element(self) -> SeriesElement:
         """Give source and return path in series."""
         back = self.return_path.element()
-        return SeriesElement(self.source_resistance + back.resistance, back.elastance, back.rate)
+        return replace(back, resistance=self.source_resistance + back.resistance)

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from electrovib.core.checks import Check
 from electrovib.core.constants import eps0
-from electrovib.core.errors import InputError, nearest
+from electrovib.core.errors import InputError
 from electrovib.core.lamps import Lamp
 from electrovib.core.model import Model
+from electrovib.physics.interface import IMPLIED, Role, beside_interface, roles_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,6 +26,12 @@ if TYPE_CHECKING:
     from electrovib.physics.stack import Layer, LayerState, Linear, Section
 
 
+_NEGATIVE = (
+    "in a layer that polarises slowly the field turns before the bound displacement does, and their product is then"
+    " negative: a convention of this plane, not a push; a force between plate and finger is that of the gap plane"
+)
+
+
 class ForceLaw(Model, family=True):
     """Attraction per area from the state of the layers.
 
@@ -32,13 +39,15 @@ class ForceLaw(Model, family=True):
     -----
     A law has two steps. `amplitudes` names quantities linear in the drive; `pressure` takes them as numbers,
     at one time, under the same names. A law that has no causal form says so; it then has no response to
-    anything but one sine.
+    anything but one sine. `needs` names the roles of the layers that it reads, each nearest to the interface.
+    A law whose pressure can be negative says in `negative` why its attraction may be.
     """
 
     plane: ClassVar[str] = "gap"
     causal: ClassVar[bool] = True
     instead: ClassVar[str] = ""
-    needs: ClassVar[tuple[str, ...]] = ()
+    needs: ClassVar[tuple[Role, ...]] = ()
+    negative: ClassVar[str] = ""
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
         """Name the linear quantities the pressure is made of; by default the gap field E.
@@ -70,30 +79,42 @@ class ForceLaw(Model, family=True):
         return ()
 
 
-def layer_of(section: Section, name: str) -> LayerState:
-    """Find a layer a law needs.
+def layer_of(section: Section, role: Role) -> LayerState:
+    """Give the layer of a role that is nearest to the interface.
 
     Raises
     ------
     InputError
-        With the layers there are.
+        If the stack has none.
     """
-    if name not in section.names:
-        raise InputError(f"stack: the force law needs a layer '{name}'.{nearest(name, section.names)}")
+    name = beside_interface(section.roles, role)
+    if name is None:
+        raise InputError(f"stack: the force law needs {wanted_layer(role)}")
     return section[name]
 
 
-def gap_field(section: Section) -> Linear:
-    """Field in the gap; without a layer named gap, that of a vanishing gap that does not leak.
+def wanted_layer(role: Role) -> str:
+    """Say which layer a law needs, for a message."""
+    usual = next(name for name, each in IMPLIED.items() if each == role)
+    return f"a layer 'stack.{usual}', or one of another name with role = '{role}'"
 
-    Where bridges cover a share of the gap, the field times the root of the share that pulls: its stress is the
-    mean over the area.
+
+def gap_field(section: Section) -> Linear:
+    """Field where plate and finger separate [V/m per volt]: in the gap, or in a vanishing gap that does not leak.
+
+    Notes
+    -----
+    Without a gap E = (D_gap(0-) + integral of J dt)/eps0 over the total current density J: whatever conducts up
+    to the interface brings its charge there. It is the bound displacement of the plate's last layer over eps0
+    only if no layer of the plate conducts. Where bridges cover a share of the gap, it is the field times the
+    root of the share that pulls: its stress is then the mean over the area.
     """
-    if "gap" in section.names:
-        gap = section["gap"]
-        pulling = gap.material.pulling_share
-        return gap.field if pulling == 1 else gap.field * math.sqrt(pulling)
-    return layer_of(section, "insulator").displacement * (1 / eps0)
+    name = beside_interface(section.roles, "gap")
+    if name is None:
+        return section.interface_displacement * (1 / eps0)
+    gap = section[name]
+    pulling = gap.material.pulling_share
+    return gap.field if pulling == 1 else gap.field * math.sqrt(pulling)
 
 
 class GapPlane(ForceLaw):
@@ -101,8 +122,10 @@ class GapPlane(ForceLaw):
 
     Notes
     -----
-    p = eps0 E^2/2. Equal to virtual work at fixed voltage on the gap. With no layer named ``gap`` it is the
-    limit of a vanishing, non-conducting gap, E = D/eps0. In a gap of `BridgedAir` E is the field times the root
+    p = eps0 E^2/2. Equal to virtual work at fixed voltage on the gap. Without a gap it is the limit of a
+    vanishing gap that does not conduct, E = (D_gap(0-) + integral of J dt)/eps0: over a plate that conducts it
+    grows as long as the voltage is held (Johnsen and Rahbek's effect), and a diagnostic says from when on no real
+    gap is small enough for it. In a gap of `BridgedAir` E is the field times the root
     of the share without bridges, so that p is the mean over the area.
     """
 
@@ -135,10 +158,10 @@ class GapPlane(ForceLaw):
 
     def lamps(self, layers: Mapping[str, Layer]) -> tuple[Lamp, ...]:
         """Say that a vanishing gap was not judged against the breakdown of air."""
-        if "gap" in layers:
+        if beside_interface(roles_of(layers), "gap") is not None:
             return ()
         text = (
-            "the stack has no layer 'gap': the force is the limit of a vanishing one, whose field is not held against the"
+            "the stack has no gap: the force is the limit of a vanishing one, whose field is not held against the"
             " breakdown of air; 'electrovib compare' does that, or give the stack a gap"
         )
         return (Lamp("vanishing gap", "unknown", text),)
@@ -149,13 +172,14 @@ class InsulatorPlane(ForceLaw):
 
     Notes
     -----
-    p = E D/2 with the insulator's own field and bound displacement.
+    p = E D/2 with field and bound displacement of the plate's layer that is nearest to the interface.
     """
 
     status: ClassVar[str] = "derived"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
     plane: ClassVar[str] = "insulator"
-    needs: ClassVar[tuple[str, ...]] = ("insulator",)
+    needs: ClassVar[tuple[Role, ...]] = ("plate",)
+    negative: ClassVar[str] = _NEGATIVE
     checks: ClassVar[tuple[Check, ...]] = (
         Check(
             "pressure",
@@ -169,7 +193,7 @@ class InsulatorPlane(ForceLaw):
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
         """Give field and bound displacement of the insulator."""
-        layer = layer_of(section, "insulator")
+        layer = layer_of(section, "plate")
         return {"E": layer.field, "D": layer.displacement}
 
     def pressure(self, E: NDArray[np.float64], D: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -182,14 +206,15 @@ class StratumCorneumPlane(ForceLaw):
 
     Notes
     -----
-    p = E D/2 with the skin's own field and bound displacement, the real permittivity at the frequency for one
-    sine; it decays as the skin conducts although no charge crosses the interface.
+    p = E D/2 with field and bound displacement of the finger's layer that is nearest to the interface, the real
+    permittivity at the frequency for one sine; it decays as the skin conducts although no charge crosses the interface.
     """
 
     status: ClassVar[str] = "derived"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
     plane: ClassVar[str] = "stratum_corneum"
-    needs: ClassVar[tuple[str, ...]] = ("stratum_corneum",)
+    needs: ClassVar[tuple[Role, ...]] = ("finger",)
+    negative: ClassVar[str] = _NEGATIVE
     checks: ClassVar[tuple[Check, ...]] = (
         Check(
             "pressure",
@@ -203,7 +228,7 @@ class StratumCorneumPlane(ForceLaw):
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
         """Give field and bound displacement of the stratum corneum."""
-        layer = layer_of(section, "stratum_corneum")
+        layer = layer_of(section, "finger")
         return {"E": layer.field, "D": layer.displacement}
 
     def pressure(self, E: NDArray[np.float64], D: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -227,7 +252,7 @@ class EffectiveMediumPlane(ForceLaw):
     status: ClassVar[str] = "full text"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
     plane: ClassVar[str] = "effective medium"
-    needs: ClassVar[tuple[str, ...]] = ("insulator", "stratum_corneum")
+    needs: ClassVar[tuple[Role, ...]] = ("plate", "finger")
     checks: ClassVar[tuple[Check, ...]] = (
         Check(
             "pressure",
@@ -254,6 +279,7 @@ class EffectiveMediumPlane(ForceLaw):
 
 def equivalent_field(section: Section, voltage: Linear) -> Linear:
     """Field E = V/sqrt(K L) whose stress in vacuum is the founding paper's static force."""
-    names = ("insulator", "stratum_corneum")
-    length = sum(layer_of(section, name).thickness for name in names)
+    found = [beside_interface(section.roles, role) for role in EffectiveMediumPlane.needs]
+    names = [name for name in found if name is not None]
+    length = sum(layer_of(section, role).thickness for role in EffectiveMediumPlane.needs)
     return section.inverse_root_thickness(names) * voltage * (1 / length**0.5)

@@ -12,10 +12,11 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.conduction import Conduction
+from electrovib.physics.interface import INTERFACE, Role, beside_interface, role_problems, roles_of
 from electrovib.physics.material import Complex, Constant, Material
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import ArrayLike
 
@@ -35,6 +36,10 @@ class Layer(Model):
     }
 
     thickness: Annotated[Number, Quantity("m", 1e-10, 1e-1, "thickness of the layer")]
+    role: Annotated[
+        Role | None,
+        Field(description="'plate', 'gap' or 'finger': the side of the interface on which the layer lies"),
+    ] = None
     material: Material = Constant(permittivity=1.0)
     leak: Conduction | None = None
     initial_charge: Annotated[
@@ -58,7 +63,9 @@ class Stack(Model):
 
     Notes
     -----
-    Each layer has the name of its table. Laws look for ``insulator``, ``gap`` and ``stratum_corneum``.
+    Each layer has the name of its table, and a role: of the plate, of the gap, or of the finger. The names
+    ``insulator``, ``gap`` and ``stratum_corneum`` tell theirs; any other layer declares it. The physics follows
+    the roles: renaming a layer changes no number.
     """
 
     model_config = Model.model_config | {"extra": "allow"}
@@ -81,7 +88,11 @@ class Stack(Model):
                 f"initial_charge of the last layer '{[*self.layers][-1]}' would sit on the conducting finger"
             )
             raise PydanticCustomError("charge", "{why}", {"why": why})
-        wrong = [name for name in self.layers if not name.isidentifier() or hasattr(Stack, name)]
+        wrong = [
+            name
+            for name in self.layers
+            if not name.isidentifier() or name == INTERFACE or hasattr(Stack, name)
+        ]
         if wrong:
             why = f"'{wrong[0]}' cannot name a layer: letters, digits and _, and no word of the program's own"
             details = [
@@ -90,10 +101,35 @@ class Stack(Model):
             raise ValidationError.from_exception_data("Stack", details)
         return self
 
+    @model_validator(mode="after")
+    def _has_one_interface(self) -> Self:
+        problems, _ = role_problems(self.layers)
+        if problems:
+            details = [
+                InitErrorDetails(
+                    type=PydanticCustomError("role", "{why}", {"why": why}),
+                    loc=(name, "role"),
+                    input=self.layers[name].role,
+                )
+                for name, why in problems.items()
+            ]
+            raise ValidationError.from_exception_data("Stack", details)
+        return self
+
     @property
     def layers(self) -> dict[str, Layer]:
         """Name to layer, plate to finger."""
         return dict(self.__pydantic_extra__ or {})
+
+    @property
+    def roles(self) -> dict[str, Role]:
+        """Name to role of each layer, plate to finger."""
+        return roles_of(self.layers)
+
+    @property
+    def gap_name(self) -> str | None:
+        """Name of the layer between plate and finger; None where they touch."""
+        return beside_interface(self.roles, "gap")
 
     def __iter__(self) -> Iterator[tuple[str, Any]]:  # type: ignore[override]
         """Walk over name and layer."""
@@ -141,8 +177,12 @@ class Section(Protocol):
         """Total current density, displacement current included [A/m2 per volt]."""
 
     @property
-    def names(self) -> Sequence[str]:
-        """Layers from the plate to the finger."""
+    def roles(self) -> Mapping[str, Role]:
+        """Name to role of each layer, from the plate to the finger."""
+
+    @property
+    def interface_displacement(self) -> Linear:
+        """Displacement where plate and finger separate, if there is no gap [C/m2 per volt]."""
 
     def __getitem__(self, name: str) -> LayerState:
         """Look up a layer by name."""

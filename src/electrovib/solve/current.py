@@ -10,30 +10,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.errors import InputError
 from electrovib.core.lamps import Lamp
-from electrovib.core.units import format_quantity
-from electrovib.physics.drive.parts import Linear, Tones
+from electrovib.solve.integrator import INTEGRATING
 from electrovib.solve.modes import StackModes, bound_residues, slab_impedance
 from electrovib.solve.section import ModalSection, PhasorLayer, PhasorSection, section_of, slabs_of
 from electrovib.solve.transfer import Transfer
 from electrovib.solve.transient import transient
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from electrovib.physics.circuit import SeriesElement
     from electrovib.physics.debye_sum import DebyeSum
     from electrovib.physics.drive.base import Drive
-    from electrovib.physics.drive.parts import Indices, Part
+    from electrovib.physics.drive.parts import Indices
     from electrovib.physics.stack import Layer
     from electrovib.solve.transfer import Real
 
-INTEGRATING = 1e-30
-"""Rate that stands for an integrator [1/s]: what it forgets in 1e5 s is nothing that 53 bits could hold."""
 REASON = "linear layers, fixed gap and a current drive: every layer's own modes, blocking layers integrate"
-_NO_MEAN = 1e-12
-"""Mean current over the largest, below which it is rounding."""
 
 
 def per_ampere(section: PhasorSection, *, area: float) -> PhasorSection:
@@ -57,7 +49,7 @@ def per_ampere(section: PhasorSection, *, area: float) -> PhasorSection:
         for name, state in section.layers.items()
     }
     density = np.full(np.shape(section.frequency), 1 / area, complex)
-    return PhasorSection(section.frequency, states, section.voltage * volts, density)
+    return PhasorSection(section.frequency, states, section.roles, section.voltage * volts, density)
 
 
 def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, area: float) -> ModalSection:
@@ -95,7 +87,8 @@ def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, are
         fields.append(_answer(rates, field / area, field * charge))
         displacements.append(_answer(rates, displacement / area, displacement * charge))
     current = Transfer(rates, np.zeros(len(rates)), 1 / area)
-    modes = StackModes(rates, tuple(fields), tuple(displacements), current, len(nodes))
+    before = np.append(held, held[-1])  # the charge on the last layer would sit on the finger: there is none
+    modes = StackModes(rates, tuple(fields), tuple(displacements), current, len(nodes), before)
     return section_of(layers, debye, modes)
 
 
@@ -114,7 +107,14 @@ def _answer(rates: Real, residues: Real, free: Real) -> Transfer:
 
 
 def drive_voltage(
-    stack_voltage: Real, drive: Drive, time: Real, *, element: SeriesElement, second: float, settled: bool
+    stack_voltage: Real,
+    drive: Drive,
+    time: Real,
+    *,
+    element: SeriesElement,
+    second: float,
+    settled: bool,
+    charge: float = 0.0,
 ) -> Real:
     """Voltage that the amplifier has to give for its current.
 
@@ -131,145 +131,22 @@ def drive_voltage(
     second : float
         First contact area over that of a second, equal stack; 0 for none.
     settled : bool
-        As for `current_response`.
+        As for `transient`.
+    charge : float
+        On the body's capacitor at time 0 [C].
 
     Returns
     -------
     ndarray, shape (n,)
         V.
     """
-    rates, gains = np.zeros(0), np.zeros(0)
+    rates, gains, free = np.zeros(0), np.zeros(0), np.zeros(0)
     if element.elastance > 0:
-        rates = np.array([element.rate or INTEGRATING])
-        gains = element.elastance / rates
-    around = {"voltage": Transfer(rates, gains, element.resistance)}
-    return stack_voltage * (1 + second) + current_response(around, drive, time, settled=settled)["voltage"]
-
-
-def current_response(
-    transfers: Mapping[str, Transfer], drive: Drive, time: Real, *, settled: bool = False
-) -> dict[str, Real]:
-    """Response of linear quantities to a current.
-
-    Parameters
-    ----------
-    transfers : mapping of str to Transfer
-        Per ampere; integrators as modes of the rate `INTEGRATING`.
-    drive : Drive
-        A current [A].
-    time : ndarray, shape (n,)
-        Increasing, >= 0 [s].
-    settled : bool
-        Start from the periodic state instead of rest.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n,)
-        At a jump of the drive the value after it.
-
-    Raises
-    ------
-    InputError
-        If a settled current has a mean, which would have charged a blocking layer without end.
-
-    Notes
-    -----
-    From rest an integrator is exact as one more slow mode. In the periodic state its charge is counted from
-    its own mean over the period: a constant charge is not known from the drive.
-    """
-    if not settled:
-        return transient(transfers, drive, time)
-    found = transient(
-        {name: _fading(transfer) for name, transfer in transfers.items()}, drive, time, settled=True
-    )
-    weights = {name: _integral(transfer) for name, transfer in transfers.items()}
-    if any(weights.values()):
-        charge = settled_charge(drive, time)
-        found = {name: row + weights[name] * charge for name, row in found.items()}
-    return found
-
-
-def _fading(transfer: Transfer) -> Transfer:
-    gains = np.where(transfer.rates == INTEGRATING, 0.0, transfer.gains)
-    return Transfer(transfer.rates, gains, transfer.direct, transfer.slope, transfer.free)
-
-
-def _integral(transfer: Transfer) -> float:
-    return float(np.sum((transfer.gains * transfer.rates)[transfer.rates == INTEGRATING]))
-
-
-def settled_charge(drive: Drive, time: Real) -> Real:
-    """Charge that a repeating current has brought, counted from its mean over a period.
-
-    Parameters
-    ----------
-    drive : Drive
-        A current [A] made of sines and repeating straight pieces, with a mean of 0.
-    time : ndarray, shape (n,)
-        s.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        C.
-
-    Raises
-    ------
-    InputError
-        If the current has a mean.
-    """
-    parts = drive.parts()
-    mean, largest = sum(_mean(part) for part in parts), sum(_largest(part) for part in parts)
-    if abs(mean) > _NO_MEAN * largest:
-        raise InputError(
-            f"time.initial_state = PeriodicState: the current has a mean of {format_quantity(mean, 'A')}, which has"
-            " charged what does not conduct without end. Give it no mean, or start from rest: AtRest"
-        )
-    total: Real = np.sum([_charge(part, time) for part in parts], axis=0)
-    return total
-
-
-def _mean(part: Part) -> float:
-    if isinstance(part, Tones):
-        return float(np.sum(part.amplitudes[part.frequencies == 0].real))
-    assert isinstance(part, Linear)
-    if part.period is None:
-        return float(part.after[0])
-    return float(np.sum((part.after[:-1] + part.before[1:]) / 2 * np.diff(part.times))) / part.period
-
-
-def _largest(part: Part) -> float:
-    if isinstance(part, Tones):
-        return float(np.sum(np.abs(part.amplitudes)))
-    assert isinstance(part, Linear)
-    return float(np.max(np.abs(np.concatenate([part.before, part.after]))))
-
-
-def _charge(part: Part, time: Real) -> Real:
-    """Integral of a part without its mean, itself without mean."""
-    if isinstance(part, Tones):
-        moving = part.frequencies > 0
-        angular = 2 * np.pi * part.frequencies[moving]
-        waves = np.exp(1j * np.outer(angular, time)) / (1j * angular[:, None])
-        charge: Real = (part.amplitudes[moving] @ waves).real
-        return charge
-    assert isinstance(part, Linear)
-    if part.period is None:
-        return np.zeros(len(time))
-    return _straight_charge(part, part.period, time)
-
-
-def _straight_charge(part: Linear, period: float, time: Real) -> Real:
-    """Parabolas from break to break."""
-    first, last = part.after[:-1] - _mean(part), part.before[1:] - _mean(part)
-    steps = np.diff(part.times)
-    slopes = (last - first) / steps
-    begun = np.concatenate([[0.0], np.cumsum((first + last) / 2 * steps)[:-1]])
-    mean = float(np.sum(begun * steps + first * steps**2 / 2 + slopes * steps**3 / 6)) / period
-    index, elapsed = part.locate(time)
-    index = np.minimum(index, len(steps) - 1)
-    charge: Real = begun[index] + (first[index] + slopes[index] * elapsed / 2) * elapsed - mean
-    return charge
+        rates = np.array([element.rate or INTEGRATING, element.rate])
+        gains = np.array([element.elastance / rates[0], 0.0])
+        free = np.array([0.0, element.elastance * charge])
+    around = {"voltage": Transfer(rates, gains, element.resistance, 0.0, free)}
+    return stack_voltage * (1 + second) + transient(around, drive, time, settled=settled)["voltage"]
 
 
 def caveat() -> Lamp:

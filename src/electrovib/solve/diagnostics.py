@@ -15,7 +15,7 @@ from electrovib.solve.current import caveat
 from electrovib.solve.electrical import Electrical, electrical
 from electrovib.solve.moisture import moisture_lamp
 from electrovib.solve.sampling import sampling
-from electrovib.solve.steps import marks_of
+from electrovib.solve.vanishing_gap import negative_attraction, vanishing_gap
 
 if TYPE_CHECKING:
     from electrovib.solve.scenario import Scenario
@@ -54,6 +54,8 @@ def diagnostics(
         *_lamps(scenario, variables, unseen),
         *_off_the_plate(scenario, times),
         *_moving_gap(scenario, variables),
+        *vanishing_gap(scenario, times, variables),
+        *negative_attraction(scenario, variables),
         *sampling(scenario.drive, times),
     ]
 
@@ -64,7 +66,7 @@ def _peak_current_in_edges(
     """Largest current [A] at the corners of the drive and between them, where a closed form tells it for little."""
     if answer.choice["solver"] not in {"transient", "periodic"} or len(times) < 2:
         return 0.0
-    corners = marks_of(scenario.drive, float(times[-1]))[0]
+    corners = scenario.drive.corners(float(times[-1]))[0]
     corners = np.unique(np.append(corners, 0.0))
     corners = corners[(corners >= times[0]) & (corners <= times[-1])][:MOST_CORNERS]
     moments = np.unique(np.concatenate([corners, (corners[1:] + corners[:-1]) / 2]))
@@ -84,7 +86,8 @@ def _lamps(scenario: Scenario, variables: dict[str, Any], unseen: float) -> list
     peaks = {name: peak(row) for name, row in zip(layers, variables["field"][1], strict=True)}
     thicknesses = {name: layer.thickness for name, layer in layers.items()}
     if "gap" in variables:
-        thicknesses["gap"], peaks["gap"] = _nearest_to_breakdown(variables, list(layers).index("gap"))
+        place = list(layers).index(str(scenario.stack.gap_name))
+        thicknesses["gap"], peaks["gap"] = _nearest_to_breakdown(variables, place)
     insulator = layers.get("insulator")
     permittivity = insulator.material.polarisation(np.array(1e3)).real if insulator else None
     amplifier, given = scenario.circuit.amplifier, "amplifier_current" in variables
@@ -103,7 +106,7 @@ def _lamps(scenario: Scenario, variables: dict[str, Any], unseen: float) -> list
         return_path=type(scenario.circuit.return_path).__name__,
     )
     if "gap" in variables:  # the field is not largest where Paschen's law is nearest
-        largest = peak(variables["field"][1][list(layers).index("gap")])
+        largest = peak(variables["interface_field"][1])
         emission = air_lamps(largest, thicknesses["gap"])[-1]
         judged = [emission if lamp.name == emission.name else lamp for lamp in judged]
     return spoken + judged
@@ -125,7 +128,7 @@ def _moving_gap(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
     low, high = (
         format_quantity(float(edge(variables["gap"][1])), "m", digits=3) for edge in (np.min, np.max)
     )
-    declared = format_quantity(scenario.stack.layers["gap"].thickness, "m")
+    declared = format_quantity(scenario.stack.layers[str(scenario.stack.gap_name)].thickness, "m")
     text = (
         f"the gap is {low} to {high} over time; over frequency, and as drawn, it is the declared {declared}"
     )

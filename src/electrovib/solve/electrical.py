@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.constants import eps0
 from electrovib.core.errors import NotCausalError
 from electrovib.physics.contact import FixedArea
+from electrovib.physics.interface import INTERFACE
 from electrovib.physics.programme import Steady
 from electrovib.solve.expand import Surroundings, behind_amplifier, contact_share, phasors, total_force
+from electrovib.solve.integrator import drive_mean, integral_weight
 from electrovib.solve.periodic import count_harmonics, spectrum
 from electrovib.solve.respond import AMPLITUDE, respond
 from electrovib.solve.scenario import PeriodicState, Scenario
@@ -27,6 +30,7 @@ ACROSS = (
     "plate_voltage",
     "stack_voltage",
     "effective_voltage",
+    "interface_field",
     "amplifier_current",
     "current",
     "gap",
@@ -109,6 +113,7 @@ def electrical(
     found, choice, force = respond(
         scenario, section, wanted, times, element=around.element, second=around.second
     )
+    _name_interface(scenario, found)
     given = {key.removeprefix(AMPLITUDE): row for key, row in found.items() if key.startswith(AMPLITUDE)}
     if force is None:
         force = total_force(scenario, given)
@@ -125,7 +130,24 @@ def _linear_quantities(scenario: Scenario, section: ModalSection) -> dict[str, T
     for name in section.names:
         wanted[f"field {name}"] = section[name].field
         wanted[f"displacement {name}"] = section[name].displacement
+    if scenario.stack.gap_name is None:
+        displacement = section.interface_displacement
+        if not _grown_without_end(scenario, displacement):
+            wanted[f"field {INTERFACE}"] = displacement * (1 / eps0)
     return wanted
+
+
+def _grown_without_end(scenario: Scenario, displacement: Transfer) -> bool:
+    """Tell whether charge has flown to the interface for ever: a mean voltage over layers that all conduct."""
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    return settled and bool(integral_weight(displacement)) and bool(drive_mean(scenario.drive))
+
+
+def _name_interface(scenario: Scenario, found: dict[str, Real]) -> None:
+    """Give the field at the interface the name of its signal, where it was found."""
+    name = f"field {scenario.stack.gap_name or INTERFACE}"
+    if name in found:
+        found["interface_field"] = found[name]
 
 
 def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> Electrical:
@@ -149,6 +171,7 @@ def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> Electri
     around = Surroundings.of(scenario)
     wanted = functools.partial(_linear_quantities, scenario)
     found = respond(scenario, section, wanted, times, element=around.element, second=around.second).found
+    _name_interface(scenario, found)
     effective = law.effective_voltage(exact)
     if effective is not None:
         found["effective_voltage"] = np.real(effective[0] * wave)

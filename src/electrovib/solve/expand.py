@@ -104,7 +104,7 @@ def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSectio
         for name, layer in section.layers.items()
     }
     voltage, density = section.voltage * factor, section.current_density * factor
-    return PhasorSection(section.frequency, layers, voltage, density)
+    return PhasorSection(section.frequency, layers, section.roles, voltage, density)
 
 
 def modes(scenario: Scenario) -> tuple[ModalSection, float]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.physics.interface import INTERFACE
 from electrovib.solve.scenario import PeriodicState
 from electrovib.solve.section import TimeLayer, TimeSection
 
@@ -16,9 +17,6 @@ if TYPE_CHECKING:
     from electrovib.solve.scenario import Scenario
     from electrovib.solve.section import ModalSection
     from electrovib.solve.transfer import Real
-
-MOVING = "gap"
-"""The layer that moves."""
 
 
 def beyond_modes(scenario: Scenario) -> str:
@@ -83,7 +81,7 @@ def solve_beyond(
         area=scenario.contact_area,
         element=element,
         second=second,
-        moving=MOVING if moves or yields else None,
+        moving=_moving(scenario) if moves or yields else None,
     )
     linear = not space.leaks and (amplifier is None or not amplifier.is_limited)
     if moves and linear and not yields:
@@ -104,6 +102,18 @@ def solve_beyond(
             name: row for name, row in found.items() if name not in {"plate_voltage", "amplifier_current"}
         }
     return found, choice
+
+
+def _moving(scenario: Scenario) -> str:
+    """Name the layer whose thickness changes."""
+    name = scenario.stack.gap_name
+    if name is None:
+        path = "contact.closing" if scenario.motion.distance is None else "motion.distance"
+        raise InputError(
+            f"{path}: it moves the gap, and the stack has {', '.join(scenario.stack.layers)} only; add a table stack.gap, or"
+            " another layer with role = 'gap'"
+        )
+    return name
 
 
 def _choice(solver: str, reason: str, **more: Any) -> dict[str, Any]:
@@ -151,12 +161,12 @@ def _yielding(scenario: Scenario) -> Yielding:
 
     start = float(surface.gap(np.asarray(load(0.0))))
     if not np.isfinite(start):  # without a load such a relief is endlessly far
-        start = scenario.stack.layers[MOVING].thickness
+        start = scenario.stack.layers[_moving(scenario)].thickness
     if not start > 0:
         raise InputError(
             "contact.surface: the load alone closes the gap; give a stiffer relief, or less load.normal_force"
         )
-    share = scenario.stack.layers[MOVING].material.pulling_share
+    share = scenario.stack.layers[_moving(scenario)].material.pulling_share
     return Yielding(surface=surface, load=load, start=start, damping=closing.damping, share=share)
 
 
@@ -177,13 +187,15 @@ def time_section(scenario: Scenario, space_area: float, found: dict[str, Real]) 
     TimeSection
         Over time.
     """
+    gap = scenario.stack.gap_name
     layers = {
         name: TimeLayer(
-            found[MOVING] if name == MOVING and MOVING in found else layer.thickness,
+            found["gap"] if name == gap and "gap" in found else layer.thickness,
             layer.material,
             found[f"field {name}"],
             found[f"displacement {name}"],
         )
         for name, layer in scenario.stack.layers.items()
     }
-    return TimeSection(layers, found["stack_voltage"], found["current"] / space_area)
+    density, at = found["current"] / space_area, found[f"displacement {gap or INTERFACE}"]
+    return TimeSection(layers, scenario.stack.roles, found["stack_voltage"], density, at)

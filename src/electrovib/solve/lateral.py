@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Linear, Tones
 from electrovib.physics.friction import Creep, FirstOrderLag, FollowingFriction, SteadyFriction
 from electrovib.physics.programme import Steady
 from electrovib.solve.filters.declared import first_order
@@ -146,10 +145,5 @@ def changing_lag(
 
 def shortest_time(drive: Drive) -> float:
     """Shortest time in which the attraction under a drive changes [s]: half a period of its fastest oscillation."""
-    fastest = 0.0
-    for part in drive.parts():
-        if isinstance(part, Tones):
-            fastest = max(fastest, float(np.max(part.frequencies)))
-        elif not isinstance(part, Linear):
-            fastest = max(fastest, part.highest_frequency)
+    fastest = drive.highest_frequency
     return 1 / (2 * fastest) if fastest else math.inf

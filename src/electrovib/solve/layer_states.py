@@ -61,6 +61,8 @@ class StackStates:
         Free charge between the elements at time 0 [C/m2].
     area, resistance : float
         m2; ohm, in series.
+    interface : int
+        The gap, or where the finger touches the one of no thickness in its place.
     moving : int or None
         Which layer's thickness is told anew at each time.
     """
@@ -77,6 +79,7 @@ class StackStates:
     charges: Real
     area: float
     resistance: float
+    interface: int
     moving: int | None
 
     @property
@@ -97,13 +100,10 @@ class StackStates:
         found[self.owners, interfaces + np.arange(len(self.rates))] = -1.0
         return found
 
-    def start(self, gap: float | None = None) -> Real:
-        """State of time 0 at 0 V, for a gap [m]: charge in its place, nothing polarised; shape (size,)."""
+    def start(self) -> Real:
+        """State of time 0 at 0 V: charges and their image on the plate, no current, nothing polarised; shape (size,)."""
         state = np.zeros(self.size)
         state[: len(self.charges)] = self.charges
-        if self.resistance > 0:  # the charge drives a current from the beginning
-            held = np.concatenate([[0.0], np.cumsum(self.charges)])
-            state[-1] = -float(self.repeats * self.with_gap(gap) / self.permittivities @ held)
         return state
 
     def with_gap(self, gap: float | Real | None) -> Real:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.current import INTEGRATING
+from electrovib.solve.integrator import INTEGRATING
 from electrovib.solve.modes import StackModes, bound_residues, slab_impedance
 from electrovib.solve.section import ModalSection, section_of, slabs_of
 from electrovib.solve.transfer import Transfer
@@ -125,7 +125,8 @@ def leak_section(
     sums = [float(np.sum(residues)) for _, residues in expanded]
     at_once = sums[place] / (sum(sums) + area * element.elastance) if element.resistance == 0 else 0.0
     current = Transfer(rates, np.append(into, 0 * shared) / rates, at_once)
-    answer = StackModes(rates, tuple(fields), tuple(displacements), current, modes.driven)
+    nothing = np.zeros(len(slabs) + 1)
+    answer = StackModes(rates, tuple(fields), tuple(displacements), current, modes.driven, nothing)
     return section_of(layers, section.debye, answer)
 
 
@@ -163,5 +164,6 @@ def leak_alone(section: ModalSection, layers: dict[str, Layer], name: str, *, ar
     for other, field, displacement in zip(layers, modes.fields, modes.displacements, strict=True):
         fields.append(Transfer(rates, -area * field.gains) if other == name else nothing)
         displacements.append(Transfer(rates, -area * displacement.gains) if other == name else nothing)
-    answer = StackModes(rates, tuple(fields), tuple(displacements), nothing, modes.driven)
+    charges = np.zeros(len(layers) + 1)
+    answer = StackModes(rates, tuple(fields), tuple(displacements), nothing, modes.driven, charges)
     return section_of(layers, section.debye, answer)

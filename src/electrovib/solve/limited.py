@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 MOST_CHANGES = 1_000_000
 _HYSTERESIS = 1e-10
-"""How far over its limit, relative, a current counts as limited."""
+"""How far over its limit a current, or past its aim a voltage, changes what the amplifier does: noise shall not."""
 _LOOKS = np.unique(np.concatenate([[0.0], np.geomspace(1e-9, 1.0, 40), np.linspace(0.0, 1.0, 33)]))
 """Where in a piece a limit is looked for: two changes between two of them are not seen."""
 
@@ -123,12 +123,12 @@ class LimitedMarch:
         return self.network.current(course.voltage(since), course.slope(since), branches, now + since)
 
     def _behind(self, course: Course, mode: int, now: float, piece: Piece, since: Real) -> Real:
-        """Above 0 as long as the amplifier cannot reach what it wants with its largest current."""
+        """Above 0 as long as the amplifier cannot reach what it wants with its largest current, but for rounding."""
         aim = piece.level + piece.slope * (now + since - piece.start)
         lag = aim - course.voltage(since)
         if self.corner is not None:
             lag = lag - course.slope(since) / self.corner
-        return np.asarray(mode * lag)
+        return np.asarray(mode * lag + _HYSTERESIS * self.scale)
 
     def _begin(self, mode: int, piece: Piece, voltage: float, states: Real) -> int:
         """Find what holds at the beginning of a piece, where aim or slope have jumped."""

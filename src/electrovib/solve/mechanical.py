@@ -21,7 +21,6 @@ from electrovib.solve.expand import contact_share
 from electrovib.solve.filters.declared import cascade, of_stages
 from electrovib.solve.lateral import changing_lag, corner_changes, friction_filter, shortest_time, steady_law
 from electrovib.solve.scenario import PeriodicState
-from electrovib.solve.steps import marks_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -290,9 +289,9 @@ class _Chain:
         """Times at which the attraction or the load may bend or jump."""
         end = float(self.times[-1])
         load = np.array([time for time, _ in self.scenario.load.programme.corners()])
-        corners = np.concatenate([[0.0], marks_of(self.scenario.drive, end)[0], load])
+        corners = np.concatenate([[0.0], self.scenario.drive.corners(end)[0], load])
         if self.settled and self.run_in:
-            marks = marks_of(self.scenario.drive, self._period)[0]
+            marks = self.scenario.drive.corners(self._period)[0]
             back = np.arange(1, math.ceil(self.run_in / self._period) + 1) * self._period
             corners = np.concatenate([corners, (marks[:, None] - back).ravel()])
         return corners[corners <= end]

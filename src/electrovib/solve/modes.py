@@ -60,6 +60,8 @@ class StackModes:
         A/m2 per volt.
     driven : int
         How many of the modes the drive can excite.
+    charges : ndarray, shape (layers + 1,)
+        Displacement that the initial charges leave before each layer, and behind the last, at 0 V [C/m2].
     """
 
     rates: Real
@@ -67,6 +69,7 @@ class StackModes:
     displacements: tuple[Transfer, ...]
     current_density: Transfer
     driven: int
+    charges: Real
 
 
 def merged_terms(debye: DebyeSum) -> tuple[Real, Real]:
@@ -130,10 +133,11 @@ def stack_modes(slabs: list[Slab], *, area: float, element: SeriesElement, secon
 
     Notes
     -----
-    E_k T_k = z_k V/Z. Charge Q_k, summed over the interfaces on the plate's side of layer k and put there at
-    time 0, adds z_k (Q_k - sum_j z_j Q_j/Z) to it, and -sum_j z_j Q_j/Z to the current density: the charge
-    then moves into the electrodes at once, which as a jump is not part of the current. It is taken to have
-    come from the finger, which matters for a floating body only.
+    E_k T_k = z_k V/Z. Charge Q_k, summed over the electrode and the interfaces on the plate's side of part k of
+    the circuit, adds z_k (Q_k - sum_j z_j Q_j/Z) to it, and -sum_j z_j Q_j/Z to the current density. Before
+    time 0 the plate is at 0 V and holds the image of the charges between the layers, so that the voltages across
+    all parts add up to 0 and no current flows at once. A body that floats is one more part; it is neutral at
+    time 0 unless `SeriesElement.charge` says otherwise.
     """
     expansion = _expand(slabs, area, element, second)
     nodes, resistance = expansion.nodes, expansion.resistance
@@ -149,8 +153,11 @@ class _Expansion:
     layers: Real  # (layers, nodes), of z_k
     bound: Real  # (layers, nodes), of eps0 eps_pol z_k/T_k: displacement per current
     total: Real  # (nodes,), of the whole
+    body: Real  # (nodes,), of the body's capacitor
     shared: NDArray[np.bool_]  # (nodes,), where more than one part has a pole
     resistance: float
+    charges: Real  # (layers + 1,), before each layer and behind the last
+    of_body: float  # charge of a floating body over the contact area
 
 
 def _expand(slabs: list[Slab], area: float, element: SeriesElement, second: float) -> _Expansion:
@@ -164,13 +171,35 @@ def _expand(slabs: list[Slab], area: float, element: SeriesElement, second: floa
         places = np.searchsorted(nodes, rates)
         layers[k, places] = residues
         bound[k, places] = bound_residues(slab, rates, residues)
-    total = layers.sum(axis=0) * (1 + second)
+    body = np.zeros(len(nodes))
     sharing = np.count_nonzero(layers, axis=0) * (2 if second else 1)
     if element.elastance > 0:
         place = np.searchsorted(nodes, element.rate)
-        total[place] += area * element.elastance
+        body[place] = area * element.elastance
         sharing[place] += 1
-    return _Expansion(nodes, layers, bound, total, sharing > 1, area * element.resistance)
+    total = layers.sum(axis=0) * (1 + second) + body
+    charges = _charges(slabs, layers, body, element.charge / area)
+    return _Expansion(
+        nodes,
+        layers,
+        bound,
+        total,
+        body,
+        sharing > 1,
+        area * element.resistance,
+        charges,
+        element.charge / area,
+    )
+
+
+def _charges(slabs: list[Slab], layers: Real, body: Real, of_body: float) -> Real:
+    """Displacement before each layer, and behind the last, with the plate's image of the charges at 0 V."""
+    held = np.concatenate([[0.0], np.cumsum([slab.charge for slab in slabs])])
+    if not (np.any(held) or of_body):
+        return held
+    elastances = np.append(layers.sum(axis=1), body.sum())  # at once, before anything relaxes
+    on_parts = held + np.append(np.zeros(len(slabs)), of_body)
+    return np.asarray(held - float(elastances @ on_parts) / float(elastances.sum()))
 
 
 def bound_residues(slab: Slab, rates: Real, residues: Real) -> Real:
@@ -199,12 +228,15 @@ def _assemble(slabs: list[Slab], expansion: _Expansion, roots: Roots | None) -> 
     slopes = np.zeros(0) if roots is None else roots.slope
     apart = np.zeros((0, len(nodes))) if roots is None else roots.differences()
     rates = np.concatenate([driven, nodes[shared]])
-    held = np.concatenate([[0.0], np.cumsum([slab.charge for slab in slabs])[:-1]])  # Q_k
+    held = expansion.charges[:-1]  # Q_k
+    on_body = expansion.charges[-1] + expansion.of_body
     drops = -(expansion.layers @ (1 / apart).T)  # z_k at the zeros of Z, shape (layers, modes)
     bound = -(expansion.bound @ (1 / apart).T)
     forced = -1 / slopes  # residues of 1/Z
-    charged = -(held @ drops) * forced  # those of the current that charge leaves behind
-    shares = held @ expansion.layers[:, shared] / expansion.total[shared]
+    driving = held @ drops - on_body * (expansion.body @ (1 / apart).T)
+    charged = -driving * forced  # residues of the current that charge leaves behind
+    driving = held @ expansion.layers[:, shared] + on_body * expansion.body[shared]
+    shares = driving / expansion.total[shared]
     limit = expansion.layers.sum(axis=1) / expansion.total.sum() * (expansion.resistance == 0)
     fields, displacements = [], []
     for k, slab in enumerate(slabs):
@@ -218,7 +250,8 @@ def _assemble(slabs: list[Slab], expansion: _Expansion, roots: Roots | None) -> 
         displacements.append(Transfer(rates, gains, eps0 * slab.debye.high * direct, 0.0, free))
     free = np.append(charged, np.zeros(len(rates) - len(driven)))
     current = _current(expansion, rates, _gains(forced, rates), free)
-    return StackModes(rates, tuple(fields), tuple(displacements), current, len(driven))
+    charges = expansion.charges
+    return StackModes(rates, tuple(fields), tuple(displacements), current, len(driven), charges)
 
 
 def _gains(residues: Real, rates: Real) -> Real:

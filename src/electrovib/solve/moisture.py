@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from electrovib.core.errors import InputError
 from electrovib.core.lamps import Lamp
 from electrovib.core.units import format_quantity
+from electrovib.physics.interface import beside_interface
 from electrovib.physics.moisture import Moisture
 from electrovib.solve.scenario import Scenario
 
@@ -32,14 +33,20 @@ def moistened(scenario: Scenario, moisture: Moisture) -> dict[str, float]:
     """
     layers, found = scenario.stack.layers, {}
     known = {path for path, _, _ in scenario.parameters()}
-    if "stratum_corneum" in layers:
-        thickness = layers["stratum_corneum"].thickness
-        found["stack.stratum_corneum.material.conductivity"] = moisture.skin_conductivity(thickness)
-    for name in ("conductivity", "spot_conductivity"):
-        found[f"stack.gap.material.{name}"] = 1 / moisture.gap_resistivity()
+    skin, gap = _skin(scenario), scenario.stack.gap_name
+    if skin is not None:
+        conductivity = moisture.skin_conductivity(layers[skin].thickness)
+        found[f"stack.{skin}.material.conductivity"] = conductivity
+    for name in ("conductivity", "spot_conductivity") if gap else ():
+        found[f"stack.{gap}.material.{name}"] = 1 / moisture.gap_resistivity()
     for where in ("friction", "friction.steady"):
         found[f"{where}.coefficient"] = moisture.coefficient()
     return {path: value for path, value in found.items() if path in known}
+
+
+def _skin(scenario: Scenario) -> str | None:
+    """Name the layer that moisture acts on: the one of the finger at the interface."""
+    return beside_interface(scenario.stack.roles, "finger")
 
 
 def moisture_lamp(scenario: Scenario) -> Lamp | None:
@@ -50,7 +57,8 @@ def moisture_lamp(scenario: Scenario) -> Lamp | None:
     moved = moistened(scenario, scenario.moisture)
     shown = ", ".join(f"{path} = {format_quantity(value, units[path])}" for path, value in moved.items())
     text = f"moisture.level = {scenario.moisture.level:g} sets {shown or 'nothing'}"
-    starts = {"stack.stratum_corneum": "the skin", "stack.gap": "the gap", "friction": "friction"}
+    skin, gap = (f"stack.{name}." for name in (_skin(scenario), scenario.stack.gap_name))
+    starts = {skin: "the skin", gap: "the gap", "friction": "friction"}
     idle = [name for start, name in starts.items() if not any(path.startswith(start) for path in moved)]
     if idle:
         text += f"; it has no number of {' and '.join(idle)} to set here"

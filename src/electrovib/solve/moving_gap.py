@@ -175,7 +175,7 @@ def move_gap(
     _refuse(space, drive, amplifier)
     plate = _Plate(drive, amplifier)
     if _stays(space):
-        states = np.repeat(space.start(float(motion.gap(0.0)))[:, None], len(time), axis=1)
+        states = np.repeat(space.start()[:, None], len(time), axis=1)
         return Moved(_signals(space, plate, time, states, motion), 0, 0.0)
     gaps = motion.gap(np.linspace(0.0, float(time[-1]), 4001))
     extremes = np.array([np.min(gaps), np.max(gaps)])
@@ -275,7 +275,7 @@ def _march(space: StackStates, plate: _Plate, grid: Real, motion: Distance) -> R
     """States at the ends of all steps, after the drive's jumps; shape (size, len(grid))."""
     size, heights = space.size, plate.jumps(grid)
     states = np.empty((len(grid), size))
-    state = space.start(float(motion.gap(0.0)))
+    state = space.start()
     chunk = max(1, _NUMBERS_AT_ONCE // (9 * size**2))
     jumps = np.zeros(size)
     if space.resistance > 0:

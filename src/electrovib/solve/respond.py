@@ -8,8 +8,8 @@ from electrovib.core.errors import InputError
 from electrovib.physics.circuit import Grounded
 from electrovib.solve import renewal
 from electrovib.solve.branch import leaky_response
+from electrovib.solve.current import REASON, drive_voltage
 from electrovib.solve.expand import total_force
-from electrovib.solve.current import REASON, current_response, drive_voltage
 from electrovib.solve.general import beyond_modes, solve_beyond, time_section
 from electrovib.solve.leak import leak_alone, leak_section, leaking_layer
 from electrovib.solve.periodic import count_harmonics
@@ -110,15 +110,22 @@ def respond(
         found, choice = _amplified(scenario, wanted(section), times, settled=settled)
         current = False
     elif current:
-        found = current_response(wanted(section), drive, times, settled=settled)
+        found = transient(wanted(section), drive, times, settled=settled)
         choice = {"solver": "current drive", "solver_reason": f"{REASON}, {_start(drive, settled=settled)}"}
     else:
         found = transient(wanted(section), drive, times, settled=settled)
         choice = _linear(drive, settled=settled)
     if current:
         found["drive_current"] = drive.voltage(times)
+        charge = element.charge + scenario.contact_area * sum(each.initial_charge for each in layers.values())
         found["drive_voltage"] = drive_voltage(
-            found["stack_voltage"], drive, times, element=element, second=second, settled=settled
+            found["stack_voltage"],
+            drive,
+            times,
+            element=element,
+            second=second,
+            settled=settled,
+            charge=charge,
         )
     else:
         found["drive_voltage"] = drive.voltage(times)

@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.core.lamps import Lamp
 from electrovib.core.units import format_quantity
-from electrovib.physics.drive.parts import Linear, Part, Tones
+from electrovib.physics.drive.parts import Linear, Part
 
 if TYPE_CHECKING:
     from electrovib.physics.drive.base import Drive
@@ -49,8 +49,6 @@ def sampling(drive: Drive, times: Real) -> list[Lamp]:
 
 def _fastest(part: Part) -> float:
     """Give the highest frequency of a part [Hz]; of straight pieces, how often the whole of them passes."""
-    if isinstance(part, Tones):
-        return float(np.max(part.frequencies[part.amplitudes != 0], initial=0.0))
     if not isinstance(part, Linear):
         return part.highest_frequency
     lasts = part.period or float(part.times[-1])

@@ -9,11 +9,13 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
+from electrovib.physics.interface import Role, interface_place, roles_of
+from electrovib.solve.integrator import integrated
 from electrovib.solve.inverse_root import inverse_root_thickness
 from electrovib.solve.modes import Slab, StackModes, stack_modes
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from electrovib.physics.circuit import SeriesElement
     from electrovib.physics.debye_sum import DebyeSum
@@ -41,8 +43,14 @@ class PhasorSection:
 
     frequency: Real
     layers: dict[str, PhasorLayer]
+    roles: Mapping[str, Role]
     voltage: Complex
     current_density: Complex
+
+    @property
+    def interface_displacement(self) -> Complex:
+        """Displacement where plate and finger separate, if there is no gap: what the current has brought."""
+        return self.current_density / (2j * np.pi * self.frequency)
 
     @property
     def names(self) -> Sequence[str]:
@@ -91,7 +99,7 @@ def phasor_section(
         field = drops[name] * current / layer.thickness
         displacement = eps0 * layer.material.polarisation(frequency) * field
         states[name] = PhasorLayer(layer.thickness, layer.material, field, displacement)
-    return PhasorSection(frequency, states, stack * current, current)
+    return PhasorSection(frequency, states, roles_of(layers), stack * current, current)
 
 
 @dataclass(frozen=True)
@@ -110,6 +118,7 @@ class ModalSection:
 
     layers: dict[str, ModalLayer]
     debye: dict[str, DebyeSum]
+    roles: Mapping[str, Role]
     modes: StackModes
 
     @property
@@ -137,6 +146,12 @@ class ModalSection:
         """Total current density."""
         return self.modes.current_density
 
+    @property
+    def interface_displacement(self) -> Transfer:
+        """Displacement where plate and finger separate, if there is no gap: initial charge and what has flown."""
+        start = float(self.modes.charges[interface_place(self.roles.values())])
+        return integrated(self.modes.current_density, start=start)
+
     def inverse_root_thickness(self, names: Sequence[str]) -> Transfer:
         """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter."""
         slabs = [(self[name].thickness, self.debye[name]) for name in names]
@@ -158,8 +173,10 @@ class TimeSection:
     """The stack as a solver found it over time, where it has no modes: gap in motion, several leaks."""
 
     layers: dict[str, TimeLayer]
+    roles: Mapping[str, Role]
     voltage: Real
     current_density: Real
+    interface_displacement: Real
 
     @property
     def frequency(self) -> Real:
@@ -271,4 +288,4 @@ def section_of(layers: dict[str, Layer], debye: dict[str, DebyeSum], modes: Stac
             layers.items(), modes.fields, modes.displacements, strict=True
         )
     }
-    return ModalSection(states, debye, modes)
+    return ModalSection(states, debye, roles_of(layers), modes)

@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.trace import make_trace
-from electrovib.physics.drive.parts import Linear
-from electrovib.physics.safety import peak
 from electrovib.solve.diagnostics import diagnostics
 from electrovib.solve.electrical import electrical
 from electrovib.solve.expand import behind_amplifier, mean_force, modes, per_volt_of, phasors
@@ -108,17 +106,10 @@ def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any
     gains = np.array([state.field * state.thickness for state in layers])
     permittivities = np.array([state.material.complex_permittivity(section.frequency) for state in layers])
     variables["field_gain"] = (("layer", "frequency"), gains)
-    variables["mean_force"] = (("frequency",), mean_force(scenario, section, _peak_value(scenario)))
+    variables["mean_force"] = (("frequency",), mean_force(scenario, section, scenario.drive.largest()))
     variables["impedance"] = (("frequency",), 1 / (plate.current_density * area))
     variables["permittivity"] = (("layer", "frequency"), permittivities)
     return variables
-
-
-def _peak_value(scenario: Scenario) -> float:
-    drive = scenario.drive
-    grid = np.linspace(0, drive.duration, 4001)
-    corners = [np.abs(np.concatenate([p.before, p.after])) for p in drive.parts() if isinstance(p, Linear)]
-    return max([peak(drive.voltage(grid)), *(float(c.max()) for c in corners if len(drive.parts()) == 1)])
 
 
 def _transfer_error(law: ForceLaw, section: ModalSection, exact: PhasorSection) -> float:

@@ -13,15 +13,16 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
+from electrovib.physics.debye_sum import DebyeSum
+from electrovib.physics.interface import INTERFACE, beside_interface, interface_place, roles_of
 from electrovib.solve.layer_states import StackStates
-from electrovib.solve.modes import merged_terms
+from electrovib.solve.modes import Slab, merged_terms
 from electrovib.solve.section import slabs_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.physics.circuit import SeriesElement
-    from electrovib.physics.debye_sum import DebyeSum
     from electrovib.physics.stack import Layer
 
 
@@ -63,33 +64,39 @@ def stack_states(
 
     Notes
     -----
-    A body's capacitor is one more element, on which the current is spread over the contact area. Initial charge
-    is taken to have come from the finger, as `stack_modes` takes it.
+    A body's capacitor is one more element, on which the current is spread over the contact area. A stack without
+    a gap gets one of no thickness at its interface, `INTERFACE`: its field is that of a vanishing gap.
     """
     _refuse(layers, second, moving)
+    roles, names = roles_of(layers), list(layers)
     slabs = slabs_of(dict(layers), dict(debye))
+    place = interface_place(roles.values())
+    if beside_interface(roles, "gap") is None:
+        names.insert(place, INTERFACE)
+        slabs.insert(place, Slab(0.0, DebyeSum(1.0, (), ()), 0.0))
     terms = [merged_terms(slab.debye) for slab in slabs]
     owners = np.concatenate([np.full(len(rates), k) for k, (rates, _) in enumerate(terms)])
     columns = np.array([[s.thickness, eps0 * s.debye.high, s.conductivity, 1 + second] for s in slabs])
     charges = [slab.charge for slab in slabs][:-1]
     if element.elastance > 0:
         columns = np.vstack([columns, [area * element.elastance * eps0, eps0, element.rate * eps0, 1.0]])
-        charges.append(-sum(charges))
+        charges.append(element.charge / area)
     thicknesses, permittivities, conductivities, repeats = columns.T
     return StackStates(
-        tuple(layers),
+        tuple(names),
         thicknesses,
         permittivities,
         conductivities,
         repeats,
-        tuple((k, layer.leak) for k, layer in enumerate(layers.values()) if layer.leak is not None),
+        tuple((names.index(name), layer.leak) for name, layer in layers.items() if layer.leak is not None),
         owners.astype(np.intp),
         eps0 * np.concatenate([strengths for _, strengths in terms]),
         np.concatenate([rates for rates, _ in terms]),
         np.array(charges, dtype=float),
         area,
         element.resistance,
-        None if moving is None else list(layers).index(moving),
+        place,
+        None if moving is None else names.index(moving),
     )
 
 

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
     from electrovib.physics.conduction import Conduction
     from electrovib.physics.drive.base import Drive
-    from electrovib.physics.drive.parts import Part
     from electrovib.solve.transfer import Real, Transfer
 
 STEPS = 400
@@ -53,7 +52,7 @@ def step_grid(drive: Drive, time: Real, driven: Transfer, leaking: Transfer, *, 
     end = float(time[-1])
     if end <= 0:
         return np.zeros(1)
-    marks, heights = marks_of(drive, end)
+    marks, heights = drive.corners(end)
     pieces = [time, marks, np.linspace(0.0, end, STEPS + 1)]
     pieces += [_oscillating(part, end) for part in drive.parts() if not isinstance(part, Linear)]
     fields = transient({"field": driven}, drive, np.unique(np.concatenate(pieces)))["field"]
@@ -67,9 +66,8 @@ def step_grid(drive: Drive, time: Real, driven: Transfer, leaking: Transfer, *, 
 
 def _oscillating(part: Tones | Smooth, end: float) -> Real:
     """Even shares of the shortest period while an oscillation is on."""
-    fastest = float(np.max(part.frequencies)) if isinstance(part, Tones) else part.highest_frequency
     first, last = max(part.start, 0.0), min(part.stop, end)
-    count = int(np.ceil(max(last - first, 0.0) * fastest * STEPS_PER_PERIOD))
+    count = int(np.ceil(max(last - first, 0.0) * part.highest_frequency * STEPS_PER_PERIOD))
     return np.linspace(first, max(first, last), count + 1)
 
 
@@ -107,43 +105,10 @@ def jump_heights(drive: Drive, grid: Real) -> Real:
     ndarray, shape (n,)
         In the unit of the drive; 0 where it does not jump, and at time 0.
     """
-    marks, heights = marks_of(drive, float(grid[-1]))
+    marks, heights = drive.corners(float(grid[-1]))
     found = np.zeros(len(grid))
     np.add.at(found, np.searchsorted(grid, marks), heights)
     return found
-
-
-def marks_of(drive: Drive, end: float) -> tuple[Real, Real]:
-    """Times after 0 at which the drive bends or jumps, and by how much it jumps.
-
-    Parameters
-    ----------
-    drive : Drive
-        Off before time 0.
-    end : float
-        Up to when [s].
-
-    Returns
-    -------
-    times, heights : ndarray, shape (n,)
-        s, and in the unit of the drive; not in order.
-    """
-    found = [_part_marks(part, end) for part in drive.parts()]
-    times, heights = (np.concatenate(column) for column in zip(*found, strict=True))
-    inside = (times > 0) & (times <= end)
-    return times[inside], heights[inside]
-
-
-def _part_marks(part: Part, end: float) -> tuple[Real, Real]:
-    if isinstance(part, Linear):
-        pieces = part.until(end)
-        return pieces.times, pieces.after - pieces.before
-    gates = np.array([gate for gate in (part.start, part.stop) if np.isfinite(gate)])
-    if isinstance(part, Tones):
-        values = (part.amplitudes @ np.exp(2j * np.pi * np.outer(part.frequencies, gates))).real
-    else:
-        values = part.formula(gates)
-    return gates, np.where(gates == part.start, values, -values)
 
 
 def smooth_grid(
@@ -171,7 +136,7 @@ def smooth_grid(
     """
     if end <= 0:
         return np.zeros(1)
-    marks, heights = marks_of(drive, end)
+    marks, heights = drive.corners(end)
     kinks = marks if len(marks) <= FEW else marks[heights != 0]
     jumps = np.unique(np.append(kinks, 0.0))
     bends = np.array([each for span in spans for each in span if 0 < each < end])

@@ -8,6 +8,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Linear, Part, Smooth, Tones
+from electrovib.solve.integrator import integral_weight, settled_integral, without_integrators
 from electrovib.solve.recursion import hold_weights, march
 from electrovib.solve.smooth import smooth_states
 
@@ -49,19 +50,26 @@ def transient(
     Raises
     ------
     InputError
-        If the drive has no period but its periodic state is asked for.
+        If the drive has no period but its periodic state is asked for, or has a mean that something integrates.
 
     Notes
     -----
     x' = rate (v - x) for each mode; y = direct v + slope v' + sum gain x + sum free exp(-rate t). Where the
     response at zero frequency is known apart, y = static v + slope v' + sum gain (x - v) + ...: a small current
-    is then not the difference of two large ones.
+    is then not the difference of two large ones. From rest an integrator is exact as one more slow mode; in the
+    periodic state its charge is counted from its own mean, because a constant charge is not known from the drive.
     """
     if settled and drive.period is None and not _is_steady(drive):
         raise InputError(
             f"time.initial_state = PeriodicState: {type(drive).__name__} does not repeat. Give it a period,"
             " or start from rest: AtRest"
         )
+    weights = {name: integral_weight(transfer) for name, transfer in transfers.items()} if settled else {}
+    if any(weights.values()):
+        integral = settled_integral(drive, time)
+        fading = {name: without_integrators(transfer) for name, transfer in transfers.items()}
+        rest = transient(fading, drive, time, settled=True)
+        return {name: row + weights[name] * integral for name, row in rest.items()}
     result: dict[str, Real] = {}
     voltage = drive.voltage(time)
     slope = drive.slope(time) if any(transfer.slope for transfer in transfers.values()) else None

@@ -9,6 +9,7 @@ import numpy as np
 from electrovib.core.units import format_quantity
 from electrovib.physics.circuit import Grounded
 from electrovib.physics.conduction import Conduction
+from electrovib.physics.interface import beside_interface
 from electrovib.solve.scenario import Scenario
 
 AGREES = 0.01
@@ -51,7 +52,8 @@ def _electrical(scenario: Scenario) -> tuple[float, float]:
     """Electrical thickness of the whole stack and of what is not the gap [m]."""
     layers = scenario.stack.layers
     each = {name: layer.thickness / static_permittivity(scenario, name) for name, layer in layers.items()}
-    return sum(each.values()), sum(value for name, value in each.items() if name != "gap")
+    gap = scenario.stack.gap_name
+    return sum(each.values()), sum(value for name, value in each.items() if name != gap)
 
 
 def _equal_gap(scenario: Scenario, ratio: float) -> str:
@@ -64,29 +66,34 @@ def _equal_gap(scenario: Scenario, ratio: float) -> str:
 
 
 def _reason(scenario: Scenario) -> tuple[float | None, str]:
-    plane, layers = scenario.force.plane, scenario.stack.layers
+    plane, layers, gap = scenario.force.plane, scenario.stack.layers, scenario.stack.gap_name
     permittivity = {name: static_permittivity(scenario, name) for name in layers}
     electrical, solid = _electrical(scenario)
     if plane == "gap":
-        if "gap" not in layers:
-            return 1.0, "the field of a vanishing gap, D/eps0"
+        if gap is None:
+            return 1.0, "the field of a vanishing gap"
         less = f"{(solid / electrical) ** 2:.3g} of the force of a vanishing one"
-        return 1.0, f"the field in a gap of {format_quantity(layers['gap'].thickness, 'm')}, {less}"
-    if plane in layers:
-        value = permittivity[plane]
-        return permittivity.get(
-            "gap", 1.0
-        ) / value, f"the same displacement in the {plane}, permittivity {value:.4g}"
+        return 1.0, f"the field in a gap of {format_quantity(layers[gap].thickness, 'm')}, {less}"
+    read = layers_read(scenario)
+    if len(read) == 1:
+        value = permittivity[read[0]]
+        in_gap = permittivity[gap] if gap else 1.0
+        return in_gap / value, f"the same displacement in the {read[0]}, permittivity {value:.4g}"
     if plane == "effective medium":
-        pair = [layers[name] for name in ("insulator", "stratum_corneum")]
-        length = sum(layer.thickness for layer in pair)
-        solid = sum(layers[n].thickness / permittivity[n] for n in ("insulator", "stratum_corneum"))
+        length = sum(layers[name].thickness for name in read)
+        solid = sum(layers[name].thickness / permittivity[name] for name in read)
         # V^2/(K L) against V^2/(K + g)^2, the voltage being the same
         expected = electrical**2 / (solid * length)
         medium = length / solid
-        gap = "" if "gap" not in layers else ", and it takes no account of the gap"
-        return expected, f"energy over geometric thickness, effective permittivity {medium:.4g}{gap}"
+        beside = "" if gap is None else ", and it takes no account of the gap"
+        return expected, f"energy over geometric thickness, effective permittivity {medium:.4g}{beside}"
     return None, f"cut free at the {plane}"
+
+
+def layers_read(scenario: Scenario) -> tuple[str, ...]:
+    """Name the layers that the force law reads: those of the roles it needs that are nearest to the interface."""
+    found = (beside_interface(scenario.stack.roles, role) for role in scenario.force.needs)
+    return tuple(name for name in found if name is not None)
 
 
 def conducting(scenario: Scenario) -> tuple[str, ...]:
@@ -134,7 +141,16 @@ def in_time(scenario: Scenario, early: float, late: float) -> str:
         though = f", although {_conduct(names)}" if names else ": nothing conducts"
         return f"keeps its force while the voltage is held{though}"
     size = f"rises by a factor {change:.3g}" if change > 1 else f"falls to {change:.2g} of itself"
-    return f"{size} while the voltage is held: {_because(scenario.force.plane, names, rises=change > 1)}"
+    return f"{size} while the voltage is held: {_because(_place(scenario), names, rises=change > 1)}"
+
+
+def _place(scenario: Scenario) -> str:
+    """Name where the law cuts: a layer if it is in one, else as the law names it."""
+    read = layers_read(scenario)
+    if len(read) == 1:
+        return read[0]
+    gap = scenario.stack.gap_name
+    return gap if gap and scenario.force.plane == "gap" else scenario.force.plane
 
 
 def _because(plane: str, names: tuple[str, ...], *, rises: bool) -> str:

@@ -86,7 +86,7 @@ def threshold_over_frequency(
     for name, drive in drives.items():
         cases = [scenario.replace({"drive": {**drive, "frequency": float(place)}}) for place in places]
         felt = np.array([felt_level(case, person, samples=samples) for case in cases])
-        peaks = np.array([_peak(case) for case in cases])
+        peaks = np.array([case.drive.largest() for case in cases])
         at_threshold[name] = peaks / np.sqrt(np.maximum(felt, np.finfo(float).tiny))
     lowest = min(float(np.min(row)) for row in at_threshold.values())
     level = {name: 20 * np.log10(row / lowest) for name, row in at_threshold.items()}
@@ -104,11 +104,6 @@ def _proportional(scenario: Scenario) -> None:
             f"stack.{leaks[0]}.leak: with it the force does not go as the square of the voltage, so one run gives no"
             " threshold; perceive the scenario at several voltages instead"
         )
-
-
-def _peak(scenario: Scenario) -> float:
-    drive = scenario.drive
-    return float(np.max(np.abs(drive.voltage(np.linspace(0, drive.period or drive.duration, 4001)))))
 
 
 def threshold_ratio(first: Scenario, second: Scenario, person: Perception, *, samples: int = FEWEST) -> float:

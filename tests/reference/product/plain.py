@@ -18,7 +18,6 @@ from electrovib.physics.motion import TremblingDistance
 
 EPS0 = 8.8541878128e-12
 TOLERANCE = 1e-10
-NEUTRAL = False
 AT_ONCE = 2e8
 """Rate at which the plate follows an amplifier without a pole but with a largest current [1/s]."""
 
@@ -104,7 +103,7 @@ class Plain:
         ]
         charges = [layer.initial_charge for _, layer in self.layers]
         self.held = [sum(charges[:k]) for k in range(self.count)]
-        self.body = sum(charges) * self.area * self.elastance if NEUTRAL else 0.0
+        self.body = sum(charges) * self.area * self.elastance
         self.gap = [name for name, _ in self.layers].index("gap") if "gap" in scenario.stack.layers else None
         self.distance = scenario.motion.distance
         self.surface = scenario.contact.surface if scenario.contact.closing is not None else None
@@ -212,7 +211,7 @@ class Plain:
         return plate, slope, min(max(flows, self.lowest), self.highest) / area
 
     def begin(self, start, value):
-        """State just after a beginning: charge in its place, nothing polarised."""
+        """State just after a beginning: charge and its image in their places, no voltage, nothing polarised."""
         state = np.zeros(self.size)
         state[: self.count] = self.held
         state[-3] = self.body
@@ -220,8 +219,8 @@ class Plain:
             state[-2] = float(self.surface.gap(np.array(self.load)))
         elif self.gap is not None:
             state[-2] = self.thickness[self.gap]
-        if self.resistance == 0 and not self.current:
-            self.shift(start, state, self.aim(value)[0] if self.follows else 0.0)
+        if not self.current:
+            self.shift(start, state, self.aim(value)[0] if self.follows and self.resistance == 0 else 0.0)
         return state
 
     def shift(self, time, state, wanted):

@@ -124,7 +124,10 @@ MISTAKES = {
     "no schema": (GOOD.replace("schema = 1", ""), ["schema = 1"]),
     "table where a number belongs": (GOOD.replace('"90 um"', "{}"), ["stack.insulator.thickness", "expected a length"]),
     "empty stack": (GOOD[: GOOD.index("[stack.insulator]")] + "[stack]\n", ["stack", "layer"]),
-    "layer missing for the law": (GOOD.replace("[stack.insulator]", "[stack.insulater]"), ["stack.insulator", "'insulater'"]),
+    "layer missing for the law": (
+        GOOD.replace("[stack.insulator]", "[stack.insulater]"),
+        ["stack.insulater.role", "Did you mean 'insulator'?"],
+    ),
     "drive file missing": (
         GOOD.replace(TRAPEZIUM, 'model = "Sampled", file = "none.csv"'),
         ["drive", "none.csv"],

@@ -9,18 +9,13 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.drive.base import Drive
-from electrovib.solve.current import (
-    INTEGRATING,
-    current_response,
-    current_section,
-    drive_voltage,
-    per_ampere,
-    settled_charge,
-)
+from electrovib.solve.current import current_section, drive_voltage, per_ampere
+from electrovib.solve.integrator import INTEGRATING, settled_integral
 from electrovib.solve.reduce import reduce_material
 from electrovib.solve.scenario import load
 from electrovib.solve.section import phasor_section
 from electrovib.solve.transfer import Transfer
+from electrovib.solve.transient import transient
 
 EPS0 = 8.8541878128e-12
 AREA = 1e-4
@@ -35,7 +30,7 @@ def amplifier(**command):
 
 
 def charge(drive, time, *, settled=False):
-    return current_response({"charge": INTEGRATOR}, drive, time, settled=settled)["charge"]
+    return transient({"charge": INTEGRATOR}, drive, time, settled=settled)["charge"]
 
 
 def close(found, expected):
@@ -93,10 +88,10 @@ def test_a_chirp_is_integrated_too():
     ],
     ids=["square", "trapezia", "pulses"],
 )
-def test_the_settled_charge_is_periodic_without_mean(command):
+def test_the_settled_integral_is_periodic_without_mean(command):
     drive = amplifier(**command)
     time = np.linspace(0, drive.period, 2001)
-    found = settled_charge(drive, time)
+    found = settled_integral(drive, time)
     from_rest = charge(drive, time)
     assert np.ptp(found - from_rest) < EXACT * np.ptp(found)  # apart by a constant only
     inner = (found[1:] + found[:-1]) / 2
@@ -111,7 +106,7 @@ def test_settled_straight_pieces_are_the_sum_of_their_harmonics():
     order = np.arange(1, 4001, 2)
     angular = 2 * np.pi * 60 * order
     triangle = -np.sum(4 / (np.pi * order * angular) * np.cos(np.outer(time, angular)), axis=1)
-    assert np.max(np.abs(settled_charge(drive, time) - triangle)) < 2e-4 * np.max(np.abs(triangle))
+    assert np.max(np.abs(settled_integral(drive, time) - triangle)) < 2e-4 * np.max(np.abs(triangle))
 
 
 @pytest.mark.parametrize(
@@ -128,7 +123,7 @@ def test_a_settled_mean_current_into_a_blocking_layer_is_refused(command):
     with pytest.raises(InputError, match="mean of"):
         charge(drive, np.linspace(0, 0.1, 11), settled=True)
     leaky = Transfer(np.array([50.0]), np.array([1.0]))
-    found = current_response({"field": leaky}, drive, np.linspace(0, 0.1, 11), settled=True)["field"]
+    found = transient({"field": leaky}, drive, np.linspace(0, 0.1, 11), settled=True)["field"]
     assert np.all(np.isfinite(found))  # what conducts has a periodic state
 
 
@@ -171,14 +166,14 @@ def test_charge_in_the_layers_stays_where_it_cannot_go():
     silent = read_model(Drive, {"model": "CurrentSine", "amplitude": 0, "frequency": 1e3})
     wanted = {name: section[name].field for name in layers}
     time = np.linspace(0, 0.05, 11)
-    found = current_response(wanted, silent, time)
+    found = transient(wanted, silent, time)
     skin = layers["stratum_corneum"].material
     tau = EPS0 * skin.permittivity / skin.conductivity
     assert np.all(found["insulator"] == 0)  # the plate carries only what a current has brought
     np.testing.assert_allclose(found["gap"], charge_density / EPS0, rtol=1e-14)
     relaxing = charge_density / (EPS0 * skin.permittivity) * np.exp(-time / tau)
     np.testing.assert_allclose(found["stratum_corneum"], relaxing, rtol=1e-12)
-    settled = current_response(wanted, silent, time, settled=True)
+    settled = transient(wanted, silent, time, settled=True)
     np.testing.assert_allclose(settled["gap"], found["gap"], rtol=1e-14)
     assert np.all(settled["stratum_corneum"] == 0)
 

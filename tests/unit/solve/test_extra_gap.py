@@ -58,7 +58,9 @@ def test_without_anything_in_series_it_is_a_layer_of_the_stack(conductivity):
     scenario = finger(DISPERSIVE)
     tables = scenario.to_dict()
     material = {"model": "Constant", "permittivity": 1.0, "conductivity": conductivity}
-    tables["stack"]["gap"] = {"thickness": 3e-6, "material": material}
+    film, skin = tables["stack"].values()
+    gap = {"thickness": 3e-6, "material": material}
+    tables["stack"] = {"insulator": film, "gap": gap, "stratum_corneum": skin}
     expected = phasors(type(scenario).model_validate(tables), FREQUENCY)["gap"].field
     given = {"thickness": 3e-6, "conductivity": conductivity}
     np.testing.assert_allclose(field_in_gap(phasors(scenario, FREQUENCY), **given), expected, rtol=1e-13)

@@ -42,7 +42,8 @@ def random_layers(random):
             ),
         )
         material = kinds[int(random.integers(len(kinds)))]
-        layers[f"layer_{index}"] = Layer(thickness=float(10 ** random.uniform(-6, -3.5)), material=material)
+        thickness = float(10 ** random.uniform(-6, -3.5))
+        layers[f"layer_{index}"] = Layer(thickness=thickness, role="plate", material=material)
     return layers
 
 

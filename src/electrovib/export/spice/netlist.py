@@ -19,7 +19,7 @@ from electrovib.solve.expand import Surroundings
 if TYPE_CHECKING:
     from electrovib.solve.scenario import Scenario
 
-OF_A_LAYER = {"thickness", "material", "leak", "initial_charge", "breakdown_field"}
+OF_A_LAYER = {"thickness", "role", "material", "leak", "initial_charge", "breakdown_field"}
 """What a layer is made of here; anything else that a scenario gives it is refused, never left out."""
 
 
@@ -48,7 +48,8 @@ def netlist(scenario: Scenario, *, name: str) -> str:
     _check(scenario)
     timing = Timing.of(scenario.drive, scenario.time)
     circuit = Circuit.of(scenario)
-    section = ReadSection(circuit.slabs, circuit.start, scenario.contact_area)
+    roles = scenario.stack.roles
+    section = ReadSection(circuit.slabs, roles, circuit.start, scenario.contact_area)
     second = Surroundings.of(scenario).second
     check_digits(scenario, circuit, timing)
     force, nodes = force_sources(scenario.force, section, second=second)

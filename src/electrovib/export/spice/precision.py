@@ -8,13 +8,11 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.export.spice.section import CAPACITANCE
-from electrovib.physics.drive.parts import Linear, Tones
 from electrovib.solve.expand import Surroundings
 
 if TYPE_CHECKING:
     from electrovib.export.spice.circuit import Circuit
     from electrovib.export.spice.timing import Timing
-    from electrovib.physics.drive.parts import Part
     from electrovib.solve.scenario import Scenario
 
 ROUNDING = float(np.finfo(float).eps)
@@ -26,20 +24,12 @@ LOST = 1e-4
 
 def smallest_charge(scenario: Scenario, circuit: Circuit, timing: Timing) -> float:
     """Give the charge [C] below which a change is rounding of the largest charge in the circuit."""
-    voltage = sum(_peak(part) for part in scenario.drive.parts()) or 1.0
+    voltage = sum(part.bound() for part in scenario.drive.parts()) or 1.0
     if scenario.drive.quantity == "current":  # a hundred steps of it, on the smallest capacitor
         voltage *= 100 * timing.step / min(slab.high for slab in circuit.all_slabs)
     voltage = max([voltage, *(abs(slab.field) * slab.layer.thickness for slab in circuit.all_slabs)])
     capacitance = max(slab.admittances[2] for slab in circuit.all_slabs)
     return NOISE * voltage * max(capacitance, CAPACITANCE)
-
-
-def _peak(part: Part) -> float:
-    if isinstance(part, Linear):
-        return float(np.max(np.abs([part.before, part.after])))
-    if isinstance(part, Tones):
-        return float(np.sum(np.abs(part.amplitudes)))
-    return float(np.max(np.abs(part.value(np.linspace(part.start, part.stop, 4001)))))
 
 
 def check_digits(scenario: Scenario, circuit: Circuit, timing: Timing) -> None:

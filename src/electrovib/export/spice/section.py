@@ -10,12 +10,14 @@ import numpy as np
 from electrovib.export.spice.ladder import Slab, between
 from electrovib.export.spice.reading import Filter, Reading
 from electrovib.export.spice.text import continued, number, remark
+from electrovib.physics.interface import beside_interface
 from electrovib.solve.inverse_root import inverse_root_thickness
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from electrovib.export.spice.start import Start
+    from electrovib.physics.interface import Role
     from electrovib.physics.material import Material
     from electrovib.solve.transfer import Transfer
 
@@ -23,6 +25,10 @@ PRECISION = 1e-9
 """Relative error that the square root's filter aims at: far below that of the time steps."""
 CAPACITANCE = 1e-9
 """Of the filter's sections [F]; their resistance follows from the rate. Any value gives the same filter."""
+
+
+ENDLESS = 1e18
+"""Resistance beside a capacitor that integrates [ohm]: ngspice asks for a path of direct current."""
 
 
 @dataclass(frozen=True)
@@ -52,10 +58,12 @@ class ReadSection:
     """
 
     slabs: dict[str, Slab]
+    roles: Mapping[str, Role]
     start: Start
     area: float
     elements: list[str] = field(default_factory=list)
     filters: int = 0
+    _interface: Reading | None = None
 
     @property
     def frequency(self) -> np.ndarray:
@@ -93,6 +101,37 @@ class ReadSection:
     def current_density(self) -> Reading:
         """Total current density."""
         return Reading({"I(V_current)": 1 / self.area}, self.start.current_density())
+
+    @property
+    def interface_displacement(self) -> Reading:
+        """Displacement where plate and finger separate, if there is no gap.
+
+        Notes
+        -----
+        Where nothing crosses the plate's last layer it is the charge on that layer; else what the current has
+        brought, on a capacitor of its own.
+        """
+        last = beside_interface(self.roles, "plate")
+        charged = any(slab.layer.initial_charge for slab in self.slabs.values())
+        if last is not None and not charged and self._blocks(last):
+            return self[last].displacement
+        if self._interface is None:
+            charge = self.start.interface_charge()
+            held = f" IC={number(charge * self.area / CAPACITANCE)}" if charge else ""
+            self.elements += [
+                remark("charge at the interface: V(interface) times 1 nF is what the current has brought"),
+                "F_interface 0 interface V_current 1",
+                f"C_interface interface 0 {number(CAPACITANCE)}{held}",
+                f"R_interface interface 0 {number(ENDLESS)}",
+            ]
+            section = self.start.section
+            transfer = None if section is None else section.interface_displacement
+            self._interface = Reading({"V(interface)": CAPACITANCE / self.area}, transfer)
+        return self._interface
+
+    def _blocks(self, name: str) -> bool:
+        layer = self.slabs[name].layer
+        return layer.leak is None and layer.material.conductivity == 0
 
     def inverse_root_thickness(self, names: Sequence[str]) -> Filter:
         """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter."""

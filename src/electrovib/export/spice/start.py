@@ -9,8 +9,9 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.solve.current import INTEGRATING, current_response
+from electrovib.physics.interface import interface_place
 from electrovib.solve.expand import Surroundings, modes
+from electrovib.solve.integrator import INTEGRATING
 from electrovib.solve.scenario import PeriodicState, Scenario
 from electrovib.solve.transfer import Transfer
 from electrovib.solve.transient import transient
@@ -42,6 +43,8 @@ class Start:
         The same for a second contact, in the direction of the current.
     body : float
         From rest, voltage of the body's capacitance [V].
+    interface : float
+        From rest, displacement where plate and finger separate [C/m2].
     """
 
     scenario: Scenario
@@ -49,6 +52,7 @@ class Start:
     fields: Mapping[str, float]
     second_fields: Mapping[str, float]
     body: float
+    interface: float
 
     @classmethod
     def of(cls, scenario: Scenario, debye: Mapping[str, DebyeSum]) -> Start:
@@ -63,7 +67,7 @@ class Start:
             return cls(scenario, None, *_charged(scenario, debye))
         _check_periodic(scenario)
         none = dict.fromkeys(debye, 0.0)
-        return cls(scenario, modes(scenario)[0], none, none, 0.0)
+        return cls(scenario, modes(scenario)[0], none, none, 0.0, 0.0)
 
     def field(self, name: str) -> Transfer | None:
         """Field of a layer [V/m per volt], where it is needed."""
@@ -77,13 +81,18 @@ class Start:
         """Current density [A/m2 per volt], where it is needed."""
         return None if self.section is None else self.section.current_density
 
+    def interface_charge(self) -> float:
+        """Displacement where plate and finger separate at time 0 [C/m2]."""
+        if self.section is None:
+            return self.interface
+        return self.level(self.section.interface_displacement)
+
     def level(self, signal: Transfer | None) -> float:
         """Value at time 0 of a quantity linear in the drive [its unit]."""
         if signal is None:
             return 0.0
         forced = replace(signal, slope=0.0, free=np.zeros(len(signal.rates)))
-        respond = current_response if self.scenario.drive.quantity == "current" else transient
-        return float(respond({"": forced}, self.scenario.drive, np.zeros(1), settled=True)[""][0])
+        return float(transient({"": forced}, self.scenario.drive, np.zeros(1), settled=True)[""][0])
 
     def lowpassed(self, signal: Transfer | None, rates: Real) -> list[float]:
         """Values at time 0 of a quantity behind filters rate/(s + rate), rates in 1/s."""
@@ -134,24 +143,30 @@ def _check_periodic(scenario: Scenario) -> None:
 
 def _charged(
     scenario: Scenario, debye: Mapping[str, DebyeSum]
-) -> tuple[dict[str, float], dict[str, float], float]:
-    """Fields of both contacts and voltage of the body at time 0, from rest.
+) -> tuple[dict[str, float], dict[str, float], float, float]:
+    """Fields of both contacts, voltage of the body and displacement at the interface at time 0, from rest.
 
     Notes
     -----
-    The charge Q_k on the plate's side of layer k gives D_k = Q_k. Where no resistance holds the current back, a
-    charge q flows at once, so that the voltages add up to that of the drive:
-    q sum T/eps = eps0 v - sum Q_k T_k/eps_k, the first sum over all that is in series.
+    Before time 0 the plate holds the image q of the charges Q_k on the plate's side of each part, so that the
+    voltages add up to 0; under a prescribed current it holds none. Where no resistance holds the current back,
+    a jump of the drive brings its charge at once: q sum T/eps = eps0 v - sum Q_k T_k/eps_k, both sums over all
+    that is in series.
     """
     layers, around, drive = scenario.stack.layers, Surroundings.of(scenario), scenario.drive
-    charges = [layer.initial_charge for layer in layers.values()]
-    held = dict(zip(layers, np.cumsum([0.0, *charges[:-1]]).tolist(), strict=True))
+    charges = np.cumsum([0.0, *(layer.initial_charge for layer in layers.values())]).tolist()
+    held, on_body = (
+        dict(zip(layers, charges, strict=False)),
+        charges[-1] + around.element.charge / around.area,
+    )
     flown = 0.0
-    if around.element.resistance == 0 and drive.quantity == "voltage":
+    if drive.quantity == "voltage":
         lengths = {name: layer.thickness / debye[name].high for name, layer in layers.items()}
-        whole = sum(lengths.values()) * (1 + around.second) + eps0 * around.area * around.element.elastance
-        owed = eps0 * float(drive.voltage(0.0)) - sum(held[name] * lengths[name] for name in layers)
-        flown = owed / whole
+        body = eps0 * around.area * around.element.elastance
+        whole = sum(lengths.values()) * (1 + around.second) + body
+        jump = eps0 * float(drive.voltage(0.0)) if around.element.resistance == 0 else 0.0
+        flown = (jump - sum(held[name] * lengths[name] for name in layers) - on_body * body) / whole
     fields = {name: (held[name] + flown) / (eps0 * debye[name].high) for name in layers}
     second = {name: flown * around.second / (eps0 * debye[name].high) for name in layers}
-    return fields, second, flown * around.area * around.element.elastance
+    interface = charges[interface_place(scenario.stack.roles.values())] + flown
+    return fields, second, (on_body + flown) * around.area * around.element.elastance, interface

@@ -12,10 +12,11 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.errors import InputError
 from electrovib.core.lamps import Lamp
 from electrovib.physics.force import ForceLaw, equivalent_field, layer_of
+from electrovib.physics.interface import Role, beside_interface, roles_of
 from electrovib.physics.stack import Layer, LayerState, Linear, Section
 from electrovib.physics.tabulated import Tabulated
 
-_LAYERS = ("insulator", "stratum_corneum")
+_LAYERS: tuple[Role, ...] = ("plate", "finger")
 _REFERENCE = "Vezzoli et al., Electrovibration modeling analysis, EuroHaptics 2014, hal-01253573"
 
 
@@ -53,11 +54,11 @@ class Vezzoli2014Causal(ForceLaw):
     status: ClassVar[str] = "full text"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
     plane: ClassVar[str] = "effective medium"
-    needs: ClassVar[tuple[str, ...]] = _LAYERS
+    needs: ClassVar[tuple[Role, ...]] = _LAYERS
 
     def effective_voltage(self, section: Section) -> Linear:
         """Voltage minus what the lost charge takes on the insulator."""
-        film, skin = (layer_of(section, name) for name in _LAYERS)
+        film, skin = (layer_of(section, role) for role in _LAYERS)
         lost = film.displacement - skin.displacement
         return section.voltage - lost * (film.thickness / (eps0 * insulator_permittivity(film)))
 
@@ -71,7 +72,7 @@ class Vezzoli2014Causal(ForceLaw):
 
     def lamps(self, layers: Mapping[str, Layer]) -> tuple[Lamp, ...]:
         """Warn when nothing conducts, and when a table leaves open how much does."""
-        film, skin = (layers[name] for name in _LAYERS)
+        film, skin = (layers[name] for role in _LAYERS if (name := beside_interface(roles_of(layers), role)))
         found = []
         if skin.material.conductivity == 0 and skin.leak is None:
             text = "the stratum corneum has conductivity 0: no charge is ever lost, the force never fades"
@@ -108,12 +109,12 @@ class Vezzoli2014PerFrequency(ForceLaw):
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
     plane: ClassVar[str] = "effective medium"
     causal: ClassVar[bool] = False
-    needs: ClassVar[tuple[str, ...]] = _LAYERS
+    needs: ClassVar[tuple[Role, ...]] = _LAYERS
     instead: ClassVar[str] = "Vezzoli2014Causal"
 
     def effective_voltage(self, section: Section) -> Linear:
         """Equation (5) with the values at each frequency."""
-        film, skin = (layer_of(section, name) for name in _LAYERS)
+        film, skin = (layer_of(section, role) for role in _LAYERS)
         return section.voltage * literal_response(
             section.frequency,
             insulator=eps0 * insulator_permittivity(film) / film.thickness,
@@ -122,7 +123,7 @@ class Vezzoli2014PerFrequency(ForceLaw):
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
         """Give the equivalent field, 1/K with the real permittivity at the frequency."""
-        film, skin = (layer_of(section, name) for name in _LAYERS)
+        film, skin = (layer_of(section, role) for role in _LAYERS)
         permittivity = skin.material.polarisation(section.frequency).real
         electrical = film.thickness / insulator_permittivity(film) + skin.thickness / permittivity
         length = film.thickness + skin.thickness

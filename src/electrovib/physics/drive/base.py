@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from fractions import Fraction
 from math import lcm
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.parts import Part, Real
 
 
+_ROUNDED = 16 * float(np.finfo(float).eps)
+"""Corners nearer to each other than this against the time are one."""
 _MOST_CYCLES = 100_000
 """Of one oscillation in as many of another: beyond it two periods count as having nothing in common."""
 
@@ -89,6 +92,73 @@ class Drive(Model, family=True):
         times = np.asarray(time, dtype=float)
         total: Real = np.sum([part.slope(times) for part in self.parts()], axis=0)
         return total
+
+    def extremes(self, start: float = 0.0, end: float | None = None) -> tuple[float, float]:
+        """Lowest and highest voltage between two times, both sides of every jump between them included.
+
+        Parameters
+        ----------
+        start : float
+            s, >= 0; the voltage before it does not count.
+        end : float, optional
+            s, > `start`; by default when the drive has shown all it does: its duration, or its period where that
+            is longer.
+
+        Returns
+        -------
+        lowest, highest : float
+            V.
+
+        Notes
+        -----
+        Straight pieces and one tone beside them are exact. Several tones are bracketed by their largest
+        curvature to 1e-12 of the sum of their amplitudes; a formula is searched as if its curvature were at most
+        twice that of its highest frequency. Where that would take more than a million looks, the parts' own
+        bounds are added: never less than the largest value there is.
+        """
+        from electrovib.physics.drive.extremes import extremes
+
+        last = max(self.duration, self.period or 0.0) if end is None else end
+        if self.period is not None:
+            last = min(last, start + self.period)
+        return extremes(self.parts(), start, last)
+
+    def largest(self, end: float | None = None) -> float:
+        """Largest absolute voltage from time 0 to an end [V]; as `extremes` has it."""
+        lowest, highest = self.extremes(0.0, end)
+        return max(-lowest, highest)
+
+    @property
+    def highest_frequency(self) -> float:
+        """Fastest oscillation in the drive [Hz]; 0 for straight pieces, however steep."""
+        return max((part.highest_frequency for part in self.parts()), default=0.0)
+
+    def shortest_piece(self, end: float) -> float:
+        """Shortest straight piece, or time for which a tone or formula is on up to an end [s]; infinite for a step."""
+        return min((part.shortest_piece(end) for part in self.parts()), default=math.inf)
+
+    def corners(self, end: float) -> tuple[Real, Real]:
+        """Times at which the drive bends, jumps or is switched, and by how much it jumps.
+
+        Parameters
+        ----------
+        end : float
+            Up to when [s].
+
+        Returns
+        -------
+        times, heights : ndarray, shape (n,)
+            Increasing, after 0 and up to the end [s]; V, 0 where it does not jump. Corners that differ by rounding
+            are one.
+        """
+        found = [part.corners(end * (1 + _ROUNDED)) for part in self.parts()]
+        times, heights = (np.concatenate(column) for column in zip(*found, strict=True))
+        inside = (times > 0) & (times <= end * (1 + _ROUNDED))
+        order = np.argsort(times[inside], kind="stable")
+        times, heights = times[inside][order], heights[inside][order]
+        times = np.where(times > end * (1 - _ROUNDED), end, times)
+        first = np.diff(times, prepend=-1.0) > _ROUNDED * times
+        return times[first], np.add.reduceat(heights, np.flatnonzero(first)) if len(times) else heights
 
 
 def common_period(periods: Sequence[float]) -> float | None:

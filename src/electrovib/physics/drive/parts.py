@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -18,6 +19,10 @@ Indices: TypeAlias = NDArray[np.intp]
 
 _SLACK = 8 * float(np.finfo(float).eps)
 """A time this close to a break, relative, counts as at it: time stamps are rounded."""
+LOOKS = 16
+"""Looks at each cycle of the fastest oscillation, when a largest value is searched for."""
+MOST_LOOKS = 1_000_000
+"""Beyond which a largest value is bounded and not searched for."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +65,19 @@ class Linear:
         value = self.after[index] + np.where(np.isnan(time), np.nan, elapsed) * self.slopes()[index]
         return np.where((time < 0) & (self.period is None), 0.0, value)
 
+    def value_before(self, time: Real) -> Real:
+        """Voltage [V] just before these times [s], > 0; at a jump the earlier value."""
+        slack = _SLACK * np.abs(time)
+        inside = time
+        if self.period is not None:
+            inside = np.mod(time, self.period)
+            inside = np.where(inside <= slack, self.period, inside)
+        index = np.clip(np.searchsorted(self.times, inside - slack, side="left") - 1, 0, len(self.times) - 1)
+        value = self.after[index] + (inside - self.times[index]) * self.slopes()[index]
+        following = np.minimum(index + 1, len(self.times) - 1)
+        met = (following > index) & (np.abs(self.times[following] - inside) <= slack)
+        return np.asarray(np.where(met, self.before[following], value))
+
     def slope(self, time: Real) -> Real:
         """Rate of change just after these times [V/s]."""
         rate = np.where((time < 0) & (self.period is None), 0.0, self.slopes()[self.locate(time)[0]])
@@ -86,9 +104,58 @@ class Linear:
             np.append(after, self.after[0]),
         )
 
+    @property
+    def highest_frequency(self) -> float:
+        """Nothing oscillates between corners [Hz]."""
+        return 0.0
+
+    def corners(self, end: float) -> tuple[Real, Real]:
+        """Times up to an end at which it bends or jumps [s], and by how much it jumps there [V]."""
+        pieces = self.until(end)
+        return pieces.times, pieces.after - pieces.before
+
+    def shortest_piece(self, end: float) -> float:  # noqa: ARG002 - the pieces repeat
+        """Length of the shortest straight piece [s]; infinite for a step."""
+        return float(np.min(np.diff(self.times), initial=np.inf))
+
+    def bound(self) -> float:
+        """Largest absolute value it ever has [V]."""
+        return float(np.max(np.abs([self.before, self.after])))
+
+
+class _Gated(ABC):
+    """What is on between two times: when it is switched, and by how much."""
+
+    start: float
+    stop: float
+
+    @abstractmethod
+    def whenever(self, time: Real) -> Real:
+        """Voltage [V] at these times [s] as if it were always on."""
+
+    def value(self, time: Real) -> Real:
+        """Voltage [V] at these times [s]."""
+        on = (time >= self.start) & (time < self.stop)
+        return np.where(on | np.isnan(time), self.whenever(time), 0.0)
+
+    def value_before(self, time: Real) -> Real:
+        """Voltage [V] just before these times [s], > 0."""
+        return np.where((time > self.start) & (time <= self.stop), self.whenever(time), 0.0)
+
+    def corners(self, end: float) -> tuple[Real, Real]:
+        """Times up to an end at which it is switched [s], and by how much the voltage jumps there [V]."""
+        gates = np.array([gate for gate in (self.start, self.stop) if -math.inf < gate <= end])
+        values = self.whenever(gates)
+        return gates, np.where(gates == self.start, values, -values)
+
+    def shortest_piece(self, end: float) -> float:
+        """For how long it is on up to an end [s]; infinite if never."""
+        on = min(self.stop, end) - max(self.start, 0.0)
+        return on if on > 0 else np.inf
+
 
 @dataclass(frozen=True)
-class Tones:
+class Tones(_Gated):
     """A sum of sines, on between two times: the real part of sum A exp(j w t).
 
     Parameters
@@ -106,25 +173,35 @@ class Tones:
     start: float = -math.inf
     stop: float = math.inf
 
-    def value(self, time: Real) -> Real:
-        """Voltage [V] at these times [s]."""
-        return self._gated(time, self.amplitudes)
+    def whenever(self, time: Real) -> Real:
+        """Voltage [V] at these times [s] as if it were always on."""
+        return self._sum(time, self.amplitudes)
 
     def slope(self, time: Real) -> Real:
         """Rate of change just after these times [V/s]."""
-        return self._gated(time, 2j * np.pi * self.frequencies * self.amplitudes)
+        on = (time >= self.start) & (time < self.stop)
+        rate = self._sum(time, 2j * np.pi * self.frequencies * self.amplitudes)
+        return np.where(on | np.isnan(time), rate, 0.0)
 
-    def _gated(self, time: Real, amplitudes: Complex) -> Real:
+    def _sum(self, time: Real, amplitudes: Complex) -> Real:
         flat = np.ravel(time)
         total = np.zeros(flat.shape)
         for frequency, amplitude in zip(self.frequencies, amplitudes, strict=True):
             total += (amplitude * np.exp(2j * np.pi * frequency * flat)).real
-        on = (flat >= self.start) & (flat < self.stop)
-        return np.where(on | np.isnan(flat), total, 0.0).reshape(np.shape(time))
+        return total.reshape(np.shape(time))
+
+    @property
+    def highest_frequency(self) -> float:
+        """Of the tones that have an amplitude [Hz]."""
+        return float(np.max(self.frequencies[self.amplitudes != 0], initial=0.0))
+
+    def bound(self) -> float:
+        """Sum of the amplitudes, which no value exceeds [V]."""
+        return float(np.sum(np.abs(self.amplitudes)))
 
 
 @dataclass(frozen=True)
-class Smooth:
+class Smooth(_Gated):
     """A voltage given by a formula, smooth while it is on.
 
     Parameters
@@ -143,15 +220,20 @@ class Smooth:
     stop: float
     highest_frequency: float
 
-    def value(self, time: Real) -> Real:
-        """Voltage [V] at these times [s]."""
-        on = (time >= self.start) & (time < self.stop)
-        return np.where(on | np.isnan(time), self.formula(time), 0.0)
+    def whenever(self, time: Real) -> Real:
+        """Voltage [V] at these times [s] as if it were always on."""
+        return self.formula(time)
 
     def slope(self, time: Real) -> Real:
         """Rate of change just after these times [V/s]."""
         on = (time >= self.start) & (time < self.stop)
         return np.where(on | np.isnan(time), self.derivative(time), 0.0)
+
+    def bound(self) -> float:
+        """Hardly more than its largest absolute value [V]: that at 16 looks a cycle, and what lies between them."""
+        looks = math.ceil((self.stop - self.start) * self.highest_frequency * LOOKS)
+        times = np.linspace(self.start, self.stop, min(max(looks, LOOKS), MOST_LOOKS) + 1)
+        return float(np.max(np.abs(self.whenever(times)))) / (1 - (2 * math.pi / LOOKS) ** 2 / 8)
 
 
 Part: TypeAlias = Linear | Tones | Smooth

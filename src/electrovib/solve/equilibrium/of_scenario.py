@@ -70,7 +70,7 @@ def equilibrium(
     Parameters
     ----------
     scenario : Scenario, str, Path or mapping
-        With ``contact.surface`` and a layer ``gap`` that does not conduct; the thickness of that layer is what
+        With ``contact.surface`` and a gap that does not conduct; the thickness of that layer is what
         is found, so its own number does not count.
     voltage : float, optional
         V; by default the largest that the drive reaches. Of a fast sine give its root mean square.
@@ -128,18 +128,19 @@ def _surface(scenario: Scenario) -> Surface:
 
 def _gap(scenario: Scenario) -> Layer:
     layers = scenario.stack.layers
-    if "gap" not in layers:
+    name = scenario.stack.gap_name
+    if name is None:
         raise InputError(
-            "stack: no layer 'gap' to find the thickness of; add [stack.gap] with any thickness, for instance '1 um'"
+            "stack: no gap to find the thickness of; add [stack.gap] with any thickness, for instance '1 um'"
         )
     charged = [name for name, layer in layers.items() if layer.initial_charge]
     if charged:
         raise InputError(
             f"stack.{charged[0]}.initial_charge: a charge on the layers is not counted in the equilibrium; set it to 0"
         )
-    if not _blocks(layers["gap"]):
+    if not _blocks(layers[name]):
         raise InputError(
-            "stack.gap conducts: a held voltage leaves no field in it once charge has crossed, so nothing attracts. Take"
+            f"stack.{name} conducts: a held voltage leaves no field in it once charge has crossed, so nothing attracts. Take"
             " material.conductivity 0 and no leak, or `simulate` for what happens before"
         )
     if scenario.circuit.return_path.second_contact(1.0):
@@ -147,7 +148,7 @@ def _gap(scenario: Scenario) -> Layer:
             "circuit.return_path: under a second electrode the gap is another one; equilibrium takes one contact, for"
             ' instance return_path = { model = "Grounded" }'
         )
-    return layers["gap"]
+    return layers[name]
 
 
 def _blocks(layer: Layer) -> bool:
@@ -163,7 +164,7 @@ def _blocking(scenario: Scenario, area: float) -> dict[str, float]:
     parts = {
         name: layer.thickness / _permittivity(layer, scenario)
         for name, layer in scenario.stack.layers.items()
-        if name != "gap" and _blocks(layer)
+        if name != scenario.stack.gap_name and _blocks(layer)
     }
     if not parts:
         raise InputError(
@@ -181,4 +182,4 @@ def _largest(scenario: Scenario) -> float:
         raise InputError(
             "drive: it prescribes a current; give the voltage, equilibrium(scenario, voltage=100.0)"
         )
-    return float(np.max(np.abs(scenario.drive.voltage(scenario.time.times(scenario.drive)))))
+    return scenario.drive.largest()

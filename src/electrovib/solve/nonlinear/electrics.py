@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.constants import eps0
-from electrovib.core.errors import InputError
 from electrovib.solve.nonlinear.integrate import System
-from electrovib.solve.nonlinear.stretch import Stretch, drive_breaks, largest_voltage, stretch_after
+from electrovib.solve.nonlinear.stretch import Stretch, stretch_after
 
 if TYPE_CHECKING:
     from electrovib.physics.amplifier import Amplifier
@@ -55,7 +54,7 @@ class Electrics(System):
         self, space: StackStates, drive: Drive, *, end: float, amplifier: Amplifier | None = None
     ) -> None:
         self.space, self.drive, self.amplifier = space, drive, amplifier
-        self._breaks = drive_breaks(drive, end)
+        self._breaks = drive.corners(end)[0].tolist()
         self._end = end
         self._stretch = Stretch(0.0, 0.0, 0.0)
         self._gain = 1.0 if amplifier is None else amplifier.gain
@@ -67,7 +66,7 @@ class Electrics(System):
         self.limited = bool(np.isfinite(self._limits[1]))
         self.follows = self._corner is None and not self.limited
         self.size = space.size + (not self.follows)
-        highest = abs(self._gain) * largest_voltage(drive, end)
+        highest = abs(self._gain) * max(drive.largest(end), 1e-12)
         self.volts = highest if self._saturation is None else min(highest, self._saturation)
 
     @property
@@ -80,7 +79,7 @@ class Electrics(System):
         charge = self.volts / elastance + largest
         sizes = np.full(self.size, charge)
         if space.resistance > 0:
-            times = np.linspace(0.0, self._end, 4001)
+            times = np.concatenate([np.linspace(0.0, self._end, 4001), self._breaks])
             speed = abs(self._gain) * float(np.max(np.abs(self.drive.slope(times))))
             share = speed * space.area * space.resistance / (elastance * self.volts)
             sizes[space.size - 1] = (self.volts + largest * elastance) * float(np.clip(share, _SLOWEST, 1.0))
@@ -103,7 +102,7 @@ class Electrics(System):
         mode : Mode
             That begins.
         """
-        state = np.concatenate([self.space.start(gap), np.zeros(self.size - self.space.size)])
+        state = np.concatenate([self.space.start(), np.zeros(self.size - self.space.size)])
         self._stretch = Stretch(0.0, 0.0, 0.0)
         after = self.jump(0.0, state)
         aim = self._gain * self._stretch.voltage(0.0)[0]
@@ -169,7 +168,7 @@ class Electrics(System):
         return self._watched(time, state, mode, gap, closing)[index][1]
 
     def attraction(self, time: float, state: Real, mode: Mode, *, gap: float | None = None) -> float:
-        """Pressure with which the field of the layer `gap` pulls, eps0 E^2/2.
+        """Pressure with which the field at the interface pulls, eps0 E^2/2.
 
         Parameters
         ----------
@@ -186,16 +185,9 @@ class Electrics(System):
         -------
         float
             Pa.
-
-        Raises
-        ------
-        InputError
-            If the stack has no layer of that name.
         """
-        if "gap" not in self.space.names:
-            raise InputError("stack.gap: the pressure is that of the field in the gap; add a table stack.gap")
         moment = self._supplied(time, state, mode, gap, 0.0)[2]
-        field = float(moment.field[self.space.names.index("gap")])
+        field = float(moment.field[self.space.interface])
         return eps0 * field**2 / 2
 
     def _aimed(self, voltage: float) -> float:

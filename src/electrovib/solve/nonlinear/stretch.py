@@ -11,7 +11,7 @@ from electrovib.physics.drive.parts import Linear, Tones
 
 if TYPE_CHECKING:
     from electrovib.physics.drive.base import Drive
-    from electrovib.physics.drive.parts import Part, Smooth
+    from electrovib.physics.drive.parts import Smooth
     from electrovib.solve.transfer import Real
 
 _SLACK = 16 * float(np.finfo(float).eps)
@@ -47,34 +47,6 @@ class Stretch:
                 at = np.array(time)
                 value, rate = value + float(part.formula(at)), rate + float(part.derivative(at))
         return value, rate
-
-
-def drive_breaks(drive: Drive, end: float) -> list[float]:
-    """Times after 0 and up to an end at which a drive bends, jumps or is switched.
-
-    Parameters
-    ----------
-    drive : Drive
-        Off before time 0.
-    end : float
-        s.
-
-    Returns
-    -------
-    list of float
-        s, increasing.
-    """
-    found: list[float] = []
-    for part in drive.parts():
-        if isinstance(part, Linear):
-            found += part.until(end).times.tolist()
-        else:
-            found += [gate for gate in (part.start, part.stop) if np.isfinite(gate)]
-    kept: list[float] = []
-    for time in sorted(found):
-        if 0 < time <= end * (1 + _SLACK) and (not kept or time - kept[-1] > _SLACK * time):
-            kept.append(end if time > end * (1 - _SLACK) else time)
-    return kept
 
 
 def snapped(times: Real, breaks: list[float]) -> Real:
@@ -128,31 +100,3 @@ def stretch_after(drive: Drive, time: float, following: float) -> Stretch:
         elif part.start <= middle < part.stop:
             kept.append(part)
     return Stretch(time, level, slope, tuple(kept))
-
-
-def largest_voltage(drive: Drive, end: float) -> float:
-    """Largest voltage of a drive, of either sign.
-
-    Parameters
-    ----------
-    drive : Drive
-        Off before time 0.
-    end : float
-        Up to when [s].
-
-    Returns
-    -------
-    float
-        V, at least 1e-12; between 4001 even times and all breaks it is not looked for.
-    """
-    corners = [np.linspace(0.0, end, 4001), np.array(drive_breaks(drive, end))]
-    values = [np.abs(drive.voltage(times)) for times in corners if len(times)]
-    values += [np.abs(part.before) for part in drive.parts() if isinstance(part, Linear)]
-    return max(1e-12, *(float(np.max(each)) for each in values))
-
-
-def highest_frequency(part: Part) -> float:
-    """Fastest oscillation in a part of a drive [Hz]; 0 for straight pieces."""
-    if isinstance(part, Linear):
-        return 0.0
-    return float(np.max(part.frequencies)) if isinstance(part, Tones) else part.highest_frequency

@@ -8,15 +8,15 @@ from typing import Any, ClassVar, Final, Self
 
 from pydantic import Field, model_validator
 
-from electrovib.core.errors import nearest
 from electrovib.core.model import Model, read_model
 from electrovib.core.paths import put
 from electrovib.physics.circuit import Circuit
 from electrovib.physics.contact import Contact
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.finger import Finger
-from electrovib.physics.force import ForceLaw
+from electrovib.physics.force import ForceLaw, wanted_layer
 from electrovib.physics.friction import Friction, Load
+from electrovib.physics.interface import beside_interface
 from electrovib.physics.moisture import Moisture
 from electrovib.physics.motion import Motion
 from electrovib.physics.perception import Perception
@@ -67,10 +67,10 @@ class Scenario(Model):
 
     @model_validator(mode="after")
     def _law_finds_its_layers(self) -> Self:
-        for name in self.force.needs:
-            if name not in self.stack.layers:
-                known = nearest(name, self.stack.layers)
-                raise ValueError(f"{type(self.force).__name__} needs a layer 'stack.{name}'.{known}")
+        roles = self.stack.roles
+        for role in self.force.needs:
+            if beside_interface(roles, role) is None:
+                raise ValueError(f"{type(self.force).__name__} needs {wanted_layer(role)}")
         return self
 
     @model_validator(mode="after")

@@ -17,7 +17,7 @@ from electrovib.solve.simulate import simulate
 from electrovib.solve.transfer import Real
 from electrovib.study.compare.entry import Comparison, Entry
 from electrovib.study.compare.panels import over_frequency, over_parameter, over_time
-from electrovib.study.compare.static import air_breaks_down, air_warnings, peak_voltage, static_force
+from electrovib.study.compare.static import air_breaks_down, air_warnings, static_force
 from electrovib.study.compare.words import pages, tables
 from electrovib.study.explain import explain, in_time, knows_polarity
 
@@ -63,7 +63,7 @@ def compare(
             " current. Take a drive in volts, for instance Sine"
         )
     cases, left_out = _cases(scenario, models)
-    voltage = peak_voltage(scenario)
+    voltage = scenario.drive.largest()
     frequency = scenario.frequency.frequencies()
     time = np.concatenate([[0.0], np.geomspace(1e-6, STEP, 400)])
     entries = []

@@ -13,7 +13,7 @@ from electrovib.core.units import format_quantity
 from electrovib.solve.scenario import Scenario
 from electrovib.solve.transfer import Real
 from electrovib.study.compare.entry import Entry
-from electrovib.study.compare.static import air_breaks_down, peak_voltage, static_force
+from electrovib.study.compare.static import air_breaks_down, static_force
 from electrovib.study.reproduction import Curve, Panel
 
 SAME = 0.02
@@ -118,10 +118,10 @@ def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str,
     curves, marks = [], []
     for look, (name, case) in enumerate(cases.items()):
         varied = [_with(case, path, float(value)) for value in values]
-        forces = np.array([static_force(one, peak_voltage(one)) for one in varied])
+        forces = np.array([static_force(one, one.drive.largest()) for one in varied])
         curves.append(Curve(name, values, forces, look=look))
         if case.force.plane == "gap":
-            broken = np.array([bool(air_breaks_down(one, peak_voltage(one))) for one in varied])
+            broken = np.array([bool(air_breaks_down(one, one.drive.largest())) for one in varied])
             label = f"{name}: air breaks down"
             marks += (
                 [Curve(label, values[broken], forces[broken], None, "points", look)] if any(broken) else []

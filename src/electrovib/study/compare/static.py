@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.physics.material import Material
 from electrovib.physics.safety import air_lamps, peak
 from electrovib.solve.expand import mean_force, phasors
@@ -15,11 +14,6 @@ from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:
     import xarray
-
-
-def peak_voltage(scenario: Scenario) -> float:
-    """Largest absolute voltage of the drive [V], on an even grid over its length."""
-    return float(np.max(np.abs(scenario.drive.voltage(np.linspace(0, scenario.drive.duration, 4001)))))
 
 
 def insulating(scenario: Scenario) -> Scenario:
@@ -92,7 +86,7 @@ def air_warnings(scenario: Scenario, trace: xarray.Dataset) -> tuple[str, ...]:
     Parameters
     ----------
     scenario : Scenario
-        Stack; without a layer ``gap`` the gap is a vanishing one at the insulator.
+        Stack; without a gap, a vanishing one.
     trace : xarray.Dataset
         Of that stack.
 
@@ -101,11 +95,9 @@ def air_warnings(scenario: Scenario, trace: xarray.Dataset) -> tuple[str, ...]:
     tuple of str
         The texts of the lamps beyond their limits.
     """
-    layers = scenario.stack.layers
-    if "gap" in layers:
-        field, thickness = peak(trace.field.sel(layer="gap").values), layers["gap"].thickness
-    elif "insulator" in layers:
-        field, thickness = peak(trace.displacement.sel(layer="insulator").values) / eps0, 0.0
-    else:
-        return ()
+    gap = scenario.stack.gap_name
+    field, thickness = (
+        peak(trace.interface_field.values),
+        scenario.stack.layers[gap].thickness if gap else 0.0,
+    )
     return tuple(lamp.text for lamp in air_lamps(field, thickness) if lamp.state == "warning")

@@ -113,9 +113,9 @@ def _leak(scenario: Scenario) -> str:
     names = conducting(scenario)
     if not names:
         return "Nothing conducts here, so there is no leak."
-    if "gap" in names:
+    if scenario.stack.gap_name in names:
         return f"Conducting: {listed(names)}. The gap leaks, so charge crosses from the finger onto the insulator."
-    gap = "The gap does not leak" if "gap" in scenario.stack.layers else "There is no gap that could leak"
+    gap = "The gap does not leak" if scenario.stack.gap_name else "There is no gap that could leak"
     return f"Conducting: {listed(names)}. {gap}, so no charge crosses from the finger onto the insulator."
 
 

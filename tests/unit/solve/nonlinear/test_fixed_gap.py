@@ -227,6 +227,7 @@ layer = st.builds(
     lambda thickness, high, strength, time, conductivity, leak: (
         Layer(
             thickness=thickness,
+            role="plate",
             material=Constant(permittivity=1.0, conductivity=conductivity),
             leak=leak,
         ),

@@ -79,8 +79,8 @@ def test_many_thin_layers_have_labels_that_do_not_touch(scenario):
     layers = {
         "insulator": coat,
         "gap": coat,
-        "sweat": coat,
-        "wax": coat,
+        "sweat": coat | {"role": "finger"},
+        "wax": coat | {"role": "finger"},
         "stratum_corneum": {**coat, "thickness": 1e-3},
     }
     ax = plots.stack(with_stack(scenario, **layers))

@@ -1,0 +1,192 @@
+"""The lowest and the highest value of a sum of straight pieces, tones and formulas."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.physics.drive.parts import LOOKS, MOST_LOOKS, Linear, Smooth, Tones
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from electrovib.physics.drive.parts import Complex, Indices, Part, Real
+
+TOLERANCE = 1e-12
+"""Of a searched extreme, over the sum of the amplitudes."""
+_DIVISIONS = 4
+_CURVED = 2.0
+"""Curvature of a formula over what its highest frequency and its largest value alone would give."""
+
+
+def extremes(parts: Sequence[Part], start: float, end: float) -> tuple[float, float]:
+    """Find the lowest and the highest sum of parts between two times.
+
+    Parameters
+    ----------
+    parts : sequence of Linear, Tones or Smooth
+        What is added.
+    start, end : float
+        s; at the start the value after a jump counts, at the end both do.
+
+    Returns
+    -------
+    lowest, highest : float
+        V.
+    """
+    at_end = sum(float(part.value(np.array(end))) for part in parts)
+    if end <= start:
+        return at_end, at_end
+    repeating = [part for part in parts if isinstance(part, Linear) and part.period]
+    if sum(end / (part.period or end) * len(part.times) for part in repeating) > MOST_LOOKS:
+        bound = sum(part.bound() for part in parts)
+        return -bound, bound
+    straight = [part.until(end) for part in parts if isinstance(part, Linear)]
+    others = [part for part in parts if not isinstance(part, Linear)]
+    gates = [gate for part in others for gate in (part.start, part.stop) if start < gate < end]
+    found = []
+    for first, last in pairwise([start, *sorted(set(gates)), end]):
+        middle = (first + last) / 2
+        on = [part for part in others if part.start <= middle < part.stop]
+        found.append(_Stretch.between(straight, on, first, last).extremes())
+    lows, highs = zip(*found, strict=True)
+    return min(*lows, at_end), max(*highs, at_end)
+
+
+@dataclass(frozen=True)
+class _Stretch:
+    """Straight pieces from corner to corner, and what oscillates beside all of them.
+
+    Parameters
+    ----------
+    begins, ends, after, before : ndarray, shape (n,)
+        Of each straight piece: from when until when [s], and the value at both ends [V].
+    frequencies, amplitudes : ndarray
+        Of tones [Hz, V].
+    formulas : sequence of Smooth
+        Beside them.
+    """
+
+    begins: Real
+    ends: Real
+    after: Real
+    before: Real
+    frequencies: Real
+    amplitudes: Complex
+    formulas: tuple[Smooth, ...]
+
+    @classmethod
+    def between(
+        cls, straight: Sequence[Linear], others: Sequence[Tones | Smooth], first: float, last: float
+    ) -> _Stretch:
+        corners = np.concatenate([[first, last], *(part.times for part in straight)])
+        corners = np.unique(corners[(corners >= first) & (corners <= last)])
+        begins, ends = corners[:-1], corners[1:]
+        after, before = np.zeros(len(begins)), np.zeros(len(begins))
+        for part in straight:
+            after, before = after + part.value(begins), before + part.value_before(ends)
+        tones = [part for part in others if isinstance(part, Tones)]
+        frequencies = np.concatenate([np.zeros(1), *(part.frequencies for part in tones)])
+        amplitudes = np.concatenate([np.zeros(1, complex), *(part.amplitudes for part in tones)])
+        frequencies, place = np.unique(frequencies, return_inverse=True)
+        together = np.zeros(len(frequencies), complex)
+        np.add.at(together, place, amplitudes)
+        level, kept = together[0].real, together != 0
+        kept[0] = False
+        formulas = tuple(part for part in others if isinstance(part, Smooth))
+        return cls(begins, ends, after + level, before + level, frequencies[kept], together[kept], formulas)
+
+    def extremes(self) -> tuple[float, float]:
+        """Lowest and highest value [V]."""
+        if not len(self.frequencies) and not self.formulas:
+            values = np.concatenate([self.after, self.before])
+            return float(np.min(values)), float(np.max(values))
+        if len(self.frequencies) == 1 and not self.formulas:
+            return self._of_one_tone()
+        searched = self._search()
+        return self._bounds() if searched is None else searched
+
+    def _oscillating(self, times: Real) -> Real:
+        waves = Tones(self.frequencies, self.amplitudes).value(times)
+        return np.asarray(waves + sum(part.whenever(times) for part in self.formulas), dtype=float)
+
+    def _straight(self, pieces: Indices | slice, times: Real) -> Real:
+        """Value of the straight pieces that hold some times; exact at both ends."""
+        begins, ends = self.begins[pieces], self.ends[pieces]
+        share = (times - begins) / (ends - begins)
+        return np.asarray(self.after[pieces] * (1 - share) + self.before[pieces] * share)
+
+    def _of_one_tone(self) -> tuple[float, float]:
+        """One tone on straight pieces: its first and last crest and trough in each, beside the ends."""
+        angular, amplitude = 2 * np.pi * self.frequencies[0], complex(self.amplitudes[0])
+        size, phase = abs(amplitude), math.atan2(amplitude.imag, amplitude.real)
+        slope = (self.before - self.after) / (self.ends - self.begins)
+        steep = np.clip(slope / (size * angular), -1.0, 1.0)
+        values = [
+            self.after + self._oscillating(self.begins),
+            self.before + self._oscillating(self.ends),
+        ]
+        for turn in (
+            np.arcsin(steep),
+            np.pi - np.arcsin(steep),
+        ):  # slope = size angular sin(angular t + phase)
+            fewest = np.ceil((angular * self.begins + phase - turn) / (2 * np.pi))
+            most = np.floor((angular * self.ends + phase - turn) / (2 * np.pi))
+            for count in (fewest, most):
+                at = (turn - phase + 2 * np.pi * count) / angular
+                at = np.clip(at, self.begins, self.ends)
+                crest = np.where(fewest <= most, size * np.cos(turn), self._oscillating(at))
+                values.append(self._straight(slice(None), at) + crest)
+        found = np.concatenate(values)
+        return float(np.min(found)), float(np.max(found))
+
+    def _bounds(self) -> tuple[float, float]:
+        swing = float(np.sum(np.abs(self.amplitudes))) + sum(part.bound() for part in self.formulas)
+        straight = np.concatenate([self.after, self.before])
+        return float(np.min(straight)) - swing, float(np.max(straight)) + swing
+
+    def _search(self) -> tuple[float, float] | None:
+        """Cut out what cannot hold an extreme, by the largest curvature, until it is bracketed; None if too long."""
+        angular = 2 * np.pi * self.frequencies
+        scale, curvature = float(np.sum(np.abs(self.amplitudes))), float(angular**2 @ np.abs(self.amplitudes))
+        span = float(self.ends[-1] - self.begins[0])
+        for part in self.formulas:
+            if span * part.highest_frequency * LOOKS > MOST_LOOKS:
+                return None
+            size = part.bound()
+            scale += size
+            curvature += _CURVED * size * (2 * np.pi * part.highest_frequency) ** 2
+        if curvature == 0:
+            scale, curvature = 1.0, 0.0
+        step = 2 * np.pi / LOOKS * math.sqrt(scale / curvature) if curvature else span
+        counts = np.ceil((self.ends - self.begins) / step).astype(int)
+        if float(np.sum(counts)) * max(1, len(angular) + len(self.formulas)) > LOOKS * MOST_LOOKS:
+            return None
+        high = self._highest(counts, curvature, scale, sign=1.0)
+        return -self._highest(counts, curvature, scale, sign=-1.0), high
+
+    def _highest(self, counts: Indices, curvature: float, scale: float, *, sign: float) -> float:
+        pieces = np.repeat(np.arange(len(counts)), counts)
+        number = np.arange(len(pieces)) - np.repeat(np.cumsum(counts) - counts, counts)
+        width = ((self.ends - self.begins) / counts)[pieces]
+        first = self.begins[pieces] + number * width
+        last = np.where(number + 1 == counts[pieces], self.ends[pieces], first + width)
+        best = -math.inf
+        while True:
+            left = sign * (self._straight(pieces, first) + self._oscillating(first))
+            right = sign * (self._straight(pieces, last) + self._oscillating(last))
+            best = max(best, float(np.max(left)), float(np.max(right)))
+            above = np.maximum(left, right) + curvature * (last - first) ** 2 / 8
+            kept = above > best + TOLERANCE * scale
+            if not np.any(kept) or np.count_nonzero(kept) > MOST_LOOKS:
+                return best if not np.any(kept) else float(np.max(above))
+            pieces = np.repeat(pieces[kept], _DIVISIONS)
+            width = np.repeat((last - first)[kept] / _DIVISIONS, _DIVISIONS)
+            first = np.repeat(first[kept], _DIVISIONS) + width * np.tile(
+                np.arange(_DIVISIONS), np.count_nonzero(kept)
+            )
+            last = first + width

@@ -1,0 +1,121 @@
+"""Where the finger separates from the plate: each layer belongs to the plate, to the gap between them, or to the finger."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
+
+from electrovib.core.errors import InputError, nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from electrovib.physics.stack import Layer
+
+Role: TypeAlias = Literal["plate", "gap", "finger"]
+"""Side of the interface on which a layer lies."""
+
+ORDER: Final[tuple[Role, ...]] = get_args(Role)
+"""From the plate to the finger."""
+
+INTERFACE: Final = "interface"
+"""Where plate and finger separate, among the layers; no layer has this name."""
+
+IMPLIED: Final[Mapping[str, Role]] = {"insulator": "plate", "gap": "gap", "stratum_corneum": "finger"}
+"""Roles that a layer's name tells; any other layer declares its own."""
+
+
+def roles_of(layers: Mapping[str, Layer]) -> dict[str, Role]:
+    """Tell for each layer whether it belongs to the plate, to the gap or to the finger.
+
+    Parameters
+    ----------
+    layers : mapping of str to Layer
+        From the plate to the finger.
+
+    Returns
+    -------
+    dict of str to str
+        Name to ``"plate"``, ``"gap"`` or ``"finger"``, in the same order.
+
+    Raises
+    ------
+    InputError
+        If a role is missing, contradicts the layer's name, or contradicts the order of the layers; with every
+        such layer.
+
+    Notes
+    -----
+    A finger separates from a plate at one interface: first the layers of the plate, then at most one gap, then
+    the layers of the finger.
+    """
+    problems, found = role_problems(layers)
+    if problems:
+        raise InputError(f"stack.{name}.role: {why}" for name, why in problems.items())
+    return found
+
+
+def role_problems(layers: Mapping[str, Layer]) -> tuple[dict[str, str], dict[str, Role]]:
+    """Find the roles of layers, and what is wrong with them.
+
+    Parameters
+    ----------
+    layers : mapping of str to Layer
+        From the plate to the finger.
+
+    Returns
+    -------
+    problems : dict of str to str
+        Name of a layer to what is wrong with its role.
+    roles : dict of str to str
+        As from `roles_of`, of the layers whose role is known.
+    """
+    problems: dict[str, str] = {}
+    found: dict[str, Role] = {}
+    last, gap = "", ""
+    for name, layer in layers.items():
+        role = layer.role or IMPLIED.get(name)
+        if role is None:
+            known = nearest(name, IMPLIED)
+            problems[name] = (
+                "is missing: say on which side of the interface between plate and finger the layer lies, role = 'plate',"
+                f" 'gap' or 'finger'. Only these names tell it by themselves: {', '.join(IMPLIED)}.{known}"
+            )
+            continue
+        if role != IMPLIED.get(name, role):
+            problems[name] = f"'{role}' contradicts the name, which says '{IMPLIED[name]}'; rename the layer"
+        elif role == "gap" and gap:
+            problems[name] = (
+                f"'gap' is already the role of '{gap}': a finger has one interface with the plate"
+            )
+        elif last and ORDER.index(role) < ORDER.index(found[last]):
+            problems[name] = (
+                f"'{role}' comes after '{last}', whose role is '{found[last]}': layers are in the order plate, gap, finger"
+            )
+        else:
+            last, gap = name, name if role == "gap" else gap
+        found[name] = role
+    return problems, found
+
+
+def beside_interface(roles: Mapping[str, Role], role: Role) -> str | None:
+    """Find the layer of a role that is nearest to the interface.
+
+    Parameters
+    ----------
+    roles : mapping of str to str
+        From `roles_of`, from the plate to the finger.
+    role : str
+        ``"plate"``: the last layer of the plate; ``"gap"``: the gap; ``"finger"``: the first layer of the finger.
+
+    Returns
+    -------
+    str or None
+        Its name; None where there is no such layer.
+    """
+    names = [name for name, each in roles.items() if each == role]
+    return (names[-1] if role == "plate" else names[0]) if names else None
+
+
+def interface_place(roles: Iterable[Role]) -> int:
+    """Count the layers of the plate: the interface, or the gap, comes after them."""
+    return sum(role == "plate" for role in roles)
