@@ -123,12 +123,12 @@ class LimitedMarch:
         return self.network.current(course.voltage(since), course.slope(since), branches, now + since)
 
     def _behind(self, course: Course, mode: int, now: float, piece: Piece, since: Real) -> Real:
-        """Above 0 as long as the amplifier cannot reach what it wants with its largest current, but for rounding."""
+        """Above 0 as long as the amplifier cannot reach what it wants with its largest current."""
         aim = piece.level + piece.slope * (now + since - piece.start)
         lag = aim - course.voltage(since)
         if self.corner is not None:
             lag = lag - course.slope(since) / self.corner
-        return np.asarray(mode * lag + _HYSTERESIS * self.scale)
+        return np.asarray(mode * lag)
 
     def _begin(self, mode: int, piece: Piece, voltage: float, states: Real) -> int:
         """Find what holds at the beginning of a piece, where aim or slope have jumped."""
@@ -156,7 +156,7 @@ class LimitedMarch:
         if length <= 0 or not np.isfinite(self.limits[1]):
             return length, None
         if mode:
-            values = self._behind(course, mode, now, piece, _LOOKS * length)
+            values = self._behind(course, mode, now, piece, _LOOKS * length) + _HYSTERESIS * self.scale
             turned = 0
         else:
             currents = self._current(course, now, states, _LOOKS * length)

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import cmath
 import math
+import warnings
 
 import numpy as np
-from scipy.integrate import odeint
+from scipy.integrate import ODEintWarning, odeint, solve_ivp
 
 from electrovib.physics.drive.parts import Linear, Tones
 from electrovib.physics.motion import TremblingDistance
@@ -291,16 +292,18 @@ class Plain:
         return self.at(0.0, state, (0.0, 0.0))[-1]
 
     def _integrate(self, state, grid, value, tolerance):
-        return odeint(
-            lambda time, now: self.at(time, now, value(time))[0],
-            state,
-            grid,
-            rtol=tolerance,
-            atol=tolerance * self.sizes(),
-            tfirst=True,
-            mxstep=20_000,
-            tcrit=[grid[-1]],
-        )
+        def rate(time, now):
+            return self.at(time, now, value(time))[0]
+
+        errors = {"rtol": tolerance, "atol": tolerance * self.sizes()}
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            try:
+                return odeint(rate, state, grid, tfirst=True, mxstep=5_000, tcrit=[grid[-1]], **errors)
+            except ODEintWarning:  # a kink that it does not get over
+                found = solve_ivp(rate, grid[[0, -1]], state, method="Radau", t_eval=grid, **errors)
+        assert found.success, found.message
+        return found.y.T
 
     def named(self, time, state, value):
         """Signals by their names in a record of the package."""
