@@ -18,7 +18,7 @@ from electrovib.solve.simulate import simulate
 
 FLOOR, SWITCHED = 1e-5, 3e-5
 """Of the size of a signal: what the plain equations themselves miss, 4e-6 at most where the solver is exact; behind a
-largest current, which they let go of with a plate that follows within 5 ns, 1.1e-5."""
+largest current, which they let go of with a plate that follows within 1 ns, 1.1e-5."""
 STATED = 3
 """Times the stated error, which a march gives for one field and not for its worst signal."""
 FEW, SHORT, LONG = 40, 260, 90

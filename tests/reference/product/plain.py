@@ -19,7 +19,7 @@ from electrovib.physics.motion import TremblingDistance
 
 EPS0 = 8.8541878128e-12
 TOLERANCE = 1e-10
-AT_ONCE = 2e8
+AT_ONCE = 1e9
 """Rate at which the plate follows an amplifier without a pole but with a largest current [1/s]."""
 
 
