@@ -5,13 +5,13 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from product.axes import REPEATS
-from product.plain import EPS0, Plain, breaks_of
 from scipy.linalg import expm
 
 from electrovib.physics.drive.parts import Linear, Tones
 from electrovib.solve.expand import modes
 from electrovib.solve.scenario import PeriodicState
+from product.axes import REPEATS
+from product.plain import EPS0, Plain, breaks_of
 
 NODES = 8
 """Gauss points between two moments at which the answer of a place is not smooth in when it was entered."""
@@ -39,7 +39,9 @@ def scale(scenario, name, row):
         "gap": 1e-6,
     }.get(kind, 1.0)
     if kind == "field":
-        usual = charge / EPS0 / float(np.real(scenario.stack.layers[layer].material.polarisation(np.array(1e3))))
+        usual = (
+            charge / EPS0 / float(np.real(scenario.stack.layers[layer].material.polarisation(np.array(1e3))))
+        )
     return max(float(np.max(np.abs(row))), usual)
 
 
@@ -61,7 +63,7 @@ def attraction(scenario, found):
         name = {"InsulatorPlane": "insulator", "StratumCorneumPlane": "stratum_corneum"}[law]
         pressure = found[f"field {name}"] * found[f"displacement {name}"] / 2
     second = scenario.circuit.return_path.second_contact(area)
-    return area * pressure * (1 + (second if second else 0.0))
+    return area * pressure * (1 + (second or 0.0))
 
 
 def _settled(plain, period):
@@ -101,7 +103,9 @@ def _over_places(scenario, plain, times):
     entries = [(0.0, None)]
     for first, last in itertools.pairwise(marks):
         half = (last - first) / 2
-        entries += [(first + half * (1 + p), half * w * speed / length) for p, w in zip(points, weights, strict=True)]
+        entries += [
+            (first + half * (1 + p), half * w * speed / length) for p, w in zip(points, weights, strict=True)
+        ]
     for entry, weight in entries:
         later = np.flatnonzero(times >= entry)
         place = speed * (times[later] - entry)

@@ -46,7 +46,11 @@ DRIVES = {
         "voltage_samples": [15, 60, 40, -50, 10],
     },
     "current sine": {"model": "CurrentSine", "amplitude": 5e-6, "frequency": 200.0, "phase": 0.4},
-    "current": {"model": "CurrentAmplifier", "sense_resistance": 1e7, "command": {"model": "Sum", "drives": TONES}},
+    "current": {
+        "model": "CurrentAmplifier",
+        "sense_resistance": 1e7,
+        "command": {"model": "Sum", "drives": TONES},
+    },
     "current once": {"model": "CurrentAmplifier", "sense_resistance": 1e7, "command": ONCE},
 }
 CURRENTS = {"current sine", "current", "current once"}
@@ -152,7 +156,9 @@ OTHER_PLANES_ARE_REFUSED = False
 
 def is_scenario(case):
     """Tell whether such layers and such a law can be written down at all."""
-    if case["law"] == "Vezzoli2014Causal" and (case["gap"] != "none" or case["skin"] in {"relaxes", "disperses"}):
+    if case["law"] == "Vezzoli2014Causal" and (
+        case["gap"] != "none" or case["skin"] in {"relaxes", "disperses"}
+    ):
         return False  # its closed form is known without a gap and without dispersion
     if case["gap"] != "none":
         return True
@@ -181,7 +187,9 @@ def refusals(case):
         found.append("circuit.amplifier")
     if currents and (moves or case["leak"] == "two"):
         found.append("drive")
-    if case["gap"] == "closes" and (case["path"] in SECOND or (case["law"] != "GapPlane" and OTHER_PLANES_ARE_REFUSED)):
+    if case["gap"] == "closes" and (
+        case["path"] in SECOND or (case["law"] != "GapPlane" and OTHER_PLANES_ARE_REFUSED)
+    ):
         found.append("contact.closing")
     if case["film"] == "renews":
         others = {
@@ -281,14 +289,18 @@ def takes_long(case):
     """Tell whether a case goes to the general solver, or is solved place by place."""
     together = (case["leak"] != "none") + (case["amplifier"] in LIMITED) + (case["gap"] in DISTANCES)
     before = case["leak"] != "none" and case["amplifier"] != "none"
-    return together > 1 or before or case["leak"] == "two" or case["gap"] == "closes" or case["film"] == "renews"
+    return (
+        together > 1 or before or case["leak"] == "two" or case["gap"] == "closes" or case["film"] == "renews"
+    )
 
 
 def _answered(luck):
     """A case that has to be answered; the less goes together with a choice, the more often it is made."""
     while True:
         case = {axis: luck.choice(levels) for axis, levels in AXES.items()}
-        case |= luck.choice([{"start": "rest", "film": "stays"}] * 7 + [{"start": "periodic"}] * 3 + [{"film": "renews"}] * 2)
+        case |= luck.choice(
+            [{"start": "rest", "film": "stays"}] * 7 + [{"start": "periodic"}] * 3 + [{"film": "renews"}] * 2
+        )
         for axis in luck.sample(["leak", "amplifier", "gap", "charge"], luck.randrange(4)):
             case[axis] = AXES[axis][0] if axis != "gap" else "still"
         if case["film"] == "renews":

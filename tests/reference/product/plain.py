@@ -8,6 +8,7 @@ package's solvers is used but the Debye terms of a material.
 from __future__ import annotations
 
 import cmath
+import itertools
 import math
 import warnings
 
@@ -129,7 +130,9 @@ class Plain:
     def aim(self, value):
         voltage, slope = value
         aimed = self.gain * voltage
-        return (aimed, self.gain * slope) if abs(aimed) <= self.largest else (np.sign(aimed) * self.largest, 0.0)
+        return (
+            (aimed, self.gain * slope) if abs(aimed) <= self.largest else (np.sign(aimed) * self.largest, 0.0)
+        )
 
     def gap_now(self, time, state):
         """Gap and its rate where it is given."""
@@ -157,7 +160,10 @@ class Plain:
         for k, leak in enumerate(self.leaks):
             if leak is not None:
                 flow[k] += float(leak.current_density(field[k]))
-        creep = [rate * (strength * field[k] - p) for (k, strength, rate), p in zip(self.terms, polarised, strict=True)]
+        creep = [
+            rate * (strength * field[k] - p)
+            for (k, strength, rate), p in zip(self.terms, polarised, strict=True)
+        ]
         lost = list(flow)
         for (k, _, _), c in zip(self.terms, creep, strict=True):
             lost[k] += c
@@ -206,7 +212,9 @@ class Plain:
             return plate, slope, flows / area
         slope = wanted
         for limit, side in ((self.lowest, -1), (self.highest, 1)):
-            if side * (flows - limit) >= 0:  # the plate cannot leave the stack behind faster than the current allows
+            if (
+                side * (flows - limit) >= 0
+            ):  # the plate cannot leave the stack behind faster than the current allows
                 along = limit / area * inverse - loss - AT_ONCE * resistance * (flows - limit) * 1e-2
                 slope = side * min(side * wanted, side * along)
         return plate, slope, min(max(flows, self.lowest), self.highest) / area
@@ -247,7 +255,7 @@ class Plain:
         end = max(float(times[-1]), start + 1e-9)
         marks = [start, *(t for t in breaks_of(self.drive, self.distance, end) if t > start)]
         found, values, state = [], [], None
-        for first, last in zip(marks[:-1], marks[1:], strict=True):
+        for first, last in itertools.pairwise(marks):
             value = smooth_piece(self.drive, first, last)
             if state is None:
                 state = self.begin(first, value(first))
@@ -307,6 +315,10 @@ class Plain:
 
     def named(self, time, state, value):
         """Signals by their names in a record of the package."""
+        if self.lags and self.corner is None:  # what is left of following at once is no rate of change
+            aimed = self.aim(value(time))[0]
+            if abs(aimed - state[-1]) < 1e-4:
+                state = np.append(state[:-1], aimed)
         _, field, thickness, density, plate, slope, stack = self.at(time, state, value(time))
         body = state[-3]
         found = {
