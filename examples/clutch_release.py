@@ -1,6 +1,7 @@
-"""Release of an electroadhesive clutch: how much of what the load cell shows is the ringing of the cell.
+"""Release of an electroadhesive clutch: when the force lets go, and how load cell and clutch ring together.
 
-Run with a file of your own, ``python clutch_release.py record.npy``: time [us], force [N], any, drive [V].
+Run with a file of your own, ``python clutch_release.py record.npy``: time [us], force [N], any, and as drive [V] what
+was read back from one of two electrodes driven in antiphase. If yours is the whole voltage, set READBACK = None.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.data.columns import read_columns
+from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.resonance import release_seen_by_sensor
 from electrovib.study.ringing import Ringing, ringing
 
@@ -21,14 +23,15 @@ if TYPE_CHECKING:
 
 FREQUENCY, QUALITY = 350.0, 3.0
 COLUMNS = {"time": (0, "us"), "force": (1, "N"), "voltage": (3, "V")}
+READBACK = OneOfTwoInAntiphase()
 
 
 def make_record(path: Path) -> None:
-    """Write a clutch that lets go 0.4 ms after a pulsed drive, on a cell that rings, with jitter and noise."""
+    """Write a clutch whose force begins to fall 0.4 ms after the drive ends and rings, with jitter and noise."""
     random = np.random.default_rng(1)
     time = np.cumsum(random.integers(77, 80, 8000)) * 1e-6
     voltage = np.where((time > 0.1) & (time < 0.5) & ((time * 1000) % 1 < 0.5), 300.0, 2.0)
-    end = time[np.flatnonzero(voltage > 150)[-1]]
+    end = np.mean(time[np.flatnonzero(voltage > 150)[-1] + np.arange(2)])
     shape = release_seen_by_sensor(
         time, start=end + 0.4e-3, fall_time=0.1e-3, frequency=FREQUENCY, quality=QUALITY
     )
@@ -43,7 +46,8 @@ def draw(found: Ringing) -> Figure:
     figure = Figure(figsize=(7, 4), layout="constrained")
     axes = figure.subplots()
     axes.plot(1e3 * found.time, found.force, ".", ms=3, color="0.4", label="measured")
-    label = f"release and resonance of {found.frequency:.0f} Hz: {found.misfit:.1%} left"
+    uncertain = found.uncertainty["frequency"].total
+    label = f"release, resonance of {found.frequency:.0f} ± {uncertain:.0f} Hz: {found.misfit:.1%} left"
     axes.plot(1e3 * found.time, found.model, label=label)
     axes.plot(
         1e3 * found.time, found.model_without, "--", label=f"release alone: {found.misfit_without:.1%} left"
@@ -56,13 +60,13 @@ def draw(found: Ringing) -> Figure:
 
 
 def main(file: str = "") -> Ringing:
-    """Fit a recorded release, or one made up with a cell of 350 Hz."""
+    """Fit a recorded release, or one made up with a loaded cell of 350 Hz."""
     if file:
-        return ringing(**read_columns(Path(file), COLUMNS))
+        return ringing(**read_columns(Path(file), COLUMNS), readback=READBACK)
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "clutch.npy"
         make_record(made)
-        return ringing(**read_columns(made, COLUMNS))
+        return ringing(**read_columns(made, COLUMNS), readback=READBACK)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
 """A recorded swipe: friction of the finger, with what the zero of the sensors leaves uncertain.
 
-Run with a file of your own, ``python measured_swipe.py record.mat``, after writing its calibration below.
+Run with a file of your own, ``python measured_swipe.py record.mat``, after writing its calibration below. A column that
+is a force already has a unit in place of a sensitivity, {"column": "trial.Fz", "unit": "N", "sign": -1}; without an
+encoder leave it out and state "speed": "40 mm/s", or nothing; "missing_rows": 20 lets as many rows with a NaN be left out.
 """
 
 from __future__ import annotations

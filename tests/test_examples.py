@@ -78,6 +78,10 @@ def test_clutch_release(tmp_path):
     assert release.frequency == pytest.approx(350, rel=5e-3)
     assert release.quality == pytest.approx(3, rel=3e-2)
     assert release.misfit < 0.03
+    # 0.4 ms until the fall begins and 0.1 ms of fall; the end of the drive is known to half of 78 us
+    assert release.delay == pytest.approx(0.5e-3, abs=0.04e-3)
+    for name, true in (("frequency", 350), ("quality", 3), ("delay", 0.5e-3)):
+        assert abs(getattr(release, name) - true) < 3 * release.uncertainty[name].total
     assert release.misfit_without > 0.3
     module.draw(release).savefig(tmp_path / "release.png")
     assert (tmp_path / "release.png").stat().st_size > 5000

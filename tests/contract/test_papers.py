@@ -7,6 +7,7 @@ import math
 import pytest
 
 from electrovib.core.checks import STATUSES, Check
+from electrovib.solve.scenario import not_in_paper
 
 
 def checks_in(paper):
@@ -85,6 +86,25 @@ def test_a_scenario_names_the_source_of_every_parameter(scenario):
 
 def test_sources_belong_to_parameters(scenario):
     assert set(scenario.sources) <= {path for path, _, _ in scenario.parameters()}
+
+
+def test_what_a_scenario_finds_in_its_paper_begins_with_the_papers_name(scenario, request):
+    """So the terminal can name the rest; a source that means the paper otherwise would be told as not found in it."""
+    paper = request.node.callspec.id.split("-")[0]
+    author, year = paper.split("_")
+    found = not_in_paper(scenario, paper)
+    for path, value, _ in scenario.parameters():
+        source = scenario.sources.get(path)
+        if source is None:
+            assert path not in found
+        elif source.startswith(f"{author.capitalize()} {year}"):
+            assert path not in found
+            assert "a choice" not in source
+        else:
+            assert path in found or value is None or (value == 0 and is_default(scenario, path, value))
+            assert not source.startswith(
+                ("abstract", "section", "table", "figure", "equation", "the paper", "printed")
+            )
 
 
 def is_default(scenario, path, value):

@@ -30,7 +30,7 @@ SAMPLES = {
     "reading": np.linspace(-5.0, 5.0, 12),
 }
 """What each argument that may be an array is tried with."""
-WHOLE_RECORDS = {("keep", "time"), ("wraps", "counts"), ("position", "counts")}
+WHOLE_RECORDS = {("keep", "time"), ("wraps", "counts"), ("position", "counts"), ("driving", "voltage")}
 """Arguments that are one record, not elements on their own."""
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 
 from electrovib.core.errors import NotCausalError
 from electrovib.core.model import read_model
+from electrovib.papers import gabriel_1996
 from electrovib.papers.vezzoli_2014 import Vezzoli2014Causal, Vezzoli2014PerFrequency
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.material import Prony
@@ -135,7 +138,10 @@ def test_readings_agree_without_dispersion(finger):
     assert np.max(np.abs(modal.at(FREQUENCY) - law)) < PRECISION
 
 
-def test_readings_differ_with_dispersion_by_less_than_a_tenth(finger, conducting_paper_skin):
+def test_readings_of_the_shipped_skins_differ_by_less_than_a_tenth_up_to_10_kilohertz(
+    finger, conducting_paper_skin
+):
+    """Of these skins, and no further: see below for what a Trace says of others."""
     layers = {
         "insulator": finger.film(),
         "stratum_corneum": {"thickness": 200e-6, "material": conducting_paper_skin},
@@ -218,3 +224,58 @@ def test_step_response_falls_for_random_skins(thickness, permittivity, high, ter
 
     debye = DebyeSum(high, tuple(s for s, _ in terms), tuple(t for _, t in terms))
     check_stieltjes(*causal_voltage(thickness, permittivity, debye, conductivity), conductivity)
+
+
+def difference_of_readings(scenario):
+    """Find the diagnostic that compares both readings of the law in a Trace, or None."""
+    spoken = json.loads(simulate(scenario, time=np.array([0.0, 1e-3])).attrs["lamps"])
+    return next((lamp for lamp in spoken if lamp["name"] == "readings of the law"), None)
+
+
+def peak_loss(*, high, strength):
+    """Printed over causal effective voltage of a Debye skin without conduction where they differ most.
+
+    The causal one is then the voltage itself; the printed one is the cosine of the loss angle of skin and film side by
+    side, least at w tau = sqrt((high + strength)/high): 2 sqrt(high (high + strength))/(2 high + strength).
+    """
+    high = high + 3.35 / 90e-6 * 200e-6  # the film beside the skin
+    return 2 * np.sqrt(high * (high + strength)) / (2 * high + strength)
+
+
+@pytest.mark.parametrize(
+    ("strength", "state"), [(1300.0, "warning"), (180.0, "warning"), (150.0, "ok"), (20.0, "ok")]
+)
+def test_a_trace_says_by_how_much_both_readings_differ(finger, strength, state):
+    high, relaxation = 100.0, 3e-4
+    skin = {"model": "Debye", "permittivity_high": high, "conductivity": 1e-14}
+    skin |= {"strength": strength, "relaxation_time": relaxation}
+    scenario = founding(finger, {"model": "Constant", "level": 100.0}).replace(
+        {"stack.stratum_corneum.material": skin, "frequency.samples": 4001}
+    )
+    found = difference_of_readings(scenario)
+    ratio = peak_loss(high=high, strength=strength)
+    assert found["value"] == pytest.approx(1 - ratio, rel=1e-3)
+    assert (found["state"], found["limit"], found["unit"]) == (state, 0.1, "1")
+    assert f"{-100 * (1 - ratio):.3g} %" in found["text"]
+    assert f"{ratio**2:.3g} times the force" in found["text"]
+    if strength == 1300.0:  # the force of the causal reading is 3.8 times that of the printed one
+        assert "-48.7 % at 1.9" in found["text"]
+        assert 1 / ratio**2 == pytest.approx(3.8, abs=0.05)
+
+
+def test_both_readings_of_the_shipped_wet_skin_and_over_a_band_of_ones_own(finger):
+    """-58 % at 1 MHz, 3.2 % below 10 kHz: what is said follows the frequencies of the scenario."""
+    wet = founding(finger, {"model": "Constant", "level": 100.0}).replace(
+        {"stack.stratum_corneum.material": gabriel_1996.WET}
+    )
+    found = difference_of_readings(wet)
+    assert (found["state"], found["value"]) == ("warning", pytest.approx(0.58, abs=5e-3))
+    assert "-58 % at 1 MHz" in found["text"]
+    narrow = difference_of_readings(wet.replace({"frequency.low": 100.0, "frequency.high": 1e4}))
+    assert (narrow["state"], narrow["value"]) == ("ok", pytest.approx(0.031, abs=1e-3))
+    assert "from 100 Hz to 10 kHz" in narrow["text"]
+
+
+def test_without_dispersion_there_is_one_reading_and_no_promise_stands_in_its_docstring(finger):
+    assert difference_of_readings(founding(finger, {"model": "Constant", "level": 100.0})) is None
+    assert "%" not in (Vezzoli2014Causal.__doc__ or "")

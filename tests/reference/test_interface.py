@@ -224,6 +224,23 @@ def test_the_general_solver_has_the_same_limit(seed, path, finger):
     assert np.max(np.abs(expected)) > 0
 
 
+def test_charge_reaches_the_interface_behind_an_amplifier_too(finger):
+    """A pole and a gain before a plate that conducts: the integral of the current keeps its digits."""
+    amplifier = {"gain": 2.0, "bandwidth": 500.0, "stray_capacitance": 1e-10}
+    circuit = {"return_path": {"model": "Grounded", "resistance": 1e3}, "amplifier": amplifier}
+    scenario = stack(finger, LEAKY, level=25.0).replace({"circuit": circuit})
+    time = np.linspace(0, 9e-3, 19)
+    layers = scenario.stack.layers
+    debye = {name: layer.material.debye() for name, layer in layers.items()}
+    space = stack_states(layers, debye, area=AREA, element=scenario.circuit.element())
+    followed = follow_finger(
+        space, scenario.drive, time, amplifier=scenario.circuit.amplifier, tolerance=1e-10
+    )
+    expected = followed.found["field interface"]
+    found = simulate(scenario, time=time).interface_field.values
+    assert np.max(np.abs(found - expected)) < 1e-7 * np.max(np.abs(expected))
+
+
 @pytest.mark.parametrize(("thickness", "permittivity", "share"), [(90e-6, 3.35, 0.995), (1e-6, 3.9, 0.667)])
 def test_a_charge_on_the_film_leaves_its_share_in_the_gap(thickness, permittivity, share, finger):
     """The rest of its lines end on the skin's electrode: (T_i/eps_i)/K of the charge is in the gap at 0 V."""
@@ -294,6 +311,11 @@ def test_a_diagnostic_says_when_no_real_gap_is_small_enough(finger):
     assert lamp["value"] == pytest.approx(np.max(share), rel=1e-2)
     blocking = lamps(simulate(stack(finger, finger.film()), time=time))["vanishing gap"]
     assert blocking["state"] == "ok"
+    pulse = {"model": "Trapezium", "high": 50.0, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}
+    layers = {"insulator": LEAKY, "stratum_corneum": SKIN}
+    ended = simulate(finger.build(drive=pulse, stack=layers, resistance=1e3), time=np.linspace(0, 5e-3, 51))
+    assert 0 < abs(ended.stack_voltage.values[-1]) < 0.1  # the share is that of the largest voltage so far
+    assert lamps(ended)["vanishing gap"]["state"] == "ok"
 
 
 def test_a_negative_attraction_says_why(finger):

@@ -11,6 +11,7 @@ import pytest
 
 from electrovib.core.model import read_model
 from electrovib.data.columns import read_columns
+from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.rig_channels import TribometerChannels
 from electrovib.study.recording import read_recording
 from electrovib.study.ringing import ringing
@@ -39,7 +40,8 @@ def _recording():
 
 def clutch(name):
     columns = {"time": (0, "us"), "force": (1, "N"), "voltage": (3, "V")}
-    return ringing(**read_columns(shared(f"clutch/{name}.npy"), columns))
+    record = read_columns(shared(f"clutch/{name}.npy"), columns)
+    return ringing(**record, readback=OneOfTwoInAntiphase())
 
 
 def test_the_swipe_has_the_expected_forces(recording):
@@ -85,20 +87,63 @@ def test_the_other_direction_of_the_encoder_changes_nothing_but_the_sign(recordi
     assert found.friction == reduce_swipe(recording).friction
 
 
-def test_a_resonance_of_the_load_cell_explains_the_release():
+def test_without_its_encoder_the_swipe_has_the_same_friction_within_what_is_stated(recording):
+    rig = {name: channel for name, channel in CHANNELS.items() if name != "encoder"} | {"speed": "40 mm/s"}
+    found = reduce_swipe(
+        read_recording(shared("tribometer/finger_swipe.mat"), read_model(TribometerChannels, rig))
+    )
+    with_it = reduce_swipe(recording)
+    assert found.friction.value == pytest.approx(with_it.friction.value, rel=0.07)
+    low, high = found.friction.interval
+    assert low < with_it.friction.value < high
+    assert (found.speed, found.way) == (40e-3, None)
+    assert not any("rail" in word for word in (*found.words, *with_it.words))
+
+
+def test_a_resonance_of_the_loaded_assembly_explains_the_release():
     found = clutch("square_300V_1kHz")
     assert found.misfit < 0.12
     assert found.misfit_without > 5 * found.misfit
     assert found.quality == pytest.approx(3, abs=0.5)
+    # the bare cell: 643 to 648 Hz with a quality of 10; with clutches on it 314 to 609 Hz
+    assert 314 < found.frequency < 609
+    assert found.frequency + 10 * found.uncertainty["frequency"].total < 643
+    assert found.quality + 10 * found.uncertainty["quality"].total < 10
     # the authors: release below 875 us
-    assert found.delay + 3 * found.fall_time < 875e-6
-    assert any("holds through pauses" in word for word in found.words)
+    assert found.delay + 2 * found.uncertainty["delay"].total < 875e-6
+    assert "resonance of the loaded assembly" in found.words[0]
+
+
+@pytest.mark.parametrize("name", ["square_300V_1kHz", "square_300V_10Hz"])
+def test_a_release_determines_a_delay_and_only_an_upper_bound_of_its_fall(name):
+    """Nothing is said of pauses, which a drive of two electrodes in antiphase has not."""
+    found = clutch(name)
+    assert 0.15e-3 < found.delay < 0.45e-3
+    assert 0.03e-3 < found.uncertainty["delay"].total < 0.12e-3
+    assert set(found.uncertainty["delay"].components) == {"noise", "window", "fall time", "end"}
+    assert found.fall_time_interval[0] == 0
+    assert 0.1e-3 < found.fall_time_interval[1] < 0.2e-3
+    assert any("How fast it falls is not determined" in word for word in found.words)
+    assert not any("pause" in word or "holds through" in word for word in found.words)
+
+
+def test_the_clutch_pulls_alike_while_the_read_back_is_high_and_low():
+    """The reason why the read-back is one of two electrodes: a pull that paused with it would be half as large."""
+    record = read_columns(
+        shared("clutch/square_300V_10Hz.npy"), {"t": (0, "us"), "f": (1, "N"), "v": (3, "V")}
+    )
+    on = (record["t"] > 3) & (record["t"] < 4.9)
+    high = record["v"] > 150
+    off = float(np.mean(record["f"][record["t"] < 1.9]))
+    pulls = [float(np.mean(record["f"][on & part])) - off for part in (high, ~high)]
+    assert pulls[1] > 0.75 * pulls[0]
 
 
 def test_the_frequency_of_the_ringing_falls():
     found = clutch("square_300V_1kHz")
     assert found.early.frequency > 1.1 * found.late.frequency
     assert found.half_periods[-1] < 0.8 * found.half_periods[0]
+    assert 10 < found.uncertainty["frequency"].components["change"] < 20
     assert any("no single linear resonance does that" in word for word in found.words)
     first = found.extrema[0].time
     table = read_columns(shared("clutch/square_300V_1kHz.npy"), {"t": (0, "us"), "f": (1, "N")})

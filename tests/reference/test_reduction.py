@@ -1,4 +1,4 @@
-"""What reducing the shipped skins to 14 Debye terms costs, in permittivity and in what pulls the finger."""
+"""What reducing the shipped skins to Debye terms costs, in permittivity and in what pulls the finger."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 
 from electrovib.core.discovery import find_members
 from electrovib.physics.force import ForceLaw
-from electrovib.solve.expand import modes, phasors
+from electrovib.solve.expand import modes, phasors, reductions
 from electrovib.solve.inverse_root import inverse_root_thickness
 from electrovib.solve.reduce import reduce_material
 from electrovib.solve.simulate import simulate
@@ -22,7 +22,7 @@ def test_polarisation(paper_skin):
     error = np.max(np.abs(reduction.debye.permittivity(FREQUENCY) / paper_skin.polarisation(FREQUENCY) - 1))
     assert error < ALLOWED
     assert error <= reduction.largest_error * 1.05 + 1e-14  # what is reported is what is found elsewhere
-    assert len(reduction.debye.strengths) <= 14
+    assert len(reduction.debye.strengths) <= 20  # three a decade and two
     assert min(reduction.debye.strengths, default=0.0) >= 0
 
 
@@ -91,11 +91,12 @@ def test_transfer(finger, paper_skin, insulator):
 
 def test_the_trace_tells_both_errors(finger, paper_skin):
     layers = {"insulator": finger.film(), "stratum_corneum": {"thickness": 200e-6, "material": paper_skin}}
-    trace = simulate(
-        finger.build(drive={"model": "Constant", "level": 1}, stack=layers, force="Vezzoli2014Causal")
-    )
-    assert trace.attrs["reduction_error"] == reduce_material(paper_skin).largest_error
-    assert 0 <= trace.attrs["transfer_error"] < ALLOWED
+    scenario = finger.build(drive={"model": "Constant", "level": 1}, stack=layers, force="Vezzoli2014Causal")
+    trace = simulate(scenario)
+    assert trace.attrs["reduction_error"] == reductions(scenario)["stratum_corneum"].largest_error
+    assert (
+        0 <= trace.attrs["transfer_error"] < 10 * ALLOWED
+    )  # of the value at each time, down to 1e-4 of the peak
 
 
 def test_fewer_terms_cost_more(finger):

@@ -29,8 +29,9 @@ NOT_READ = (
 )
 DEFECTS = (
     "Ayyildiz 2018 and its sequel (Sirin et al. 2019, arXiv:2104.01090, abstract) against smooth adhesive contact (Popov"
-    " 2018): in full slip the apparent contact area is measured smaller with electrovibration, although friction is larger"
-    " and the real contact area grows; an adhesive sphere without roughness has a larger apparent area.",
+    " 2018): in full slip the apparent contact area is measured smaller with electrovibration, although friction is larger,"
+    " which the theory puts down to a larger real contact area; an adhesive sphere without roughness has a larger apparent"
+    " area.",
 )
 
 ROUGHNESSES = (1e-6, 5e-6, 22e-6)

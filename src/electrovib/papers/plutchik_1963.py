@@ -2,7 +2,7 @@
 
 doi:10.1126/science.141.3584.927 (abstract; authorship Plutchik and Hirsch is recalled).
 
-Claims: |Z| from 130 kohm at 1 Hz to 30 kohm at 1 kHz, phase from -2 to -58 degrees, the same from 14 to 62 uA.
+Claims: |Z| from 130 kohm at 1 Hz to 30 kohm at 1 kHz, phase from -2 to -58 degrees, the phase the same from 14 to 62 uA.
 Does not claim: site, electrode area, thickness. Here three of its numbers are solved for a Cole admittance
 G0 (1 + (j w tc)^alpha), with 1 cm2 and 200 um assumed; its phase at 1 Hz then comes out as -0.94 degrees, not -2.
 """

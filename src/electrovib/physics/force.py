@@ -78,6 +78,11 @@ class ForceLaw(Model, family=True):
         del layers
         return ()
 
+    def lamps_over_frequency(self, section: Section) -> tuple[Lamp, ...]:
+        """Say what a user should know of this law over these frequencies, of layers without their leaks."""
+        del section
+        return ()
+
 
 def layer_of(section: Section, role: Role) -> LayerState:
     """Give the layer of a role that is nearest to the interface.

@@ -1,4 +1,4 @@
-"""A force sensor that rings: mass on a spring, read by the deflection of the spring."""
+"""A force sensor that rings with its load: a mass on a spring, read by the deflection of the spring."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def release_seen_by_sensor(
     start, fall_time : float
         The force is 1 until `start` [s] and exp(-(t - start)/fall_time) after it [s].
     frequency, quality : float
-        Natural frequency [Hz] and quality factor [1] of the sensor, above 1/2.
+        Natural frequency [Hz] and quality factor [1] of the sensor with all that it carries, above 1/2.
 
     Returns
     -------
@@ -32,7 +32,7 @@ def release_seen_by_sensor(
     Notes
     -----
     Closed form of y'' + (w/Q) y' + w^2 y = w^2 f with y = 1, y' = 0 at the start: A e^{-t/tau} + Re(B e^{pt}),
-    p the upper pole of the sensor.
+    p the upper pole of the resonance.
     """
     natural = 2 * np.pi * frequency
     damping = natural / (2 * quality)

@@ -23,24 +23,57 @@ _REGISTERS = (2.0**31, 2.0**32)
 
 
 class ForceChannel(Model):
-    """A voltage that stands for a force; a sensor whose voltage falls under load has a negative sensitivity."""
+    """A column that is a force, or a voltage that stands for one.
+
+    Notes
+    -----
+    With a `sensitivity` the column is a voltage; a sensor whose voltage falls under load has a negative one. With a
+    `unit` it is a force already, and `sign` = -1 where load makes it negative.
+    """
 
     equation: ClassVar[Mapping[str, str]] = {"force": "sensitivity*(reading - offset)"}
     example: ClassVar[Mapping[str, Any]] = {"column": 0, "sensitivity": 0.5}
 
     column: Annotated[str | int, Field(description="name or number of the column")]
-    sensitivity: Annotated[Number, Quantity("N/V", -1e6, 1e6, "force per volt, negative if load lowers it")]
+    sensitivity: Annotated[
+        Number | None,
+        Quantity("N/V", -1e6, 1e6, "force per volt, negative if load lowers it; absent for a force"),
+    ] = None
     offset: Annotated[Number, Quantity("V", -1e3, 1e3, "voltage without force, where it is known")] = 0.0
+    unit: Annotated[
+        Annotated[str, column_unit("N")] | None, Field(description="unit of a column that is a force")
+    ] = None
+    sign: Annotated[int, Field(description="-1 if load lowers a column that is a force, else 1")] = 1
 
     @model_validator(mode="after")
     def _measures_something(self) -> Self:
+        why = ""
         if self.sensitivity == 0:
-            why = "a sensitivity of 0 makes every force 0; for instance '0.31 N/V'"
+            why = "a sensitivity of 0 makes every force 0; for instance '0.31 N/V', or none for a column that is in N"
+        elif (self.sensitivity is None) == (self.unit is None):
+            why = (
+                "a voltage needs a sensitivity, for instance '0.31 N/V', and a column that is a force already its"
+                f" unit, for instance 'N': here are {'none' if self.unit is None else 'both'} of the two"
+            )
+        elif self.sign not in (1, -1):
+            why = f"sign is 1 or -1, not {self.sign}"
+        elif self.sensitivity is None and self.offset != 0:
+            why = "an offset is a voltage and needs a sensitivity; the zero of a force is found in the record"
+        elif self.sensitivity is not None and self.sign == -1:
+            why = "a sensitivity has the sign of its own: leave sign out and write a negative sensitivity"
+        if why:
             raise PydanticCustomError("sensitivity", "{why}", {"why": why})
         return self
 
+    @property
+    def read_as(self) -> str:
+        """Unit in which the column is to be read: of a force or of a voltage."""
+        return self.unit or "V"
+
     def force(self, reading: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Force [N] that a reading [V] stands for; the zero of the sensor is judged later, from the record."""
+        """Force [N] that a reading [V or N] stands for; the zero of the sensor is judged later, from the record."""
+        if self.sensitivity is None:
+            return self.sign * reading
         return self.sensitivity * (reading - self.offset)
 
 
@@ -140,5 +173,24 @@ class TribometerChannels(Model):
 
     normal: ForceChannel
     lateral: ForceChannel
-    encoder: Encoder
+    encoder: Annotated[
+        Encoder | None, Field(description="position of the carriage, where it was recorded")
+    ] = None
     clock: Clock
+    speed: Annotated[
+        Number | None, Quantity("m/s", 0, 10, "sliding speed as set, where there is no encoder to tell it")
+    ] = None
+    missing_rows: Annotated[
+        int, Field(description="largest number of rows with a NaN that may be left out")
+    ] = 0
+
+    @model_validator(mode="after")
+    def _says_a_speed_once(self) -> Self:
+        why = ""
+        if self.encoder is not None and self.speed is not None:
+            why = "the encoder tells the speed: leave out speed, or the encoder"
+        elif not 0 <= self.missing_rows <= 10**9:
+            why = f"missing_rows = {self.missing_rows}: expected a number of rows from 0 to 1e9"
+        if why:
+            raise PydanticCustomError("channels", "{why}", {"why": why})
+        return self

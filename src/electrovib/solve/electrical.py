@@ -18,11 +18,12 @@ from electrovib.solve.integrator import drive_mean, integral_weight
 from electrovib.solve.periodic import count_harmonics, spectrum
 from electrovib.solve.respond import AMPLITUDE, respond
 from electrovib.solve.scenario import PeriodicState, Scenario
+from electrovib.solve.transfer import Transfer
 
 if TYPE_CHECKING:
     from electrovib.physics.force import ForceLaw
     from electrovib.solve.section import ModalSection
-    from electrovib.solve.transfer import Real, Transfer
+    from electrovib.solve.transfer import Real
 
 ACROSS = (
     "drive_voltage",
@@ -99,16 +100,7 @@ def electrical(
         return _one_sine(scenario, section, times)
     plain = scenario.drive.quantity == "voltage" and scenario.circuit.amplifier is None
     plain = plain and all(layer.leak is None for layer in scenario.stack.layers.values())
-    law, spare = scenario.force, force_alone and plain
-
-    def wanted(section: ModalSection) -> dict[str, Transfer]:
-        amplitudes = law.amplitudes(section)
-        found = {} if spare else _linear_quantities(scenario, section)
-        effective = None if spare else law.effective_voltage(section)
-        if effective is not None:
-            found["effective_voltage"] = effective
-        return found | {f"{AMPLITUDE}{name}": transfer for name, transfer in amplitudes.items()}
-
+    wanted = functools.partial(_amplitudes if force_alone and plain else linear_quantities, scenario)
     around = Surroundings.of(scenario)
     found, choice, force = respond(
         scenario, section, wanted, times, element=around.element, second=around.second
@@ -122,8 +114,36 @@ def electrical(
     return Electrical(found, force, choice)
 
 
-def _linear_quantities(scenario: Scenario, section: ModalSection) -> dict[str, Transfer]:
-    wanted: dict[str, Transfer] = {
+def linear_quantities(scenario: Scenario, section: Any) -> dict[str, Any]:
+    """Name everything in a result that is linear in the drive.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Law, contact and circuit.
+    section : ModalSection or PhasorSection
+        The stack.
+
+    Returns
+    -------
+    dict of str to Transfer or ndarray
+        Voltages, current, fields and displacements, and what a causal law makes of them.
+    """
+    found = _of_layers(scenario, section)
+    if not scenario.force.causal:
+        return found
+    effective = scenario.force.effective_voltage(section)
+    if effective is not None:
+        found["effective_voltage"] = effective
+    return found | _amplitudes(scenario, section)
+
+
+def _amplitudes(scenario: Scenario, section: Any) -> dict[str, Any]:
+    return {f"{AMPLITUDE}{name}": value for name, value in scenario.force.amplitudes(section).items()}
+
+
+def _of_layers(scenario: Scenario, section: Any) -> dict[str, Any]:
+    wanted = {
         "stack_voltage": section.voltage,
         "current": section.current_density * Surroundings.of(scenario).area,
     }
@@ -132,7 +152,7 @@ def _linear_quantities(scenario: Scenario, section: ModalSection) -> dict[str, T
         wanted[f"displacement {name}"] = section[name].displacement
     if scenario.stack.gap_name is None:
         displacement = section.interface_displacement
-        if not _grown_without_end(scenario, displacement):
+        if not (isinstance(displacement, Transfer) and _grown_without_end(scenario, displacement)):
             wanted[f"field {INTERFACE}"] = displacement * (1 / eps0)
     return wanted
 
@@ -169,7 +189,7 @@ def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> Electri
     wave = tone * np.exp(2j * np.pi * frequency[0] * times)
     given = {name: np.real(value[0] * wave) for name, value in law.amplitudes(exact).items()}
     around = Surroundings.of(scenario)
-    wanted = functools.partial(_linear_quantities, scenario)
+    wanted = functools.partial(_of_layers, scenario)
     found = respond(scenario, section, wanted, times, element=around.element, second=around.second).found
     _name_interface(scenario, found)
     effective = law.effective_voltage(exact)

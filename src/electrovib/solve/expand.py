@@ -6,12 +6,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from electrovib.core.constants import eps0
 from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.interface import interface_place, roles_of
+from electrovib.solve.band import run_band
 from electrovib.solve.current import current_section, per_ampere
 from electrovib.solve.leak import linearised
-from electrovib.solve.reduce import reduce_material
+from electrovib.solve.reduce import Reduction, reduce_material
 from electrovib.solve.scenario import Scenario
-from electrovib.solve.section import ModalSection, PhasorSection, modal_section, phasor_section
+from electrovib.solve.section import (
+    ChargedSection,
+    ModalSection,
+    PhasorLayer,
+    PhasorSection,
+    modal_section,
+    phasor_section,
+)
 from electrovib.solve.transfer import Complex, Real
 
 PHASES = 32
@@ -79,6 +89,50 @@ def per_volt_of(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> P
     )
 
 
+def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> ChargedSection:
+    """Give what initial charge leaves behind, as Laplace transforms at j w, exact for the materials as declared.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Stack, contact and circuit.
+    frequency : ndarray, shape (n,)
+        Hz, above 0.
+    charges : ndarray, shape (layers + 1,)
+        Displacement before each layer and behind the last at time 0, `StackModes.charges` [C/m2].
+
+    Returns
+    -------
+    ChargedSection
+        Fields V s/m, displacements C s/m2, voltage V s, current density C/m2.
+
+    Notes
+    -----
+    E_k T_k = z_k (Q_k + J), J = -(sum z_j Q_j)/Z over all parts of the circuit, the body's capacitor among them;
+    J = 0 under a prescribed current.
+    """
+    around, layers = Surroundings.of(scenario), scenario.stack.layers
+    drops = {name: layer.impedance(frequency) for name, layer in layers.items()}
+    held = dict(zip(layers, charges, strict=False))
+    current: Complex = np.zeros(len(frequency), complex)
+    if scenario.drive.quantity == "voltage":
+        element = around.element
+        stack = np.sum(list(drops.values()), axis=0) * (1 + around.second)
+        body = around.area * element.elastance / (2j * np.pi * frequency + element.rate)
+        driving = np.sum([drops[name] * held[name] for name in layers], axis=0)
+        driving = driving + body * (charges[-1] + element.charge / around.area)
+        current = -driving / (stack + around.area * element.impedance(frequency))
+    states = {}
+    for name, layer in layers.items():
+        field = drops[name] * (held[name] + current) / layer.thickness
+        bound = eps0 * layer.material.polarisation(frequency) * field
+        states[name] = PhasorLayer(layer.thickness, layer.material, field, bound)
+    voltage = np.sum([state.field * state.thickness for state in states.values()], axis=0)
+    roles = roles_of(layers)
+    start = float(charges[interface_place(roles.values())])
+    return ChargedSection(frequency, states, roles, voltage, current, start)
+
+
 def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSection:
     """Give a section per volt of the drive from one per volt of the plate.
 
@@ -107,19 +161,51 @@ def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSectio
     return PhasorSection(section.frequency, layers, section.roles, voltage, density)
 
 
-def modes(scenario: Scenario) -> tuple[ModalSection, float]:
-    """Give the stack without leaks as modes per unit of the drive, and the largest error of a polarisation."""
-    around, grid = Surroundings.of(scenario), scenario.frequency
-    reductions = {
-        name: reduce_material(layer.material, low=grid.low, high=grid.high)
-        for name, layer in scenario.stack.layers.items()
-    }
-    debye = {name: reduction.debye for name, reduction in reductions.items()}
-    error = max(reduction.largest_error for reduction in reductions.values())
-    layers, area = scenario.stack.layers, around.area
+def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduction]:
+    """Give every layer's polarisation as Debye terms, over the band that a run needs.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Layers, drive and grids.
+    times : ndarray, shape (n,), optional
+        Output times [s]; by default those of the scenario.
+
+    Returns
+    -------
+    dict of str to Reduction
+        From the plate to the finger.
+    """
+    if times is None:
+        times = scenario.time.times(scenario.drive)
+    low, high = run_band(scenario, times)
+    layers = scenario.stack.layers
+    return {name: reduce_material(layer.material, low=low, high=high) for name, layer in layers.items()}
+
+
+def modes(scenario: Scenario, times: Real | None = None) -> tuple[ModalSection, float]:
+    """Give the stack without leaks as modes per unit of the drive, and the largest error of a polarisation.
+
+    Parameters
+    ----------
+    scenario, times
+        As for `reductions`; s.
+
+    Returns
+    -------
+    ModalSection
+        Per volt, or per ampere of a drive that prescribes the current.
+    float
+        Largest |reduced/declared - 1| of a polarisation, 1.
+    """
+    found = reductions(scenario, times)
+    debye = {name: reduction.debye for name, reduction in found.items()}
+    error = max(reduction.largest_error for reduction in found.values())
+    around, layers = Surroundings.of(scenario), scenario.stack.layers
     if scenario.drive.quantity == "current":
-        return current_section(layers, debye, area=area), error
-    return modal_section(layers, debye, area=area, element=around.element, second=around.second), error
+        return current_section(layers, debye, area=around.area), error
+    section = modal_section(layers, debye, area=around.area, element=around.element, second=around.second)
+    return section, error
 
 
 def total_force(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:

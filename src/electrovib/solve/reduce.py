@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from electrovib.physics.tabulated import FEWEST, Tabulated
+from electrovib.solve.prony.start import DENSE
 
 if TYPE_CHECKING:
     from electrovib.physics.debye_sum import DebyeSum
@@ -17,6 +19,11 @@ if TYPE_CHECKING:
 
 LOWEST, HIGHEST = 1.0, 1e6
 """Band in which a reduction holds at least [Hz]."""
+PER_DECADE = 3
+"""Relaxations for each decade of the band: an error of some 1e-5 for laws that are no sums themselves."""
+FEWEST_TERMS = 14
+STEP = 2
+"""Ends of a band lie at whole 1/STEP decades: runs that differ little share their reductions."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +43,27 @@ class Reduction:
     largest_error: float
 
 
-@functools.lru_cache(maxsize=256)
+def reduction_band(low: float, high: float) -> tuple[float, float]:
+    """Widen a band to `LOWEST` to `HIGHEST` at least, and outwards to whole half decades.
+
+    Parameters
+    ----------
+    low, high : float
+        Needed [Hz].
+
+    Returns
+    -------
+    tuple of float
+        Hz.
+    """
+    lowest, highest = math.log10(min(low, LOWEST)), math.log10(max(high, HIGHEST))
+    slack = 1e-9  # the logarithm of a whole decade may miss it by rounding
+    first, last = math.floor(STEP * lowest + slack) / STEP, math.ceil(STEP * highest - slack) / STEP
+    return float(10.0**first), float(10.0**last)
+
+
 def reduce_material(
-    material: Material, *, low: float = LOWEST, high: float = HIGHEST, terms: int = 14
+    material: Material, *, low: float = LOWEST, high: float = HIGHEST, terms: int | None = None
 ) -> Reduction:
     """Find the Debye terms of a material.
 
@@ -47,9 +72,9 @@ def reduce_material(
     material : Material
         With any dispersion; its conductivity stays apart.
     low, high : float
-        Band [Hz], widened to 1 Hz to 1 MHz at least. Of a measured table only the rows in it are followed.
-    terms : int
-        Relaxations.
+        Band [Hz], widened by `reduction_band`. Of a measured table only the rows in it are followed.
+    terms : int, optional
+        Relaxations; by default `PER_DECADE` for each decade, 14 for a measured table.
 
     Returns
     -------
@@ -59,13 +84,21 @@ def reduce_material(
     exact = material.debye()
     if exact is not None:
         return Reduction(exact, 0.0)
-    low, high = min(low, LOWEST), max(high, HIGHEST)
+    return _reduced(material, *reduction_band(low, high), terms)
+
+
+@functools.lru_cache(maxsize=256)
+def _reduced(material: Material, low: float, high: float, terms: int | None) -> Reduction:
     fit = (
-        _fit_rows(material, low, high, terms)
+        _fit_rows(material, low, high, terms or FEWEST_TERMS)
         if isinstance(material, Tabulated)
-        else _fit_law(material, low, high, terms)
+        else _fit_law(material, low, high, terms or _enough(low, high))
     )
     return Reduction(fit.debye, fit.largest_error)
+
+
+def _enough(low: float, high: float) -> int:
+    return min(DENSE, math.ceil(PER_DECADE * math.log10(high / low)) + 2)
 
 
 def _fit_law(material: Material, low: float, high: float, terms: int) -> PronyFit:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -68,6 +68,18 @@ class PhasorSection:
         return total
 
 
+@dataclass(frozen=True)
+class ChargedSection(PhasorSection):
+    """What initial charge leaves behind, as Laplace transforms at j w; `start` before the interface [C/m2]."""
+
+    start: float = 0.0
+
+    @property
+    def interface_displacement(self) -> Complex:
+        """Displacement where plate and finger separate, if there is no gap: as it began and what has flown."""
+        return (self.start + self.current_density) / (2j * np.pi * self.frequency)
+
+
 def phasor_section(
     layers: dict[str, Layer], *, area: float, element: SeriesElement, second: float, frequency: Real
 ) -> PhasorSection:
@@ -120,6 +132,7 @@ class ModalSection:
     debye: dict[str, DebyeSum]
     roles: Mapping[str, Role]
     modes: StackModes
+    _roots: dict[tuple[str, ...], Transfer] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def frequency(self) -> Real:
@@ -153,9 +166,12 @@ class ModalSection:
         return integrated(self.modes.current_density, start=start)
 
     def inverse_root_thickness(self, names: Sequence[str]) -> Transfer:
-        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter."""
-        slabs = [(self[name].thickness, self.debye[name]) for name in names]
-        return inverse_root_thickness(slabs, avoid=self.modes.rates)
+        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter; found once for a section."""
+        known = tuple(names)
+        if known not in self._roots:
+            slabs = [(self[name].thickness, self.debye[name]) for name in names]
+            self._roots[known] = inverse_root_thickness(slabs, avoid=self.modes.rates)
+        return self._roots[known]
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,9 @@ from electrovib.core.trace import make_trace
 from electrovib.solve.diagnostics import diagnostics
 from electrovib.solve.electrical import electrical
 from electrovib.solve.expand import behind_amplifier, mean_force, modes, per_volt_of, phasors
+from electrovib.solve.known import known_band, memory_lamps, worst_of
 from electrovib.solve.mechanical import mechanical
+from electrovib.solve.memory import answer_errors
 from electrovib.solve.scenario import Scenario
 from electrovib.solve.section import ModalSection, PhasorSection
 from electrovib.solve.transfer import Real
@@ -57,13 +59,16 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     times = scenario.time.times(scenario.drive) if time is None else np.asarray(time, dtype=float)
     frequency = scenario.frequency.frequencies()
     at_frequency = phasors(scenario, frequency)
-    section, reduction_error = modes(scenario)
+    section, reduction_error = modes(scenario, times)
     attributes = _provenance(scenario)
     attributes["reduction_error"] = reduction_error
     answer = electrical(scenario, section, times)
+    known = known_band(scenario)
+    errors = answer_errors(scenario, section, answer, times, known=known) if reduction_error else {}
+    bare = phasors(scenario, frequency, leaks=False)
     if scenario.force.causal:
-        bare = phasors(scenario, frequency, leaks=False)
-        attributes["transfer_error"] = _transfer_error(scenario.force, section, bare)
+        over_frequency = _transfer_error(scenario.force, section, bare, known)
+        attributes["transfer_error"] = max(over_frequency, worst_of(errors))
     moved = mechanical(
         scenario, times, answer, functools.partial(electrical, scenario, section, force_alone=True)
     )
@@ -73,7 +78,12 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
         **moved.signals,
         **_over_frequency(scenario, at_frequency),
     }
-    spoken = [*diagnostics(scenario, section, answer, times, variables), *moved.lamps]
+    spoken = [
+        *diagnostics(scenario, section, answer, times, variables),
+        *memory_lamps(scenario, errors, times, known=known, solver=answer.choice["solver"]),
+        *moved.lamps,
+        *scenario.force.lamps_over_frequency(bare),
+    ]
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
     coordinates = {
         "time": times,
@@ -112,18 +122,17 @@ def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any
     return variables
 
 
-def _transfer_error(law: ForceLaw, section: ModalSection, exact: PhasorSection) -> float:
+def _transfer_error(
+    law: ForceLaw, section: ModalSection, exact: PhasorSection, known: tuple[float, float]
+) -> float:
     """Largest error of the law's amplitudes after reduction, against their largest magnitude, where known."""
     reduced, declared = law.amplitudes(section), law.amplitudes(exact)
-    bands = [layer.material.band for layer in exact.layers.values()]
-    known = (exact.frequency >= max(low for low, _ in bands)) & (
-        exact.frequency <= min(high for _, high in bands)
-    )
-    if not np.any(known):
+    inside = (exact.frequency >= known[0]) & (exact.frequency <= known[1])
+    if not np.any(inside):
         return math.nan
     errors = []
     for name, value in declared.items():
         scale = float(np.max(np.abs(value)))
-        difference = reduced[name].at(exact.frequency[known]) - value[known]
+        difference = reduced[name].at(exact.frequency[inside]) - value[inside]
         errors.append(float(np.max(np.abs(difference))) / (scale or 1.0))
     return max(errors)

@@ -55,11 +55,15 @@ class Transfer:
         """Evaluate the forced part at frequencies [Hz], any shape."""
         s = 2j * np.pi * np.asarray(frequency, dtype=float)
         level = self.direct if self.static is None else self.static
-        total = level + self.slope * s
-        for rate, gain in zip(self.rates, self.gains, strict=True):
-            if gain:
-                total = total + gain * (rate if self.static is None else -s) / (s + rate)
-        return np.asarray(total, dtype=complex)
+        driven = self.gains != 0
+        rates, gains = self.rates[driven], self.gains[driven]
+        parts = (rates if self.static is None else -s[..., None]) / (s[..., None] + rates)
+        return np.asarray(level + self.slope * s + parts @ gains, dtype=complex)
+
+    def free_at(self, frequency: ArrayLike) -> Complex:
+        """Evaluate the Laplace transform of the free part at j w, frequencies [Hz] above 0, any shape."""
+        s = 2j * np.pi * np.asarray(frequency, dtype=float)
+        return np.asarray(1 / (s[..., None] + self.rates) @ self.free, dtype=complex)
 
     def at_rest(self) -> float:
         """Give the response at zero frequency."""

@@ -211,16 +211,18 @@ def values(module: ModuleType) -> Table | None:
     Returns
     -------
     Table or None
-        One row for each parameter with a source; None without scenarios.
+        One row for each parameter and source; None without scenarios.
     """
-    found: dict[str, tuple[list[str], str]] = {}
+    found: dict[tuple[str, str], list[str]] = {}
     for scenario in getattr(module, "scenarios", dict)().values():
         for path, value, quantity in scenario.parameters():
             if path in scenario.sources and value is not None:
-                shown, _ = found.setdefault(path, ([], scenario.sources[path]))
+                shown = found.setdefault((path, scenario.sources[path]), [])
                 shown.append(format_quantity(value, quantity.unit))
+    places = {path: place for place, path in enumerate(dict.fromkeys(path for path, _ in found))}
     rows = tuple(
-        (path, _several(list(dict.fromkeys(shown))), source) for path, (shown, source) in found.items()
+        (path, _several(list(dict.fromkeys(shown))), source)
+        for (path, source), shown in sorted(found.items(), key=lambda item: places[item[0][0]])
     )
     return Table("values of its scenarios", ("parameter", "value", "source"), rows) if rows else None
 

@@ -57,9 +57,11 @@ def _electrical(scenario: Scenario) -> tuple[float, float]:
 
 
 def _equal_gap(scenario: Scenario, ratio: float) -> str:
-    """Name the gap at which the gap plane would pull as much; only where the gap leaves the voltage alone."""
+    """Name the gap of air at which the gap plane would pull as much; only where the gap leaves the voltage alone."""
     whole, solid = _electrical(scenario)
-    gap = whole / ratio**0.5 - solid
+    name = scenario.stack.gap_name
+    filling = static_permittivity(scenario, name) if name else 1.0
+    gap = filling * whole / ratio**0.5 - solid
     if not isinstance(scenario.circuit.return_path, Grounded) or gap <= 0:
         return ""
     return f", as much as the gap plane at a gap of {format_quantity(float(f'{gap:.2g}'), 'm')}"
@@ -69,21 +71,21 @@ def _reason(scenario: Scenario) -> tuple[float | None, str]:
     plane, layers, gap = scenario.force.plane, scenario.stack.layers, scenario.stack.gap_name
     permittivity = {name: static_permittivity(scenario, name) for name in layers}
     electrical, solid = _electrical(scenario)
+    in_gap = permittivity[gap] if gap else 1.0
     if plane == "gap":
         if gap is None:
             return 1.0, "the field of a vanishing gap"
-        less = f"{(solid / electrical) ** 2:.3g} of the force of a vanishing one"
+        less = f"{(solid / (permittivity[gap] * electrical)) ** 2:.3g} of the force of a vanishing one"
         return 1.0, f"the field in a gap of {format_quantity(layers[gap].thickness, 'm')}, {less}"
     read = layers_read(scenario)
     if len(read) == 1:
         value = permittivity[read[0]]
-        in_gap = permittivity[gap] if gap else 1.0
-        return in_gap / value, f"the same displacement in the {read[0]}, permittivity {value:.4g}"
+        return in_gap**2 / value, f"the same displacement in the {read[0]}, permittivity {value:.4g}"
     if plane == "effective medium":
         length = sum(layers[name].thickness for name in read)
         solid = sum(layers[name].thickness / permittivity[name] for name in read)
-        # V^2/(K L) against V^2/(K + g)^2, the voltage being the same
-        expected = electrical**2 / (solid * length)
+        # V^2/(K L) against V^2/(eps_gap K + g)^2, the voltage being the same
+        expected = (in_gap * electrical) ** 2 / (solid * length)
         medium = length / solid
         beside = "" if gap is None else ", and it takes no account of the gap"
         return expected, f"energy over geometric thickness, effective permittivity {medium:.4g}{beside}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, TypeAlias
@@ -13,14 +14,15 @@ from electrovib.core.units import KINDS
 
 Real: TypeAlias = NDArray[np.float64]
 
-VERDICTS: Final = ("reproduced", "consistent", "open")
+VERDICTS: Final = ("reproduced", "consistent", "open", "check")
+"""The first three hold a row against the paper; a check is an identity or a control of ours."""
 SHOWN_UNITS: Final = {"pF": 1e-12, "nF": 1e-9, "mN": 1e-3, "ms": 1e-3}
 """Units of a row besides SI, and their size."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One number of a paper against ours.
+    """One number of a paper against ours, or a check of ours.
 
     Parameters
     ----------
@@ -35,10 +37,13 @@ class Row:
     unit : str
         SI, or one of `SHOWN_UNITS`.
     verdict : str
-        ``reproduced`` only where the paper prints a number; ``consistent``; ``open``, then the note says what
-        the paper does not give.
+        ``reproduced`` only where the paper prints the number; ``consistent`` only with something that the paper
+        states, as a number or in words; ``open``, then the note says what the paper does not give; ``check`` for an
+        identity or a control of ours, of which the paper says nothing.
     note : str
         In plain words.
+    stated : str
+        What the paper states in words.
     """
 
     id: str
@@ -48,6 +53,7 @@ class Row:
     unit: str
     verdict: str
     note: str
+    stated: str = ""
 
     def __post_init__(self) -> None:
         """Refuse a verdict that the row does not bear."""
@@ -56,6 +62,12 @@ class Row:
             raise ValueError(msg)
         if self.verdict == "reproduced" and self.paper is None:
             msg = f"row {self.id}: only a printed number can be reproduced"
+            raise ValueError(msg)
+        if self.verdict == "consistent" and self.paper is None and not self.stated:
+            msg = f"row {self.id}: consistent with what? Give the number or the words of the paper, or make it a check"
+            raise ValueError(msg)
+        if self.verdict == "check" and (self.paper is not None or self.stated):
+            msg = f"row {self.id}: a check of ours is not held against the paper"
             raise ValueError(msg)
         if self.verdict == "open" and not self.note:
             msg = f"row {self.id}: an open verdict needs a note on what the paper does not give"
@@ -73,6 +85,7 @@ class Row:
             "unit": self.unit,
             "verdict": self.verdict,
             "note": self.note,
+            "stated": self.stated,
         }
 
 
@@ -118,6 +131,8 @@ class Panel:
         In drawing order.
     log_x, log_y : bool
         Logarithmic axes.
+    floor : float, optional
+        Below it nothing is drawn; the curves themselves go on.
     """
 
     id: str
@@ -128,6 +143,7 @@ class Panel:
     curves: tuple[Curve, ...]
     log_x: bool = False
     log_y: bool = False
+    floor: float | None = None
 
 
 @dataclass(frozen=True)
@@ -172,6 +188,8 @@ class Reproduction:
         Sources used.
     title : str
         Heading of the page; made from the paper's name if empty.
+    findings : tuple of str
+        What a reader should take home, before any table.
     """
 
     paper: str
@@ -183,3 +201,17 @@ class Reproduction:
     equations: Mapping[str, str] = field(default_factory=dict)
     references: tuple[str, ...] = ()
     title: str = ""
+    findings: tuple[str, ...] = ()
+
+    def count(self) -> str:
+        """Say how many rows have which verdict; empty without rows.
+
+        Returns
+        -------
+        str
+            For instance ``2 reproduced, 1 consistent, 5 open; 3 checks of ours``.
+        """
+        of = Counter(row.verdict for row in self.rows)
+        held = ", ".join(f"{of[name]} {name}" for name in VERDICTS if name != "check")
+        ours = f"; {of['check']} check{'' if of['check'] == 1 else 's'} of ours" if of["check"] else ""
+        return f"{held}{ours}" if self.rows else ""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.study.correlated import autocovariance, covariance
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,6 +41,8 @@ class Decay:
         First sample that was fitted [s].
     frequency, quality : float
         Of the damped oscillation [Hz], and its quality factor [1].
+    frequency_uncertainty, quality_uncertainty : float
+        Standard uncertainty of the fit, with neighbouring residuals counted as alike.
     misfit : float
         rms of what is left [N].
     """
@@ -47,19 +50,16 @@ class Decay:
     start: float
     frequency: float
     quality: float
+    frequency_uncertainty: float
+    quality_uncertainty: float
     misfit: float
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, float]:
         """Give plain numbers for JSON."""
-        return {
-            "start": self.start,
-            "frequency": self.frequency,
-            "quality": self.quality,
-            "misfit": self.misfit,
-        }
+        return asdict(self)
 
 
-def drive_end(time: NDArray[np.float64], voltage: NDArray[np.float64]) -> float:
+def drive_end(time: NDArray[np.float64], voltage: NDArray[np.float64], name: str = "voltage") -> float:
     """Find when a drive falls for the last time below half of its largest magnitude.
 
     Parameters
@@ -67,12 +67,14 @@ def drive_end(time: NDArray[np.float64], voltage: NDArray[np.float64]) -> float:
     time : ndarray, shape (n,)
         s.
     voltage : ndarray, shape (n,)
-        V, as read back.
+        V, as read back; or 1 while it is on.
+    name : str
+        Of that column, for messages.
 
     Returns
     -------
     float
-        s: the last sample above half; the fall lies between it and the next.
+        s: half way between the last sample above half and the next one; the fall lies between the two.
 
     Raises
     ------
@@ -82,36 +84,12 @@ def drive_end(time: NDArray[np.float64], voltage: NDArray[np.float64]) -> float:
     on, peak = _on(voltage)
     if peak == 0 or len(on) == len(time):
         raise InputError(
-            f"voltage: lies between {voltage.min():g} and {voltage.max():g} V and never goes on and off; is it the"
+            f"{name}: lies between {voltage.min():g} and {voltage.max():g} and never goes on and off; is it the"
             " right column?"
         )
     if on[-1] == len(time) - 1:
-        raise InputError("voltage: the drive is still on at the last sample, so nothing lets go")
-    return float(time[on[-1]])
-
-
-def longest_pause(time: NDArray[np.float64], voltage: NDArray[np.float64], *, since: float) -> float:
-    """Find the longest pause of a drive between two of its pulses.
-
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        s.
-    voltage : ndarray, shape (n,)
-        V, as read back.
-    since : float
-        Where to begin [s].
-
-    Returns
-    -------
-    float
-        s, from the last sample of a pulse to the first of the next one less a step; 0 without a pause.
-    """
-    on, _ = _on(voltage)
-    pulses = time[on][time[on] >= since]
-    step = float(np.median(np.diff(time)))
-    longest = float(np.max(np.diff(pulses), initial=0.0)) - step
-    return longest if longest > step else 0.0
+        raise InputError(f"{name}: the drive is still on at the last sample, so nothing lets go")
+    return float(time[on[-1]] + time[on[-1] + 1]) / 2
 
 
 def _on(voltage: NDArray[np.float64]) -> tuple[NDArray[np.intp], float]:
@@ -241,11 +219,14 @@ def damped_sine(
     if len(time) < 12:
         return None
 
-    def residual(logs: NDArray[np.float64]) -> NDArray[np.float64]:
+    def model(logs: NDArray[np.float64]) -> NDArray[np.float64]:
         frequency, rate = np.exp(logs)
         wave = np.exp((2j * np.pi * frequency - rate) * time)
         basis = np.column_stack([wave.real, wave.imag, np.ones_like(time)])
-        return np.asarray(basis @ np.linalg.lstsq(basis, values, rcond=None)[0] - values)
+        return np.asarray(basis @ np.linalg.lstsq(basis, values, rcond=None)[0])
+
+    def residual(logs: NDArray[np.float64]) -> NDArray[np.float64]:
+        return model(logs) - values
 
     slow, fast = 1 / time[-1], 1 / (4 * float(np.median(np.diff(time))))
     grid = [
@@ -255,6 +236,16 @@ def damped_sine(
     bounds = (np.log([slow, slow / 100]), np.log([fast, 20 * fast]))
     found = least_squares(residual, begin, bounds=bounds)
     frequency, rate = (float(value) for value in np.exp(found.x))
+    left = residual(found.x)
+    # amplitudes and level are fitted anew for each frequency and rate, so their part is in these slopes already
+    alike = covariance(found.jac, autocovariance(left, fitted=5))
+    quality = float(np.pi * frequency / rate)
+    of_quality = float(alike[0, 0] + alike[1, 1] - 2 * alike[0, 1])
     return Decay(
-        start, frequency, float(np.pi * frequency / rate), float(np.sqrt(2 * found.cost / len(time)))
+        start,
+        frequency,
+        quality,
+        frequency * float(np.sqrt(alike[0, 0])),
+        quality * float(np.sqrt(max(of_quality, 0.0))),
+        float(np.sqrt(np.mean(left**2))),
     )

@@ -10,6 +10,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
+from electrovib.study.rail import about_rails
 from electrovib.study.swipe_baseline import (
     BLOCKS,
     Estimate,
@@ -47,9 +48,10 @@ class SwipeResult:
     friction : Estimate
         Their ratio [1].
     direction : int
-        1 where the position grows, else -1.
-    speed, way : float
-        Mean speed in the window [m/s], way of the whole slide [m].
+        1 where the position grows, else -1; without a position, that of the lateral force.
+    speed, way : float or None
+        Mean speed in the window [m/s], way of the whole slide [m]; without a position the speed is the stated one, and
+        what is not known is None.
     contact, window : tuple of float
         Begin and end [s].
     words : tuple of str
@@ -62,8 +64,8 @@ class SwipeResult:
     lateral_force: Estimate
     friction: Estimate
     direction: int
-    speed: float
-    way: float
+    speed: float | None
+    way: float | None
     contact: tuple[float, float]
     window: tuple[float, float]
     words: tuple[str, ...]
@@ -97,7 +99,7 @@ def reduce_swipe(recording: Recording, *, trim: float = 0.05) -> SwipeResult:
     Returns
     -------
     SwipeResult
-        Of the swipe with the longest way; its words say how many there are.
+        Of the swipe with the longest way, or time without a way; its words say how many there are.
 
     Raises
     ------
@@ -105,7 +107,7 @@ def reduce_swipe(recording: Recording, *, trim: float = 0.05) -> SwipeResult:
         If no contact, no unloaded part or no motion is found.
     """
     found = reduce_swipes(recording, trim=trim)
-    return max(found, key=lambda swipe: swipe.way)
+    return max(found, key=lambda swipe: swipe.way or swipe.window[1] - swipe.window[0])
 
 
 def reduce_swipes(recording: Recording, *, trim: float = 0.05) -> tuple[SwipeResult, ...]:
@@ -126,7 +128,7 @@ def reduce_swipes(recording: Recording, *, trim: float = 0.05) -> tuple[SwipeRes
     Raises
     ------
     InputError
-        If no contact, no unloaded part or no motion is found.
+        If no contact, no unloaded part or no motion is found, or a sensor sits at its rail for most of a window.
 
     Notes
     -----
@@ -145,27 +147,41 @@ def reduce_swipes(recording: Recording, *, trim: float = 0.05) -> tuple[SwipeRes
         (contact, slide, window) for contact, slide, window in windows if window[1] - window[0] >= 2 * BLOCKS
     ]
     if not windows:
-        way = max(float(np.ptp(recording.position[a:b])) for a, b in (contact.span for contact in contacts))
         raise InputError(
-            f"{recording.source}: no motion found during contact: the carriage goes {way:.3g} m while the finger"
-            " presses. Are encoder.column and encoder.step right?"
+            f"{recording.source}: no motion found during contact: {_stillness(recording, contacts)}"
         )
     return tuple(
         _reduced(recording, contact, slide, window, len(windows)) for contact, slide, window in windows
     )
 
 
+def _stillness(recording: Recording, contacts: list[Contact]) -> str:
+    """Say what does not move."""
+    if recording.position is None:
+        return "the lateral force does not stand out while the finger presses. Is lateral.column right?"
+    way = max(float(np.ptp(recording.position[slice(*contact.span)])) for contact in contacts)
+    return (
+        f"the carriage goes {way:.3g} m while the finger presses. Are encoder.column and encoder.step right?"
+    )
+
+
 def _reduced(recording: Recording, contact: Contact, slide: Span, window: Span, swipes: int) -> SwipeResult:
     zeros = zeros_beside(recording, contact, window)
+    railed = about_rails(recording, contact, window)
     estimates = _estimates(recording, zeros, window)
-    direction = 1 if recording.position[slide[1] - 1] > recording.position[slide[0]] else -1
+    if recording.position is not None:
+        direction = 1 if recording.position[slide[1] - 1] > recording.position[slide[0]] else -1
+    else:
+        zero = np.mean([zero.lateral for zero in zeros.values()])
+        direction = 1 if np.mean(recording.lateral_force[slice(*window)]) > zero else -1
     span = (float(recording.time[contact.span[0]]), float(recording.time[contact.span[1] - 1]))
     inside = (float(recording.time[window[0]]), float(recording.time[window[1] - 1]))
-    speed = travel(recording, window) / (inside[1] - inside[0])
-    words = _words(recording, zeros, contact, travel(recording, slide), inside, swipes, estimates)
+    gone, way = travel(recording, window), travel(recording, slide)
+    speed = recording.channels.speed if gone is None else gone / (inside[1] - inside[0])
+    words = railed + _words(recording, zeros, contact, way, inside, swipes, estimates)
     result = dict(zip(("normal_force", "lateral_force", "friction"), estimates, strict=True))
     trace = _trace(recording, zeros, {name: value.to_dict() for name, value in result.items()}, words)
-    return SwipeResult(*estimates, direction, speed, travel(recording, slide), span, inside, words, trace)
+    return SwipeResult(*estimates, direction, speed, way, span, inside, words, trace)
 
 
 def _estimates(
@@ -208,7 +224,7 @@ def _words(
     recording: Recording,
     zeros: dict[str, Zero],
     contact: Contact,
-    way: float,
+    way: float | None,
     window: tuple[float, float],
     swipes: int,
     estimates: tuple[Estimate, Estimate, Estimate],
@@ -217,7 +233,7 @@ def _words(
     normal, lateral, friction = estimates
     first, last = (recording.time[place] for place in (contact.span[0], contact.span[1] - 1))
     said = [
-        f"The finger presses from {first:.2f} to {last:.2f} s and slides {way * 1e3:.1f} mm;"
+        f"The finger presses from {first:.2f} to {last:.2f} s and {_slide(recording, way)};"
         f" forces are means from {window[0]:.2f} to {window[1]:.2f} s.",
         f"Normal force {normal.value:.3f} N, lateral force {lateral.value:.3f} N, friction {friction.value:.3f}"
         f" ({friction.interval[0]:.3f} to {friction.interval[1]:.3f}, of which the choice of the baseline makes"
@@ -233,11 +249,26 @@ def _words(
             f"The sensors are free of load only {next(iter(zeros))} the contact: a drift cannot be judged, and the"
             " interval does not contain it."
         )
+    if recording.missing:
+        rows = "1 row that holds" if recording.missing == 1 else f"{recording.missing} rows that hold"
+        said.append(f"{rows} a NaN {'was' if recording.missing == 1 else 'were'} left out.")
     if recording.wraps:
         said.append(f"The encoder wrapped {recording.wraps} time{'s' * (recording.wraps > 1)}.")
     if swipes > 1:
         said.append(f"The recording holds {swipes} swipes.")
     return tuple(said)
+
+
+def _slide(recording: Recording, way: float | None) -> str:
+    """Say how far it slides and how that is known."""
+    if way is not None:
+        return f"slides {way * 1e3:.1f} mm"
+    speed = recording.channels.speed
+    return (
+        "is taken to slide where the lateral force is more than half of its largest, because no position is recorded (a"
+        " finger that has stopped may keep that force); the speed is"
+        f" {'unknown' if speed is None else f'the stated {speed * 1e3:.1f} mm/s'}"
+    )
 
 
 def _trace(
@@ -246,13 +277,14 @@ def _trace(
     at = [zero.time for zero in zeros.values()]
     normal = np.interp(recording.time, at, [zero.normal for zero in zeros.values()])
     lateral = np.interp(recording.time, at, [zero.lateral for zero in zeros.values()])
-    over_time = ("time",)
+    signals = {
+        "normal_force_measured": recording.normal_force - normal,
+        "lateral_force_measured": recording.lateral_force - lateral,
+    }
+    if (speed := sliding_speed(recording)) is not None:
+        signals["sliding_speed"] = speed
     return make_trace(
-        {
-            "normal_force_measured": (over_time, recording.normal_force - normal),
-            "lateral_force_measured": (over_time, recording.lateral_force - lateral),
-            "sliding_speed": (over_time, sliding_speed(recording)),
-        },
+        {name: (("time",), values) for name, values in signals.items()},
         {"time": recording.time},
         {
             "source": recording.source,

@@ -112,12 +112,12 @@ def find_contacts(recording: Recording) -> list[Contact]:
 
 
 def find_slides(recording: Recording, contact: Contact) -> list[Span]:
-    """Find where the finger slides one way at more than half of its greatest speed, while it touches.
+    """Find where the finger slides one way while it touches.
 
     Parameters
     ----------
     recording : Recording
-        With its position.
+        With or without its position.
     contact : Contact
         One touch.
 
@@ -125,31 +125,66 @@ def find_slides(recording: Recording, contact: Contact) -> list[Span]:
     -------
     list of tuple of int
         Samples of each slide; none if there is no motion.
+
+    Notes
+    -----
+    With a position: at more than half of the greatest speed. Without: where the lateral force is more than half of
+    the largest that lasts, because nothing else in the record tells a slide from a rest; a finger that stops and stays
+    pressed may keep that much.
     """
-    speed = sliding_speed(recording)
     first, last = contact.span
-    fast = np.abs(speed[first:last])
-    threshold = float(fast.max()) / 2
-    least = FEWEST_COUNTS * recording.step
+    moving = sliding_speed(recording)
+    if moving is None:
+        moving, least = _rubbing(recording, contact), 0.0
+        if moving is None:
+            return []
+    else:
+        least = FEWEST_COUNTS * recording.step
+    threshold = float(np.abs(moving[first:last]).max()) / 2
     count = max(1, round(SHORTEST / _period(recording.time)))
     found = []
     for sign in (1, -1):
-        ways = _runs(_closed(sign * speed[first:last] > threshold, count)) if threshold else []
+        ways = _runs(_closed(sign * moving[first:last] > threshold, count)) if threshold else []
         found += [(first + a, first + b) for a, b in ways]
-    ways_travelled = {span: travel(recording, span) for span in found}
-    longest = max(ways_travelled.values(), default=0.0)
-    return sorted(span for span, way in ways_travelled.items() if way >= max(least, longest / 5))
+    sizes = {span: _size(recording, span) for span in found}
+    longest = max(sizes.values(), default=0.0)
+    return sorted(span for span, size in sizes.items() if size >= max(least, longest / 5))
 
 
-def travel(recording: Recording, span: Span) -> float:
-    """Way between the first and the last sample of a span [m]."""
+def _rubbing(recording: Recording, contact: Contact) -> NDArray[np.float64] | None:
+    """Give the lateral force about its zero, or None where it does not stand out."""
+    sides = [slice(*side) for side in (contact.before, contact.after) if side is not None]
+    lateral = recording.lateral_force
+    if not sides:
+        return None
+    zero = float(np.mean([np.median(lateral[side]) for side in sides]))
+    even = smoothed(recording.time, lateral) - zero
+    noise = max(float(np.std(even[side] - np.median(even[side]))) for side in sides)
+    # a peak that does not last, as where the finger sticks before it slides, does not set the level
+    size = np.abs(even[slice(*contact.span)])
+    largest = float(np.quantile(size, 0.9))
+    return np.clip(even, -largest, largest) if largest > CLEAR * noise else None
+
+
+def _size(recording: Recording, span: Span) -> float:
+    """Way of a slide [m], or how long it lasts [s] where there is no position."""
+    way = travel(recording, span)
+    return way if way is not None else float(recording.time[span[1] - 1] - recording.time[span[0]])
+
+
+def travel(recording: Recording, span: Span) -> float | None:
+    """Way between the first and the last sample of a span [m]; None without a position."""
+    if recording.position is None:
+        return None
     return float(abs(recording.position[span[1] - 1] - recording.position[span[0]]))
 
 
-def sliding_speed(recording: Recording) -> NDArray[np.float64]:
-    """Speed of the carriage over `SMOOTHING`; single wrong counts do not show."""
+def sliding_speed(recording: Recording) -> NDArray[np.float64] | None:
+    """Speed of the carriage over `SMOOTHING`; single wrong counts do not show; None without a position."""
     from scipy.ndimage import median_filter
 
+    if recording.position is None:
+        return None
     position = median_filter(recording.position, 5, mode="nearest")
     half = max(1, _width(recording.time) // 2)
     place = np.arange(len(position))
@@ -164,7 +199,7 @@ def middle(recording: Recording, slide: Span, contact: Contact, trim: float) -> 
     Parameters
     ----------
     recording : Recording
-        With its position.
+        With its position; of the time, where it has none.
     slide : tuple of int
         Samples.
     contact : Contact
@@ -178,7 +213,8 @@ def middle(recording: Recording, slide: Span, contact: Contact, trim: float) -> 
         Samples of the steady middle.
     """
     first, last = slide
-    way = np.abs(recording.position[first:last] - recording.position[first])
+    along = recording.time if recording.position is None else recording.position
+    way = np.abs(along[first:last] - along[first])
     inside = np.flatnonzero((way >= trim * way[-1]) & (way <= (1 - trim) * way[-1]))
     guard = _width(recording.time)
     begin = max(first + int(inside[0]), contact.span[0] + guard)

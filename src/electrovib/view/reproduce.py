@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from electrovib.study.reproduction import Panel, Reproduction
+    from electrovib.study.reproduction import Panel, Reproduction, Row
 
 _PANEL_SIZE: Final = (8.2, 4.3)
 
@@ -102,8 +102,9 @@ def contents_of(found: Reproduction) -> dict[str, bytes]:
     Returns
     -------
     dict of str to bytes
-        File name to content: every figure twice, ``numbers.json``, and ``report.html`` last.
+        File name to content: every figure twice and its curves, ``numbers.json``, and ``report.html`` last.
     """
+    from electrovib.view.curves import to_csv
     from electrovib.view.svg import to_png, to_svg
 
     contents: dict[str, bytes] = {}
@@ -112,15 +113,16 @@ def contents_of(found: Reproduction) -> dict[str, bytes]:
         figure = _drawn(panel)
         contents[f"{panel.id}.svg"] = to_svg(figure).encode()
         contents[f"{panel.id}.png"] = to_png(figure)
+        contents[f"{panel.id}.csv"] = to_csv(panel).encode()
         figure.axes[0].set_title("", loc="left")  # on the page it is a heading
         drawings[panel.id] = to_svg(figure)
     numbers = json.dumps([row.to_dict() for row in found.rows], indent=2, ensure_ascii=False)
     contents["numbers.json"] = f"{numbers}\n".encode()
-    contents["report.html"] = page_of(found, drawings).encode()
+    contents["report.html"] = page_of(found, drawings, curves=True).encode()
     return contents
 
 
-def page_of(found: Reproduction, drawings: Mapping[str, str]) -> str:
+def page_of(found: Reproduction, drawings: Mapping[str, str], *, curves: bool = False) -> str:
     """Write the page of a reproduction.
 
     Parameters
@@ -129,6 +131,8 @@ def page_of(found: Reproduction, drawings: Mapping[str, str]) -> str:
         Of any paper.
     drawings : mapping of str to str
         Name of each panel to its SVG.
+    curves : bool
+        Whether the curves of each figure lie beside the page as CSV.
 
     Returns
     -------
@@ -142,29 +146,36 @@ def page_of(found: Reproduction, drawings: Mapping[str, str]) -> str:
 
     figures = [
         PageFigure(
-            panel.title, markup(inline(drawings[panel.id], name=panel.id, words=panel.title)), panel.caption
+            panel.title,
+            markup(inline(drawings[panel.id], name=panel.id, words=panel.title)),
+            panel.caption + (f" Curves: {panel.id}.csv" if curves else ""),
         )
         for panel in found.panels
     ]
-    rows = [
-        {
-            "verdict": row.verdict,
-            "what": row.what,
-            "paper": shown(row.paper, row.unit),
-            "ours": shown(row.ours, row.unit),
-            "note": row.note,
-        }
-        for row in found.rows
-    ]
+    rows = [_cells(row) for row in found.rows if row.verdict != "check"]
+    checks = [_cells(row) for row in found.rows if row.verdict == "check"]
     return page(
         "reproduction.html.jinja",
         title=found.title or f"{found.paper}: the paper, reproduced",
         found=found,
         rows=rows,
+        checks=checks,
         equations={number: equation(text, number) for number, text in found.equations.items()},
         figures=figures,
         versions=summary.versions(),
     )
+
+
+def _cells(row: Row) -> dict[str, str]:
+    """Write a row for the page: what the paper states as a number, else in its words."""
+    printed = shown(row.paper, row.unit)
+    return {
+        "verdict": row.verdict,
+        "what": row.what,
+        "paper": f"in words: {row.stated}" if row.stated and row.paper is None else printed,
+        "ours": shown(row.ours, row.unit),
+        "note": row.note,
+    }
 
 
 def _drawn(panel: Panel) -> Figure:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import inspect
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from electrovib.core.model import Model
+from electrovib.solve.scenario import is_default
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
@@ -110,10 +111,7 @@ def source_of(scenario: Scenario, path: str, value: float | None) -> str:
         told = scenario.sources.get(".".join(parts[:length]))
         if told:
             return told
-    owner: Any = scenario
-    for part in parts[:-1]:
-        owner = owner[int(part)] if isinstance(owner, tuple) else getattr(owner, part)
-    return DEFAULT if type(owner).model_fields[parts[-1]].default == value else NOT_GIVEN
+    return DEFAULT if is_default(scenario, path, value) else NOT_GIVEN
 
 
 def walk_models(model: Model, prefix: str = "") -> Iterator[tuple[str, Model]]:

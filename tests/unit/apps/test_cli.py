@@ -59,6 +59,58 @@ def test_main_job_writes_a_trace_and_says_what_came_out(cli, here):
     assert sorted(path.name for path in here.iterdir()) == ["out.nc"]
 
 
+def chosen(out: str) -> str:
+    """Give the one line that says which values a paper's scenario does not find in its paper."""
+    lines = [line for line in out.splitlines() if line.startswith("not found in ")]
+    assert len(lines) <= 1
+    return lines[0] if lines else ""
+
+
+def test_a_papers_scenario_names_what_its_paper_does_not_give(cli):
+    """The 36 ms were chosen to give 2.5 mN, and the conductivity is the printed 7.7 ms turned round."""
+    line = chosen(cli("run")[1])
+    assert line.startswith(
+        "not found in vezzoli_2014, chosen or derived here: drive.rise 36 ms, drive.hold 100 ms, "
+    )
+    for told in ("friction.coefficient 0.5", "return_path.resistance 1 kohm", "conductivity 1.794 uS/m"):
+        assert told in line
+    for printed in ("drive.high", "contact.area", "permittivity", "thickness", "drive.low"):
+        assert printed not in line
+    other = chosen(cli("run", "rauf_2025/field_50")[1])
+    assert other.startswith(
+        "not found in rauf_2025, chosen or derived here: friction.coefficient 0, load.normal_force 0 N ("
+    )
+
+
+def test_perceive_and_equilibrium_name_it_too(cli):
+    assert "drive.rise 36 ms" in chosen(cli("perceive")[1])
+    skin = 'perception.compliance={ model = "ElasticSkin", stiffness = "1 kN/m" }'
+    line = chosen(cli("perceive", "--set", "drive.rise=20ms", "--set", skin)[1])
+    assert "drive.rise" not in line
+    assert "drive.hold" in line
+    relief = 'contact.surface={ model = "LinearSpring", stiffness = "1 GPa/m", free_gap = "10 um" }'
+    solid = "stack.gap.material.conductivity=0"
+    code, out, _ = cli("equilibrium", "vezzoli_2014/fig6_gap", "--set", relief, "--set", solid)
+    assert code == 0
+    assert "stack.gap.thickness 1 um" in chosen(out)
+
+
+def test_what_a_user_sets_or_sweeps_is_not_told_as_a_choice_of_ours(cli):
+    line = chosen(cli("run", "--set", "drive.rise=20 ms", "--over", "drive.hold=10ms:50ms:2")[1])
+    assert "drive.rise" not in line
+    assert "drive.hold" not in line
+    assert "drive.fall 36 ms" in line
+
+
+def test_a_scenario_of_ones_own_says_nothing_of_a_paper(cli, here):
+    (here / "mine.toml").write_text(GOOD)
+    assert cli("init", "vezzoli_2014/fig6", "-o", "from_paper.toml")[0] == 0
+    for command in (("mine.toml",), ("from_paper.toml", "-o", "out.nc"), ("out.nc",)):
+        code, out, _ = cli("run", *command)
+        assert (code, chosen(out)) == (0, "")
+        assert "electrostatic force" in out
+
+
 def test_the_scenario_of_the_design_runs_from_a_file(cli, here):
     (here / "touchscreen.toml").write_text(GOOD)
     code, out, _ = cli("run", "touchscreen.toml", "-o", "out.csv")

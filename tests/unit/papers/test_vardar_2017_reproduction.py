@@ -21,6 +21,9 @@ def test_nothing_is_called_reproduced_that_the_abstract_does_not_print(found):
     assert rows["direction"].ours[0] > 1.0
     assert rows["crossover_tau"].paper == 60.0
     assert rows["crossover_tau"].verdict == "open"
+    assert found.count() == "0 reproduced, 2 consistent, 5 open"
+    assert len(found.findings) == 3
+    assert "from 48 to 630 Hz" in found.findings[1]
 
 
 def test_the_numbers_of_the_rows(found):

@@ -9,7 +9,7 @@ import pytest
 
 from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError
-from electrovib.papers.vezzoli_2014 import compute, numbers
+from electrovib.papers.vezzoli_2014 import by_skin, compute, decay, values
 from electrovib.study.reproduction import Row
 
 
@@ -29,6 +29,51 @@ def test_every_number_the_paper_states_has_a_row(rows):
     for name in ("tau_giraud", "trapezium_force", "falling_edge_asymmetry", "fig7_saturation"):
         assert rows[name].verdict == "open"
     assert {row.id for row in rows.values() if row.verdict == "reproduced"} == {"C_i", "C_sc"}
+
+
+def test_consistent_is_only_what_the_paper_states(rows):
+    """Identities and controls of ours stand apart; a spread over thicknesses of our choice agrees with nothing."""
+    verdicts = {name: row.verdict for name, row in rows.items()}
+    assert {name for name, verdict in verdicts.items() if verdict == "consistent"} == {
+        "capacitance_ratio",
+        "suspended_force_constant",
+    }
+    ours = {
+        "equation_2",
+        "equation_3",
+        "equation_4",
+        "equation_5",
+        "static_force_1000V",
+        "suspended_force_leaky",
+    }
+    assert {name for name, verdict in verdicts.items() if verdict == "check"} == ours | {
+        "periodic_trapezium",
+        "force_decay_over_tau",
+    }
+    for name in ("thickness_spread_law_1", "thickness_spread_gap"):
+        assert verdicts[name] == "open"
+        assert "100 to 400 um is a choice of ours" in rows[name].note
+
+
+def test_the_page_opens_with_the_count_and_three_findings(reproduction):
+    by_verdict = [row.verdict for row in reproduction.rows]
+    counted = f"2 reproduced, 2 consistent, {by_verdict.count('open')} open; 8 checks of ours"
+    assert reproduction.count() == counted
+    assert len(reproduction.findings) == 3
+    told = " ".join(reproduction.findings)
+    for number in ("3.85 ms", "7.7 against", "15.4 ms", "3.3 to 16.7 mN", "10.7 times", "36 ms"):
+        assert number in told, number
+
+
+def test_lists_of_skins_are_tables_and_not_notes(reproduction):
+    names = list(compute.force_skins())
+    for row in reproduction.rows:
+        assert sum(name in row.note for name in names) <= 1, row.id
+    (table,) = [table for table in reproduction.tables if table.title == "What every skin and plane gives"]
+    shown = {line[0]: line for line in table.rows}
+    assert set(shown) == set(compute.figure_6_cases())
+    assert shown["palmar men 20 uS"][-1] == "consistent, rises and saturates"
+    assert shown["gap plane, leaky gap 1 um"][-1] == "-"
 
 
 @pytest.mark.parametrize(
@@ -53,6 +98,13 @@ def test_single_numbers(rows, name, expect, digits):
     ("name", "low", "high"),
     [
         ("tau_giraud", 0.0503, 6.63),  # Gabriel dry, constant phase 0.85
+        # the force of an exponential voltage decays twice as fast
+        ("tau_giraud_force", 0.02515, 3.315),
+        ("tau_giraud_measured", 0.02515, 3.315),
+        ("tau_giraud_decay", 3.85, 7.7),
+        # 2 mN/0.6 and 5 mN/0.3
+        ("attraction_measured", 3.333, 16.67),
+        ("past_force", 56.55, 607.6),
         ("return_path_film", 0.567, 0.854),
         ("return_path_coat", 0.00173, 0.0219),
         ("causality_residual", 0.0843, 0.281),  # Gabriel wet, palmar 20 uS: printed bounds 8 to 30 %
@@ -99,7 +151,7 @@ def test_figure_7_by_skin(skin, rise, word):
     found = compute.rise_and_saturation(compute.force_skins()[skin].material)
     # two digits of the reciprocal, of 0.003 one
     assert found[0] == pytest.approx(rise, rel=0.15 if skin == "Gabriel dry" else 0.04)
-    assert numbers.verdict(*found).startswith(word)
+    assert by_skin.Shape(*found).words.startswith(word)
 
 
 def test_causality_residual_is_rounding_without_dispersion():
@@ -116,18 +168,24 @@ def test_suspended_finger_keeps_its_force_only_without_leak(rows):
 def test_rows_are_plain_json_and_panels_are_finite(reproduction):
     for row in reproduction.rows:
         again = json.loads(json.dumps(row.to_dict()))
-        assert set(again) == {"id", "what", "paper", "ours", "unit", "verdict", "note"}
+        assert set(again) == {"id", "what", "paper", "ours", "unit", "verdict", "note", "stated"}
         assert np.all(np.isfinite(np.atleast_1d(again["ours"])))
     for panel in reproduction.panels:
         for curve in panel.curves:
             assert len(curve.x) == len(curve.y)
-            drawn = curve.y[~np.isnan(curve.y)] if panel.id in {"fig6", "falling_edge"} else curve.y
-            assert np.all(np.isfinite(drawn))
+            assert np.all(np.isfinite(curve.y))
 
 
 def test_a_verdict_that_a_row_does_not_bear_is_refused():
     with pytest.raises(ValueError, match="only a printed number"):
         Row("x", "x", None, 1.0, "1", "reproduced", "")
+    with pytest.raises(ValueError, match="consistent with what"):
+        Row("x", "x", None, 1.0, "1", "consistent", "an identity of ours")
+    with pytest.raises(ValueError, match="not held against the paper"):
+        Row("x", "x", 1.0, 1.0, "1", "check", "")
+    with pytest.raises(ValueError, match="not held against the paper"):
+        Row("x", "x", None, 1.0, "1", "check", "", "in words")
+    assert Row("x", "x", None, 1.0, "1", "consistent", "", "in words").stated == "in words"
     with pytest.raises(ValueError, match="needs a note"):
         Row("x", "x", None, 1.0, "1", "open", "")
 
@@ -165,7 +223,59 @@ def test_faults_of_ones_own_table_name_the_option_and_the_file(skin_table):
 
 
 def test_figure_6_draws_nothing_below_its_floor(reproduction):
-    (panel,) = [panel for panel in reproduction.panels if panel.id == "fig6"]
-    drawn = np.concatenate([curve.y for curve in panel.curves])
-    assert np.nanmin(drawn) >= 1e-7
-    assert np.isnan(drawn).any()
+    """But its curves, which are written as a table, go on."""
+    panels = {panel.id: panel for panel in reproduction.panels}
+    assert (panels["fig6"].floor, panels["falling_edge"].floor) == (1e-7, 1e-3)
+    lowest = min(np.min(np.abs(curve.y)) for curve in panels["fig6"].curves)
+    assert lowest < 1e-8
+
+
+def test_the_measured_band_is_attraction_where_attraction_is_drawn(reproduction):
+    for name in ("fig6", "fig6_ramps"):
+        (panel,) = [panel for panel in reproduction.panels if panel.id == name]
+        (band,) = [curve for curve in panel.curves if curve.kind == "band"]
+        assert band.y == pytest.approx(2e-3 / 0.6)
+        assert band.upper == pytest.approx(5e-3 / 0.3)
+
+
+@pytest.mark.parametrize("tau", [7.7e-3, 15.4e-3])
+def test_a_lateral_force_decays_twice_as_fast_as_the_voltage(tau):
+    """Through simulate, friction included; C_i/C_s makes the time constant 0.4772 % longer."""
+    assert compute.lateral_decay(compute.point(tau)) == pytest.approx(tau * 1.0047721 / 2, rel=1e-6)
+
+
+def closed_ramp(tau, force):
+    """Ramp at whose end 56.553 mN (tau/t (1 - exp(-t/tau)))^2 is the force, by bisection."""
+    wanted = (force / 56.553e-3) ** 0.5
+    low, high = 1e-3 * tau, 1e3 * tau
+    for _ in range(60):
+        middle = (low * high) ** 0.5
+        share = tau / middle * -np.expm1(-middle / tau)
+        low, high = (middle, high) if share > wanted else (low, middle)
+    return low
+
+
+@pytest.mark.parametrize(
+    ("reading", "tau", "force", "ramp", "gap"),
+    [
+        (decay.BY_VOLTAGE, 7.7, 3.85, 36.3, "8.7e+08"),
+        (decay.BY_FORCE, 15.4, 7.7, 72.6, "1.74e+09"),
+        (decay.MEASURED, 12.0, 6.0, 56.6, "1.36e+09"),
+    ],
+    ids=["by voltage", "by force", "measured"],
+)
+def test_both_readings_are_carried_through(reading, tau, force, ramp, gap):
+    assert (reading.tau, reading.decay) == pytest.approx((tau * 1e-3, force * 1e-3))
+    assert closed_ramp(reading.tau, 2.5e-3) == pytest.approx(ramp * 1e-3, rel=2e-3)  # three digits
+    assert reading.ramp(2.5e-3) == pytest.approx(closed_ramp(1.0047721 * reading.tau, 2.5e-3), rel=3e-4)
+    shown = {line[0]: line for line in decay.table().rows}[reading.name]
+    assert shown[1:3] == (f"{tau:.3g}", f"{force:.3g}")
+    assert shown[4] == gap
+    # lateral 2 to 5 mN over friction of 0.3 to 0.6: attraction of 3.33 to 16.7 mN
+    short, long = (closed_ramp(1.0047721 * reading.tau, f) for f in (5e-3 / 0.3, 2e-3 / 0.6))
+    assert shown[7] == f"{short * 1e3:.3g} to {long * 1e3:.3g}"
+
+
+def test_a_range_of_lateral_forces_is_divided_by_friction():
+    assert values.attraction_of((2e-3, 5e-3)) == pytest.approx((2e-3 / 0.6, 5e-3 / 0.3))
+    assert values.voltage_decay(values.force_decay(3.0)) == 3.0

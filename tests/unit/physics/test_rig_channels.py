@@ -15,6 +15,13 @@ def test_a_voltage_that_falls_under_load():
     np.testing.assert_allclose(channel.force(np.array([5.4, 3.7])), [0, 0.527], atol=1e-15)
 
 
+def test_a_column_that_is_a_force_needs_no_sensitivity():
+    pressed = ForceChannel(column=0, unit="mN", sign=-1)
+    assert pressed.read_as == "mN"
+    np.testing.assert_array_equal(pressed.force(np.array([-0.5, 0.25])), [0.5, -0.25])
+    assert ForceChannel(column=0, sensitivity=1).read_as == "V"
+
+
 @given(
     st.sampled_from([0.0, 2.0**31, 2.0**32]),
     st.sampled_from([2.0**31, 2.0**32]),
@@ -56,7 +63,17 @@ def test_a_small_register_has_to_be_declared():
         ({"encoder": {"column": 0, "step": "0 um"}}, "a step of 0 makes every position 0"),
         ({"encoder": {"column": 0, "step": "1 um", "wraps_at": -1}}, "wraps_at = -1: must lie between 0"),
         ({"clock": {"model": "EvenSample", "rate": 1}}, "Did you mean 'EvenSamples'"),
-        ({"lateral": {"column": 0}}, "missing: force per volt, negative if load lowers it"),
+        (
+            {"lateral": {"column": 0}},
+            "a voltage needs a sensitivity, .* its unit, .* here are none of the two",
+        ),
+        ({"lateral": {"column": 0, "sensitivity": 1, "unit": "N"}}, "here are both of the two"),
+        ({"lateral": {"column": 0, "unit": "V"}}, "expected a unit such as 'N'"),
+        ({"lateral": {"column": 0, "unit": "N", "sign": 2}}, "sign is 1 or -1, not 2"),
+        ({"lateral": {"column": 0, "unit": "N", "offset": "1 V"}}, "an offset is a voltage and needs a sens"),
+        ({"lateral": {"column": 0, "sensitivity": 1, "sign": -1}}, "write a negative sensitivity"),
+        ({"speed": "40 mm/s"}, "the encoder tells the speed: leave out speed, or the encoder"),
+        ({"missing_rows": -1}, "missing_rows = -1: expected a number of rows"),
     ],
 )
 def test_wrong_calibrations_are_refused(change, words):

@@ -189,3 +189,12 @@ def test_the_amplifier_gives_what_stack_body_and_resistor_take():
     angular = 2 * np.pi * 1e3
     expected = 7.5 + 2.0 * np.cos(angular * time) + 1e-3 / (angular * 100e-12) * np.sin(angular * time)
     assert close(found, expected)
+
+
+def test_the_voltage_of_a_charged_body_counts_and_leaks_away():
+    element = SeriesElement(1e4, 1 / 150e-12, 3.0)
+    silent = read_model(Drive, {"model": "CurrentSine", "amplitude": 0, "frequency": 1e3})
+    time = np.linspace(0, 0.5, 11)
+    given = {"element": element, "second": 0.0, "settled": False}
+    found = drive_voltage(np.full(11, 7.0), silent, time, charge=3e-9, **given)
+    np.testing.assert_allclose(found, 7.0 + 3e-9 / 150e-12 * np.exp(-3.0 * time), rtol=1e-13)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ from electrovib.physics.force import ForceLaw
 from electrovib.solve.scenario import load
 from electrovib.study import catalogue
 from electrovib.study.compare import compare
+from electrovib.study.compare.static import static_force
+from electrovib.study.explain import explain
 
 
 @pytest.fixture(scope="module")
@@ -236,6 +239,21 @@ def test_a_paper_shows_its_values_with_their_sources():
     assert catalogue.values(papers()["ciavarella_2020"]) is None
 
 
+def test_values_of_one_parameter_with_different_sources_are_told_apart():
+    """1 um is a choice for a figure whose film the founding paper does not print; 90 um is printed."""
+    rows = catalogue.values(papers()["vezzoli_2014"]).rows
+    films = [row[1:] for row in rows if row[0] == "stack.insulator.thickness"]
+    assert films == [
+        ("90 um", "Vezzoli 2014, section 3.1"),
+        ("1 um", "not printed: only that C_i is comparable with C_s"),
+    ]
+    places = [row[0] for row in rows]
+    assert all(
+        places.count(path) == 1 or places[i + 1] == path or places[i - 1] == path
+        for i, path in enumerate(places)
+    )
+
+
 def test_bibtex_can_be_typeset():
     """An underscore of a DOI would end a LaTeX run; the field `doi` is not typeset."""
     entry = catalogue.bibtex(papers()["vardar_2017"], "vardar_2017")
@@ -252,3 +270,20 @@ def test_parts_without_a_choice_are_found_too():
     from electrovib.study.catalogue import find
 
     assert find("Amplifier") is Amplifier
+
+
+@pytest.mark.parametrize("law", ["InsulatorPlane", "StratumCorneumPlane", "EffectiveMediumPlane", "GapPlane"])
+def test_a_filled_gap_is_accounted_for(law):
+    """The field in a gap falls with what fills it, and its stress with the square: no law has more in it."""
+    filled = {"stack.gap.material.permittivity": 2.5, "force": {"model": law}}
+    scenario = load("vezzoli_2014/fig6_gap").replace(filled)
+    plane = static_force(scenario.replace({"force": {"model": "GapPlane"}}), 100.0)
+    words = explain(scenario, static_force(scenario, 100.0) / plane)
+    assert "would give" not in words
+    air = re.search(r"gap plane at a gap of ([0-9.]+) um", words)
+    if air is not None:
+        changes = {"stack.gap.material.permittivity": 1.0, "stack.gap.thickness": f"{air[1]} um"}
+        same = static_force(scenario.replace(changes | {"force": {"model": "GapPlane"}}), 100.0)
+        assert same == pytest.approx(
+            static_force(scenario, 100.0), rel=0.1
+        )  # two digits of the gap are printed

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.rig_channels import TribometerChannels
+from electrovib.study.rail import at_rail
 from electrovib.study.recording import calibrated, read_recording
 from electrovib.study.swipe import reduce_swipe, reduce_swipes
 
@@ -276,6 +277,157 @@ def test_stamps_that_do_not_increase():
             columns["time"][:] = 0
             with pytest.raises(InputError, match="only 1 samples with increasing time stamps are left"):
                 calibrated(columns, rig)
+
+
+def without_an_encoder(**changes):
+    known = channels().to_dict() | changes
+    known.pop("encoder")
+    return read_model(TribometerChannels, known)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_without_an_encoder_the_lateral_force_tells_the_slide(direction):
+    columns = made(direction=direction, drifts=(0.0, 0.01))
+    with_it = reduce_swipe(calibrated(columns, channels()))
+    columns.pop("encoder")
+    found = reduce_swipe(calibrated(columns, without_an_encoder()))
+    assert found.friction.value == pytest.approx(0.4, rel=5e-3)
+    assert found.direction == direction
+    # 5 % of the time in place of 5 % of the way, which goes from 3 to 5 s
+    assert found.window == pytest.approx(with_it.window, abs=0.05)
+    assert (found.speed, found.way) == (None, None)
+    assert "sliding_speed" not in found.trace
+    assert "because no position is recorded" in found.words[0]
+    assert "the speed is unknown" in found.words[0]
+    assert json.loads(json.dumps(found.to_dict()))["speed"] is None
+    stated = reduce_swipe(calibrated(columns, without_an_encoder(speed="40 mm/s")))
+    assert (stated.speed, stated.way) == (40e-3, None)
+    assert "the speed is the stated 40.0 mm/s" in stated.words[0]
+
+
+def test_without_an_encoder_a_peak_at_the_start_and_a_rest_are_no_slide():
+    columns = made()
+    time = np.arange(len(columns["lateral"])) / 2000
+    # it sticks before it slides: half as much again for 60 ms
+    columns["lateral"] = columns["lateral"] + 0.5 / 0.444 * ((time > 3.0) & (time < 3.06))
+    found = reduce_swipe(calibrated(columns, without_an_encoder()))
+    assert found.friction.value == pytest.approx(0.4, rel=1e-2)
+    with pytest.raises(
+        InputError, match="no motion found during contact: the lateral force does not stand out"
+    ):
+        reduce_swipe(calibrated(made(friction=0.0), without_an_encoder()))
+
+
+def test_columns_that_are_forces(tmp_path):
+    columns = made(normal=-1.0, lateral=1.0)
+    table = np.column_stack([1e3 * columns["normal"], columns["lateral"]])
+    np.savetxt(tmp_path / "swipe.csv", table, delimiter=",", header="Fz,Fx", comments="", fmt="%.10g")
+    rig = without_an_encoder(
+        normal={"column": "Fz", "unit": "mN", "sign": -1}, lateral={"column": "Fx", "unit": "N"}
+    )
+    found = reduce_swipe(read_recording(tmp_path / "swipe.csv", rig))
+    assert found.normal_force.value == pytest.approx(0.5, rel=5e-3)
+    assert found.friction.value == pytest.approx(0.4, rel=5e-3)
+
+
+def test_a_few_rows_without_a_number_are_left_out_and_counted(tmp_path):
+    columns = made()
+    columns["normal"][[5, 9000]], columns["lateral"][8000] = np.nan, np.inf
+    with pytest.raises(
+        InputError, match=r"'normal', sample 5: nan .* 3 rows of 16000; missing_rows = 3 leaves"
+    ):
+        calibrated(columns, channels())
+    allowed, fewer = (
+        read_model(TribometerChannels, channels().to_dict() | {"missing_rows": rows}) for rows in (3, 2)
+    )
+    with pytest.raises(InputError, match="3 rows of 16000; missing_rows = 2 allows fewer"):
+        calibrated(columns, fewer)
+    recording = calibrated(columns, allowed)
+    assert recording.missing == 3
+    # what is left keeps its time
+    assert len(recording.time) == 15_997
+    assert recording.time[-1] == 15_999 / 2000
+    found = reduce_swipe(recording)
+    assert found.friction.value == pytest.approx(0.4, rel=5e-3)
+    assert "3 rows that hold a NaN were left out." in found.words
+    np.save(
+        tmp_path / "swipe.npy",
+        np.column_stack([columns["lateral"], columns["normal"], *3 * [columns["encoder"]]]),
+    )
+    assert reduce_swipe(read_recording(tmp_path / "swipe.npy", allowed)).friction == found.friction
+    with pytest.raises(InputError, match=r"swipe.npy: column 'normal', sample 5: nan .* missing_rows = 3"):
+        read_recording(tmp_path / "swipe.npy", channels())
+
+
+def test_empty_fields_of_a_text_are_rows_without_a_number(tmp_path):
+    columns = made()
+    table = np.column_stack([columns["lateral"], columns["normal"], columns["encoder"]])
+    rows = [",".join(f"{value:.10g}" for value in row) for row in table]
+    rows[5], rows[9000] = rows[5].split(",")[0] + ",,0", ",".join(["", *rows[9000].split(",")[1:]])
+    (tmp_path / "swipe.csv").write_text("\n".join(["lateral,normal,encoder", *rows]) + "\n", encoding="utf-8")
+    known = channels().to_dict() | {"missing_rows": 2}
+    rig = {name: known[name] | {"column": name} for name in ("lateral", "normal", "encoder")}
+    recording = read_recording(tmp_path / "swipe.csv", read_model(TribometerChannels, known | rig))
+    assert recording.missing == 2
+    assert reduce_swipe(recording).friction.value == pytest.approx(0.4, rel=5e-3)
+    rows[7] = "oops,1,0"
+    (tmp_path / "swipe.csv").write_text("\n".join(["lateral,normal,encoder", *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="line 9, column 'lateral': 'oops' is not a number"):
+        read_recording(tmp_path / "swipe.csv", read_model(TribometerChannels, known | rig))
+
+
+def steps(values, step):
+    return np.round(values / step) * step
+
+
+def test_a_sensor_that_sits_at_its_rail_is_noticed():
+    """A normal force of 749 N was told of a converter at the end of its range."""
+    columns = made(load=3.0, normal=1.0, zeros=(0.0, -0.3))
+    columns["normal"] = steps(columns["normal"], 1e-3)
+    fine = reduce_swipe(calibrated(columns, channels(normal=1.0)))
+    assert not any("rail" in word for word in fine.words)
+    clipped = columns | {"normal": np.minimum(columns["normal"], 2.0)}
+    with pytest.raises(
+        InputError, match=r"the normal force sits at its rail.*for 100% of the time from 3\.\d\d to 4"
+    ):
+        reduce_swipe(calibrated(clipped, channels(normal=1.0)))
+    # the other end, and a sensor turned around
+    turned = {"normal": -clipped["normal"]}
+    with pytest.raises(InputError, match="the normal force sits at its rail"):
+        reduce_swipe(calibrated(columns | turned, channels(normal=-1.0)))
+
+
+def test_a_rail_for_part_of_what_is_used_is_said_first():
+    columns = made()
+    columns["lateral"] = steps(columns["lateral"], 1e-4)
+    columns["lateral"][7000:7400] = columns["lateral"].max() + 0.1
+    recording = calibrated(columns, channels())
+    np.testing.assert_array_equal(np.flatnonzero(recording.at_rail["lateral"]), np.arange(7000, 7400))
+    assert not np.any(recording.at_rail["normal"])
+    found = reduce_swipe(recording)
+    # 400 of the 3600 samples of the window
+    assert found.words[0].startswith(
+        "Warning: the sensor of the lateral force sits at its rail, or in a dead band, for 11.1% of the wi"
+    )
+
+
+def test_a_zero_that_a_rail_hides_is_said():
+    columns = made()
+    lateral = steps(columns["lateral"], 1e-4)
+    columns["lateral"] = np.maximum(lateral, np.median(lateral[:4000]) + 0.02)
+    found = reduce_swipe(calibrated(columns, channels()))
+    for side in ("before", "after"):
+        assert any(f"for 100.0% of the unloaded part {side} the contact" in word for word in found.words[:2])
+
+
+def test_what_is_no_rail():
+    """Readings without noise, with less noise than a step, and slow ones stand still without being at a rail."""
+    columns = made(noise=0.0)
+    for values in (columns["normal"], steps(columns["normal"], 0.5), np.zeros(100), np.arange(100.0)):
+        assert not np.any(at_rail(values))
+    noisy = np.random.default_rng(0).standard_normal(5000)
+    assert not np.any(at_rail(noisy))
+    assert np.count_nonzero(at_rail(np.clip(noisy + np.linspace(-8, 8, 5000), -3, 3))) > 2500
 
 
 def altered(**changes):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 from types import ModuleType
@@ -28,17 +29,25 @@ def found():
             Row("C", "capacitance", 32, 32.96, "pF", "reproduced", "cut off"),
             Row("tau", "time constant", None, (0.05, 6.6), "ms", "open", "no resistivity is printed, 5 um"),
             Row("rise", "rise", (1.0, 2.0), 1.5, "1", "consistent", ""),
+            Row("hold", "hold", None, 1.0, "1", "consistent", "", "roughly constant"),
+            Row("sum", "sum of charges", None, 1e-16, "1", "check", "0 is exact"),
         ),
         panels=(
             Panel("fig1", "Figure 1", "One & only.", ("time", "s"), ("force", "N"), (Curve("a", X, X),)),
             Panel(
-                "fig2", "Figure 2", "Two.", ("time", "s"), ("force", "N"), (Curve("a", X, X, upper=X + 1),)
+                "fig2",
+                "Figure 2",
+                "Two.",
+                ("time", "s"),
+                ("force", "N"),
+                (Curve("a, b", X, X, upper=X + 1), Curve("c", X[:2] / 3, np.array([np.nan, 0.1]))),
             ),
         ),
         pages=(Page("What this paper leaves open", ("First paragraph.", "Second one.")),),
         tables=(Table("Skins", ("name", "tau"), (("dry", "1"), ("wet", "2"))),),
         equations={"1": r"$f = \frac{a}{b}$", "2": r"v = \tau s", "3": r"$\nosuchthing{x}$"},
         references=("Somebody 2000",),
+        findings=("One thing to know.", "Another: 5 um."),
     )
 
 
@@ -54,7 +63,7 @@ def paper(found, monkeypatch):
     return asked
 
 
-FILES = {"report.html", "numbers.json", "fig1.svg", "fig1.png", "fig2.svg", "fig2.png"}
+FILES = {"report.html", "numbers.json"} | {f"fig{n}.{kind}" for n in (1, 2) for kind in ("svg", "png", "csv")}
 
 
 def test_all_files_are_written_into_a_new_folder(tmp_path, paper, found):
@@ -72,6 +81,42 @@ def test_numbers_are_those_of_the_rows(tmp_path, found):
     assert numbers == [row.to_dict() for row in found.rows]
     assert numbers[1]["ours"] == [0.05, 6.6]
     assert numbers[1]["paper"] is None
+
+
+def test_curves_are_written_as_tables(tmp_path, found):
+    """To the last bit; with its band, its gaps, and names that hold a comma."""
+    _write(found, tmp_path)
+    with (tmp_path / "fig2.csv").open(encoding="utf-8", newline="") as file:
+        heading, *lines = csv.reader(file)
+    assert heading == ["curve", "time [s]", "force [N]", "force [N], upper edge"]
+    band = [line for line in lines if line[0] == "a, b"]
+    assert [tuple(map(float, line[1:])) for line in band] == [(x, x, x + 1) for x in X.tolist()]
+    assert [line for line in lines if line[0] == "c"] == [
+        ["c", "0.0", "", ""],
+        ["c", repr(float(X[1] / 3)), "0.1", ""],
+    ]
+    with (tmp_path / "fig1.csv").open(encoding="utf-8", newline="") as file:
+        heading, *lines = csv.reader(file)
+    assert heading == ["curve", "time [s]", "force [N]"]
+    assert len(lines) == len(X)
+
+
+def test_the_page_opens_with_count_and_findings_and_lists_our_checks_apart(tmp_path, found):
+    assert found.count() == "1 reproduced, 2 consistent, 1 open; 1 check of ours"
+    _write(found, tmp_path)
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    order = [
+        "1 reproduced, 2 consistent",
+        "One thing to know.",
+        "Another: 5 µm.",
+        "What is printed",
+        "roughly constant",
+    ]
+    order += ["Our checks", "sum of charges", "What this paper leaves open", "fig1.csv"]
+    places = [text.index(words) for words in order]
+    assert places == sorted(places)
+    between = text[text.index("What is printed") : text.index("Our checks")]
+    assert "sum of charges" not in between
 
 
 def test_the_page_has_everything_and_fetches_nothing(tmp_path, found):

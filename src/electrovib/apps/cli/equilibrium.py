@@ -30,6 +30,7 @@ def command(
 ) -> None:
     """Find every state of gap and attraction under a held voltage, stable or not."""
     from electrovib.apps.changes import read_changes
+    from electrovib.apps.cli.chosen import chosen
     from electrovib.core.units import parse_quantity
     from electrovib.solve.equilibrium import equilibrium
     from electrovib.solve.scenario import Scenario, load
@@ -43,7 +44,7 @@ def command(
             held = parse_quantity(voltage, "V")
         except ValueError as error:
             raise InputError(f"--voltage {voltage}: {error}") from None
-    print("\n".join(summary(equilibrium(found, voltage=held))))
+    print("\n".join([*summary(equilibrium(found, voltage=held)), *chosen(found, scenario)]))
 
 
 def summary(found: Balance) -> list[str]:

@@ -31,13 +31,16 @@ def command(
 ) -> None:
     """Tell whether a finger feels the drive, by which channel, and by how many decibels."""
     from electrovib.apps.changes import read_changes
+    from electrovib.apps.cli.chosen import chosen
     from electrovib.apps.progress import tracked
+    from electrovib.solve.scenario import load_scenario
     from electrovib.study.perceive import perceive
 
     wanted = read_changes(changes or [])
     with tracked("perceiving"):
         found = perceive(scenario, set=wanted)
-    for line in summary(found):
+    drawn = {path: value for path, value in wanted.items() if not path.startswith("perception")}
+    for line in [*summary(found), *chosen(load_scenario(scenario).replace(drawn), scenario)]:
         print(line)
 
 

@@ -26,9 +26,14 @@ def command(
 
     with tracked(f"reproducing {paper}"):
         found = reproduce(paper, output, skin=skin)
-    for row in found.rows:
+    print(f"{paper}: {found.count()}")
+    for number, finding in enumerate(found.findings, 1):
+        print(f"{number}. {finding}")
+    for row in sorted(found.rows, key=lambda row: row.verdict == "check"):
         unit = "" if row.unit == "1" else f" {row.unit}"
-        print(f"{row.verdict:<11} {row.what}: {shown(row.ours)}{unit} (paper: {shown(row.paper)})")
+        printed = row.stated if row.stated and row.paper is None else shown(row.paper)
+        held = "" if row.verdict == "check" else f" (paper: {printed})"
+        print(f"{row.verdict:<11} {row.what}: {shown(row.ours)}{unit}{held}")
     print(f"written: {output}/report.html")
 
 

@@ -35,15 +35,17 @@ def command(
     from electrovib.apps.run import run
 
     trace = run(scenario, set=changes or [], over=over or [], output=output, report=report)
-    for line in summary(trace, output, report):
+    for line in summary(trace, output, report, source=scenario):
         print(line)
 
 
-def summary(trace: Any, output: str | None, report: str | None) -> list[str]:
-    """Say in a few lines what came out."""
+def summary(trace: Any, output: str | None, report: str | None, *, source: str = "") -> list[str]:
+    """Say in a few lines what came out, and what of a paper's scenario is not found in the paper."""
     import json
 
+    from electrovib.apps.cli.chosen import chosen
     from electrovib.core.units import format_quantity
+    from electrovib.solve.scenario import scenario_of
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
     for name in ("electrostatic_force", "lateral_force"):
@@ -51,7 +53,11 @@ def summary(trace: Any, output: str | None, report: str | None) -> list[str]:
             format_quantity(float(edge), "N", digits=4) for edge in (trace[name].min(), trace[name].max())
         )
         lines.append(f"{name.replace('_', ' ')}: {low} to {high}")
+    lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
     lines.append(f"solver: {trace.attrs['solver']} ({trace.attrs['solver_reason']})")
+    if trace.attrs.get("reduction_error"):
+        error = 100 * float(trace.attrs.get("transfer_error", float("nan")))
+        lines.append(f"error of the answer through materials reduced to relaxations: at most {error:.2g} %")
     lines += [
         f"{lamp['state']}: {lamp['text']}"
         for lamp in json.loads(trace.attrs["lamps"])

@@ -47,13 +47,13 @@ class Column:
     values: NDArray[np.float64]
     place: Callable[[int], str]
 
-    def in_si(self, path: Path, asked: str) -> NDArray[np.float64]:
-        """Check and convert."""
+    def in_si(self, path: Path, asked: str, *, missing: bool = False) -> NDArray[np.float64]:
+        """Check and convert; `missing` numbers are refused unless they are let pass."""
         if len(self.values) < 2:
             count = "only one row" if len(self.values) else "no rows"
             raise DataFileError(f"{path}: {self.label} has {count}; at least two are needed.")
         bad = np.flatnonzero(~np.isfinite(self.values))
-        if len(bad):
+        if len(bad) and not missing:
             more = f", nor are {len(bad) - 1} more below" if len(bad) > 1 else ""
             where, value = self.place(int(bad[0])), self.values[bad[0]]
             raise DataFileError(f"{path}: {where}, {self.label}: {value} is not a finite number{more}.")

@@ -44,8 +44,21 @@ class Table:
         """Name a column in a message."""
         return f"column '{self.headings[index]}'" if self.headings else f"column {index}"
 
-    def numbers(self, indices: Sequence[int]) -> NDArray[np.float64]:
-        """Read columns as (row, index); refuse rows of unequal length and what is no number."""
+    def numbers(self, indices: Sequence[int], *, missing: bool = False) -> NDArray[np.float64]:
+        """Read columns as (row, index); refuse rows of unequal length and what is no number, empty fields included.
+
+        Parameters
+        ----------
+        indices : sequence of int
+            Columns, 0 first.
+        missing : bool
+            Read empty fields as NaN instead.
+
+        Returns
+        -------
+        ndarray, shape (rows, indices)
+            In the units of the file.
+        """
         rows = [line for _, line in self.rows()]
         if not rows:
             return np.empty((0, len(indices)))
@@ -55,16 +68,23 @@ class Table:
         else:
             widths = {row.count(self.delimiter) + 1 for row in rows}
         said = "rows of unequal length"
-        if widths == {self.width}:
+        # fields that may be empty take a function of Python for each, so only where the fast way has failed
+        for converters in (None, _number_or_missing)[: 2 if missing else 1] * (widths == {self.width}):
             try:
                 return np.loadtxt(
-                    rows, delimiter=self.delimiter, comments=None, usecols=indices, ndmin=2, quotechar=quote
+                    rows,
+                    delimiter=self.delimiter,
+                    comments=None,
+                    usecols=indices,
+                    ndmin=2,
+                    quotechar=quote,
+                    converters=converters,
                 )
             except ValueError as error:
                 said = str(error)
-        raise DataFileError(f"{self.path}: {self._fault(indices) or said}.")
+        raise DataFileError(f"{self.path}: {self._fault(indices, missing) or said}.")
 
-    def _fault(self, indices: Sequence[int]) -> str:
+    def _fault(self, indices: Sequence[int], missing: bool) -> str:
         """Look for the first fault, row by row."""
         for number, line in self.rows():
             cells = _split(line, self.delimiter)
@@ -73,7 +93,7 @@ class Table:
                 return f"line {number} has {len(cells)} fields, but {first} {self.width}"
             for index in indices:
                 cell = cells[index]
-                if not _is_number(cell):
+                if not _is_number(cell) and not (missing and not cell):
                     hint = "; write decimals with a point" if re.fullmatch(r"[+-]?\d+,\d+", cell) else ""
                     why = f"'{cell[:40]}' is not a number{hint}" if cell else "the number is missing"
                     return f"line {number}, {self.label(index)}: {why}"
@@ -150,6 +170,14 @@ def _is_number(cell: str) -> bool:
     return cell.isascii() and "_" not in cell
 
 
+def _number_or_missing(cell: str) -> float:
+    if not cell.strip():
+        return np.nan
+    if not _is_number(cell.strip()):
+        raise ValueError(cell)
+    return float(cell)
+
+
 def _delimiter(lines: Sequence[str]) -> str | None:
     """Find the character that all of the first lines have; None stands for blanks."""
     for has in (all, any):
@@ -171,8 +199,8 @@ def _split(line: str, delimiter: str | None, *, headings: bool = False) -> list[
     return [cell.strip() for cell in cells]
 
 
-def from_text(path: Path, columns: Sequence[str | int]) -> dict[str | int, Column]:
-    """Read columns by heading or number; a unit stands in the heading or in a row of its own.
+def from_text(path: Path, columns: Sequence[str | int], *, missing: bool = False) -> dict[str | int, Column]:
+    """Read columns by heading or number; a unit stands in the heading or in a row of its own; empty fields may be NaN.
 
     Raises
     ------
@@ -181,7 +209,7 @@ def from_text(path: Path, columns: Sequence[str | int]) -> dict[str | int, Colum
     """
     table = read_table(path, [column for column in columns if isinstance(column, str)])
     indices = [choose(path, table.headings, column, table.width) for column in columns]
-    numbers = table.numbers(indices)
+    numbers = table.numbers(indices, missing=missing)
 
     def line(row: int) -> str:
         return f"line {next(number for i, (number, _) in enumerate(table.rows()) if i == row)}"

@@ -36,7 +36,9 @@ _READERS: Final[dict[str, Callable[[Path, Sequence[str | int]], dict[str | int, 
 }
 
 
-def read_columns(path: Path, wanted: Mapping[str, tuple[str | int, str]]) -> dict[str, NDArray[np.float64]]:
+def read_columns(
+    path: Path, wanted: Mapping[str, tuple[str | int, str]], *, missing: bool = False
+) -> dict[str, NDArray[np.float64]]:
     """Read the wanted columns of a measured file, converted to SI.
 
     Parameters
@@ -44,14 +46,17 @@ def read_columns(path: Path, wanted: Mapping[str, tuple[str | int, str]]) -> dic
     path : Path
         ``.csv``, ``.txt`` or ``.tsv`` (delimiter found, lines with ``#`` skipped, headings such as
         ``time [us]`` or none), ``.npy`` (a row per sample, or a structured array), ``.nc`` (variables)
-        or ``.mat`` (``"name[3]"`` is column 3 of the array ``name``; a number is one of the only array).
+        or ``.mat`` (``"name[3]"`` is column 3 of the array ``name``, ``"trial.force"`` a field of a struct; a number is
+        a column of the only array).
     wanted : mapping
         Parameter name to (heading or 0-based number, unit of the numbers where the file names none).
+    missing : bool
+        Let NaN, infinities and empty fields of text, as NaN, pass instead of refusing the file.
 
     Returns
     -------
     dict of str to array
-        One-dimensional, SI, finite, at least two values; keys as in `wanted`.
+        One-dimensional, SI, finite unless they may be missing, at least two values; keys as in `wanted`.
 
     Raises
     ------
@@ -66,5 +71,7 @@ def read_columns(path: Path, wanted: Mapping[str, tuple[str | int, str]]) -> dic
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise DataFileError(f"{path}: columns are read from {', '.join(_READERS)}, not from '{path.suffix}'.")
-    found = reader(path, [column for column, _ in wanted.values()])
-    return {name: found[column].in_si(path, unit) for name, (column, unit) in wanted.items()}
+    columns = [column for column, _ in wanted.values()]
+    # only text has fields with nothing in them
+    found = from_text(path, columns, missing=missing) if reader is from_text else reader(path, columns)
+    return {name: found[column].in_si(path, unit, missing=missing) for name, (column, unit) in wanted.items()}

@@ -29,30 +29,35 @@ _NUMBERS: Final = {
 """Element types that hold numbers."""
 _CLASSES: Final = {
     1: "cell", 2: "struct", 3: "object", 4: "char", 5: "sparse", 6: "double", 7: "single", 8: "int8", 9: "uint8",
-    10: "int16", 11: "uint16", 12: "int32", 13: "uint32", 14: "int64", 15: "uint64", 16: "function", 17: "opaque",
+    10: "int16", 11: "uint16", 12: "int32", 13: "uint32", 14: "int64", 15: "uint64", 16: "function handle", 17: "object",
 }  # fmt: skip
+_STRUCT, _OPAQUE = 2, 17
 _FIRST_NUMERIC, _LAST_NUMERIC = 6, 15
 _COMPLEX: Final = 0x0800
 _PEEK: Final = 4096
 """Bytes in which flags, sizes and name of a variable must lie."""
+_LONGEST_NAME: Final = 4096
+"""Bytes that a field's name may be said to need."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable of the file, not yet read.
+    """A variable of the file or a field of one, not yet read.
 
     Parameters
     ----------
     name, kind : str
-        As MATLAB says them.
+        As MATLAB says them; of a field, with the path to it.
     shape : tuple of int
-        Rows, columns and so on.
+        Rows, columns and so on; empty for an object, which has none in the file.
     numeric : bool
         Whether it is a real numeric array.
     start, size : int
-        Its element in the file [bytes].
+        Its element in the file, or of a field in the unpacked variable [bytes].
     compressed : bool
         Whether it was saved with -v7.
+    within : memoryview, optional
+        Of a field: where `start` counts from.
     """
 
     name: str
@@ -62,6 +67,7 @@ class Variable:
     start: int
     size: int
     compressed: bool
+    within: memoryview | None = None
 
 
 class Mat5:
@@ -95,17 +101,37 @@ class Mat5:
                 raise self._damaged(f"an element of type {kind} at byte {start - 8} where a variable is due")
         return [variable for variable in found if variable.name]
 
-    def values(self, variable: Variable) -> NDArray[np.float64]:
-        """Read a numeric variable, shaped as MATLAB shows it."""
-        body = self.raw[variable.start : variable.start + variable.size]
-        if variable.compressed:
-            kind, size = struct.unpack(
-                f"{self.order}II", self._inflated(variable.start, variable.size, 8).ljust(8)
-            )
+    def fields(self, variable: Variable) -> list[Variable]:
+        """List the fields of a struct by their path, ``"name.field"``; of an array of structs there are none."""
+        if variable.kind != _CLASSES[_STRUCT] or _product(variable.shape) != 1:
+            return []
+        body = self._body(variable)
+        parts = self._places(body)
+        for _ in range(3):
+            next(parts)
+        _, start, size = next(parts)
+        lengths = np.frombuffer(body[start : start + size - size % 4], f"{self.order}i4")
+        kind, start, size = next(parts)
+        length = int(lengths[0]) if len(lengths) == 1 else 0
+        if kind != 1 or not 0 < length <= _LONGEST_NAME or size % length:
+            raise self._damaged(f"the names of the fields of '{variable.name}' are not where they belong")
+        names = bytes(body[start : start + size])
+        found = []
+        for number in range(size // length):
+            kind, start, extent = next(parts)
             if kind != _MATRIX:
-                raise self._damaged(f"'{variable.name}' unpacks to an element of type {kind}")
-            body = memoryview(self._inflated(variable.start, variable.size, size + 8, whole=True))[8:]
-        parts = self._parts(body)
+                raise self._damaged(f"field {number} of '{variable.name}' is an element of type {kind}")
+            name = names[number * length : (number + 1) * length].partition(b"\0")[0].decode("latin-1")
+            path = f"{variable.name}.{name}"
+            if extent:
+                found.append(self._peek(body[start : start + extent], start, extent, within=body, path=path))
+            else:
+                found.append(Variable(path, "empty", (0, 0), False, start, 0, False, body))
+        return found
+
+    def values(self, variable: Variable) -> NDArray[np.float64]:
+        """Read a numeric variable or field, shaped as MATLAB shows it."""
+        parts = self._parts(self._body(variable))
         for _ in range(3):
             next(parts)
         kind, data = next(parts)
@@ -118,29 +144,63 @@ class Mat5:
             raise self._damaged(f"'{variable.name}' should hold {count} numbers and holds {values.size}")
         return values.astype(np.float64).reshape(variable.shape, order="F")
 
-    def _peek(self, body: memoryview, start: int, size: int, *, compressed: bool) -> Variable:
+    def _body(self, variable: Variable) -> memoryview:
+        """Unpack a variable, or take a field out of what was unpacked."""
+        place = slice(variable.start, variable.start + variable.size)
+        if variable.within is not None:
+            return variable.within[place]
+        if not variable.compressed:
+            return self.raw[place]
+        kind, size = struct.unpack(
+            f"{self.order}II", self._inflated(variable.start, variable.size, 8).ljust(8)
+        )
+        if kind != _MATRIX:
+            raise self._damaged(f"'{variable.name}' unpacks to an element of type {kind}")
+        return memoryview(self._inflated(variable.start, variable.size, size + 8, whole=True))[8:]
+
+    def _peek(
+        self,
+        body: memoryview,
+        start: int,
+        size: int,
+        *,
+        compressed: bool = False,
+        within: memoryview | None = None,
+        path: str = "",
+    ) -> Variable:
         parts = self._parts(body, whole=False)
         flags_kind, flags = next(parts)
-        sizes_kind, sizes = next(parts)
-        _, name = next(parts)
-        if flags_kind != 6 or len(flags) < 8 or sizes_kind != 5 or len(sizes) % 4 or not sizes:
+        if flags_kind != 6 or len(flags) < 8:
             raise self._damaged(f"the variable at byte {start} has no flags or no sizes")
         word = struct.unpack_from(f"{self.order}I", flags)[0]
+        number = word & 0xFF
+        if number == _OPAQUE:  # an object: no sizes, but its name, the system and the class it is of
+            name, _, kind = (_text(next(parts)[1]) for _ in range(3))
+            return Variable(
+                path or name, f"object of class {kind}", (), False, start, size, compressed, within
+            )
+        sizes_kind, sizes = next(parts)
+        name = _text(next(parts)[1])
+        if sizes_kind != 5 or len(sizes) % 4 or not sizes:
+            raise self._damaged(f"the variable at byte {start} has no flags or no sizes")
         shape = struct.unpack(f"{self.order}{len(sizes) // 4}i", sizes)
         if min(shape) < 0:
             raise self._damaged(f"the variable at byte {start} has sizes {shape}")
-        number = word & 0xFF
         numeric = _FIRST_NUMERIC <= number <= _LAST_NUMERIC and not word & _COMPLEX
         kind = ("complex " if word & _COMPLEX else "") + _CLASSES.get(number, f"class {number}")
-        text = bytes(name).rstrip(b"\0").decode("latin-1")
-        return Variable(text, kind, shape, numeric, start, size, compressed)
+        return Variable(path or name, kind, shape, numeric, start, size, compressed, within)
 
     def _parts(self, body: memoryview, *, whole: bool = True) -> Iterator[tuple[int, memoryview]]:
         """Go through the parts of a variable; the last one may be cut off where only its beginning is here."""
+        for kind, start, size in self._places(body, whole=whole):
+            yield kind, body[start : start + size]
+
+    def _places(self, body: memoryview, *, whole: bool = True) -> Iterator[tuple[int, int, int]]:
+        """Type, start and size of the parts of a variable."""
         place = 0
         while True:
             kind, start, size, place = self._tag(body, place, whole=whole)
-            yield kind, body[start : start + size]
+            yield kind, start, size
 
     def _tag(self, body: memoryview, place: int, *, whole: bool = True) -> tuple[int, int, int, int]:
         """Read type, start, size of an element and where the next one begins."""
@@ -173,6 +233,10 @@ class Mat5:
 
     def _damaged(self, why: str) -> DataFileError:
         return DataFileError(f"{self.path}: is damaged or not a MATLAB file ({why}).")
+
+
+def _text(raw: memoryview) -> str:
+    return bytes(raw).rstrip(b"\0").decode("latin-1")
 
 
 def _product(shape: tuple[int, ...]) -> int:

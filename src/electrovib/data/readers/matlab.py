@@ -13,13 +13,19 @@ from electrovib.data.columns.faults import DAMAGE, check_file, damaged, suggesti
 from electrovib.data.readers.mat5 import Mat5
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
+    import h5py
     from numpy.typing import NDArray
 
-_COLUMN: Final = re.compile(r"(([A-Za-z]\w*)(?:\[(\d{1,9})\])?)(?:\s+\[([^\[\]]+)\])?")
+_COLUMN: Final = re.compile(r"(([A-Za-z]\w*(?:\.[A-Za-z]\w*)*)(?:\[(\d{1,9})\])?)(?:\s+\[([^\[\]]+)\])?")
 _NUMERIC: Final = "double|single|u?int(?:8|16|32|64)"
+_SMALLEST: Final = 1100
+"""The packing of these files makes nothing smaller than by this factor."""
+
+Known = dict[str, tuple[str, tuple[int, ...], bool]]
+"""Name of a variable or path of a field to its kind, its shape and whether it is a real numeric array."""
 
 
 def read_matlab(path: Path, variable: str = "") -> NDArray[np.float64]:
@@ -30,7 +36,8 @@ def read_matlab(path: Path, variable: str = "") -> NDArray[np.float64]:
     path : Path
         Saved by MATLAB with ``-v6``, ``-v7`` or ``-v7.3``, or by another program in these formats.
     variable : str
-        Its name; may be left out if the file holds only one real numeric array that is no single number.
+        Its name, or the path of a field of a struct, ``"trial.force"``; may be left out if the file holds only one
+        real numeric array that is no single number.
 
     Returns
     -------
@@ -61,7 +68,8 @@ def from_matlab(path: Path, columns: Sequence[str | int]) -> dict[str | int, Col
         As for `read_matlab`.
     columns : sequence of str or int
         ``"name[3]"`` is column 3, 0 first, of the array ``name``; ``"name"`` an array of one row or column; a
-        number is a column of the only array in the file. A unit may follow: ``"name[3] [us]"``.
+        number is a column of the only array in the file. A field of a struct is named by its path, ``"trial.force"``.
+        A unit may follow: ``"name[3] [us]"``.
 
     Returns
     -------
@@ -119,6 +127,8 @@ def _of(path: Path, name: str, array: NDArray[np.float64], number: int | None) -
 def _version_5(path: Path, wanted: str) -> NDArray[np.float64]:
     file = Mat5(path, path.read_bytes())
     entries = {variable.name: variable for variable in file.variables()}
+    for name in _on_the_way(wanted, entries):
+        entries |= {field.name: field for field in file.fields(entries[name])}
     known = {name: (entry.kind, entry.shape, entry.numeric) for name, entry in entries.items()}
     return file.values(entries[_chosen(path, wanted, known)])
 
@@ -127,43 +137,103 @@ def _version_73(path: Path, wanted: str) -> NDArray[np.float64]:
     import h5py
 
     with h5py.File(path, "r") as file:
-        known = {}
-        for name, entry in file.items():
-            if not name.startswith("#"):
-                shape = entry.shape if isinstance(entry, h5py.Dataset) else ()
-                kind = entry.attrs.get("MATLAB_class", b"")
-                kind = kind.decode("latin-1") if isinstance(kind, bytes) else str(kind)
-                kind = kind or ("double" if isinstance(entry, h5py.Dataset) else "struct")
-                plain = isinstance(entry, h5py.Dataset) and entry.dtype.kind in "fiu"
-                numeric = bool(plain and re.fullmatch(_NUMERIC, kind) and "MATLAB_empty" not in entry.attrs)
-                known[name] = (kind, tuple(reversed(shape)), numeric)
+        known = _members(file)
+        for name in _on_the_way(wanted, known):
+            # a sparse matrix or an object is a group too, but its parts are no fields
+            if known[name][0] == "struct":
+                known |= _members(file[name.replace(".", "/")], f"{name}.")
+        entry = file[_chosen(path, wanted, known).replace(".", "/")]
+        if entry.size * entry.dtype.itemsize > _SMALLEST * path.stat().st_size:
+            raise DataFileError(
+                f"{path}: is damaged: it is too small for the {entry.size} numbers of '{wanted}'."
+            )
         # MATLAB counts along columns, HDF5 along rows
-        return np.array(file[_chosen(path, wanted, known)][()], dtype=np.float64).T
+        return np.array(entry[()], dtype=np.float64).T
 
 
-def _chosen(path: Path, wanted: str, known: dict[str, tuple[str, tuple[int, ...], bool]]) -> str:
+def _on_the_way(wanted: str, known: Mapping[str, object]) -> Iterator[str]:
+    """Go through the structs on the path to a field, and to the last one, whose fields a message may list."""
+    parts = wanted.split(".")
+    for depth in range(1, len(parts) + 1):
+        if (name := ".".join(parts[:depth])) in known:
+            yield name
+
+
+def _members(group: h5py.Group, prefix: str = "") -> Known:
+    """List the members of a file of version 7.3 or of a struct in it; what lies in other files is not followed."""
+    import h5py
+
+    known: Known = {}
+    for name in group:
+        if name.startswith("#") or not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            continue
+        entry = group[name]
+        data = entry if isinstance(entry, h5py.Dataset) else None
+        kind = entry.attrs.get("MATLAB_class", b"")
+        kind = kind.decode("latin-1") if isinstance(kind, bytes) else str(kind)
+        if "MATLAB_object_decode" in entry.attrs and kind not in ("", "function_handle"):
+            kind = f"object of class {kind}"
+        elif data is not None and h5py.check_ref_dtype(data.dtype) is not None and not kind:
+            kind = "field of an array of structs"
+        kind = kind or ("double" if data is not None else "struct")
+        own = data is not None and not data.is_virtual and not data.external and data.dtype.kind in "fiu"
+        numeric = bool(own and re.fullmatch(_NUMERIC, kind) and "MATLAB_empty" not in entry.attrs)
+        known[prefix + name] = (kind, tuple(reversed(data.shape)) if data is not None else (), numeric)
+    return known
+
+
+def _chosen(path: Path, wanted: str, known: Known) -> str:
     """Find the variable that is meant, or say which there are."""
 
     def listed(names: Sequence[str]) -> str:
-        shown = [f"{name} ({' x '.join(map(str, known[name][1]))} {known[name][0]})" for name in names[:20]]
+        shown = [_described(name, *known[name][:2]) for name in names[:20]]
         return ", ".join(shown) + (", ..." if len(names) > 20 else "")
 
     if not known:
         raise DataFileError(f"{path}: holds no variables.")
+    outside = [name for name in known if "." not in name]
     if wanted:
         if wanted not in known:
-            near = suggestion(wanted, list(known))
-            raise DataFileError(
-                f"{path}: there is no variable '{wanted}'.{near} It has: {listed(list(known))}."
-            )
+            above = next((name for name in reversed(list(_on_the_way(wanted, known)))), "")
+            if above and not (inside := _fields(known, above)):
+                raise DataFileError(
+                    f"{path}: '{wanted}' cannot be reached, {_unreachable(above, *known[above][:2])}"
+                )
+            names = inside if above else outside
+            near = suggestion(wanted, names)
+            what = "field" if above else "variable"
+            has = f"'{above}'" if above else "It"
+            raise DataFileError(f"{path}: there is no {what} '{wanted}'.{near} {has} has: {listed(names)}.")
         if not known[wanted][2]:
-            raise DataFileError(f"{path}: '{wanted}' is no real numeric array, but {listed([wanted])}.")
+            fields = _fields(known, wanted)
+            more = f"; name one of its fields: {listed(fields)}" if fields else ""
+            raise DataFileError(f"{path}: '{wanted}' is no real numeric array, but {listed([wanted])}{more}.")
         return wanted
-    arrays: list[str] = [
-        name for name, (_, shape, numeric) in known.items() if numeric and max(shape, default=0) > 1
-    ]
+    arrays = [name for name in outside if known[name][2] and max(known[name][1], default=0) > 1]
     if len(arrays) != 1:
         what = "no real numeric array" if not arrays else "more than one numeric array"
         how = f"; name one, as in '{arrays[0]}[0]'" if arrays else ""
-        raise DataFileError(f"{path}: holds {what}{how}. It has: {listed(list(known))}.")
+        structs = [name for name in outside if known[name][0] == "struct"]
+        how = how or (f"; a field of a struct is named as in '{structs[0]}.force'" if structs else "")
+        raise DataFileError(f"{path}: holds {what}{how}. It has: {listed(outside)}.")
     return arrays[0]
+
+
+def _described(name: str, kind: str, shape: tuple[int, ...]) -> str:
+    return f"{name} ({' x '.join(map(str, shape))} {kind})" if shape else f"{name} ({kind})"
+
+
+def _fields(known: Known, name: str) -> list[str]:
+    """Paths of the fields of a struct."""
+    depth = name.count(".") + 1
+    return [path for path in known if path.startswith(f"{name}.") and path.count(".") == depth]
+
+
+def _unreachable(name: str, kind: str, shape: tuple[int, ...]) -> str:
+    """Say why what is on the way to a field has no fields here."""
+    if kind.startswith("object of class"):
+        return f"because '{name}' is an {kind}: only MATLAB reads it; save its numbers there as arrays."
+    if kind == "struct" and any(size != 1 for size in shape):
+        of = " x ".join(map(str, shape))
+        return f"because '{name}' is an array of {of} structs: save the one that is meant on its own."
+    return f"because {_described(name, kind, shape)} is no struct with fields."

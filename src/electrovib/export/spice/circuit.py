@@ -10,9 +10,9 @@ from electrovib.export.spice.drive import drive_sources
 from electrovib.export.spice.ladder import Slab
 from electrovib.export.spice.start import Start
 from electrovib.export.spice.text import Names, number, remark
-from electrovib.solve.expand import Surroundings
+from electrovib.solve.expand import Surroundings, reductions
 from electrovib.solve.modes import merged_terms
-from electrovib.solve.reduce import Reduction, reduce_material
+from electrovib.solve.reduce import Reduction
 
 if TYPE_CHECKING:
     from electrovib.export.spice.timing import Timing
@@ -53,13 +53,9 @@ class Circuit:
     @classmethod
     def of(cls, scenario: Scenario) -> Circuit:
         """Build it."""
-        grid = scenario.frequency
-        reductions = {
-            name: reduce_material(layer.material, low=grid.low, high=grid.high)
-            for name, layer in scenario.stack.layers.items()
-        }
-        debye = {name: reduction.debye for name, reduction in reductions.items()}
-        built = cls(scenario, Start.of(scenario, debye), reductions)
+        found = reductions(scenario)
+        debye = {name: reduction.debye for name, reduction in found.items()}
+        built = cls(scenario, Start.of(scenario, debye), found)
         built._amplifier()
         built._first_contact()
         built._way_back()

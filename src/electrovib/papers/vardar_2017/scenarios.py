@@ -42,7 +42,7 @@ def _screen(title: str, drive: dict[str, Any], sources: dict[str, str]) -> Scena
                 },
             },
             "sources": {
-                "drive.frequency": "abstract: one of seven",
+                "drive.frequency": "Vardar 2017, abstract: one of seven",
                 "friction.coefficient": CHOICE,
                 "contact.area": CHOICE,
                 "load.normal_force": CHOICE,

@@ -20,6 +20,8 @@ from electrovib.solve.scenario import Scenario
 from electrovib.solve.simulate import simulate
 from electrovib.solve.transfer import Real
 
+POINT_BY_FORCE = "paper point, 15.4 ms"
+"""The paper's skin if its 7.7 ms is the decay of the force."""
 LEAKY_GAPS = {"gap plane, leaky gap 1 um": 1e-6, "gap plane, leaky gap 5 um": 5e-6}
 
 
@@ -45,6 +47,12 @@ def with_skin(scenario: Scenario, material: Material) -> Scenario:
     return scenario.replace({"stack.stratum_corneum.material": material})
 
 
+def point(tau: float) -> Scenario:
+    """Figure 6 on the paper's skin with this time constant of the voltage, eps0 eps rho [s]."""
+    conductivity = eps0 * values.SKIN_PERMITTIVITY / tau
+    return scenarios()["fig6"].replace({"stack.stratum_corneum.material.conductivity": conductivity})
+
+
 def leaky_gap(thickness: float) -> Scenario:
     """Figure 6 with a gap that leaks with 7.7 ms, cut in the gap: tau = eps0 rho (1 + C_i/C_g)."""
     ratio = values.FILM_PERMITTIVITY * thickness / values.FILM_THICKNESS  # C_i/C_g
@@ -54,9 +62,13 @@ def leaky_gap(thickness: float) -> Scenario:
 
 
 def figure_6_cases() -> dict[str, Scenario]:
-    """Give figure 6 for every skin under the causal law, and for leaky gaps cut in the gap."""
+    """Give figure 6 for every skin under the causal law, and for leaky gaps cut in the gap.
+
+    The paper's point stands there twice: 7.7 ms as the time constant of the voltage, and as the decay of the force.
+    """
     causal = scenarios()["fig6"]
     found = {name: with_skin(causal, skin.material) for name, skin in force_skins().items()}
+    found[POINT_BY_FORCE] = point(values.voltage_decay(values.TAU_MODEL))
     return found | {name: leaky_gap(gap) for name, gap in LEAKY_GAPS.items()}
 
 
@@ -80,6 +92,27 @@ def ramp_for(scenario: Scenario, force: float) -> float:
             )
         )
     )
+
+
+def lateral_decay(scenario: Scenario) -> float:
+    """Decay of the lateral force after a step of the voltage, simulated [s].
+
+    Parameters
+    ----------
+    scenario : Scenario
+        A skin with one relaxation time, under Coulomb friction.
+
+    Returns
+    -------
+    float
+        Time in which the lateral force in excess of the load's falls to 1/e.
+    """
+    step = {"drive": {"model": "Constant", "level": values.VOLTAGE}}
+    time = np.array([0.0, 5e-3, 10e-3])
+    trace = simulate(scenario.replace(step), time=time)
+    friction = scenario.to_dict()["friction"]["coefficient"] * scenario.load.normal_force
+    excess = trace.lateral_force.values - friction
+    return float((time[2] - time[1]) / np.log(excess[1] / excess[2]))
 
 
 def edge_ratio(scenario: Scenario) -> float:
@@ -163,18 +196,33 @@ def causality_residual(material: Material, *, ramp: float = 20e-3, before: float
     return float(abs(early[0]) / np.max(np.abs(answer)))
 
 
-def thickness_spread() -> dict[str, tuple[float, float]]:
-    """Force at full voltage for skins of 100 and 400 um, under law (1) and in the gap [N]."""
-    found = {}
-    for name, law in (("law (1)", "EffectiveMediumPlane"), ("gap plane", "GapPlane")):
-        base = scenarios()["fig6_static"].replace(
-            {"force.model": law, "drive": {"model": "Constant", "level": 1000.0}}
-        )
-        base = base.replace({"stack.stratum_corneum.material.conductivity": 0.0})
-        cases = [base.replace({"stack.stratum_corneum.thickness": t}) for t in (100e-6, 400e-6)]
-        thin, thick = (float(simulate(c, time=np.array([0.0, 1e-3])).electrostatic_force[-1]) for c in cases)
-        found[name] = (thin, thick)
-    return found
+def static_force(law: str, *, gap: float | None = None, skin: float = values.SKIN_THICKNESS) -> float:
+    """Attraction at 1000 V on the paper's film where nothing conducts [N].
+
+    Parameters
+    ----------
+    law : str
+        Name of a force law.
+    gap : float, optional
+        Air between film and skin [m]; a vanishing gap if absent.
+    skin : float
+        Thickness of the stratum corneum [m].
+
+    Returns
+    -------
+    float
+        N.
+    """
+    base = scenarios()["fig6_static" if gap is None else "fig6_gap"]
+    changes: dict[str, Any] = {
+        "force.model": law,
+        "drive": {"model": "Constant", "level": values.VOLTAGE},
+        "stack.stratum_corneum.material.conductivity": 0.0,
+        "stack.stratum_corneum.thickness": skin,
+    }
+    if gap is not None:
+        changes |= {"stack.gap.thickness": gap, "stack.gap.material.conductivity": 0.0}
+    return float(simulate(base.replace(changes), time=np.array([0.0, 1e-3])).electrostatic_force[-1])
 
 
 def suspended_constancy(conductivity: float) -> float:

@@ -11,11 +11,15 @@ from numpy.typing import NDArray
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.errors import InputError
 from electrovib.core.lamps import Lamp
+from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw, equivalent_field, layer_of
 from electrovib.physics.interface import Role, beside_interface, roles_of
 from electrovib.physics.stack import Layer, LayerState, Linear, Section
 from electrovib.physics.tabulated import Tabulated
 
+READINGS_AGREE = 0.1
+"""Relative difference of the effective voltage up to which both readings are said to agree, a choice."""
+_ROUNDING = 1e-9
 _LAYERS: tuple[Role, ...] = ("plate", "finger")
 _REFERENCE = "Vezzoli et al., Electrovibration modeling analysis, EuroHaptics 2014, hal-01253573"
 
@@ -45,9 +49,10 @@ class Vezzoli2014Causal(ForceLaw):
     -----
     The charge lost to the insulator's surface is Q_i = D_insulator - D_skin, the conducted one, so
     v_e = v - Q_i/C_i, that is H = 1 - (sigma/T_s)/(Y_s + j w C_i) with Y_s = j w eps0 eps_s*/T_s. All
-    polarisation of the skin is bound charge. Without dispersion it is equation (5) of the paper, with
-    dispersion within 8 % of the magnitude of the other reading. It stands on the conductivity alone, which
-    has to be declared. The paper's factor 1/K(w) acts before the square, as K^(-1/2) inside the filter.
+    polarisation of the skin is bound charge. Without dispersion it is equation (5) of the paper. With
+    dispersion it differs from the other reading, `Vezzoli2014PerFrequency`: every Trace says by how much at
+    most over its frequencies. It stands on the conductivity alone, which has to be declared. The paper's
+    factor 1/K(w) acts before the square, as K^(-1/2) inside the filter.
     """
 
     reference: ClassVar[str] = _REFERENCE
@@ -80,6 +85,26 @@ class Vezzoli2014Causal(ForceLaw):
         if isinstance(skin.material, Tabulated):
             found.append(Lamp("lost charge", "warning", _interval(film, skin, skin.material)))
         return tuple(found)
+
+    def lamps_over_frequency(self, section: Section) -> tuple[Lamp, ...]:
+        """Say by how much the paper's other reading gives another effective voltage; nothing without dispersion."""
+        frequency = np.asarray(section.frequency, dtype=float)
+        own = np.abs(self.effective_voltage(section))
+        other = np.abs(Vezzoli2014PerFrequency().effective_voltage(section))
+        ratio = other / own
+        worst = int(np.argmax(np.abs(ratio - 1)))
+        difference = float(ratio[worst] - 1)
+        if abs(difference) < _ROUNDING:
+            return ()
+        at, low, high = (format_quantity(float(f), "Hz", digits=3) for f in frequency[[worst, 0, -1]])
+        text = (
+            f"the paper's law as printed, Vezzoli2014PerFrequency, gives an effective voltage that differs from this one by"
+            f" {100 * difference:+.3g} % at {at}, {ratio[worst] ** 2:.3g} times the force: the largest difference from {low}"
+            f" to {high}."
+            " The paper does not say which of the two it means; for other frequencies set frequency.low and frequency.high"
+        )
+        state = "ok" if abs(difference) <= READINGS_AGREE else "warning"
+        return (Lamp("readings of the law", state, text, abs(difference), READINGS_AGREE, "1"),)
 
 
 def _interval(film: Layer, skin: Layer, table: Tabulated) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from electrovib.papers.vezzoli_2014 import values
 from electrovib.study.reproduction import Page, Row
 
 
@@ -28,12 +29,14 @@ def page(rows: tuple[Row, ...]) -> Page:
             " in the skin cannot discharge it. If charge leaks from the finger across the interface, the field in the"
             " gap decays with tau = R_gap (C_gap + C_i) = eps0 rho_gap (1 + C_i/C_gap), whatever the skin does, within"
             " 0.5 %. Law (5) is recovered by such a stack with this time constant in place of the skin's; it is not"
-            " derived from the skin. 7.7 ms needs rho_gap = 8.7e8 ohm m. A time constant fitted on a thick film"
+            " derived from the skin. 7.7 ms needs rho_gap = 8.7e8 ohm m (1.7e9 if it belongs to the force). A time constant"
+            " fitted on a thick film"
             " therefore identifies the interface and not the stratum corneum.",
             "The plane. Law (1) divides an energy by the geometric thickness. The finger separates from the plate in"
             " the gap, where the static force is 10.74 times larger (607.6 against 56.55 mN for a vanishing gap, 27.5"
-            " mN for 100 um). That the spread between persons comes from the thickness of their skin is a property of"
-            f" law (1): from 400 to 100 um it rises by a factor {_number(found['thickness_spread_law_1']):.2f}, the"
+            " mN for 100 um). The 'around 100 mN' of its reference 3 lie between. That the spread between persons comes from"
+            " the thickness of their skin is a property of law (1): from 400 to 100 um, a range of our choice, it rises by a"
+            f" factor {_number(found['thickness_spread_law_1']):.2f}, the"
             f" force in the gap by {100 * (_number(found['thickness_spread_gap']) - 1):.1f} %.",
             "The frequency in the time domain. Putting eps(f) and rho(f) into a formula for a pulse is not causal: the"
             f" law as printed answers with {interval('causality_residual')} of its peak 1 ms before a 20 ms ramp begins,"
@@ -64,6 +67,49 @@ def page(rows: tuple[Row, ...]) -> Page:
             " for a finger held off the plate too; the stack with air between stays constant, as measured.",
         ),
     )
+
+
+def findings(rows: tuple[Row, ...]) -> tuple[str, ...]:
+    """Say what to take home, with the numbers of this run.
+
+    Parameters
+    ----------
+    rows : tuple of Row
+        Of this reproduction.
+
+    Returns
+    -------
+    tuple of str
+        Three sentences or two each.
+    """
+    found = {row.id: row for row in rows}
+    force, ramp, attraction = (
+        _interval(found[name]) for name in ("trapezium_force", "trapezium_ramp", "attraction_measured")
+    )
+    planes, decays = (found[name].ours for name in ("past_force", "tau_giraud_decay"))
+    assert isinstance(planes, tuple)
+    assert isinstance(decays, tuple)
+    by_voltage, by_force = decays
+    return (
+        "The paper's two capacitances are reproduced; its force and its time constant cannot be, because it prints no ramp,"
+        f" no resistivity and no friction. Over the published skins and two planes its trapezium gives {force} mN of attraction"
+        f" with a ramp of {values.RAMP * 1e3:g} ms, and 2.5 mN needs a ramp of {ramp} ms.",
+        "Two of its comparisons set unlike things side by side. If its 7.7 ms is the time constant of the voltage, the force"
+        " decays in"
+        f" {by_voltage:.3g} ms, against 6 ms measured in a lateral force; if it already was the decay of the force,"
+        f" {by_force:.2g} against"
+        " 6 ms, the voltage decays in 15.4 ms. And its 2.5 mN are attraction, while the measured 2 to 5 mN are lateral force:"
+        " divided by"
+        f" a coefficient of friction, an attraction of {attraction} mN.",
+        "A finger separates from the plate in the gap, and there the static force is"
+        f" {planes[1] / planes[0]:.1f} times that of the paper's equation (1). On this film the skin alone cannot discharge the"
+        " contact: a force that fades tells of charge that crosses the interface, not of the stratum corneum.",
+    )
+
+
+def _interval(row: Row) -> str:
+    ours = row.ours
+    return f"{ours[0]:.2g} to {ours[1]:.3g}" if isinstance(ours, tuple) else f"{ours:.3g}"
 
 
 def _number(row: Row) -> float:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from electrovib.papers.vezzoli_2014.values import CITATION
-from electrovib.study.reproduction import Reproduction, Table
+from electrovib.study.reproduction import Reproduction
 
 if TYPE_CHECKING:
     from electrovib.physics.tabulated import Tabulated
@@ -40,7 +40,15 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
     InputError
         If the table cannot be read or is not a passive dielectric.
     """
-    from electrovib.papers.vezzoli_2014 import compute, falling_edge, figures, numbers, open_questions
+    from electrovib.papers.vezzoli_2014 import (
+        by_skin,
+        compute,
+        decay,
+        falling_edge,
+        figures,
+        numbers,
+        open_questions,
+    )
 
     own = None if skin is None else _own_skin(skin)
     rows = (*numbers.rows(), *falling_edge.rows())
@@ -50,9 +58,10 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
         rows,
         (*figures.panels(own), *falling_edge.panels()),
         (open_questions.page(rows),),
-        (_skin_table(compute.all_skins(), own), falling_edge.table()),
+        (decay.table(), *by_skin.tables(own), falling_edge.table()),
         EQUATIONS,
-        tuple(sorted({found.source for found in compute.all_skins().values()})),
+        tuple(sorted({each.source for each in compute.all_skins().values()})),
+        findings=open_questions.findings(rows),
     )
 
 
@@ -68,24 +77,3 @@ def _own_skin(file: str) -> Tabulated:
     except ValidationError as error:
         faults = [item["msg"].removeprefix(f"{file}: ") for item in error.errors(include_url=False)]
         raise InputError(f"skin = {file}: {fault}" for fault in faults) from None
-
-
-def _skin_table(skins: Mapping[str, Any], own: Any) -> Table:
-    from electrovib.papers.vezzoli_2014 import compute, numbers
-    from electrovib.physics.skin import time_constant
-
-    lines = []
-    for key, skin in skins.items():
-        shape = (
-            numbers.verdict(*compute.rise_and_saturation(skin.material))
-            if skin.reproduces_force
-            else "not used"
-        )
-        taus = (float(time_constant(skin.material, frequency)) for frequency in (100.0, 1e3, 1e4))
-        lines.append((skin.name, key, *(f"{tau / 1e-3:.3g}" for tau in taus), shape, skin.status, skin.note))
-    if own is not None:
-        shape = numbers.verdict(*compute.rise_and_saturation(own))
-        taus = (float(time_constant(own, frequency)) for frequency in (100.0, 1e3, 1e4))
-        lines.append(("your table", own.file, *(f"{tau / 1e-3:.3g}" for tau in taus), shape, "your own", ""))
-    headings = ("skin", "path", "tau 100 Hz [ms]", "1 kHz", "10 kHz", "figure 7", "how read", "what it is")
-    return Table("The skins used, and how far each can be believed", headings, tuple(lines))

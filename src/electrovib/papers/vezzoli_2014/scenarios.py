@@ -40,7 +40,7 @@ def _common(title: str) -> dict[str, Any]:
             "stack.insulator.material.permittivity": PRINTED,
             "stack.stratum_corneum.thickness": f"{PRINTED} (its reference 7)",
             "stack.stratum_corneum.material.permittivity": f"{PRINTED} (its reference 6), frequency not printed",
-            "stack.stratum_corneum.material.conductivity": "inverse of the printed 7.7 ms; circular",
+            "stack.stratum_corneum.material.conductivity": "inverse of the printed 7.7 ms, read as the voltage's; circular",
             "limits.current": "Vezzoli 2014, section 4",
         },
     }
@@ -128,7 +128,9 @@ def _figure_2_tremor() -> dict[str, Any]:
         "rig.lateral": ("natural_frequency", "damping_ratio"),
     }
     paths = [f"{where}.{name}" for where, names in chosen.items() for name in names]
-    content["sources"] |= dict.fromkeys(paths, NOT_PRINTED) | {"load.normal_force": "no contact"}
+    content["sources"] |= dict.fromkeys(paths, NOT_PRINTED) | {
+        "load.normal_force": "Vezzoli 2014, figure 2: no contact"
+    }
     return content
 
 

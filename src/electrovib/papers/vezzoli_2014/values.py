@@ -21,12 +21,26 @@ AREA = 1e-4
 FILM_THICKNESS, FILM_PERMITTIVITY = 90e-6, 3.35
 SKIN_THICKNESS, SKIN_PERMITTIVITY = 200e-6, 1560.0
 VOLTAGE = 1000.0
-TAU_MODEL, TAU_MEASURED = 7.7e-3, 6e-3
+TAU_MODEL = 7.7e-3
+"""What the paper calculates for Giraud's set-up [s]. It sets it beside a decay of a lateral force without saying
+whether it is the time constant of the voltage, as in its equation (5), or already that of the force."""
+DECAY_MEASURED = 6e-3
+"""Decay of the lateral force, as measured by Giraud [s]."""
 PRINTED_C_I, PRINTED_C_S = 32e-12, 6.9e-9
-FORCE_MODEL, FORCE_MEASURED = 2.5e-3, (2e-3, 5e-3)
+FORCE_MODEL = 2.5e-3
+"""Of the model: figure 6 draws the electrostatic force [N]."""
+FORCE_MEASURED = (2e-3, 5e-3)
+"""Lateral force: coefficient of friction times attraction [N]."""
+FORCE_PAST = 0.1
+"""Section 2.1: "around 100 mN" of electrostatic force in the paper's reference 3 [N]."""
 
 CONDUCTIVITY = eps0 * SKIN_PERMITTIVITY / TAU_MODEL
-"""What 7.7 ms would need at eps 1560: the inverse of the printed time constant, not a measurement [S/m]."""
+"""What 7.7 ms of the voltage would need at eps 1560: the inverse of the printed time constant, not a measurement
+[S/m]."""
+FRICTION = (0.3, 0.6)
+"""Coefficient of friction of a finger on dry plastic; the paper prints none: a choice of ours."""
+THICKNESSES = (100e-6, 400e-6)
+"""Thinnest and thickest stratum corneum of a spread; the paper prints none: a choice of ours [m]."""
 RAMP = 36e-3
 """The paper prints no ramp; with 7.7 ms and law (1) this one gives its 2.5 mN [s]."""
 COAT_THICKNESS, COAT_PERMITTIVITY = 1e-6, 3.9
@@ -53,6 +67,22 @@ def static_force(*, voltage: float, skin_thickness: float = SKIN_THICKNESS) -> f
     """Static force of the paper's film, equation (1), in N, from volts and metres."""
     electrical = FILM_THICKNESS / FILM_PERMITTIVITY + skin_thickness / SKIN_PERMITTIVITY
     return eps0 * AREA * voltage**2 / (2 * electrical * (skin_thickness + FILM_THICKNESS))
+
+
+def force_decay(tau: float) -> float:
+    """Time in which a force falls to 1/e [s], of a voltage that falls as exp(-t/tau): the force is its square."""
+    return tau / 2
+
+
+def voltage_decay(decay: float) -> float:
+    """Time constant of the voltage [s] behind a force that falls to 1/e in this time [s]."""
+    return 2 * decay
+
+
+def attraction_of(lateral: tuple[float, float]) -> tuple[float, float]:
+    """Least and largest attraction [N] behind a range of lateral forces [N], over `FRICTION`."""
+    slippery, rough = FRICTION
+    return lateral[0] / rough, lateral[1] / slippery
 
 
 def insulator_capacitance() -> float:
@@ -87,7 +117,10 @@ def surrogate(exponent: float) -> ConstantPhase:
 def skins() -> dict[str, Skin]:
     """Give the paper's one point as a constant, and constant-phase skins through it."""
     point = Constant(permittivity=SKIN_PERMITTIVITY, conductivity=CONDUCTIVITY)
-    note = "eps 1560 is printed; the conductivity is the inverse of the printed 7.7 ms, at a frequency not printed"
+    note = (
+        "eps 1560 is printed; the conductivity is the inverse of the printed 7.7 ms, read as the voltage's, at a"
+        " frequency not printed"
+    )
     found = {"point": Skin("paper point", point, "derived", CITATION, note)}
     for exponent in (MEN, WOMEN, 0.85):
         found[f"surrogate_{exponent}"] = Skin(

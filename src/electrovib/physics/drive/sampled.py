@@ -15,6 +15,7 @@ from electrovib.core.model import Model
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.parts import Linear, Real
+from electrovib.physics.drive.readback import Readback, WholeVoltage
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -68,7 +69,8 @@ class Sampled(Drive):
     Notes
     -----
     Time counts from the first sample; the voltage before it is 0. Stamps need not be even. A NaN would poison
-    everything after it, so a record with one is refused with its place.
+    everything after it, so a record with one is refused with its place. The record need not be the voltage that
+    drives the stack: `readback` says what it is of it.
     """
 
     example: ClassVar[Mapping[str, Any]] = {"time_samples": [0, 1e-3, 3e-3], "voltage_samples": [0, 10, 0]}
@@ -79,6 +81,9 @@ class Sampled(Drive):
     voltage_column: Annotated[str | int, Field(description="name or number of the column")] = "voltage"
     voltage_unit: Annotated[str, column_unit("V"), Field(description="unit of the column")] = "V"
     stamps: StampTreatment = Refuse()
+    readback: Annotated[Readback, Field(description="what the record is of the driving voltage")] = (
+        WholeVoltage()
+    )
     time_samples: Annotated[Samples, Field(description="time stamps [s], in place of a file")] = Samples([])
     voltage_samples: Annotated[Samples, Field(description="voltages [V], in place of a file")] = Samples([])
 
@@ -113,6 +118,8 @@ class Sampled(Drive):
             try:
                 if np.count_nonzero(self.stamps.keep(time)) < 2:
                     why = "fewer than 2 samples are left"
+                else:
+                    self._record()
             except ValueError as error:
                 why = str(error)
         if why:
@@ -122,7 +129,8 @@ class Sampled(Drive):
     def _record(self) -> tuple[Real, Real]:
         kept = self.stamps.keep(self.time_samples.values)
         time = self.time_samples.values[kept]
-        return time - time[0], self.voltage_samples.values[kept]
+        time = time - time[0]
+        return time, self.readback.driving(time, self.voltage_samples.values[kept])
 
     @property
     def dropped(self) -> int:

@@ -6,9 +6,11 @@ from electrovib.solve.scenario.reading import (
     DEFAULT,
     load,
     load_scenario,
+    paper_of_preset,
     paper_scenario,
     scenario_of,
 )
+from electrovib.solve.scenario.sources import is_default, not_in_paper
 
 __all__ = [
     "DEFAULT",
@@ -19,8 +21,11 @@ __all__ = [
     "PeriodicState",
     "Scenario",
     "TimeGrid",
+    "is_default",
     "load",
     "load_scenario",
+    "not_in_paper",
+    "paper_of_preset",
     "paper_scenario",
     "scenario_of",
 ]

@@ -24,6 +24,7 @@ from electrovib.physics.rig import Rig
 from electrovib.physics.safety import Limits
 from electrovib.physics.stack import Stack
 from electrovib.solve.scenario.grids import FrequencyGrid, TimeGrid
+from electrovib.solve.scenario.sources import BY_THE_USER
 
 SCHEMA: Final = 1
 """Of the scenario files that this version reads and writes."""
@@ -145,9 +146,7 @@ class Scenario(Model):
             )
         }
         paths = [path for path, _, _ in changed.parameters()]
-        theirs = {
-            p: "set by the user" for p in paths if any(p == c or p.startswith(f"{c}.") for c in changes)
-        }
+        theirs = {p: BY_THE_USER for p in paths if any(p == c or p.startswith(f"{c}.") for c in changes)}
         return changed.model_copy(update={"sources": kept | theirs})
 
     def to_json(self) -> str:

@@ -48,7 +48,7 @@ class TimeGrid(Model):
 
 
 class FrequencyGrid(Model):
-    """Over which frequencies the response is wanted, and over which materials are reduced to Debye terms."""
+    """Over which frequencies the response is wanted; materials are reduced over these and over what the run needs."""
 
     low: Annotated[Number, Quantity("Hz", 1e-6, 1e12, "lowest frequency")] = 1.0
     high: Annotated[Number, Quantity("Hz", 1e-6, 1e12, "highest frequency")] = 1e6

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     import xarray
 
 DEFAULT: Final = "vezzoli_2014/fig6"
+_TRACES: Final = {".nc", ".csv", ".mat"}
+_FILES: Final = {".toml", *_TRACES}
 
 
 def load(source: str | Path | Mapping[str, Any], *, changes: Mapping[str, Any] | None = None) -> Any:
@@ -46,10 +48,10 @@ def load(source: str | Path | Mapping[str, Any], *, changes: Mapping[str, Any] |
     if isinstance(source, Mapping):
         return _read({"schema": SCHEMA} | dict(source), changes, Path())
     path = Path(source)
-    if path.suffix in {".nc", ".csv", ".mat"}:
+    if path.suffix in _TRACES:
         trace = _load_trace(path)
         return scenario_of(trace).replace(changes) if changes else trace
-    if path.suffix == ".toml" or path.exists():
+    if not paper_of_preset(source):
         return _read(_tables(path), changes, path.parent)
     scenario = paper_scenario(str(source))
     return scenario.replace(changes) if changes else scenario
@@ -142,6 +144,14 @@ def _without_schema(content: dict[str, Any]) -> dict[str, Any]:
             f"schema = {schema!r}: this version reads 'schema = {SCHEMA}'; write it as the first line"
         )
     return content
+
+
+def paper_of_preset(source: object) -> str:
+    """Name the paper, ``author_year``, whose ready-made scenario a source asks for; empty for a scenario of one's own."""
+    path = Path(source) if isinstance(source, (str, Path)) else None
+    if path is None or path.suffix in _FILES or path.exists():
+        return ""
+    return str(source).partition("/")[0]
 
 
 def paper_scenario(name: str) -> Scenario:

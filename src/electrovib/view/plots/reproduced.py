@@ -44,7 +44,7 @@ def panel(panel: Panel, *, ax: Axes | None = None) -> Axes:
         if panel.log_y:
             axes.set_yscale("log")
         for curve, (colour, dash) in zip(panel.curves, _looks(panel.curves), strict=True):
-            _draw(axes, curve, colour, dash)
+            _draw(axes, curve, colour, dash, floor=panel.floor)
         finish(axes, x=panel.x, y=panel.y)
         axes.set_title(typeset(panel.title))
         return axes
@@ -64,8 +64,10 @@ def _looks(curves: Sequence[Curve]) -> list[tuple[str, str]]:
     return looks
 
 
-def _draw(ax: Axes, curve: Curve, colour: str, dash: str) -> None:
+def _draw(ax: Axes, curve: Curve, colour: str, dash: str, *, floor: float | None) -> None:
     x, y = (np.asarray(values, dtype=float) for values in (curve.x, curve.y))
+    if floor is not None:
+        y = np.where(y >= floor, y, np.nan)
     label = typeset(curve.label)
     if curve.upper is not None:
         upper = np.asarray(curve.upper, dtype=float)

@@ -45,3 +45,10 @@ def test_every_curve_looks_different():
 def test_few_curves_differ_in_colour_even_where_one_is_dashed():
     ax = plots.panel(make(Curve("a", X, X), Curve("b", X, 2 * X, kind="dashed")))
     assert len({line.get_color() for line in ax.lines}) == 2
+
+
+def test_nothing_is_drawn_below_the_floor():
+    ax = plots.panel(make(Curve("a", X, 1e-3 * X), log_y=True, floor=0.1))
+    (line,) = ax.lines
+    assert np.array_equal(np.isnan(line.get_ydata()), X * 1e-3 < 0.1)
+    assert np.nanmin(line.get_ydata()) >= 0.1

@@ -58,9 +58,19 @@ def outcome(candidate: Candidate, *, ramp: float = RAMP, hold: float = HOLD) -> 
     top, falls = ramp + hold, time >= ramp + hold
     rising = float(np.max(np.abs(force[(time > 0) & (time <= top)])))
     peak = float(np.abs(force[time <= top][np.argmin(np.abs(time[time <= top] - ramp))]))
-    below = (time > ramp) & (time <= top) & (np.abs(force) < peak / np.e)
-    decay = float(time[below][0] - ramp) if np.any(below) else float("nan")
+    decay = _decay(time, np.abs(force), start=ramp, end=top, level=peak / np.e)
     return Outcome(time, force, float(np.max(np.abs(force[falls]))) / rising, decay)
+
+
+def _decay(time: Real, force: Real, *, start: float, end: float, level: float) -> float:
+    """Time from the start to where the force falls below a level, between two samples in its logarithm; or NaN."""
+    below = np.flatnonzero((time > start) & (time <= end) & (force < level))
+    if not len(below):
+        return float("nan")
+    after = int(below[0])
+    near = slice(after - 1, after + 1)
+    logarithm = np.log(force[near] / level)
+    return float(np.interp(0.0, logarithm[::-1], time[near][::-1])) - start
 
 
 def _settled(candidate: Candidate) -> bool:

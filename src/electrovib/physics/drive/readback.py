@@ -1,0 +1,116 @@
+"""What a recorded voltage is of the voltage that drives the stack."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import TYPE_CHECKING, Annotated, Self
+
+import numpy as np
+from pydantic import model_validator
+from pydantic_core import PydanticCustomError
+
+from electrovib.core.model import Model
+from electrovib.core.quantity import Number, Quantity
+
+if TYPE_CHECKING:
+    from electrovib.physics.drive.parts import Indices, Real
+
+
+class Readback(Model, family=True):
+    """What a recorded voltage is of the voltage that drives the stack."""
+
+    @abstractmethod
+    def driving(self, time: Real, voltage: Real) -> Real:
+        """Voltage that drives the stack.
+
+        Parameters
+        ----------
+        time : ndarray, shape (n,)
+            s, increasing, counted from the first sample.
+        voltage : ndarray, shape (n,)
+            V, as read back.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            V, at the same times.
+
+        Raises
+        ------
+        ValueError
+            If the record cannot be what it is declared to be.
+        """
+
+
+class WholeVoltage(Readback):
+    """The record is the voltage that drives the stack."""
+
+    def driving(self, time: Real, voltage: Real) -> Real:
+        """Give the record itself."""
+        del time
+        return voltage
+
+
+class OneOfTwoInAntiphase(Readback):
+    """The record is one of two electrodes driven in antiphase: while it is at 0 the other is at the supply.
+
+    Notes
+    -----
+    With v1 + v2 equal to the supply V while the drive is on, the voltage between the electrodes is
+    v1 - v2 = 2 v1 - V: it is +V and -V by turns and has no pauses; off, it is 0. Without `supply`, V is the sum of
+    the upper and the lower level of the record, so that an offset of the read-back drops out and +V and -V come out
+    equally large. An edge is taken as mirrored on the other electrode, which a slow or poorly sampled edge shows as a
+    passage through 0. When the first electrode is at 0 the record alone does not tell whether the drive is on: it
+    counts as on from the first to the last sample at the upper level, unless `start` and `stop` say otherwise, so it may
+    have been on for up to half a period more on either side.
+    """
+
+    supply: Annotated[
+        Number | None, Quantity("V", -1e5, 1e5, "voltage of the supply, found from the record if absent")
+    ] = None
+    start: Annotated[
+        Number | None, Quantity("s", 0, 1e6, "when the drive goes on, counted from the first sample")
+    ] = None
+    stop: Annotated[
+        Number | None, Quantity("s", 0, 1e6, "when the drive goes off, counted from the first sample")
+    ] = None
+
+    @model_validator(mode="after")
+    def _is_a_drive(self) -> Self:
+        why = ""
+        if self.supply == 0:
+            why = "a supply of 0 V drives nothing; leave supply out to find it from the record"
+        if self.start is not None and self.stop is not None and not self.start < self.stop:
+            why = f"start = {self.start:g} s has to lie before stop = {self.stop:g} s"
+        if why:
+            raise PydanticCustomError("readback", "{why}", {"why": why})
+        return self
+
+    def driving(self, time: Real, voltage: Real) -> Real:
+        """Give 2 v1 - V while the drive is on, and 0 before and after."""
+        upper, lower, high = _levels(voltage)
+        first = float(time[high[0]]) if self.start is None else self.start
+        last = float(time[high[-1]]) if self.stop is None else self.stop
+        on = (time >= first) & (time <= last)
+        if not np.any(on):
+            why = f"the drive is on at no sample: start and stop are {first:g} and {last:g} s, the record ends at {time[-1]:g} s"
+            raise ValueError(why)
+        supply = upper + lower if self.supply is None else self.supply
+        return np.where(on, 2 * voltage - supply, 0.0)
+
+
+def _levels(voltage: Real) -> tuple[float, float, Indices]:
+    """Give the upper and the lower level of a read-back, and the samples nearer to the upper one."""
+    extreme = float(voltage[np.argmax(np.abs(voltage))])
+    if extreme == 0:
+        raise ValueError("the read-back is 0 V throughout, which is no electrode of a drive")
+    share = voltage / extreme
+    if share.min() < -0.1:
+        why = (
+            f"the read-back goes from {voltage.min():g} to {voltage.max():g} V, but one of two electrodes driven in"
+            " antiphase stays between 0 and the supply; a record of the whole voltage needs no such read-back"
+        )
+        raise ValueError(why)
+    high = share > 0.5
+    lower = float(np.median(voltage[~high])) if not np.all(high) else 0.0
+    return float(np.median(voltage[high])), lower, np.flatnonzero(high)

@@ -1,0 +1,423 @@
+"""Skins with a memory as long as the run, against numerical inverse Laplace transforms of the laws as declared."""
+
+from __future__ import annotations
+
+import json
+
+import mpmath
+import numpy as np
+import pytest
+
+from electrovib.core.constants import eps0
+from electrovib.papers.palmar_1995 import MEN, palmar
+from electrovib.physics.conduction import FieldConduction
+from electrovib.physics.material import ColeCole, ConstantPhase, HavriliakNegami
+from electrovib.physics.tabulated import Tabulated
+from electrovib.solve.band import MARGIN, run_band, shortest_time
+from electrovib.solve.expand import modes, phasors, reductions
+from electrovib.solve.memory import PROBES, TAIL
+from electrovib.solve.scenario import load
+from electrovib.solve.simulate import simulate
+
+SKIN, FILM, COAT, AREA = 200e-6, (90e-6, 3.35), (1e-6, 3.9), 1e-4
+DIGITS, NODES = 25, 30
+QUANTITIES = ("skin", "gap", "effective")
+DRY = palmar(exponent=MEN, conductance=2e-6)
+BLOCKING = {
+    "model": "ConstantPhase",
+    "permittivity": 11.82,
+    "reference_frequency": 100.0,
+    "exponent": 0.78009,
+    "conductivity": 0.0,
+}
+"""A constant phase without conduction whose exact step response on the film is the one of the figures below."""
+
+
+def inverse_laplace(transforms, time):
+    """Fixed Talbot contour of Abate and Valko, Int. J. Numer. Meth. Engng 60, 979 (2004), of several at once."""
+    time = mpmath.mpf(time)
+    radius = mpmath.mpf(2 * NODES) / (5 * time)
+    totals = [mpmath.exp(radius * time) * value / 2 for value in transforms(radius)]
+    for node in range(1, NODES):
+        angle = node * mpmath.pi / NODES
+        cotangent = mpmath.cot(angle)
+        s = radius * angle * mpmath.mpc(cotangent, 1)
+        weight = mpmath.exp(s * time) * mpmath.mpc(1, angle + (angle * cotangent - 1) * cotangent)
+        totals = [
+            total + mpmath.re(weight * value) for total, value in zip(totals, transforms(s), strict=True)
+        ]
+    return [mpmath.re(total) * radius / NODES for total in totals]
+
+
+def polarisation(skin, s):
+    """The published formulas with s in the place of j w."""
+    if isinstance(skin, ConstantPhase):
+        power = mpmath.mpf(skin.exponent) - 1
+        ratio = s / (2 * mpmath.pi * skin.reference_frequency)
+        return skin.permittivity * ratio**power / mpmath.cos(power * mpmath.pi / 2)
+    if isinstance(skin, ColeCole):
+        parts = [
+            term.strength / (1 + (s * term.relaxation_time) ** (1 - mpmath.mpf(term.broadening)))
+            for term in skin.terms
+        ]
+        return skin.permittivity_high + sum(parts)
+    spread = (s * skin.relaxation_time) ** mpmath.mpf(skin.broadness)
+    return skin.permittivity_high + skin.strength / (1 + spread) ** mpmath.mpf(skin.skewness)
+
+
+def laws(skin, film, resistance, s):
+    """Voltage of the skin, field of a vanishing gap and effective voltage of the founding law, per volt."""
+    thickness, permittivity = film
+    epsilon = polarisation(skin, s)
+    own = SKIN / (s * eps0 * epsilon + skin.conductivity)
+    other = thickness / (s * eps0 * permittivity)
+    current = 1 / (own + other + resistance * AREA)
+    lost = current / s - eps0 * epsilon * own * current / SKIN
+    effective = (own + other) * current - lost * thickness / (eps0 * permittivity)
+    return [own * current, current / (s * eps0), effective]
+
+
+def exact(skin, film, resistance, drive, times):
+    """Response of the three to a step, or to the four bends of a trapezium, shape (3, n)."""
+    bends, slopes, power = [0.0], [drive.get("level")], 1
+    if drive["model"] == "Trapezium":
+        bends, power = np.cumsum([0.0, drive["rise"], drive["hold"], drive["fall"]]).tolist(), 2
+        up, down = (drive["high"] / mpmath.mpf(drive[side]) for side in ("rise", "fall"))
+        slopes = [up, -up, -down, down]
+
+    def transforms(s):
+        return [value / s**power for value in laws(skin, film, resistance, s)]
+
+    found = np.zeros((len(QUANTITIES), len(times)))
+    with mpmath.workdps(DIGITS):
+        for place, time in enumerate(times.tolist()):
+            total = [mpmath.mpf(0)] * len(QUANTITIES)
+            for bend, slope in zip(bends, slopes, strict=True):
+                if time > bend:
+                    since = mpmath.mpf(time) - mpmath.mpf(bend)
+                    parts = inverse_laplace(transforms, since)
+                    total = [sum_ + slope * part for sum_, part in zip(total, parts, strict=True)]
+            found[:, place] = total
+    return found
+
+
+def on(film, skin, drive, *, resistance=1000.0, force="Vezzoli2014Causal", settled=False):
+    changes = {
+        "stack.insulator.thickness": film[0],
+        "stack.insulator.material.permittivity": film[1],
+        "stack.stratum_corneum.material": skin if isinstance(skin, dict) else skin.to_dict(),
+        "drive": drive,
+        "circuit.return_path.resistance": resistance,
+        "force": {"model": force},
+        "time.initial_state": {"model": "PeriodicState" if settled else "AtRest"},
+    }
+    return load("vezzoli_2014/fig6").replace(changes)
+
+
+def found_in(trace, quantity):
+    if quantity == "skin":
+        return trace.field.sel(layer="stratum_corneum").values * SKIN
+    if quantity == "effective":
+        return trace.effective_voltage.values
+    return trace.displacement.sel(layer="insulator").values / eps0  # as GapPlane takes it without a gap
+
+
+def lamp(trace, name):
+    return next((one for one in json.loads(trace.attrs["lamps"]) if one["name"] == name), None)
+
+
+def mittag_leffler(order, x):
+    """E_order(-x), 0 < order < 1, as its integral of exponentials."""
+    with mpmath.workdps(DIGITS):
+        time, a = mpmath.mpf(x) ** (1 / mpmath.mpf(order)), mpmath.mpf(order)
+
+        def density(u):
+            rate = mpmath.exp(u)
+            weight = mpmath.exp(2 * a * u) + 2 * mpmath.exp(a * u) * mpmath.cos(mpmath.pi * a) + 1
+            return mpmath.exp(a * u - rate * time) / weight
+
+        ends = [-150, -80, -40, -20, -10, 0, 10, 20, 60]
+        return float(mpmath.sin(mpmath.pi * a) / mpmath.pi * mpmath.quad(density, ends))
+
+
+def test_the_reference_is_a_mittag_leffler_function():
+    skin = ConstantPhase.model_validate(BLOCKING)
+    order = 1 - skin.exponent
+    scale = FILM[0] / FILM[1] / SKIN * skin.permittivity * (2 * np.pi * skin.reference_frequency) ** order
+    scale /= np.cos(order * np.pi / 2)
+    times = np.array([1e-3, 1.0, 100.0])
+    expected = [mittag_leffler(order, scale * time**order) for time in times]
+    step = exact(skin, FILM, 0.0, {"model": "Constant", "level": 1.0}, times)
+    np.testing.assert_allclose(step[QUANTITIES.index("skin")], expected, rtol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("skin", "drive", "times", "quantity", "expected"),
+    [
+        (
+            DRY,
+            {"model": "Trapezium", "high": 1000.0, "rise": 0.025, "hold": 2.0, "fall": 0.025},
+            [0.5, 1.0, 2.0],
+            "effective",
+            [8.70, 5.04, 2.95],
+        ),
+        (DRY, {"model": "Constant", "level": 1000.0}, [10.0], "effective", [0.865]),
+        (BLOCKING, {"model": "Constant", "level": 1.0}, [1.0, 10.0, 100.0], "skin", [0.1091, 0.0684, 0.0423]),
+    ],
+    ids=["held for 2 s", "held for 10 s", "without conduction"],
+)
+def test_a_voltage_that_is_held(skin, drive, times, quantity, expected):
+    """Within 1 % of the figures, and within the error that the Trace states of the transform."""
+    scenario = on(FILM, skin, drive)
+    times = np.array(times)
+    trace = simulate(scenario, time=times)
+    found = found_in(trace, quantity)
+    np.testing.assert_allclose(found, expected, rtol=1e-2)
+    law = scenario.stack.layers["stratum_corneum"].material
+    truth = exact(law, FILM, 1000.0, drive, times)[QUANTITIES.index(quantity)]
+    assert np.max(np.abs(found / truth - 1)) <= trace.attrs["transfer_error"] < 1e-3
+
+
+@pytest.mark.parametrize("settled", [True, False])
+def test_a_slow_sine(settled):
+    """0.02 Hz: the amplitude of the steady state, and of the fifth period from rest."""
+    scenario = on(FILM, DRY, {"model": "Sine", "amplitude": 1000.0, "frequency": 0.02}, settled=settled)
+    trace = simulate(scenario)
+    gain = scenario.force.effective_voltage(phasors(scenario, np.array([0.02])))[0]
+    late = trace.effective_voltage.values[-401:]
+    assert np.max(np.abs(late)) == pytest.approx(1000 * abs(gain), rel=1e-4 if settled else 1e-2)
+    assert trace.attrs["transfer_error"] < 0.05  # of values next to the zeros of the sine
+
+
+def random_skin(random):
+    kind = int(random.integers(3))
+    conductivity = 0.0 if random.random() < 0.5 else float(10 ** random.uniform(-8, -4))
+    strength, time = lambda: float(10 ** random.uniform(1, 5)), lambda: float(10 ** random.uniform(-7, 1))
+    high = float(random.uniform(2, 60))
+    if kind == 0:
+        return ConstantPhase(
+            permittivity=float(10 ** random.uniform(1, 4)),
+            reference_frequency=float(10 ** random.uniform(0, 4)),
+            exponent=float(random.uniform(0.3, 0.97)),
+            conductivity=conductivity,
+        )
+    if kind == 1:
+        terms = [
+            {
+                "strength": strength(),
+                "relaxation_time": time(),
+                "broadening": float(random.uniform(0.05, 0.6)),
+            }
+            for _ in range(int(random.integers(1, 3)))
+        ]
+        return ColeCole(permittivity_high=high, terms=terms, conductivity=conductivity)
+    broadness = float(random.uniform(0.3, 1))
+    return HavriliakNegami(
+        permittivity_high=high,
+        strength=strength(),
+        relaxation_time=time(),
+        broadness=broadness,
+        skewness=float(random.uniform(0.3, 1 / broadness)),
+        conductivity=conductivity,
+    )
+
+
+def random_run(random):
+    """Durations of 1 ms to 100 s, steps and trapezia, on the film and on the coat."""
+    skin, lasts = random_skin(random), float(10 ** random.uniform(-3, 2))
+    film, resistance = (FILM, COAT)[int(random.integers(2))], (0.0, 1000.0)[int(random.integers(2))]
+    drive = {"model": "Constant", "level": 100.0}
+    if random.random() < 0.5:
+        edges = 10 ** random.uniform(-3, -1, 2) * lasts
+        hold = float(random.uniform(0.05, 0.5)) * lasts
+        drive = {"model": "Trapezium", "high": 100.0, "rise": edges[0], "hold": hold, "fall": edges[1]}
+        drive = {name: value if name == "model" else float(value) for name, value in drive.items()}
+    return skin, film, resistance, drive, np.geomspace(1e-3 * lasts, lasts, 5)
+
+
+def largest_error(found, truth):
+    told = np.abs(truth) > TAIL * np.max(np.abs(truth))
+    return float(np.max(np.abs(found - truth)[told] / np.abs(truth)[told]))
+
+
+def study(seed, runs):
+    """True and stated errors of the three quantities in random runs."""
+    random, found = np.random.default_rng(seed), []
+    for _ in range(runs):
+        skin, film, resistance, drive, times = random_run(random)
+        trace = simulate(on(film, skin, drive, resistance=resistance), time=times)
+        truths = exact(skin, film, resistance, drive, times)
+        for quantity, truth in zip(QUANTITIES, truths, strict=True):
+            found.append((largest_error(found_in(trace, quantity), truth), trace.attrs["transfer_error"]))
+    true, stated = np.array(found).T
+    above = true > 1e-6
+    return true, stated, stated[above] / true[above]
+
+
+def test_random_skins():
+    true, stated, ratio = study(7, 10)
+    assert np.all(stated >= true)
+    assert np.median(ratio) < 30
+    assert np.median(true) < 1e-4
+
+
+@pytest.mark.slow
+def test_many_random_skins():
+    true, stated, ratio = study(8, 200)
+    assert np.all(stated >= true)
+    assert len(ratio) > 200
+    assert np.median(ratio) < 30
+    assert np.median(true) < 1e-4
+
+
+def test_many_output_times_are_judged_between_the_probes():
+    """The stated error of 2001 times bounds the true one at times that are no probes."""
+    drive = {"model": "Trapezium", "high": 100.0, "rise": 0.01, "hold": 0.05, "fall": 0.01}
+    scenario = on(COAT, DRY, drive)
+    trace = simulate(scenario)
+    times = trace.time.values
+    assert len(times) > PROBES
+    some = np.random.default_rng(1).integers(1, len(times), 25)
+    truth = exact(DRY, COAT, 1000.0, drive, times[some])[QUANTITIES.index("effective")]
+    error = np.abs(trace.effective_voltage.values[some] / truth - 1)
+    told = np.abs(truth) > TAIL * np.max(np.abs(trace.effective_voltage.values))
+    assert np.max(error[told]) <= trace.attrs["transfer_error"]
+
+
+def test_the_band_follows_from_the_run():
+    """Ten times beyond 1/(2 pi t) of the last output, the shortest piece and the first output after a corner."""
+    held = on(FILM, DRY, {"model": "Trapezium", "high": 1.0, "rise": 2e-8, "hold": 3.0, "fall": 0.1})
+    low, high = run_band(held, np.linspace(0, 50.0, 11))
+    assert low == pytest.approx(1 / (2 * np.pi * 50.0 * MARGIN))
+    assert high == pytest.approx(MARGIN / (2 * np.pi * 2e-8))
+    step = on(FILM, DRY, {"model": "Constant", "level": 1.0})
+    assert shortest_time(step, np.array([0.0, 1e-9, 1e-8])) == pytest.approx(1e-9)
+    assert run_band(step, np.array([0.0, 1e-9, 1e-8]))[1] == pytest.approx(MARGIN / (2 * np.pi * 1e-9))
+    sine = {"model": "Sine", "amplitude": 1.0, "frequency": 0.02}
+    assert run_band(on(FILM, DRY, sine, settled=True), np.array([0.0, 1.0]))[0] == 0.02 / MARGIN
+    fast = run_band(on(FILM, DRY, sine | {"frequency": 3e6}, settled=True), np.array([0.0, 1.0]))
+    assert fast == (1.0, 3e6 * MARGIN)
+    square = {"model": "Square", "low": 0.0, "high": 1.0, "frequency": 0.1}
+    assert run_band(on(FILM, DRY, square, settled=True), np.array([0.0, 1.0]))[0] == pytest.approx(
+        0.1 / MARGIN
+    )
+
+
+def test_runs_that_differ_little_share_a_reduction():
+    one, other = (
+        reductions(on(FILM, DRY, {"model": "Constant", "level": 1.0}), np.array([0.0, end]))[
+            "stratum_corneum"
+        ]
+        for end in (4.0, 5.0)
+    )
+    assert one is other
+
+
+def test_a_netlist_holds_the_relaxations_of_the_run():
+    from electrovib.export.spice.circuit import Circuit
+
+    scenario = on(FILM, DRY, {"model": "Trapezium", "high": 1.0, "rise": 0.02, "hold": 5.0, "fall": 0.02})
+    section, _ = modes(scenario)
+    built = Circuit.of(scenario)
+    assert built.reductions["stratum_corneum"].debye == section.debye["stratum_corneum"]
+    assert max(section.debye["stratum_corneum"].relaxation_times) > 5.0
+
+
+def test_a_sum_as_declared_has_nothing_to_state():
+    skin = {"model": "Debye", "permittivity_high": 50, "strength": 900, "relaxation_time": 1e-3}
+    trace = simulate(on(FILM, skin | {"conductivity": 1e-6}, {"model": "Constant", "level": 1.0}))
+    assert lamp(trace, "memory") is None
+    assert trace.attrs["transfer_error"] < 1e-12
+
+
+def test_the_lamp_warns_where_no_reduction_reaches():
+    """The mean that a blocking power law has held for ever decays without end: no sum of relaxations does."""
+    drive = {"model": "Offset", "drive": {"model": "Sine", "amplitude": 10, "frequency": 100}, "level": 100}
+    trace = simulate(on(FILM, BLOCKING, drive, settled=True))
+    assert lamp(trace, "memory")["state"] == "warning"
+    assert trace.attrs["transfer_error"] > 1
+    held = simulate(on(FILM, BLOCKING, {"model": "Constant", "level": 100.0}))
+    assert lamp(held, "memory")["state"] == "ok"
+    assert lamp(held, "memory")["value"] <= held.attrs["transfer_error"] < 0.01
+
+
+def test_a_leak_is_told_not_to_be_judged():
+    scenario = on(FILM, DRY, {"model": "Constant", "level": 100.0}, force="GapPlane")
+    leaky = scenario.replace(
+        {"stack.insulator.leak": {"model": "FieldConduction", **FieldConduction.example}}
+    )
+    told = lamp(simulate(leaky, time=np.linspace(0, 1e-2, 11)), "memory")
+    assert told["state"] == "unknown"
+    assert "nonlinear branch" in told["text"]
+
+
+TABLE = Tabulated.model_validate(dict(Tabulated.example))  # from 10 Hz to 100 kHz
+
+
+def test_a_table_is_not_known_for_longer_than_its_lowest_frequency():
+    long = simulate(
+        on(FILM, TABLE, {"model": "Trapezium", "high": 1.0, "rise": 0.01, "hold": 0.1, "fall": 0.01})
+    )
+    told = lamp(long, "measured band")
+    assert told["state"] == "unknown"
+    assert told["limit"] == pytest.approx(1 / (2 * np.pi * 10.0))
+    assert "from 15.9 ms on" in told["text"]
+    short = {"model": "Trapezium", "high": 1.0, "rise": 1e-3, "hold": 5e-3, "fall": 1e-3}
+    assert lamp(simulate(on(FILM, TABLE, short)), "measured band") is None
+    edge = lamp(simulate(on(FILM, TABLE, short | {"rise": 1e-6})), "measured band")
+    assert "within 1.59 us after a corner" in edge["text"]
+    slow = {"model": "Sine", "amplitude": 1.0, "frequency": 5.0}
+    assert "5 Hz" in lamp(simulate(on(FILM, TABLE, slow, settled=True)), "measured band")["text"]
+    fine = slow | {"frequency": 20.0}
+    assert lamp(simulate(on(FILM, TABLE, fine, settled=True)), "measured band") is None
+
+
+def test_materials_are_known_where_all_tables_are():
+    """One table from 1 Hz to 10 kHz, one from 10 Hz to 100 kHz: known from 10 Hz to 10 kHz."""
+    rows = len(TABLE.frequency_samples)
+    other = TABLE.to_dict() | {
+        "frequency_samples": np.geomspace(1.0, 1e4, rows).tolist(),
+        "permittivity_samples": np.geomspace(4.0, 3.0, rows).tolist(),
+        "loss_samples": np.full(rows, 0.3).tolist(),
+        "conductivity": 0.0,
+    }
+    drive = {"model": "Sine", "amplitude": 1.0, "frequency": 5.0}
+    scenario = on(FILM, TABLE, drive, settled=True, force="GapPlane").replace(
+        {"stack.insulator.material": other}
+    )
+    trace = simulate(scenario)
+    told = lamp(trace, "measured band")
+    assert "from 10 Hz to 10 kHz only" in told["text"]
+    section, _ = modes(scenario)
+    frequency = trace.frequency.values
+    inside = (frequency >= 10.0) & (frequency <= 1e4)
+    declared = scenario.force.amplitudes(phasors(scenario, frequency))["E"]
+    reduced = scenario.force.amplitudes(section)["E"].at(frequency)
+    errors = np.abs(declared - reduced) / np.max(np.abs(declared))
+    assert trace.attrs["transfer_error"] == pytest.approx(np.max(errors[inside]), rel=1e-9)
+    assert np.max(errors) > 1.5 * np.max(errors[inside])
+
+
+@pytest.mark.parametrize("resistance", [0.0, 1e6])
+def test_what_initial_charge_leaves_behind(resistance):
+    """Charge on the face of the film, 0 V: the voltage of the skin against its Laplace transform, and the stated error."""
+    charge, times = 1e-5, np.geomspace(1e-3, 1.0, 7)
+    scenario = on(COAT, DRY, {"model": "Constant", "level": 0.0}, resistance=resistance, force="GapPlane")
+    scenario = scenario.replace({"stack.insulator.initial_charge": charge})
+    section, _ = modes(scenario, times)
+    before, between = section.modes.charges[:2].tolist()  # on the plate, and with the charge added
+    assert between - before == pytest.approx(charge)
+
+    def skin_voltage(s):
+        own = SKIN / (s * eps0 * polarisation(DRY, s) + DRY.conductivity)
+        other = COAT[0] / (s * eps0 * COAT[1])
+        current = -(other * before + own * between) / (own + other + resistance * AREA)
+        return [own * (between + current)]
+
+    with mpmath.workdps(DIGITS):
+        truth = np.array([float(inverse_laplace(skin_voltage, time)[0]) for time in times.tolist()])
+    trace = simulate(scenario, time=times)
+    found = found_in(trace, "skin")
+    error = largest_error(found, truth)
+    assert error <= trace.attrs["transfer_error"] < 30 * max(error, 1e-6)
+    assert error < 1e-3
