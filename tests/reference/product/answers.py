@@ -19,7 +19,7 @@ NODES = 8
 
 def answer(scenario, times):
     """Signals of a record, the attraction among them, by their names in the package."""
-    plain = Plain(scenario, modes(scenario)[0].debye)
+    plain = Plain(scenario, modes(scenario, times)[0].debye)
     if scenario.motion.renews_film:
         return _over_places(scenario, plain, times)
     settled = isinstance(scenario.time.initial_state, PeriodicState)
