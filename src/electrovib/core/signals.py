@@ -53,7 +53,6 @@ SIGNALS: Final = {
     "current": Signal("A", "i", "current into the contact"),
     "gap": Signal("m", "g", "gap between finger and plate"),
     "gross_contact_area": Signal("m2", "A", "area of the outline of the contact"),
-    "ridge_contact_area": Signal("m2", "A_{ridge}", "area that the ridges of the print fill"),
     "real_contact_area": Signal("m2", "A_r", "area that touches"),
     "electrostatic_force": Signal("N", "f_e", "electrostatic attraction"),
     "normal_force": Signal("N", "f_n", "force with which the finger is pressed"),

@@ -10,10 +10,8 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import NotCausalError
-from electrovib.physics.contact import FixedArea
 from electrovib.physics.interface import INTERFACE
-from electrovib.physics.programme import Steady
-from electrovib.solve.expand import Surroundings, behind_amplifier, contact_share, phasors, total_force
+from electrovib.solve.expand import Surroundings, attraction, behind_amplifier, phasors, total_pull
 from electrovib.solve.integrator import drive_mean, integral_weight
 from electrovib.solve.periodic import count_harmonics, spectrum
 from electrovib.solve.respond import AMPLITUDE, respond
@@ -102,16 +100,14 @@ def electrical(
     plain = plain and all(layer.leak is None for layer in scenario.stack.layers.values())
     wanted = functools.partial(_amplitudes if force_alone and plain else linear_quantities, scenario)
     around = Surroundings.of(scenario)
-    found, choice, force = respond(
+    found, choice, pull = respond(
         scenario, section, wanted, times, element=around.element, second=around.second
     )
     _name_interface(scenario, found)
     given = {key.removeprefix(AMPLITUDE): row for key, row in found.items() if key.startswith(AMPLITUDE)}
-    if force is None:
-        force = total_force(scenario, given)
-    if not isinstance(scenario.contact, FixedArea) and not isinstance(scenario.load.programme, Steady):
-        force = force * contact_share(scenario, times)
-    return Electrical(found, force, choice)
+    if pull is None:
+        pull = total_pull(scenario, given)
+    return Electrical(found, attraction(scenario, pull, times), choice)
 
 
 def linear_quantities(scenario: Scenario, section: Any) -> dict[str, Any]:
@@ -199,7 +195,7 @@ def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> Electri
         "solver": "one sine",
         "solver_reason": f"{type(law).__name__} gives magnitudes at one frequency only: one sine in its steady state",
     }
-    return Electrical(found, total_force(scenario, given), choice)
+    return Electrical(found, attraction(scenario, total_pull(scenario, given), times), choice)
 
 
 def refusal(law: ForceLaw, drive: str, *, settled: bool) -> str:

@@ -9,7 +9,7 @@ from electrovib.physics.circuit import Grounded
 from electrovib.solve import renewal
 from electrovib.solve.branch import leaky_response
 from electrovib.solve.current import REASON, drive_voltage
-from electrovib.solve.expand import total_force
+from electrovib.solve.expand import total_pull
 from electrovib.solve.general import beyond_modes, solve_beyond, time_section
 from electrovib.solve.leak import leak_alone, leak_section, leaking_layer
 from electrovib.solve.periodic import count_harmonics
@@ -38,13 +38,13 @@ class Response(NamedTuple):
         Quantities over time, amplitudes of the law among them where the force is theirs.
     choice : dict
         Solver and reason, and of a march or a mean its error.
-    force : ndarray or None
-        Attraction [N], where it is a mean over places and not that of mean amplitudes.
+    pull : ndarray or None
+        As from `total_pull`, where it is a mean over places and not that of mean amplitudes.
     """
 
     found: dict[str, Real]
     choice: dict[str, Any]
-    force: Real | None = None
+    pull: Real | None = None
 
 
 def respond(
@@ -91,7 +91,7 @@ def respond(
         return Response(found | _law(scenario, found), choice)
     name = leaking_layer(layers, second=second)
     _refuse_gaps_of_a_law(scenario, current=current, leak=name)
-    force = None
+    pull = None
     if scenario.motion.renews_film:
         floating = not isinstance(scenario.circuit.return_path, Grounded)
         amplified = scenario.circuit.amplifier is not None
@@ -103,7 +103,7 @@ def respond(
             amplified=amplified,
             closing=scenario.contact.closing is not None,
         )
-        found, choice, force = _renewed(scenario, wanted(section), times)
+        found, choice, pull = _renewed(scenario, wanted(section), times)
     elif name is not None:
         found, choice = _leaky(scenario, section, wanted, times, name, element)
     elif scenario.circuit.amplifier is not None:
@@ -129,7 +129,7 @@ def respond(
         )
     else:
         found["drive_voltage"] = drive.voltage(times)
-    return Response(found, choice, force)
+    return Response(found, choice, pull)
 
 
 def _law(scenario: Scenario, found: dict[str, Real]) -> dict[str, Real]:
@@ -190,13 +190,13 @@ def _renewed(scenario: Scenario, transfers: dict[str, Transfer], times: Real) ->
     def read(places: dict[str, Real]) -> dict[str, Real]:
         amplitudes = {n.removeprefix(AMPLITUDE): row for n, row in places.items() if n.startswith(AMPLITUDE)}
         kept = {name: row for name, row in places.items() if not name.startswith(AMPLITUDE)}
-        return kept | ({"force": total_force(scenario, amplitudes)} if amplitudes else {})
+        return kept | ({"pull": total_pull(scenario, amplitudes)} if amplitudes else {})
 
     mean = renewal.mean_over_contact(
         transfers, scenario.drive, times, motion=scenario.motion, length=length, read=read
     )
     choice = {"solver": "renewal", "solver_reason": mean.reason(), "quadrature_error": mean.error}
-    return Response(mean.found, choice, mean.found.pop("force", None))
+    return Response(mean.found, choice, mean.found.pop("pull", None))
 
 
 def _leaky(

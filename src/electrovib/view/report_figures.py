@@ -35,7 +35,6 @@ BEYOND: Final = (
     "normal_force",
     "sliding_speed",
     "gross_contact_area",
-    "ridge_contact_area",
     "real_contact_area",
     "bristle_deflection",
     "skin_displacement",

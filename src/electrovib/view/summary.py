@@ -69,6 +69,9 @@ def key_numbers(trace: xarray.Dataset) -> dict[str, str]:
     for name, words in peaks.items():
         if name in trace:
             found[words] = _range(_largest(abs(trace[name]), "time"), signal(name).unit)
+            if name == "lateral_force" and (missing := not_known(trace, name)):
+                some = bool(trace[name].notnull().any())
+                found[words] = f"{found[words]} ({missing})" if some else missing
         if name == "electrostatic_force" and name in trace:
             found["mean electrostatic force over the record"] = _range(_mean(trace[name]), "N")
     if "field" in trace:
@@ -76,6 +79,31 @@ def key_numbers(trace: xarray.Dataset) -> dict[str, str]:
             largest = _largest(abs(trace["field"].sel(layer=layer)), "time")
             found[f"largest field, {str(layer).replace('_', ' ')}"] = _range(largest, "V/m")
     return found
+
+
+def not_known(trace: xarray.Dataset, name: str) -> str:
+    """Say at how many of its times a friction is not known, because the finger rests.
+
+    Parameters
+    ----------
+    trace : Trace
+        Computed or measured.
+    name : str
+        Of the signal.
+
+    Returns
+    -------
+    str
+        For instance ``not known at 40 % of the times (the finger rests)``; empty where it is known, or where the
+        Trace does not say that the finger rests.
+    """
+    if name not in trace or not any(lamp["name"] == "friction at rest" for lamp in lamps(trace)):
+        return ""
+    share = float(trace[name].isnull().mean())
+    if not share:
+        return ""
+    when = "" if share == 1 else f" at {100 * share:.3g} % of the times"
+    return f"not known{when} (the finger rests)"
 
 
 def _largest(values: xarray.DataArray, along: str) -> xarray.DataArray:

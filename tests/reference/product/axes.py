@@ -151,7 +151,6 @@ AXES = {
     "start": ("rest", "periodic"),
     "film": ("stays", "renews"),
 }
-OTHER_PLANES_ARE_REFUSED = False
 
 
 def is_scenario(case):
@@ -187,9 +186,7 @@ def refusals(case):
         found.append("circuit.amplifier")
     if currents and (moves or case["leak"] == "two"):
         found.append("drive")
-    if case["gap"] == "closes" and (
-        case["path"] in SECOND or (case["law"] != "GapPlane" and OTHER_PLANES_ARE_REFUSED)
-    ):
+    if case["gap"] == "closes" and (case["path"] in SECOND or case["law"] != "GapPlane"):
         found.append("contact.closing")
     if case["film"] == "renews":
         others = {

@@ -11,7 +11,11 @@ from electrovib.solve.scenario import load
 from electrovib.solve.simulate import simulate
 
 RELIEF = {"contact.surface": {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}}
-CLOSES = RELIEF | {"contact.closing": {"damping": 1e6}, "stack.stratum_corneum.material.conductivity": 0.0}
+CLOSES = RELIEF | {
+    "motion.distance": None,
+    "contact.closing": {"damping": 1e6},
+    "stack.stratum_corneum.material.conductivity": 0.0,
+}
 BARE = {"circuit.return_path.resistance": 0.0}
 
 

@@ -58,10 +58,11 @@ def summary(found: Balance) -> list[str]:
         f"{shown(found.voltage, 'V')} held across {', '.join(found.blocking)} and the gap: electrical thickness"
         f" {shown(found.electrical_thickness, 'm')}, load {shown(found.pressure, 'Pa')} on {shown(found.area, 'm2')}"
     ]
-    for state, force in zip(found.states, found.force, strict=True):
+    for state, force, area in zip(found.states, found.force, found.areas, strict=True):
+        grown = f" on {shown(area, 'm2')}" if area != found.area else ""
         lines.append(
-            f"gap {shown(state.gap, 'm')}: attraction {shown(force, 'N')}, {_kind(state)}"
-            f" (residual {state.residual:.1e} Pa, {state.iterations} iterations)"
+            f"gap {shown(state.gap, 'm')}: attraction {shown(force, 'N')}{grown}, {_kind(state)}"
+            f" (residual {state.residual:.1e} Pa)"
         )
     if len(found.stable) > 1:
         lines.append(

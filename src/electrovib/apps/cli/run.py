@@ -6,6 +6,8 @@ from typing import Annotated, Any
 
 import typer
 
+FORCES = ("electrostatic_force", "lateral_force")
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -44,15 +46,10 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
     import json
 
     from electrovib.apps.cli.chosen import chosen
-    from electrovib.core.units import format_quantity
     from electrovib.solve.scenario import scenario_of
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
-    for name in ("electrostatic_force", "lateral_force"):
-        low, high = (
-            format_quantity(float(edge), "N", digits=4) for edge in (trace[name].min(), trace[name].max())
-        )
-        lines.append(f"{name.replace('_', ' ')}: {low} to {high}")
+    lines += [f"{name.replace('_', ' ')}: {_range(trace, name)}" for name in FORCES]
     lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
     lines.append(f"solver: {trace.attrs['solver']} ({trace.attrs['solver_reason']})")
     if trace.attrs.get("reduction_error"):
@@ -69,6 +66,20 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
         words = "1 sample of the drive was" if dropped == 1 else f"{dropped} samples of the drive were"
         lines.append(f"warning: {words} dropped")
     return lines + [f"written: {path}" for path in (*_files(trace, output), report) if path]
+
+
+def _range(trace: Any, name: str) -> str:
+    """Write the range of a force, and at how many of its times it is not known."""
+    from electrovib.core.units import format_quantity
+    from electrovib.view.summary import not_known
+
+    values = trace[name]
+    if missing := not_known(trace, name):
+        if not bool(values.notnull().any()):
+            return missing
+        missing = f", {missing}"
+    low, high = (format_quantity(float(edge), "N", digits=4) for edge in (values.min(), values.max()))
+    return f"{low} to {high}{missing}"
 
 
 def _files(trace: Any, output: str | None) -> list[str]:

@@ -1,8 +1,9 @@
-"""Equilibrium of relief, load and attraction: all of it, stable or not, and the path over rising and falling voltage."""
+"""Equilibrium of area, relief, load and attraction: all of it, stable or not, and the path over a changing voltage."""
 
 from electrovib.physics.contact.surface import pull_in_voltage
 from electrovib.solve.equilibrium.of_scenario import Balance, equilibrium
 from electrovib.solve.equilibrium.path import Hysteresis, Path, follow, hysteresis
+from electrovib.solve.equilibrium.pressed import pressed, pressed_states
 from electrovib.solve.equilibrium.states import Equilibrium, balance, equilibria
 
 __all__ = [
@@ -15,5 +16,7 @@ __all__ = [
     "equilibrium",
     "follow",
     "hysteresis",
+    "pressed",
+    "pressed_states",
     "pull_in_voltage",
 ]

@@ -51,8 +51,11 @@ class Yielding:
         Per area [Pa s/m], above 0 unless there is a mass.
     mass : float
         Per area [kg/m2]; 0 for a gap that only creeps.
-    share : float
-        Of the area, on which the gap's field pulls.
+    pulling : float
+        Share of the area on which the field of the gap pulls.
+    together : callable, optional
+        Pressure of load and attraction together [Pa] at a time [s] and a pressure of attraction [Pa], on an area that
+        grows with both; by default their sum.
     """
 
     surface: Repelling
@@ -60,7 +63,8 @@ class Yielding:
     start: float
     damping: float = 0.0
     mass: float = 0.0
-    share: float = 1.0
+    pulling: float = 1.0
+    together: Callable[[float, float], float] | None = None
 
     def __post_init__(self) -> None:
         """Refuse a gap that nothing slows down."""
@@ -145,8 +149,8 @@ class FingerOverPlate(System):
         assert isinstance(self.motion, Yielding)
         count = self.electrics.size
         gap = float(state[count])
-        pull = self.motion.share * self.electrics.attraction(time, state[:count], mode, gap=gap)
-        return float(self.motion.surface.pressure(gap)) - self.motion.load(time) - pull
+        pull = self.motion.pulling * self.electrics.attraction(time, state[:count], mode, gap=gap)
+        return float(self.motion.surface.pressure(gap)) - self._pressing(time, pull)
 
     def _gap(self, time: float, state: Real, mode: Mode | None = None) -> tuple[float | None, float]:
         """Gap [m] and its rate of change [m/s]."""
@@ -193,9 +197,15 @@ class FingerOverPlate(System):
             return gap, states[count + 1]
         found = self.electrics.signals(times, states[:count], gap, 0.0)
         field = found[f"field {self.electrics.space.names[moving]}"]  # whatever the gap's rate of change is
-        load = np.array([self.motion.load(time) for time in times.tolist()])
-        push = self.motion.surface.pressure(gap) - load - self.motion.share * eps0 * field**2 / 2
-        return gap, push / self.motion.damping
+        pulls = self.motion.pulling * eps0 * field**2 / 2
+        pressing = [self._pressing(*each) for each in zip(times.tolist(), pulls.tolist(), strict=True)]
+        return gap, (self.motion.surface.pressure(gap) - np.array(pressing)) / self.motion.damping
+
+    def _pressing(self, time: float, pull: float) -> float:
+        """Pressure of load and attraction together [Pa]."""
+        assert isinstance(self.motion, Yielding)
+        together = self.motion.together
+        return self.motion.load(time) + pull if together is None else together(time, pull)
 
 
 @dataclass(frozen=True)
