@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Iterable
 from pathlib import Path
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -60,6 +61,8 @@ def without_figures(monkeypatch):
     """Drawing takes the time, and is not the point here."""
     monkeypatch.setattr(report, "figures", lambda *_: [])
     monkeypatch.setattr(svg, "to_png", lambda *_, **__: b"PNG" * 2000)
+    monkeypatch.setattr(svg, "to_svg", lambda *_, **__: f"<svg>{'line' * 2000}</svg>")
+    monkeypatch.setattr(reproduce, "_drawn", MagicMock())
 
 
 def visible(folder: Path) -> dict[str, bytes]:
@@ -152,6 +155,7 @@ def killed_while_writing(name: str, moments: Iterable[float]) -> int:
         check_whole(name)
         left = list(Path().rglob("*.partial"))
         caught += bool(left)
+        write(name, 2000, 1)  # what was left is not needed any more
         for file in left:
             file.unlink()
     return caught
@@ -235,6 +239,26 @@ def end_at(point: str, files: list[Path]) -> None:
                 if point == "half":
                     end()
                 file.write("er")
+
+
+def test_a_kill_between_the_two_files_of_a_trace_leaves_the_newer_one(tmp_path):
+    """The main file comes first; what belongs to it is found where the killed process left it."""
+    path = tmp_path / "a.csv"
+    ev.save(trace(50, 1), path)
+    child = os.fork()
+    if child == 0:
+        replace = Path.replace
+        Path.replace = lambda self, target: (replace(self, target), os._exit(7))
+        ev.save(trace(50, 2), path)
+        os._exit(3)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+    xarray.testing.assert_identical(ev.load(path), trace(50, 2))
+    for left in tmp_path.glob(".*"):
+        left.write_text("half")
+    with pytest.raises(InputError, match=r"a\.frequency\.csv: is of another save"):
+        ev.load(path)
+    ev.save(trace(50, 3), path)
+    xarray.testing.assert_identical(ev.load(path), trace(50, 3))
 
 
 @pytest.mark.parametrize("at", [1, 2, 3])

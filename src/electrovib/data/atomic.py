@@ -7,13 +7,15 @@ import secrets
 import shutil
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import InputError
 from electrovib.data.marks import Form, is_ours, sign
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
+
+_UNFINISHED: Final = ".partial"
 
 
 @contextmanager
@@ -24,7 +26,7 @@ def writing(outputs: Mapping[Path, Form | None], *, force: bool = False) -> Iter
     ----------
     outputs : mapping of Path to Form or None
         The outputs, each with what it is, or None for what carries no mark; older files there stay untouched until
-        all new ones are complete.
+        all new ones are complete. They are replaced in this order, so what tells which files belong together comes first.
     force : bool
         Whether files that we did not write may be replaced.
 
@@ -42,7 +44,7 @@ def writing(outputs: Mapping[Path, Form | None], *, force: bool = False) -> Iter
     check_writable(outputs, force=force)
     places = {path: Path(os.path.realpath(path)) for path in outputs}  # a link keeps pointing to its file
     temporaries = {
-        path: place.with_name(f".{place.name[:40]}.{secrets.token_hex(4)}.partial")
+        path: place.with_name(f"{_hidden(place)}{secrets.token_hex(4)}{_UNFINISHED}")
         for path, place in places.items()
     }
     try:
@@ -62,6 +64,20 @@ def writing(outputs: Mapping[Path, Form | None], *, force: bool = False) -> Iter
         for temporary in temporaries.values():
             with suppress(OSError):
                 temporary.unlink(missing_ok=True)
+
+
+def _hidden(place: Path) -> str:
+    return f".{place.name[:40]}."
+
+
+def left_by_a_kill(path: Path) -> list[Path]:
+    """Find what a process that was killed while writing this output has left beside it, complete or not."""
+    place = Path(os.path.realpath(path))
+    return sorted(
+        other
+        for other in place.parent.iterdir()
+        if other.name.startswith(_hidden(place)) and other.name.endswith(_UNFINISHED)
+    )
 
 
 def _complete(temporary: Path, place: Path, form: Form | None) -> None:

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import InputError
 from electrovib.core.files import inputs_noted
+from electrovib.core.lamps import read_lamps
 from electrovib.data.atomic import check_writable, write_text
 from electrovib.data.marks import Form
 from electrovib.export.spice.netlist import netlist
+from electrovib.physics.limits import broken
 from electrovib.solve.scenario import Scenario, load, scenario_of
+from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -48,8 +51,9 @@ def export(
     Raises
     ------
     InputError
-        If the suffix is unknown, the file cannot be written or would replace one that is read or not ours, or
-        something of the scenario has no exact form there.
+        If the suffix is unknown, the file cannot be written or would replace one that is read or not ours,
+        something of the scenario has no exact form there, `simulate` refuses the scenario, or it exceeds one of its
+        declared `limits`.
     NotCausalError
         If the force law has no form in time.
     """
@@ -61,8 +65,17 @@ def export(
     with inputs_noted() as inputs:
         found = _found(scenario, set or {})
     check_writable({place: Form.NETLIST}, inputs=inputs, force=force)
-    write_text(place, writer(found, name=place.stem), Form.NETLIST, force=force)
+    text = writer(found, name=place.stem)
+    _refuse_what_breaks_a_limit(found)
+    write_text(place, text, Form.NETLIST, force=force)
     return place
+
+
+def _refuse_what_breaks_a_limit(scenario: Scenario) -> None:
+    """Run the scenario, which refuses what cannot be run, and refuse what exceeds a declared limit."""
+    lamps = read_lamps(simulate(scenario).attrs["lamps"])
+    if problems := [f"{lamp.text}. Nothing was written" for lamp in broken(lamps)]:
+        raise InputError(problems)
 
 
 def _found(source: str | Path | Scenario | Mapping[str, Any], changes: Mapping[str, Any]) -> Scenario:

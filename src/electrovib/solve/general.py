@@ -10,7 +10,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.force import GapPlane
 from electrovib.physics.interface import INTERFACE
-from electrovib.solve.equilibrium import pressed
+from electrovib.solve.pressed import pressed
 from electrovib.solve.scenario import PeriodicState
 from electrovib.solve.section import TimeLayer, TimeSection
 
@@ -145,6 +145,11 @@ def _refuse(scenario: Scenario, why: str) -> None:
     if scenario.contact.closing is not None and scenario.motion.distance is not None:
         raise InputError(
             "contact.closing and motion.distance: one of them says where the gap is; leave one away"
+        )
+    if scenario.contact.closing is not None and scenario.circuit.return_path.second_contact(1.0):
+        raise InputError(
+            "contact.closing: under a SecondElectrode either contact closes by its own pull and its share of the load; use"
+            " Grounded or Floating"
         )
     if scenario.contact.closing is not None and scenario.contact.surface is None:
         raise InputError(

@@ -55,7 +55,7 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     frequency = scenario.frequency.frequencies()
     at_frequency = phasors(scenario, frequency)
     solution = Solution(scenario, times)
-    record = solution.at(times)
+    record = solution.at(times, closely=True)
     spoken, errors = solution.judge(record)
     attributes = provenance(scenario) | errors | record.how
     variables: dict[str, Any] = {**record.signals, **_over_frequency(scenario, at_frequency)}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.solve.diagnostics import diagnostics
+from electrovib.solve.diagnostics import diagnostics, solved, watched
 from electrovib.solve.electrical import Electrical, electrical
 from electrovib.solve.expand import modes, phasors
 from electrovib.solve.known import known_band, memory_lamps, worst_of
@@ -20,6 +20,7 @@ from electrovib.solve.scenario import PeriodicState
 if TYPE_CHECKING:
     from electrovib.core.lamps import Lamp
     from electrovib.physics.force import ForceLaw
+    from electrovib.solve.diagnostics.peaks import PeakRecord
     from electrovib.solve.scenario import Scenario
     from electrovib.solve.section import ModalSection, PhasorSection
     from electrovib.solve.transfer import Real
@@ -45,6 +46,8 @@ class Record:
         Solver, its reason, errors and events.
     lamps : list of Lamp
         What the mechanics has to say.
+    peaks : PeakRecord or None
+        What is judged of the whole solution; None where these times show it well enough.
     """
 
     times: Real
@@ -52,6 +55,7 @@ class Record:
     signals: dict[str, Any]
     how: dict[str, Any]
     lamps: list[Lamp]
+    peaks: PeakRecord | None = None
 
 
 class Solution:
@@ -82,13 +86,15 @@ class Solution:
         """The stack over the scenario's frequencies, without leaks, exact for the materials as declared."""
         return phasors(self.scenario, self.scenario.frequency.frequencies(), leaks=False)
 
-    def at(self, times: Real) -> Record:
+    def at(self, times: Real, *, closely: bool = False) -> Record:
         """Compute every signal over time.
 
         Parameters
         ----------
         times : ndarray, shape (n,)
             Increasing, >= 0 [s].
+        closely : bool
+            Look for the largest values between these times too, so that `judge` does not depend on them.
 
         Returns
         -------
@@ -103,11 +109,15 @@ class Solution:
             If models do not go together.
         """
         scenario, section = self.scenario, self.section
-        answer = electrical(scenario, section, times)
+        peaks: PeakRecord | None = None
+        if closely:
+            answer, peaks = solved(scenario, section, times)
+        else:
+            answer = electrical(scenario, section, times)
         between = functools.partial(electrical, scenario, section, force_alone=True)
         moved = mechanical(scenario, times, answer, between)
         signals = answer.signals(section) | moved.signals
-        return Record(times, answer, signals, answer.choice | moved.how, moved.lamps)
+        return Record(times, answer, signals, answer.choice | moved.how, moved.lamps, peaks)
 
     def judge(self, record: Record) -> tuple[list[Lamp], dict[str, float]]:
         """Judge a record before it is handed out.
@@ -132,8 +142,9 @@ class Solution:
         if scenario.force.causal:
             over_frequency = _transfer_error(scenario.force, self.section, self.declared, known)
             stated["transfer_error"] = max(over_frequency, worst_of(errors))
+        peaks = record.peaks or watched(scenario, self.section, record.times, record.answer)
         spoken = [
-            *diagnostics(scenario, self.section, record.answer, record.times, record.signals),
+            *diagnostics(scenario, self.section, peaks, record.times, record.signals),
             *memory_lamps(scenario, errors, seen.times, known=known, solver=record.how["solver"]),
             *record.lamps,
             *scenario.force.lamps_over_frequency(self.declared),

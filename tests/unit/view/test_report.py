@@ -6,9 +6,12 @@ import re
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.solve.scenario import scenario_of
+from electrovib.solve.simulate import simulate
 from electrovib.study.sweep import sweep
 from electrovib.view import report as module
 from electrovib.view.report import collect, report
@@ -78,7 +81,11 @@ def test_what_a_report_of_a_run_holds(tmp_path, trace):
     assert "Glass & <film>" in words
     assert {"How far to believe it", "Stack", "Over time", "Over frequency", "Parameters", "Models"} <= words
     assert trace.attrs["scenario_hash"] in words
-    assert {"warning", "ok", "unknown"} <= words
+    assert {"warning", "ok"} <= words
+    thinner = simulate(
+        scenario_of(trace).replace({"stack.gap.thickness": "4 um"}), time=np.linspace(0, 0.1, 11)
+    )
+    assert "unknown" in written(tmp_path, thinner)[1].words  # Paschen's law says nothing of it
     assert "90 µm" in words
     assert "data sheet of the film" in words
     assert "pressure = ε₀·E²/2" in words

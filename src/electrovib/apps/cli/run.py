@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from electrovib.apps.cli.force import Force
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from electrovib.core.lamps import Lamp
 
 FORCES = ("electrostatic_force", "lateral_force")
 
@@ -68,9 +73,8 @@ def command(
 
 def summary(trace: Any, output: str | None, report: str | None, *, source: str = "") -> list[str]:
     """Say in a few lines what came out, and what of a paper's scenario is not found in the paper."""
-    import json
-
     from electrovib.apps.cli.chosen import chosen
+    from electrovib.core.lamps import read_lamps
     from electrovib.solve.scenario import scenario_of
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
@@ -83,11 +87,7 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
     if trace.attrs.get("reduction_error"):
         error = 100 * float(trace.attrs.get("transfer_error", float("nan")))
         lines.append(f"error of the answer through materials reduced to relaxations: at most {error:.2g} %")
-    lines += [
-        f"{lamp['state']}: {lamp['text']}"
-        for lamp in json.loads(trace.attrs["lamps"])
-        if lamp["state"] == "warning"
-    ]
+    lines += told(read_lamps(trace.attrs["lamps"]))
     if "friction_solver" in trace.attrs:
         lines.append(f"friction: {trace.attrs['friction_solver']}")
     if dropped := trace.attrs["dropped_samples"]:
@@ -119,6 +119,13 @@ def _numbers(trace: Any) -> list[str]:
     )
     lines = [f"over {over}; numbers of {trace.attrs['taken_over']}"] if over else []
     return lines + [f"{name}: {text}" for name, text in quantity_ranges(trace, plain=True).items()]
+
+
+def told(lamps: Sequence[Lamp]) -> list[str]:
+    """Say what is beyond a limit, one line each, and in one more line what could not be judged."""
+    lines = [f"warning: {lamp.text}" for lamp in lamps if lamp.state == "warning"]
+    unknown = [lamp.text for lamp in lamps if lamp.state == "unknown"]
+    return [*lines, f"not judged: {'; '.join(unknown)}"] if unknown else lines
 
 
 def _files(trace: Any, output: str | None) -> list[str]:

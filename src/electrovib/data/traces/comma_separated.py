@@ -7,6 +7,7 @@ import hashlib
 import itertools
 import json
 import math
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.files import note_input
 from electrovib.core.trace import FORMAT
-from electrovib.data.atomic import writing
+from electrovib.data.atomic import left_by_a_kill, writing
 from electrovib.data.columns import DAMAGE, Table, check_file, damaged, read_table
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
 from electrovib.data.traces.structure import not_a_trace, prepared, rebuilt, structure_of
@@ -189,9 +190,12 @@ def load_csv(path: Path) -> xarray.Dataset:
     arrays: dict[str, NDArray[Any]] = {}
     try:
         for file, over in csv_files(structure["sizes"], path).items():
-            part, belongs = (table, about) if file == path else _read_other(file, path)
-            _check_same_save(file, belongs["table"], {"over": over, "key": about["table"]["key"]})
-            arrays |= _read_arrays(part, structure, over)
+            same_save = {"over": over, "key": about["table"]["key"]}
+            if file != path:
+                table = _read_other(file, path, same_save)
+            elif about["table"] != same_save:
+                raise _of_another_save(file)
+            arrays |= _read_arrays(table, structure, over)
         return rebuilt(structure, about["attributes"], arrays)
     except DataFileError:
         raise
@@ -199,11 +203,21 @@ def load_csv(path: Path) -> xarray.Dataset:
         raise damaged(path, "a Trace", error) from None
 
 
-def _read_other(file: Path, main: Path) -> tuple[Table, dict[str, Any]]:
-    if not file.exists():
-        raise DataFileError(f"{file}: there is no such file, but {main.name} was saved together with it.")
+def _read_other(file: Path, main: Path, same_save: object) -> Table:
+    """Read the file that was saved together with the main one, or what a process killed in between left of it."""
     note_input(file)
-    return _read_part(file)
+    if file.exists():
+        table, about = _read_part(file)
+        if about["table"] == same_save:
+            return table
+    for left in left_by_a_kill(file):
+        with suppress(DataFileError):
+            table, about = _read_part(left)
+            if about["table"] == same_save:
+                return table
+    if file.exists():
+        raise _of_another_save(file)
+    raise DataFileError(f"{file}: there is no such file, but {main.name} was saved together with it.")
 
 
 def _read_part(path: Path) -> tuple[Table, dict[str, Any]]:
@@ -223,11 +237,10 @@ def _read_part(path: Path) -> tuple[Table, dict[str, Any]]:
         raise damaged(path, "a Trace", error) from None
 
 
-def _check_same_save(file: Path, found: object, expected: object) -> None:
-    if found != expected:
-        raise DataFileError(
-            f"{file}: is of another save than the file over time; the two do not belong together."
-        )
+def _of_another_save(file: Path) -> DataFileError:
+    return DataFileError(
+        f"{file}: is of another save than the file over time; the two do not belong together."
+    )
 
 
 def _read_arrays(table: Table, structure: Mapping[str, Any], over: str) -> dict[str, NDArray[Any]]:
