@@ -186,7 +186,7 @@ def test_a_kill_leaves_a_whole_file(name, tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_kills_at_a_hundred_random_moments_leave_whole_files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    moments = np.random.default_rng(8).uniform(0, 0.06, (len(NAMES), 100))
+    moments = np.random.default_rng(8).uniform(0, 0.03, (len(NAMES), 100))
     caught = {name: killed_while_writing(name, own) for name, own in zip(NAMES, moments, strict=True)}
     print(caught)
     assert sum(caught.values()) > 20

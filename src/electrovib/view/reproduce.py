@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
-from electrovib.data.atomic import check_writable, writing
+from electrovib.data.atomic import check_writable, left_by_a_kill, writing
 from electrovib.data.marks import Form, is_ours
 
 if TYPE_CHECKING:
@@ -117,11 +117,12 @@ def _refuse_to_replace(
     others = {folder / name: content for name, content in contents.items() if name != _PAGE}
     with gathered(problems):
         check_writable(dict.fromkeys(others), inputs=inputs, force=True)
-    earlier = _listed(folder / _PAGE)
+    page = folder / _PAGE  # a process that was killed has left its page beside that of an earlier one
+    earlier = {entry for one in (page, *left_by_a_kill(page)) for entry in _listed(one).items()}
     for place, content in others.items():
         if place.is_file() and not force:
             there = place.read_bytes()
-            if there != content and earlier.get(place.name) != _checksum(there):
+            if there != content and (place.name, _checksum(there)) not in earlier:
                 problems.append(
                     f"{place}: exists already and is not of an earlier reproduction, or was changed since; give another"
                     " folder, or replace it with --force (force=True)."
