@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import resource
 import signal
@@ -141,24 +140,49 @@ def test_a_full_disk_on_the_command_line_is_one_line(small_disk, tmp_path):
 
 
 def killed_while_writing(name: str, moments: Iterable[float]) -> int:
-    """Kill a process that writes one version after another; tell how often it was in the midst of a file."""
+    """Kill a process at shares of the time that its files are open; tell how often it had not finished."""
     write(name, 2000, 1)
+    span = time_of_writing(name)
     caught = 0
-    for moment in moments:
+    for seed, moment in enumerate(moments, start=2):
+        begun, tell = os.pipe()
         child = os.fork()
         if child == 0:
-            for seed in itertools.count(2):
-                write(name, 2000, seed)
-        time.sleep(moment)
+            write_and_tell(name, seed, tell)
+        os.read(begun, 1)
+        time.sleep(moment * span)
         os.kill(child, signal.SIGKILL)
         assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
+        os.close(begun)
+        os.close(tell)
         check_whole(name)
         left = list(Path().rglob("*.partial"))
         caught += bool(left)
-        write(name, 2000, 1)  # what was left is not needed any more
+        if left:
+            write(name, 2000, 1)  # what was left is not needed any more
         for file in left:
             file.unlink()
     return caught
+
+
+def write_and_tell(name: str, seed: int, tell: int) -> None:
+    """Write, and say when the first file is opened; then wait to be killed."""
+    touch = Path.touch
+    Path.touch = lambda self, **more: (os.write(tell, b"x"), touch(self, **more))
+    write(name, 2000, seed)
+    time.sleep(60)
+
+
+def time_of_writing(name: str) -> float:
+    """Seconds from the first temporary file to the end."""
+    begun: list[float] = []
+    with pytest.MonkeyPatch.context() as patch:
+        touch = Path.touch
+        patch.setattr(
+            Path, "touch", lambda self, **more: (begun.append(time.monotonic()), touch(self, **more))
+        )
+        write(name, 2000, 1)
+    return time.monotonic() - begun[0]
 
 
 def check_whole(name: str) -> None:
@@ -180,13 +204,13 @@ def check_whole(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_a_kill_leaves_a_whole_file(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    killed_while_writing(name, (0.004, 0.017))
+    killed_while_writing(name, (0.2, 0.9))
 
 
 @pytest.mark.slow
 def test_kills_at_a_hundred_random_moments_leave_whole_files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    moments = np.random.default_rng(8).uniform(0, 0.03, (len(NAMES), 100))
+    moments = np.random.default_rng(8).uniform(0, 1.2, (len(NAMES), 100))
     caught = {name: killed_while_writing(name, own) for name, own in zip(NAMES, moments, strict=True)}
     print(caught)
     assert sum(caught.values()) > 20

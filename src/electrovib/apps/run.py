@@ -39,7 +39,8 @@ def run(
     set : mapping of str to value, or sequence of str, optional
         Dotted path to value: ``{"drive.high": "150 V"}`` or ``["drive.high=150 V"]``.
     over : sequence of str, or mapping of str to sequence of float
-        ``"path=from:to:n"`` or ``"path=from:to:nlog"``: a sweep, which answers with numbers for each case.
+        ``"path=from:to:n"`` or ``"path=from:to:nlog"``: a sweep, which answers with numbers for each case. A sweep
+        that is repeated keeps its own parameters too; one given again goes over the new values.
     quantities : sequence of str, optional
         Which numbers, as for `electrovib.sweep`; without `over`, those of the one case.
     records : bool
@@ -129,9 +130,10 @@ def _prepared(
     axes, names = earlier.axes, quantities or earlier.quantities
     if experiment is not None:
         with gathered(problems):
-            axes = _axes(experiment, over) if over else axes
+            axes = {**axes, **_axes(experiment, over)} if over else axes
         with gathered(problems):
             _check_names(experiment, names)
+    problems += _set_and_swept(found, axes, earlier.axes, scenario)
     if records and not axes:
         problems.append("--records: keeps the records of a sweep; give --over too")
     wanted = _Wanted(axes, names, records or earlier.records) if axes or names else None
@@ -141,6 +143,19 @@ def _prepared(
     if problems or experiment is None:
         raise InputError(problems)
     return experiment, wanted
+
+
+def _set_and_swept(
+    changes: Mapping[str, Any], axes: Mapping[str, Any], earlier: Mapping[str, Any], source: object
+) -> list[str]:
+    """Say which parameters are set although each case of the sweep has a value of its own for them."""
+    return [
+        f"{path}: is set, but swept {f'in {source}' if path in earlier else 'with --over'} as well, so what is set"
+        " would not count; leave one of the two out"
+        + (f", or take the scenario without its sweep: 'electrovib init {source}'" if path in earlier else "")
+        for path in changes
+        if path in axes
+    ]
 
 
 def _check_names(experiment: Scenario, names: Sequence[str]) -> None:
