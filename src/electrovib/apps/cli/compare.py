@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.terminal import say, show
 
 
 def register(app: typer.Typer) -> None:
@@ -36,7 +37,7 @@ def command(
         from electrovib.study.truth_table import truth_table
 
         _refuse_without_scenario({"--models": models, "--over": over, "--output": output})
-        print(as_text(truth_table()))
+        show(as_text(truth_table()))
         return
     from electrovib.apps.progress import tracked
     from electrovib.view.compare import compare
@@ -47,12 +48,12 @@ def command(
     with tracked("comparing force laws"):
         found = compare(scenario, models=names, over=over or [], output=output, force=force)
     for table in found.tables:
-        print(as_text(table))
+        show(as_text(table))
     for page in found.pages:
-        print(f"{page.title}\n")
-        print("\n\n".join(page.paragraphs) + "\n")
+        show(f"{page.title}\n")
+        show("\n\n".join(page.paragraphs) + "\n")
     if output:
-        print(f"written: {output}")
+        say(f"written: {output}")
 
 
 def _refuse_without_scenario(options: dict[str, object]) -> None:

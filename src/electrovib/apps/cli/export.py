@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.terminal import say
 
 
 def register(app: typer.Typer) -> None:
@@ -29,5 +30,5 @@ def command(
     from electrovib.export.scenario import export
 
     written = export(scenario, output, set=read_changes(changes or []), force=force)
-    print(f"written: {written}")
-    print(f"run it:  ngspice -b {written}")
+    say(f"written: {written}")
+    say(f"run it:  ngspice -b {written}")

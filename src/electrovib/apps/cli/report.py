@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.terminal import say
 
 
 def register(app: typer.Typer) -> None:
@@ -24,4 +25,4 @@ def command(
     from electrovib.view.report import report
 
     with tracked("drawing the report"):
-        print(f"written: {report(traces, output, force=force)}")
+        say(f"written: {report(traces, output, force=force)}")

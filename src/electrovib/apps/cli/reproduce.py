@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.terminal import say
 
 
 def register(app: typer.Typer) -> None:
@@ -29,15 +30,15 @@ def command(
 
     with tracked(f"reproducing {paper}"):
         found = reproduce(paper, output, skin=skin, force=force)
-    print(f"{paper}: {found.count()}")
+    say(f"{paper}: {found.count()}")
     for number, finding in enumerate(found.findings, 1):
-        print(f"{number}. {finding}")
+        say(f"{number}. {finding}")
     for row in sorted(found.rows, key=lambda row: row.verdict == "check"):
         unit = "" if row.unit == "1" else f" {row.unit}"
         printed = row.stated if row.stated and row.paper is None else shown(row.paper)
         held = "" if row.verdict == "check" else f" (paper: {printed})"
-        print(f"{row.verdict:<11} {row.what}: {shown(row.ours)}{unit}{held}")
-    print(f"written: {output}/report.html")
+        say(f"{row.verdict:<11} {row.what}: {shown(row.ours)}{unit}{held}")
+    say(f"written: {output}/report.html")
 
 
 def shown(value: float | tuple[float, float] | None) -> str:

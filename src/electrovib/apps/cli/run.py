@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.terminal import say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,8 +68,7 @@ def command(
         report=report,
         force=force,
     )
-    for line in summary(trace, output, report, source=scenario):
-        print(line)
+    say(*summary(trace, output, report, source=scenario))
 
 
 def summary(trace: Any, output: str | None, report: str | None, *, source: str = "") -> list[str]:
