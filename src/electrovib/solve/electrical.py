@@ -19,6 +19,7 @@ from electrovib.solve.scenario import PeriodicState, Scenario
 from electrovib.solve.transfer import Transfer
 
 if TYPE_CHECKING:
+    from electrovib.physics.drive.parts import Indices
     from electrovib.physics.force import ForceLaw
     from electrovib.solve.section import ModalSection
     from electrovib.solve.transfer import Real
@@ -54,6 +55,11 @@ class Electrical:
     found: dict[str, Real]
     force: Real
     choice: dict[str, Any]
+
+    def at(self, places: Indices) -> Electrical:
+        """Give the answer at some of its times alone."""
+        found = {name: row[places] for name, row in self.found.items()}
+        return Electrical(found, self.force[places], self.choice)
 
     def signals(self, section: ModalSection) -> dict[str, Any]:
         """Name what was found as signals of a Trace: dimensions and values, layers from plate to finger."""
@@ -108,6 +114,26 @@ def electrical(
     if pull is None:
         pull = total_pull(scenario, given)
     return Electrical(found, attraction(scenario, pull, times), choice)
+
+
+def fields_alone(scenario: Scenario, section: ModalSection, times: Real) -> dict[str, Real]:
+    """Compute voltages, currents and the fields of every layer, and no attraction.
+
+    Parameters
+    ----------
+    scenario, section, times
+        As for `electrical`.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n,)
+        As `Electrical.found`, without what belongs to the force law.
+    """
+    around = Surroundings.of(scenario)
+    wanted = functools.partial(_of_layers, scenario)
+    found = respond(scenario, section, wanted, times, element=around.element, second=around.second).found
+    _name_interface(scenario, found)
+    return found
 
 
 def linear_quantities(scenario: Scenario, section: Any) -> dict[str, Any]:
@@ -184,10 +210,7 @@ def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> Electri
     exact = behind_amplifier(scenario, phasors(scenario, frequency))
     wave = tone * np.exp(2j * np.pi * frequency[0] * times)
     given = {name: np.real(value[0] * wave) for name, value in law.amplitudes(exact).items()}
-    around = Surroundings.of(scenario)
-    wanted = functools.partial(_of_layers, scenario)
-    found = respond(scenario, section, wanted, times, element=around.element, second=around.second).found
-    _name_interface(scenario, found)
+    found = fields_alone(scenario, section, times)
     effective = law.effective_voltage(exact)
     if effective is not None:
         found["effective_voltage"] = np.real(effective[0] * wave)

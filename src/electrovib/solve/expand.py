@@ -12,8 +12,8 @@ from electrovib.physics.contact import FixedArea
 from electrovib.physics.interface import interface_place, roles_of
 from electrovib.solve.band import run_band
 from electrovib.solve.current import current_section, per_ampere
-from electrovib.solve.equilibrium.pressed import pressed
 from electrovib.solve.leak import linearised
+from electrovib.solve.pressed import pressed
 from electrovib.solve.reduce import Reduction, reduce_material
 from electrovib.solve.scenario import Scenario
 from electrovib.solve.section import (

@@ -10,7 +10,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.force import GapPlane
 from electrovib.physics.interface import INTERFACE
-from electrovib.solve.equilibrium import pressed
+from electrovib.solve.pressed import pressed
 from electrovib.solve.scenario import PeriodicState
 from electrovib.solve.section import TimeLayer, TimeSection
 

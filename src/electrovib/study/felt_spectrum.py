@@ -37,7 +37,7 @@ class Lines:
     amplitude : ndarray, shape (n,)
         Zero to peak, N; m for a displacement.
     swing : float
-        Half of peak to peak of the signal itself, N or m.
+        Half of peak to peak of the signal itself, with its value just before, N or m.
     span : float
         Period or window [s].
     samples : int
@@ -87,9 +87,7 @@ def lines(values: Real, span: float, *, before: float, signal: str, how: str) ->
     changes = np.fft.rfft(np.diff(values, prepend=before))[1 : len(orders) + 1]
     change = 2 * np.abs(np.sin(np.pi * orders / count))
     amplitude = 2 * np.abs(changes) / change / count
-    swing = float(np.max(values) - np.min(values)) / 2
-    if before != values[-1]:
-        swing = float(max(np.max(values), before) - min(np.min(values), before)) / 2
+    swing = float(max(np.max(values), before) - min(np.min(values), before)) / 2
     return Lines(orders / span, amplitude, swing, span, count, signal, how)
 
 

@@ -49,6 +49,7 @@ def command(
 
 def summary(found: Balance) -> list[str]:
     """Say in a few lines which states there are."""
+    from electrovib.apps.cli.run import told
     from electrovib.core.units import format_quantity
 
     def shown(value: float, unit: str) -> str:
@@ -72,7 +73,7 @@ def summary(found: Balance) -> list[str]:
         lines.append(
             "a flatter state, with more than half of the area in contact, is not described by this relief"
         )
-    return lines
+    return lines + told(found.lamps)
 
 
 def _kind(state: Equilibrium) -> str:

@@ -3,7 +3,6 @@
 from electrovib.physics.contact.surface import pull_in_voltage
 from electrovib.solve.equilibrium.of_scenario import Balance, equilibrium
 from electrovib.solve.equilibrium.path import Hysteresis, Path, follow, hysteresis
-from electrovib.solve.equilibrium.pressed import pressed, pressed_states
 from electrovib.solve.equilibrium.states import Equilibrium, balance, equilibria
 
 __all__ = [
@@ -16,7 +15,5 @@ __all__ = [
     "equilibrium",
     "follow",
     "hysteresis",
-    "pressed",
-    "pressed_states",
     "pull_in_voltage",
 ]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.equilibrium.pressed import LARGEST, crossed, without_bound
 from electrovib.solve.equilibrium.states import BEYOND, Equilibrium
+from electrovib.solve.pressed import LARGEST, crossed, without_bound
 
 if TYPE_CHECKING:
     from collections.abc import Callable

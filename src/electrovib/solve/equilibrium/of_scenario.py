@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,15 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
+from electrovib.core.lamps import Lamp
 from electrovib.physics.contact.area import FixedArea
 from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
 from electrovib.physics.contact.surface import Surface
+from electrovib.physics.limits import limit_lamps
 from electrovib.physics.roughness import ContactSpots
+from electrovib.physics.safety import breakdown_share
 from electrovib.physics.stack import Layer
+from electrovib.solve.diagnostics.judge import layer_lamps
 from electrovib.solve.equilibrium.growing import growing_states
 from electrovib.solve.equilibrium.states import Equilibrium, balance
 from electrovib.solve.scenario import Scenario, load_scenario
@@ -46,6 +51,8 @@ class Balance:
     beyond : bool
         With spots: the attraction would also hold the relief flatter than a Gaussian of gaps describes, more
         than half in contact; that state is not among these.
+    lamps : tuple of Lamp
+        Films and air judged in the state whose field is largest, and the declared limits.
     """
 
     states: tuple[Equilibrium, ...]
@@ -57,6 +64,7 @@ class Balance:
     electrical_thickness: float
     blocking: tuple[str, ...]
     beyond: bool
+    lamps: tuple[Lamp, ...]
 
     @property
     def stable(self) -> tuple[Equilibrium, ...]:
@@ -128,7 +136,37 @@ def equilibrium(
             " voltage, or leave 'spots' out for one gap with the plate as its stop"
         )
     force = tuple(state.attraction * each for state, each in zip(states, areas, strict=True))
-    return Balance(states, force, areas, held, pressure, area, thickness, tuple(parts), beyond)
+    lamps = _lamps(known, states, areas, held=held, filling=filling)
+    return Balance(states, force, areas, held, pressure, area, thickness, tuple(parts), beyond, lamps)
+
+
+def _lamps(
+    scenario: Scenario,
+    states: Sequence[Equilibrium],
+    areas: Sequence[float],
+    *,
+    held: float,
+    filling: float,
+) -> tuple[Lamp, ...]:
+    """Judge films and air in every state, and the declared limits; of each the worst."""
+    layers, gap = scenario.stack.layers, str(scenario.stack.gap_name)
+    stray = 0.0 if scenario.circuit.amplifier is None else scenario.circuit.amplifier.stray_capacitance
+    of_gaps = np.array([[math.sqrt(2 * state.attraction / eps0), state.gap] for state in states])
+    field = float(np.max(of_gaps[:, 0]))  # the stress is eps0 E^2/2
+    nearest = of_gaps[np.argmax(breakdown_share(of_gaps[:, 0], of_gaps[:, 1]))].tolist()
+    inside, left, charges, energies = dict.fromkeys(layers, 0.0), [], [], []
+    for strength, area in zip(of_gaps[:, 0].tolist(), areas, strict=True):
+        parts, flux = _blocking(scenario, area), filling * strength
+        for name, layer in layers.items():
+            inside[name] = max(inside[name], flux * parts.get(name, 0.0) / layer.thickness)
+        left.append(abs(held) - flux * parts.get("return_path", 0.0))
+        charges.append(eps0 * area * flux)
+        energies.append((charges[-1] * left[-1] + stray * held**2) / 2)
+    judged = layer_lamps(
+        scenario, inside | {gap: field}, interface=field, nearest=(nearest[0], nearest[1]), across=max(left)
+    )
+    reached = {"voltage": abs(held), "charge": max(charges), "stored_energy": max(energies)}
+    return (*judged, *limit_lamps(reached, scenario.limits))
 
 
 def _surface(scenario: Scenario) -> Surface:

@@ -17,11 +17,11 @@ from electrovib.physics.finger import Finger
 from electrovib.physics.force import ForceLaw, wanted_layer
 from electrovib.physics.friction import Friction, Load
 from electrovib.physics.interface import beside_interface
+from electrovib.physics.limits import Limits
 from electrovib.physics.moisture import Moisture
 from electrovib.physics.motion import HeldOff, Motion
 from electrovib.physics.perception import Perception
 from electrovib.physics.rig import Rig
-from electrovib.physics.safety import Limits
 from electrovib.physics.stack import Stack
 from electrovib.solve.scenario.grids import FrequencyGrid, TimeGrid
 from electrovib.solve.scenario.sources import BY_THE_USER
