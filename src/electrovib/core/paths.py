@@ -44,41 +44,37 @@ def put(content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = T
     content : dict
         Nested tables.
     changes : mapping of str to value
-        Dotted path to new value. A table comes before what is set in it. A new ``model`` comes first and takes nothing
-        over from the former one, so its own parameters can be given along with it.
+        Dotted path to new value. A table comes before what is set in it, which then counts. A new ``model`` comes first
+        and takes nothing over from the former one, so its own parameters can be given along with it.
     strict : bool
         Refuse paths that are not there; else trust that validation follows, and make what is missing.
 
     Returns
     -------
     list of str
-        One sentence for each path that does not exist, or is set twice.
+        One sentence for each path that does not exist, and each table that would be dropped.
     """
     ordered = sorted(changes, key=lambda path: (path.count("."), not path.endswith(".model")))
     fresh: list[Any] = []
     problems = [_put(content, path, changes[path], fresh, strict=strict) for path in ordered]
-    return _set_twice(changes) + [problem for problem in problems if problem]
+    return _dropped(changes) + [problem for problem in problems if problem]
 
 
-def _set_twice(changes: Mapping[str, Any]) -> list[str]:
-    """Say which parameters are given by themselves and in a table too, where only one of the two could count."""
+def _dropped(changes: Mapping[str, Any]) -> list[str]:
+    """Say which tables would be dropped whole, because another model is set in their place."""
     return [
-        f"{path}: is set twice, by itself and in '{table}'; give one of the two"
+        f"{path}: is set beside the table '{table}', of which nothing would then count; give one of the two"
         for table, content in changes.items()
-        for path in changes
-        if path.startswith(f"{table}.") and _holds(content, path[len(table) + 1 :].split("."))
+        for path, model in changes.items()
+        if path.endswith(".model") and path.startswith(f"{table}.")
+        if _has_another_model(content, path[len(table) + 1 :].split(".")[:-1], model)
     ]
 
 
-def _holds(table: Any, keys: Sequence[str]) -> bool:
+def _has_another_model(table: Any, keys: Sequence[str], model: object) -> bool:
     for key in keys:
-        if isinstance(table, Mapping) and key in table:
-            table = table[key]
-        elif isinstance(table, (list, tuple)) and (place := _place(table, key)) is not None:
-            table = table[place]
-        else:
-            return False
-    return True
+        table = table.get(key) if isinstance(table, Mapping) else None
+    return isinstance(table, Mapping) and table.get("model") != model
 
 
 def _place(table: Sequence[Any], key: str) -> int | None:

@@ -91,20 +91,28 @@ def test_a_table_and_what_is_set_in_it_both_count_in_any_order(order):
     assert "initial_charge" not in FILM
 
 
-@pytest.mark.parametrize(
-    ("path", "value"), [("stack.insulator.thickness", 1e-6), ("stack.insulator.material.permittivity", 3)]
-)
 @pytest.mark.parametrize("order", [1, -1])
-def test_what_is_in_a_table_is_not_set_again(order, path, value):
-    changes = {"stack.insulator": FILM, path: value}
-    with pytest.raises(InputError, match=rf"{path}: is set twice, by itself and in 'stack\.insulator'"):
-        ev.load("vezzoli_2014/fig6").replace(dict(list(changes.items())[::order]))
+def test_what_is_set_by_itself_counts_before_the_same_in_a_table(order):
+    changes = {"stack.insulator": FILM, "stack.insulator.material.permittivity": 3}
+    changed = ev.load("vezzoli_2014/fig6").replace(dict(list(changes.items())[::order]))
+    assert changed.stack.insulator.material.permittivity == 3
+    assert changed.stack.insulator.thickness == pytest.approx(50e-6, rel=1e-12)
+    assert FILM["material"]["permittivity"] == 2
 
 
-def test_a_new_model_and_its_table_are_not_both_set():
+@pytest.mark.parametrize("order", [1, -1])
+def test_another_model_does_not_drop_a_table_in_silence(order):
+    scenario = ev.load("vezzoli_2014/fig6")
     table = {"model": "Constant", "level": 5}
-    with pytest.raises(InputError, match=r"drive\.model: is set twice"):
-        ev.load("vezzoli_2014/fig6").replace({"drive": table, "drive.model": "Square"})
+    for changes in (
+        {"drive": table, "drive.model": "Square"},
+        {"stack.insulator": FILM, "stack.insulator.material.model": "ConstantPhase"},
+    ):
+        with pytest.raises(InputError, match=r"model: is set beside the table .*give one of the two"):
+            scenario.replace(dict(list(changes.items())[::order]))
+    assert scenario.replace({"drive": table, "drive.model": "Constant"}).drive.level == 5
+    part = {"stack.insulator": {"thickness": 5e-5}, "stack.insulator.material": FILM["material"]}
+    assert scenario.replace(dict(list(part.items())[::order])).stack.insulator.material.permittivity == 2
 
 
 @pytest.mark.parametrize("number", ["00", "²", "+0", "1" * 5000])
