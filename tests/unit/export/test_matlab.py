@@ -144,11 +144,11 @@ def test_damaged_files(tmp_path):
         raw[:100]: "not a MATLAB file of version 5",
         raw[:128]: "is not a Trace",
         raw[:131]: "damaged or not a MATLAB file",
-        raw[:-1]: "cut short: 1 bytes are missing",
+        raw[:-1]: "cut short: 1 bytes of an element are missing",
         raw[: len(raw) // 2]: "cut short",
         bytes(flipped): r"damaged or not a MATLAB file \(Error -3",
-        raw + b"\0" * 16: "not a compressed MATLAB file",
-        b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + raw: r"version 7\.3; save it with -v7",
+        raw + b"\0" * 16: "an element of type 0",
+        b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + raw: r"save it with -v7",
         b"x" * 500: "not a MATLAB file of version 5",
     }
     for damage, words in cases.items():
@@ -184,5 +184,5 @@ def test_measured_file_is_no_trace():
     path = ROOT.parent / "shared" / "data" / "tribometer" / "finger_swipe.mat"
     if not path.exists():
         pytest.skip("shared/data/tribometer/finger_swipe.mat is not here")
-    with pytest.raises(DataFileError, match=r"is not a Trace|not a compressed MATLAB file"):
+    with pytest.raises(DataFileError, match="is not a Trace"):
         load_mat(path)

@@ -78,6 +78,19 @@ class Column:
         return own[1]
 
 
+def check_row(path: Path, label: str, dimensions: int, dtype: np.dtype[Any]) -> None:
+    """Refuse what is not a row of real numbers.
+
+    Raises
+    ------
+    DataFileError
+        If it has more than one dimension or holds something other than real numbers.
+    """
+    if dimensions != 1 or dtype.kind not in "fiu":
+        kind = f"{dimensions} dimensions" if dimensions != 1 else f"'{dtype}'"
+        raise DataFileError(f"{path}: {label} holds {kind}, but a row of real numbers is needed.")
+
+
 def real_numbers(path: Path, label: str, array: NDArray[Any], unit: str, word: str) -> Column:
     """Take an array that a binary file holds as a column.
 
@@ -86,7 +99,5 @@ def real_numbers(path: Path, label: str, array: NDArray[Any], unit: str, word: s
     DataFileError
         If it has more than one dimension or holds something other than real numbers.
     """
-    if array.ndim != 1 or array.dtype.kind not in "fiu":
-        kind = f"{array.ndim} dimensions" if array.ndim != 1 else f"'{array.dtype}'"
-        raise DataFileError(f"{path}: {label} holds {kind}, but a row of real numbers is needed.")
-    return Column(label, unit, np.array(array, dtype=np.float64), lambda row: f"{word} {row} (first is 0)")
+    check_row(path, label, array.ndim, array.dtype)
+    return Column(label, unit, np.asarray(array, dtype=np.float64), lambda row: f"{word} {row} (first is 0)")
