@@ -10,8 +10,11 @@ import electrovib as ev
 def main() -> np.ndarray:
     """Give the peak force for five insulators from 1 to 90 um."""
     scenario = ev.load("vezzoli_2014/fig2").replace({"stack.gap.thickness": "5 um", "drive.high": "100 V"})
-    trace = ev.sweep(scenario, {"stack.insulator.thickness": np.geomspace(1e-6, 90e-6, 5)})
-    return trace.electrostatic_force.max("time").values
+    thicknesses = np.geomspace(1e-6, 90e-6, 5)
+    found = ev.sweep(
+        scenario, {"stack.insulator.thickness": thicknesses}, quantities=["peak electrostatic_force"]
+    )
+    return found["peak electrostatic_force"].values
 
 
 if __name__ == "__main__":

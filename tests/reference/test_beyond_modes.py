@@ -76,7 +76,8 @@ def test_two_leaks_go_to_the_general_solver(founding):
 def test_a_gap_that_yields_ends_where_the_forces_balance(suspended):
     relief = {"contact.surface": {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}}
     held = {"drive": {"model": "Trapezium", "high": 600.0, "rise": 0.01, "hold": 0.2, "fall": 0.01}}
-    scenario = suspended.replace(DRY | relief | held | {"contact.closing": {"damping": 1e6}})
+    pressed = {"motion.distance": None, "load.normal_force": 0.5}
+    scenario = suspended.replace(DRY | relief | held | pressed | {"contact.closing": {"damping": 1e6}})
     trace = simulate(scenario, time=np.linspace(0, 0.2, 201))
     state = equilibrium(scenario, voltage=600.0).stable[0]
     # without a voltage at 5 um; the skin's own thickness counts in the stack, and not in the balance if it conducts
@@ -84,9 +85,30 @@ def test_a_gap_that_yields_ends_where_the_forces_balance(suspended):
     assert trace.gap.values[-1] == pytest.approx(state.gap, rel=1e-5)
     assert trace.attrs["solver"] == "nonlinear"
     with pytest.raises(InputError, match=r"contact\.surface"):
-        simulate(suspended.replace({"contact.closing": {"damping": 1e6}}))
+        simulate(suspended.replace(pressed | {"contact.closing": {"damping": 1e6}}))
     with pytest.raises(InputError, match="one of them"):
         simulate(scenario.replace({"motion.distance": TREMOR}))
+
+
+@pytest.mark.parametrize("law", ["Vezzoli2014Causal", "InsulatorPlane"])
+def test_a_gap_yields_to_the_stress_of_its_own_plane_only(suspended, law):
+    """It followed eps0 E^2/2 of the gap whatever attraction the Trace reported."""
+    relief = {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}
+    yields = {"contact.surface": relief, "contact.closing": {"damping": 1e6}, "motion.distance": None}
+    with pytest.raises(InputError, match=rf"contact\.closing.*force = {law}.*GapPlane"):
+        simulate(suspended.replace(yields | {"force": {"model": law}}))
+
+
+def test_a_gap_with_bridges_yields_to_the_share_that_pulls(suspended):
+    """At the end the relief bears the load and the attraction that the Trace reports."""
+    relief = {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}
+    bridged = {"model": "BridgedAir", "bridged_share": 0.3, "spot_conductivity": 0.0}
+    yields = {"contact.surface": relief, "contact.closing": {"damping": 1e6}, "stack.gap.material": bridged}
+    held = {"motion.distance": None, "load.normal_force": 0.3, "drive": {"model": "Constant", "level": 300.0}}
+    trace = simulate(suspended.replace(yields | held | DRY), time=np.linspace(0, 0.1, 11))
+    borne = 1e9 * (10e-6 - float(trace.gap[-1])) * 1e-4
+    assert borne == pytest.approx(0.3 + float(trace.electrostatic_force[-1]), rel=1e-5)
+    assert float(trace.electrostatic_force[-1]) > 0.01
 
 
 def test_a_dispersive_law_without_modes_is_refused_with_what_to_use(founding):

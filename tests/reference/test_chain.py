@@ -130,16 +130,16 @@ def test_a_digitiser_that_is_driven_beyond_its_range_says_so(founding):
     assert lamps["lateral range"]["state"] == "warning"
 
 
-def test_the_attraction_grows_with_the_area_that_the_load_makes(founding):
+def test_the_attraction_grows_with_the_area_that_load_and_attraction_make(founding):
+    """Exponent 1/2: W = load + c sqrt(W), a square in sqrt(W)."""
     growing = {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.5}
     changes = {"contact": growing, "load.programme": {"model": "Press", "rise": 0.1}}
     time = np.linspace(0, 0.2, 101)
     trace, whole = simulate(founding.replace(changes), time=time), simulate(founding, time=time)
-    share = np.sqrt(np.clip(time / 0.1, 0, 1))
-    np.testing.assert_allclose(trace.gross_contact_area.values, 1e-4 * share, rtol=1e-12)
-    np.testing.assert_allclose(
-        trace.electrostatic_force.values, share * whole.electrostatic_force.values, rtol=1e-12
-    )
+    load, slope = 0.5 * np.clip(time / 0.1, 0, 1), whole.electrostatic_force.values / np.sqrt(0.5)
+    root = np.where(load > 0, slope / 2 + np.sqrt(slope**2 / 4 + load), 0.0)
+    np.testing.assert_allclose(trace.gross_contact_area.values, 1e-4 * root / np.sqrt(0.5), rtol=1e-12)
+    np.testing.assert_allclose(trace.electrostatic_force.values, slope * root, rtol=1e-12)
 
 
 def test_adhesive_shear_needs_the_relief(founding):
@@ -212,11 +212,15 @@ def test_a_lag_whose_corner_follows_the_speed_against_its_equation(founding):
     solved = solve_ivp(
         rate, (0, 0.1), [steady[0]], method="Radau", t_eval=time, rtol=1e-9, atol=1e-12, max_step=1e-4
     )
-    found = trace.lateral_force.values
-    assert np.max(np.abs(found - solved.y[0])) < 2e-6 * np.max(found)
+    lateral = trace.lateral_force.values
+    # the finger rests before: until exp(-theta) is a millionth, nobody knows what the lag remembers of that
+    theta = 2 * np.pi * (20 * time + 0.02 / 0.06 / length * time**2)
+    assert np.all(np.isnan(lateral) == (theta < np.log(1e6)))
+    found, expected = lateral[theta >= np.log(1e6)], solved.y[0][theta >= np.log(1e6)]
+    assert np.max(np.abs(found - expected)) < 2e-6 * np.max(found)
     assert trace.attrs["mechanics_error"] < 1e-6
     still = simulate(scenario.replace({"motion.programme": {"model": "Steady"}})).lateral_force.values
-    assert np.max(np.abs(still - found)) > 1e-4 * np.max(found)
+    assert np.max(np.abs(still[theta >= np.log(1e6)] - found)) > 1e-4 * np.max(found)
     with pytest.raises(InputError, match="slowest speed"):
         simulate(scenario.replace({"friction.at_speed": "40 mm/s"}))
 

@@ -307,7 +307,7 @@ def test_random_stacks_agree_or_are_refused(finger, ngspice, tmp_path):
 ELEMENTS = (
     "C_insulator_high",
     "R_gap_conduction",
-    "C_stratum_corneum_3",
+    "C_stratum_corneum_8",
     "R_stratum_corneum_9",
     "R_return",
     "B_force",

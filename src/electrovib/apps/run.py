@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,8 @@ def run(
     *,
     set: Mapping[str, Any] | Sequence[str] = (),  # noqa: A002 - the name of the option
     over: Sequence[str] | Mapping[str, Sequence[float]] = (),
+    quantities: Sequence[str] = (),
+    records: bool = False,
     output: str | Path | None = None,
     report: str | Path | None = None,
 ) -> xarray.Dataset:
@@ -30,34 +33,44 @@ def run(
     Parameters
     ----------
     scenario : str, Path, Scenario or mapping
-        A TOML file, a paper's scenario (``"vezzoli_2014/fig6"``), or a Trace file, whose run is repeated.
+        A TOML file, a paper's scenario (``"vezzoli_2014/fig6"``), or a Trace file, whose run or sweep is repeated.
     set : mapping of str to value, or sequence of str, optional
         Dotted path to value: ``{"drive.high": "150 V"}`` or ``["drive.high=150 V"]``.
     over : sequence of str, or mapping of str to sequence of float
-        ``"path=from:to:n"`` or ``"path=from:to:nlog"``; each gives the Trace a dimension.
+        ``"path=from:to:n"`` or ``"path=from:to:nlog"``: a sweep, which answers with numbers for each case.
+    quantities : sequence of str, optional
+        Which numbers, as for `electrovib.sweep`; without `over`, those of the one case.
+    records : bool
+        Keep the signals over time of each case of a sweep too.
     output : str or Path, optional
-        Where the Trace goes: ``.nc``, ``.csv`` or ``.mat``.
+        Where the result goes: ``.nc``, ``.csv`` or ``.mat``; of a sweep the CSV has one row for each case.
     report : str or Path, optional
         Where the HTML report goes.
 
     Returns
     -------
     xarray.Dataset
-        The Trace.
+        The Trace; of a sweep what `electrovib.sweep` gives.
 
     Raises
     ------
     ElectrovibError
         For anything a user can mend, all at once as far as it can be told; nothing has been written then.
     """
-    experiment, axes = _prepared(scenario, set, over, (output, report))
+    experiment, wanted = _prepared(scenario, set, over, quantities, records, (output, report))
     with tracked("simulating") as progress:
-        if axes:
+        if wanted is None:
+            trace = simulate(experiment)
+        else:
             from electrovib.study.sweep import sweep
 
-            trace = sweep(experiment, axes, progress=progress)
-        else:
-            trace = simulate(experiment)
+            trace = sweep(
+                experiment,
+                wanted.axes,
+                quantities=wanted.quantities or None,
+                records=wanted.records,
+                progress=progress,
+            )
     if output is not None:
         from electrovib.export.save import save
 
@@ -79,28 +92,59 @@ def _named(
     return {Path(source).stem: trace}
 
 
+@dataclass(frozen=True)
+class _Wanted:
+    """What a sweep goes over and answers with."""
+
+    axes: Mapping[str, Any]
+    quantities: Sequence[str]
+    records: bool
+
+    @property
+    def dimensions(self) -> list[str]:
+        """Of the result."""
+        return [*self.axes, *(("sample", "frequency", "layer") if self.records else ())]
+
+
 def _prepared(
     scenario: str | Path | Scenario | Mapping[str, Any],
     changes: Mapping[str, Any] | Sequence[str],
     over: Sequence[str] | Mapping[str, Sequence[float]],
+    quantities: Sequence[str],
+    records: bool,
     outputs: tuple[str | Path | None, str | Path | None],
-) -> tuple[Scenario, dict[str, Any]]:
+) -> tuple[Scenario, _Wanted | None]:
     """Find scenario and sweep; list what is wrong with file, options and outputs at once."""
     found, problems = readable_changes(changes)
-    experiment, axes = None, {}
+    experiment: Scenario | None = None
+    earlier = _Wanted({}, (), records=False)
     with gathered(problems):
-        experiment, axes = _experiment(scenario, found)
-    if experiment is not None and over:
+        experiment, earlier = _experiment(scenario, found)
+    axes, names = earlier.axes, quantities or earlier.quantities
+    if experiment is not None:
         with gathered(problems):
-            axes = _axes(experiment, over)
+            axes = _axes(experiment, over) if over else axes
+        with gathered(problems):
+            _check_names(experiment, names)
+    if records and not axes:
+        problems.append("--records: keeps the records of a sweep; give --over too")
+    wanted = _Wanted(axes, names, records or earlier.records) if axes or names else None
     with gathered(problems):
-        _check_outputs(*outputs, axes)
+        dimensions = ["time", "frequency", "layer"] if wanted is None else wanted.dimensions
+        _check_outputs(*outputs, dimensions)
     if problems or experiment is None:
         raise InputError(problems)
-    return experiment, axes
+    return experiment, wanted
 
 
-def _check_outputs(output: str | Path | None, report: str | Path | None, axes: Mapping[str, Any]) -> None:
+def _check_names(experiment: Scenario, names: Sequence[str]) -> None:
+    if names:
+        from electrovib.study.sweep import read_quantities
+
+        read_quantities(experiment, names)
+
+
+def _check_outputs(output: str | Path | None, report: str | Path | None, dimensions: Sequence[str]) -> None:
     """Find out before the work whether its results can be written."""
     from electrovib.data.atomic import check_writable
     from electrovib.export.save import check_output
@@ -108,7 +152,7 @@ def _check_outputs(output: str | Path | None, report: str | Path | None, axes: M
     problems: list[str] = []
     if output is not None:
         with gathered(problems):
-            check_output(Path(output), dict.fromkeys(("time", "frequency", "layer", *axes), 1))
+            check_output(Path(output), dict.fromkeys(dimensions, 1))
     if report is not None and Path(report).suffix not in {".html", ".htm"}:
         problems.append(f"--report {report}: a report is an .html file")
     elif report is not None:
@@ -128,15 +172,19 @@ def _axes(experiment: Scenario, over: Sequence[str] | Mapping[str, Sequence[floa
 
 def _experiment(
     source: str | Path | Scenario | Mapping[str, Any], changes: Mapping[str, Any]
-) -> tuple[Scenario, dict[str, Any]]:
-    """Find the scenario, and the sweep if a swept Trace is to be repeated."""
+) -> tuple[Scenario, _Wanted]:
+    """Find the scenario, and the sweep if one is to be repeated."""
+    nothing = _Wanted({}, (), records=False)
     if isinstance(source, Scenario):
-        return source.replace(changes) if changes else source, {}
+        return source.replace(changes) if changes else source, nothing
     if isinstance(source, Mapping) or Path(source).suffix not in {".nc", ".csv", ".mat"}:
         found = load(source, changes=changes)
         assert isinstance(found, Scenario)
-        return found, {}
+        return found, nothing
     trace = load(source)
     experiment = scenario_of(trace)
-    axes = json.loads(trace.attrs.get("over", "{}"))
-    return experiment.replace(changes) if changes else experiment, axes
+    axes, names = (
+        json.loads(trace.attrs.get(key, empty)) for key, empty in (("over", "{}"), ("quantities", "[]"))
+    )
+    swept = _Wanted(axes, names, records=bool(trace.attrs.get("records", 0)))
+    return experiment.replace(changes) if changes else experiment, swept

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+import json
+import math
+from dataclasses import asdict, dataclass, fields
 from typing import Final
+
+from electrovib.core.units import format_quantity
 
 STATES: Final = ("ok", "unknown", "warning")
 """From best to worst."""
@@ -46,3 +50,39 @@ class Lamp:
         if not self.unit:
             content = {name: content[name] for name in ("name", "state", "text")}
         return {name: value for name, value in content.items() if value is not None}
+
+
+def read_lamps(text: str) -> list[Lamp]:
+    """Read what the attribute ``lamps`` of a Trace holds; what a sweep adds, such as the case, is in the text too."""
+    known = {each.name for each in fields(Lamp)}
+    return [Lamp(**{name: content[name] for name in known & set(content)}) for content in json.loads(text)]
+
+
+def against(name: str, value: float, limit: float, unit: str, *, what: str, why: str) -> Lamp:
+    """Judge a value against a limit.
+
+    Parameters
+    ----------
+    name : str
+        What is watched.
+    value, limit : float
+        Both in `unit`; a value that is not a number is unknown.
+    unit : str
+        SI unit.
+    what, why : str
+        What reaches the value, and what the limit is.
+
+    Returns
+    -------
+    Lamp
+        A warning above the limit.
+    """
+    bound = format_quantity(limit, unit, digits=3)
+    if math.isnan(value):
+        return Lamp(name, "unknown", f"{what} is not known, so it was not held against {bound}: {why}")
+    if math.isinf(value):
+        return Lamp(name, "warning", f"{what} has no bound, above {bound}: {why}")
+    state = "warning" if value > limit else "ok"
+    word = "above" if state == "warning" else "within"
+    shown = format_quantity(value, unit, digits=3)
+    return Lamp(name, state, f"{what} reaches {shown}, {word} {bound}: {why}", value, limit, unit)

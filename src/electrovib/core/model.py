@@ -87,6 +87,9 @@ class Model(BaseModel):
     @classmethod
     def _build(cls, content: dict[str, Any], handler: ModelWrapValidatorHandler[Self]) -> Self:
         """Complete and validate a table; a file that cannot be read does not hide the table's other mistakes."""
+        if missing := ", ".join(sorted(getattr(cls, "__abstractmethods__", ()))):
+            why = f"the class {cls.__name__} does not define {missing}, which {cls.__mro__[1].__name__} asks of its members"
+            raise PydanticCustomError("unfinished", "{why}", {"why": why})
         lines: list[InitErrorDetails] = []
         complete = content
         try:

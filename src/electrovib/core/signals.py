@@ -24,28 +24,31 @@ class Signal:
         As on an axis, mathtext.
     doc : str
         Meaning, in a few words.
+    dims : tuple of str
+        Dimensions in the Trace of one scenario; none of a coordinate.
     """
 
     unit: str
     symbol: str
     doc: str
+    dims: tuple[str, ...] = ("time",)
 
 
 SIGNALS: Final = {
     # coordinates
-    "time": Signal("s", "t", "time"),
-    "frequency": Signal("Hz", "f", "frequency"),
-    "layer": Signal("1", "", "layer, from the plate to the finger"),
+    "time": Signal("s", "t", "time", ()),
+    "frequency": Signal("Hz", "f", "frequency", ()),
+    "layer": Signal("1", "", "layer, from the plate to the finger", ()),
     # over time
     "drive_voltage": Signal("V", "v", "voltage of the drive"),
     "drive_current": Signal("A", "i_d", "current that the drive prescribes"),
     "stack_voltage": Signal("V", "v_{stack}", "voltage across the layers, without source and return path"),
     "effective_voltage": Signal("V", "v_e", "part of the voltage that pulls the finger"),
-    "field": Signal("V/m", "E", "electric field in a layer"),
+    "field": Signal("V/m", "E", "electric field in a layer", ("layer", "time")),
     "interface_field": Signal(
         "V/m", "E_g", "electric field where plate and finger separate: of the gap, or of a vanishing one"
     ),
-    "displacement": Signal("C/m2", "D", "bound electric displacement in a layer"),
+    "displacement": Signal("C/m2", "D", "bound electric displacement in a layer", ("layer", "time")),
     "plate_voltage": Signal("V", "v_p", "voltage that the amplifier gives the plate"),
     "amplifier_current": Signal(
         "A", "i_a", "current of the amplifier into plate, stray capacitance and finger"
@@ -53,7 +56,6 @@ SIGNALS: Final = {
     "current": Signal("A", "i", "current into the contact"),
     "gap": Signal("m", "g", "gap between finger and plate"),
     "gross_contact_area": Signal("m2", "A", "area of the outline of the contact"),
-    "ridge_contact_area": Signal("m2", "A_{ridge}", "area that the ridges of the print fill"),
     "real_contact_area": Signal("m2", "A_r", "area that touches"),
     "electrostatic_force": Signal("N", "f_e", "electrostatic attraction"),
     "normal_force": Signal("N", "f_n", "force with which the finger is pressed"),
@@ -65,14 +67,24 @@ SIGNALS: Final = {
     "normal_force_measured": Signal("N", "f_{n,m}", "normal force as the tribometer reads it"),
     "lateral_force_measured": Signal("N", "f_{t,m}", "lateral force as the tribometer reads it"),
     # over frequency
-    "effective_voltage_gain": Signal("1", "v_e/v", "effective voltage per volt of the drive, complex"),
-    "field_gain": Signal("1", "E T/v", "voltage across a layer per volt of the drive, complex"),
-    "mean_force": Signal(
-        "N", r"\langle f_e \rangle", "mean attraction under a sine of the drive's peak voltage, or current"
+    "effective_voltage_gain": Signal(
+        "1", "v_e/v", "effective voltage per volt of the drive, complex", ("frequency",)
     ),
-    "impedance": Signal("ohm", "Z", "impedance seen by the drive, complex"),
+    "field_gain": Signal(
+        "1", "E T/v", "voltage across a layer per volt of the drive, complex", ("layer", "frequency")
+    ),
+    "mean_force": Signal(
+        "N",
+        r"\langle f_e \rangle",
+        "mean attraction under a sine of the drive's peak voltage, or current",
+        ("frequency",),
+    ),
+    "impedance": Signal("ohm", "Z", "impedance seen by the drive, complex", ("frequency",)),
     "permittivity": Signal(
-        "1", r"\varepsilon^*", "relative permittivity of a layer, conduction included, complex"
+        "1",
+        r"\varepsilon^*",
+        "relative permittivity of a layer, conduction included, complex",
+        ("layer", "frequency"),
     ),
 }
 

@@ -7,9 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import InputError
+from electrovib.core.lamps import read_lamps
 from electrovib.data.atomic import check_writable, write_text
 from electrovib.export.spice.netlist import netlist
+from electrovib.physics.limits import broken
 from electrovib.solve.scenario import Scenario, load, scenario_of
+from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -43,7 +46,8 @@ def export(
     Raises
     ------
     InputError
-        If the suffix is unknown, the file cannot be written, or something of the scenario has no exact form there.
+        If the suffix is unknown, the file cannot be written, something of the scenario has no exact form there,
+        `simulate` refuses the scenario, or it exceeds one of its declared `limits`.
     NotCausalError
         If the force law has no form in time.
     """
@@ -53,8 +57,18 @@ def export(
         allowed = ", ".join(WRITERS)
         raise InputError(f"{place}: a scenario is exported as {allowed}, not as '{place.suffix}'.")
     check_writable([place])
-    write_text(place, writer(_found(scenario, set or {}), name=place.stem))
+    found = _found(scenario, set or {})
+    text = writer(found, name=place.stem)
+    _refuse_what_breaks_a_limit(found)
+    write_text(place, text)
     return place
+
+
+def _refuse_what_breaks_a_limit(scenario: Scenario) -> None:
+    """Run the scenario, which refuses what cannot be run, and refuse what exceeds a declared limit."""
+    lamps = read_lamps(simulate(scenario).attrs["lamps"])
+    if problems := [f"{lamp.text}. Nothing was written" for lamp in broken(lamps)]:
+        raise InputError(problems)
 
 
 def _found(source: str | Path | Scenario | Mapping[str, Any], changes: Mapping[str, Any]) -> Scenario:

@@ -90,7 +90,8 @@ def _content(title: str, gap: dict[str, Any]) -> dict[str, Any]:
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Give one finger at rest, and sliding with a gap inside the window of the abstract."""
-    rest = _content("Shultz 2018: finger at rest, no gap", {})
+    rest = _content("Shultz 2018: finger at rest, no gap", {}) | {"motion": {"speed": 0.0}}
+    rest["sources"]["motion.speed"] = "Shultz 2018: a finger at rest"
     sliding = _content(
         "Shultz 2018: sliding finger, impedance 3.6 times that at rest", {"gap": {"thickness": 1e-6}}
     )

@@ -15,7 +15,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.core.lamps import Lamp
 from electrovib.core.model import Model
-from electrovib.physics.interface import IMPLIED, Role, beside_interface, roles_of
+from electrovib.physics.interface import IMPLIED, Role, beside_interface
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -160,16 +160,6 @@ class GapPlane(ForceLaw):
     def pressure(self, E: NDArray[np.float64]) -> NDArray[np.float64]:
         """Attraction per area from the gap field [V/m]."""
         return eps0 * E**2 / 2
-
-    def lamps(self, layers: Mapping[str, Layer]) -> tuple[Lamp, ...]:
-        """Say that a vanishing gap was not judged against the breakdown of air."""
-        if beside_interface(roles_of(layers), "gap") is not None:
-            return ()
-        text = (
-            "the stack has no gap: the force is the limit of a vanishing one, whose field is not held against the"
-            " breakdown of air; 'electrovib compare' does that, or give the stack a gap"
-        )
-        return (Lamp("vanishing gap", "unknown", text),)
 
 
 class InsulatorPlane(ForceLaw):

@@ -20,13 +20,37 @@ if TYPE_CHECKING:
 _DISTANCE = Quantity("m", 1e-9, 1e-1, "distance of the finger from the plate")
 
 
-class Distance(Model, family=True):
+class Separation(Model, family=True):
+    """When a finger is off the plate.
+
+    Notes
+    -----
+    A hand holds it there against the attraction. Off the plate nothing rubs; in touch load and attraction press.
+    """
+
+    @abstractmethod
+    def breaks(self) -> tuple[float, ...]:
+        """Times at which the finger begins or ends to touch [s], increasing, among others."""
+
+    def touches(self, time: ArrayLike) -> NDArray[np.bool_]:
+        """Tell at which times [s] the finger touches: never, unless a member says otherwise."""
+        return np.zeros(np.shape(time), dtype=bool)
+
+
+class HeldOff(Separation):
+    """A finger held still off the plate, as far as the gap of the stack is thick."""
+
+    def breaks(self) -> tuple[float, ...]:
+        """Give none."""
+        return ()
+
+
+class Distance(Separation, family=True):
     """Distance of the finger from the plate over time: the thickness of the layer ``gap``.
 
     Notes
     -----
-    Given, whatever the attraction: a hand that holds against it, so that it adds nothing to friction. Smooth
-    between its breaks.
+    Given, whatever the attraction. Smooth between its breaks.
     """
 
     @abstractmethod
@@ -61,11 +85,7 @@ class Distance(Model, family=True):
 
     @abstractmethod
     def breaks(self) -> tuple[float, ...]:
-        """Times at which the distance is not smooth [s], increasing."""
-
-    def touches(self, time: ArrayLike) -> NDArray[np.bool_]:
-        """Tell at which times [s] the finger touches: never, unless a distance says otherwise."""
-        return np.zeros(np.shape(time), dtype=bool)
+        """Times at which the distance is not smooth, or the finger begins or ends to touch [s], increasing."""
 
     @property
     @abstractmethod
@@ -159,8 +179,10 @@ class TouchAndLift(Distance):
         return np.asarray(self.gap(times) * np.log(self.near / self.far) * np.pi / 2 * nearing)
 
     def touches(self, time: ArrayLike) -> NDArray[np.bool_]:
-        """Tell at which times [s] it is as near as it comes."""
-        return np.asarray(self.gap(time) <= self.near * (1 + 1e-9))
+        """Tell at which times [s] it is as near as it comes: from the end of the approach until the lift begins."""
+        _, top, end, _ = self.breaks()
+        times = np.asarray(time, dtype=float)
+        return np.asarray((times >= top) & (times < end))
 
     def breaks(self) -> tuple[float, ...]:
         """Give the ends of approach and lift."""
@@ -175,10 +197,12 @@ class TouchAndLift(Distance):
 
 
 class Motion(Model):
-    """Sliding speed over time, whether sliding renews the film, and the distance of a finger held off the plate.
+    """Sliding speed over time, whether sliding renews the film, and when the finger is off the plate.
 
     Notes
     -----
+    Without a speed the finger slides, at a speed that is not stated; it rests where the speed is 0 and where its
+    programme has stopped. It touches unless `distance` says otherwise, however thick a layer ``gap`` is.
     With `renews_film`, film that comes under the leading edge brings its own charge (the ``initial_charge`` of
     its layer, none by default) and takes what has leaked onto it away at the trailing edge.
     """
@@ -188,7 +212,10 @@ class Motion(Model):
     renews_film: Annotated[bool, Field(description="whether sliding brings fresh film under the finger")] = (
         False
     )
-    distance: Distance | None = None
+    distance: Annotated[
+        Separation | None,
+        Field(description="when the finger is off the plate; it touches all the time without"),
+    ] = None
 
     @model_validator(mode="after")
     def _a_speed_is_there(self) -> Self:
@@ -202,6 +229,30 @@ class Motion(Model):
             raise ValueError("renews_film goes with a finger in touch: leave distance away")
         return self
 
+    @property
+    def moved_gap(self) -> Distance | None:
+        """Distance that moves the layer ``gap``; None where it stays as it is."""
+        return self.distance if isinstance(self.distance, Distance) else None
+
     def speeds(self, time: ArrayLike) -> NDArray[np.float64]:
         """Sliding speed [m/s] at times [s]; 0 without a speed."""
         return np.asarray((self.speed or 0.0) * self.programme.share(time))
+
+    def touches(self, time: ArrayLike) -> NDArray[np.bool_]:
+        """Tell at which times [s] the finger touches the plate."""
+        return np.ones(np.shape(time), dtype=bool) if self.distance is None else self.distance.touches(time)
+
+    def slides(self, time: ArrayLike) -> NDArray[np.bool_]:
+        """Tell at which times [s] it touches and moves; at the moment of a stop it rests."""
+        if self.speed is None:
+            return self.touches(time)
+        return np.asarray(self.touches(time) & self.programme.runs(time) & (self.speed > 0))
+
+    def rests(self, time: ArrayLike) -> NDArray[np.bool_]:
+        """Tell at which times [s] it touches and does not move."""
+        return np.asarray(self.touches(time) & ~self.slides(time))
+
+    def breaks(self) -> tuple[float, ...]:
+        """Times at which it may begin or end to touch or to slide [s], increasing."""
+        held = () if self.distance is None else self.distance.breaks()
+        return tuple(sorted({*held, *(time for time, _ in self.programme.corners())}))

@@ -47,6 +47,12 @@ class Programme(Model, family=True):
         times, shares = np.transpose(self.corners())
         return np.asarray(np.interp(np.asarray(time, dtype=float), times, shares))
 
+    def runs(self, time: ArrayLike) -> NDArray[np.bool_]:
+        """Tell at which times [s] the share is above 0, or rises from 0 just then; at a stop it has stopped."""
+        times, shares = np.transpose(self.corners())
+        above = np.append(np.append(shares[0], np.maximum(shares[1:], shares[:-1])), shares[-1]) > 0
+        return np.asarray(above[np.searchsorted(times, np.asarray(time, dtype=float), side="right")])
+
 
 class Steady(Programme):
     """The full value all the time."""

@@ -1,16 +1,14 @@
-"""Limits a person or a device must not pass, and the lamps that say how far a model can be believed."""
+"""What breaks down, and where: films, air, skin and sweat."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from electrovib.core.constants import eps0
-from electrovib.core.lamps import Lamp
-from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity
+from electrovib.core.lamps import Lamp, against
 from electrovib.core.units import format_quantity
 
 if TYPE_CHECKING:
@@ -32,22 +30,11 @@ LINEAR_SKIN = 10.0
 """Voltage up to which skin conducts in proportion: onset of electroporation at 10 to 20 V."""
 SURFACE_TENSION = 0.072
 """Water [N/m]."""
-
-
-class Limits(Model):
-    """What the set-up promises not to exceed."""
-
-    current: Annotated[
-        Number,
-        Quantity(
-            "A",
-            1e-9,
-            10,
-            "largest current into the contact, by the amplifier's own limiter",
-            "Vezzoli 2014, section 4",
-        ),
-    ] = 250e-6
-    example: ClassVar[dict[str, Any]] = {}
+POLYMER_FILM: Final = (118e6, 236e6)
+"""Lowest and highest AC strength of films of 7.6 to 127 um [V/m]: Kapton HN, minima of its data sheet; PET, 133, is inside."""
+POLYMER_PERMITTIVITY: Final = (2.0, 4.5)
+POLYMER_THICKNESS: Final = (7.6e-6, 127e-6)
+"""Of the films that were measured [m]."""
 
 
 def paschen_voltage(gap: float) -> float:
@@ -90,81 +77,107 @@ def electrowetting_voltage(*, thickness: float, permittivity: float) -> float:
     return math.sqrt(2 * SURFACE_TENSION * thickness / (eps0 * permittivity))
 
 
-def _against(name: str, value: float, limit: float, unit: str, *, what: str, why: str) -> Lamp:
-    state = "warning" if value > limit else "ok"
-    word = "above" if state == "warning" else "within"
-    shown, bound = format_quantity(value, unit, digits=3), format_quantity(limit, unit, digits=3)
-    return Lamp(name, state, f"{what} reaches {shown}, {word} {bound}: {why}", value, limit, unit)
-
-
-def lamps(
-    *,
-    peak_fields: dict[str, float],
-    thicknesses: dict[str, float],
-    breakdown_fields: dict[str, float | None],
-    peak_current: float,
-    current_of: str = "the contact",
-    jumps: bool,
-    peak_voltage: float,
-    insulator_permittivity: float | None,
-    limits: Limits,
-    return_path: str,
-) -> list[Lamp]:
-    """Judge a result against what is known of air, skin, film, water and the amplifier.
+def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Voltage across a gap over the one at which Paschen's law has it break down.
 
     Parameters
     ----------
-    peak_fields, thicknesses, breakdown_fields : dict of str to float
-        Largest absolute field [V/m], thickness [m] and known breakdown field [V/m] of each layer.
-    peak_current : float
-        Largest absolute current between jumps [A].
-    current_of : str
-        What it goes into.
-    jumps : bool
-        Whether the drive jumps, which no amplifier can follow.
-    peak_voltage : float
-        Largest absolute voltage across the stack [V].
-    insulator_permittivity : float or None
-        Real relative permittivity of the insulator at 1 kHz.
-    limits : Limits
-        Declared.
-    return_path : str
-        Name of the model of the way back.
+    fields, gaps : ndarray, shape (n,)
+        Field [V/m] and gap [m] over time.
 
     Returns
     -------
-    list of Lamp
-        In the order plate to finger, then the circuit.
+    ndarray, shape (n,)
+        1 at breakdown; 0 for gaps of which the law says nothing.
     """
-    found = []
-    for name, limit in breakdown_fields.items():
-        if name != "gap" and limit is not None:
-            what = f"the field in '{name}'"
-            why = "its declared breakdown field"
-            found.append(_against("film strength", peak_fields[name], limit, "V/m", what=what, why=why))
-    if "insulator" in thicknesses and breakdown_fields.get("insulator") is None:
-        shown = format_quantity(peak_fields["insulator"], "V/m", digits=3)
-        text = f"the insulator's field reaches {shown}; no breakdown_field is declared for it"
-        found.append(Lamp("film strength", "unknown", text))
-    if "gap" in thicknesses:
-        found += air_lamps(peak_fields["gap"], thicknesses["gap"])
-    if "stratum_corneum" in thicknesses:
-        voltage = peak_fields["stratum_corneum"] * thicknesses["stratum_corneum"]
-        why = "up to there skin conducts in proportion"
-        what = "the voltage across the stratum corneum"
-        found.append(_against("linear skin", voltage, LINEAR_SKIN, "V", what=what, why=why))
-    if insulator_permittivity is not None:
-        limit = electrowetting_voltage(
-            thickness=thicknesses["insulator"], permittivity=insulator_permittivity
-        )
-        why = "where sweat menisci saturate and a V^2 law fails"
-        what = "the voltage across the stack"
-        found.append(_against("electrowetting", peak_voltage, limit, "V", what=what, why=why))
-    found.append(_current(peak_current, limits, jumps=jumps, what=f"the current into {current_of}"))
-    if return_path == "Floating":
-        text = "the body is not grounded: part of the voltage drops between body and ground"
-        found.append(Lamp("return path", "warning", text))
-    return found
+    if len(gaps) and np.all(gaps == gaps[0]):
+        held = np.full(len(gaps), paschen_voltage(max(float(gaps[0]), SMALLEST_PASCHEN_GAP)))
+    else:
+        held = np.array([paschen_voltage(max(each, SMALLEST_PASCHEN_GAP)) for each in gaps.tolist()])
+    return np.asarray(np.where(gaps >= SMALLEST_PASCHEN_GAP, np.abs(fields) * gaps / held, 0.0))
+
+
+def film_lamp(
+    name: str, field: float, *, declared: float | None, permittivity: float, thickness: float
+) -> Lamp:
+    """Judge the strength of a layer of the plate.
+
+    Parameters
+    ----------
+    name : str
+        Of the layer.
+    field : float
+        Its largest absolute field [V/m].
+    declared : float or None
+        Its breakdown field [V/m].
+    permittivity : float
+        Real, at 1 kHz.
+    thickness : float
+        m.
+
+    Returns
+    -------
+    Lamp
+        Against what is declared; else against the range of polymer films where it may be one, by permittivity
+        and thickness; else unknown.
+    """
+    title, what = f"film strength, {name}", f"the field in '{name}'"
+    if declared is not None:
+        return against(title, field, declared, "V/m", what=what, why="its declared breakdown field")
+    own = f"declare stack.{name}.breakdown_field for this film's own"
+    low, high = POLYMER_FILM
+    if _between(permittivity, POLYMER_PERMITTIVITY) and _between(thickness, POLYMER_THICKNESS):
+        both = f"{low / 1e6:g} to {high / 1e6:g} MV/m"
+        why = f"the lowest strength of polymer films of this kind ({both}: Kapton HN and PET, data sheets); {own}"
+        return against(title, field, low, "V/m", what=what, why=why)
+    shown = format_quantity(field, "V/m", digits=3)
+    text = (
+        f"{what} reaches {shown}; no breakdown_field is declared and no range is known for such a film: {own}"
+    )
+    return Lamp(title, "unknown", text)
+
+
+def _between(value: float, range_: tuple[float, float]) -> bool:
+    return range_[0] <= value <= range_[1]
+
+
+def skin_lamp(name: str, voltage: float) -> Lamp:
+    """Judge whether a layer of the finger conducts in proportion.
+
+    Parameters
+    ----------
+    name : str
+        Of the layer.
+    voltage : float
+        Largest absolute voltage across it [V].
+
+    Returns
+    -------
+    Lamp
+        Against the onset of electroporation.
+    """
+    what, why = f"the voltage across '{name}'", "up to there skin conducts in proportion"
+    return against(f"linear skin, {name}", voltage, LINEAR_SKIN, "V", what=what, why=why)
+
+
+def sweat_lamp(voltage: float, electrical_thickness: float) -> Lamp:
+    """Judge whether sweat between finger and film follows the voltage.
+
+    Parameters
+    ----------
+    voltage : float
+        Largest absolute voltage across the stack [V].
+    electrical_thickness : float
+        Of the plate's layers, sum T/eps at 1 kHz [m].
+
+    Returns
+    -------
+    Lamp
+        Against the voltage at which menisci saturate.
+    """
+    limit = electrowetting_voltage(thickness=electrical_thickness, permittivity=1.0)
+    why = "where sweat menisci saturate and a V^2 law fails"
+    return against("electrowetting", voltage, limit, "V", what="the voltage across the stack", why=why)
 
 
 def air_lamps(field: float, gap: float) -> list[Lamp]:
@@ -182,30 +195,52 @@ def air_lamps(field: float, gap: float) -> list[Lamp]:
     list of Lamp
         Paschen's law where there is a gap, then field emission.
     """
-    why = "where micro-gaps break down by field emission (recalled value)"
-    emission = _against("field emission", field, FIELD_EMISSION, "V/m", what="the gap field", why=why)
     if gap <= 0:
-        return [emission]
-    if gap >= SMALLEST_PASCHEN_GAP:
-        why = "where air breaks down by Paschen's law (its secondary emission is a recalled value)"
-        what = "the voltage across the gap"
-        paschen = _against("Paschen", field * gap, paschen_voltage(gap), "V", what=what, why=why)
-    else:
-        paschen = Lamp(
-            "Paschen", "unknown", f"a gap of {format_quantity(gap, 'm')} is below the law's reach, 5 um"
-        )
-    return [paschen, emission]
+        return [emission_lamp(field, vanishing=True)]
+    return [paschen_lamp(field, gap), emission_lamp(field)]
 
 
-def _current(peak: float, limits: Limits, *, jumps: bool, what: str) -> Lamp:
-    if jumps:
-        text = (
-            "the drive jumps, so the current has no bound but the series resistance: give it an edge time;"
-            f" the amplifier limits it to {format_quantity(limits.current, 'A')}"
-        )
-        return Lamp("current", "warning", text)
-    why = "the declared limit (limits.current)"
-    return _against("current", peak, limits.current, "A", what=what, why=why)
+def paschen_lamp(field: float, gap: float) -> Lamp:
+    """Judge the field of a gap by Paschen's law.
+
+    Parameters
+    ----------
+    field : float
+        Absolute [V/m].
+    gap : float
+        m, >= 0.
+
+    Returns
+    -------
+    Lamp
+        Unknown below 5 um, where the law does not hold.
+    """
+    if gap < SMALLEST_PASCHEN_GAP:
+        text = f"a gap of {format_quantity(gap, 'm')} is below the reach of Paschen's law, 5 um"
+        return Lamp("Paschen", "unknown", text)
+    why = "where air breaks down by Paschen's law (its secondary emission is a recalled value)"
+    what = f"the voltage across a gap of {format_quantity(gap, 'm', digits=3)}"
+    return against("Paschen", field * gap, paschen_voltage(gap), "V", what=what, why=why)
+
+
+def emission_lamp(field: float, *, vanishing: bool = False) -> Lamp:
+    """Judge the field of a gap, or of a vanishing one, against field emission.
+
+    Parameters
+    ----------
+    field : float
+        Largest absolute value [V/m]; NaN if it is not known.
+    vanishing : bool
+        The stack has no gap.
+
+    Returns
+    -------
+    Lamp
+        Against the breakdown of micro-gaps.
+    """
+    why = "where micro-gaps break down by field emission (recalled value)"
+    what = "the field of a vanishing gap" if vanishing else "the gap field"
+    return against("field emission", field, FIELD_EMISSION, "V/m", what=what, why=why)
 
 
 def peak(values: NDArray[np.float64]) -> float:

@@ -83,8 +83,9 @@ def shortest_time(scenario: Scenario, times: Real) -> float:
 
 
 def lowest_frequency(scenario: Scenario) -> float:
-    """Give the lowest frequency in a drive that repeats [Hz]; that of its mean, 0, only where a layer blocks."""
-    blocked = any(layer.material.conductivity == 0 for layer in scenario.stack.layers.values())
+    """Give the lowest frequency in a drive that repeats [Hz]; 0 for its mean, only where a measured layer blocks."""
+    materials = [layer.material for layer in scenario.stack.layers.values()]
+    blocked = any(math.isfinite(each.band[1]) and each.conductivity == 0 for each in materials)
     frequencies, amplitudes = spectrum(scenario.drive, harmonics=1)
     sizes = np.abs(amplitudes)
     there = (sizes > SAME * np.max(sizes, initial=0.0)) & (blocked | (frequencies > 0))

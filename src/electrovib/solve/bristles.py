@@ -77,6 +77,7 @@ def slide(
         strength=strength,
         times=asked,
         breaks=sorted(bends),
+        touches=motion.touches,
         settled=float(motion.speeds(0.0)) > 0,
         **skin,
     )

@@ -10,10 +10,8 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import NotCausalError
-from electrovib.physics.contact import FixedArea
 from electrovib.physics.interface import INTERFACE
-from electrovib.physics.programme import Steady
-from electrovib.solve.expand import Surroundings, behind_amplifier, contact_share, phasors, total_force
+from electrovib.solve.expand import Surroundings, attraction, behind_amplifier, phasors, total_pull
 from electrovib.solve.integrator import drive_mean, integral_weight
 from electrovib.solve.periodic import count_harmonics, spectrum
 from electrovib.solve.respond import AMPLITUDE, respond
@@ -21,6 +19,7 @@ from electrovib.solve.scenario import PeriodicState, Scenario
 from electrovib.solve.transfer import Transfer
 
 if TYPE_CHECKING:
+    from electrovib.physics.drive.parts import Indices
     from electrovib.physics.force import ForceLaw
     from electrovib.solve.section import ModalSection
     from electrovib.solve.transfer import Real
@@ -56,6 +55,11 @@ class Electrical:
     found: dict[str, Real]
     force: Real
     choice: dict[str, Any]
+
+    def at(self, places: Indices) -> Electrical:
+        """Give the answer at some of its times alone."""
+        found = {name: row[places] for name, row in self.found.items()}
+        return Electrical(found, self.force[places], self.choice)
 
     def signals(self, section: ModalSection) -> dict[str, Any]:
         """Name what was found as signals of a Trace: dimensions and values, layers from plate to finger."""
@@ -107,12 +111,30 @@ def electrical(
     )
     _name_interface(scenario, found)
     given = {key.removeprefix(AMPLITUDE): row for key, row in found.items() if key.startswith(AMPLITUDE)}
-    force = total_force(scenario, given)
+    pull = total_pull(scenario, given)
     if weights is not None:
-        force = weights @ force
-    if not isinstance(scenario.contact, FixedArea) and not isinstance(scenario.load.programme, Steady):
-        force = force * contact_share(scenario, times)
-    return Electrical(found, force, choice)
+        pull = weights @ pull
+    return Electrical(found, attraction(scenario, pull, times), choice)
+
+
+def fields_alone(scenario: Scenario, section: ModalSection, times: Real) -> dict[str, Real]:
+    """Compute voltages, currents and the fields of every layer, and no attraction.
+
+    Parameters
+    ----------
+    scenario, section, times
+        As for `electrical`.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n,)
+        As `Electrical.found`, without what belongs to the force law.
+    """
+    around = Surroundings.of(scenario)
+    wanted = functools.partial(_of_layers, scenario)
+    found = respond(scenario, section, wanted, times, element=around.element, second=around.second).found
+    _name_interface(scenario, found)
+    return found
 
 
 def linear_quantities(scenario: Scenario, section: Any) -> dict[str, Any]:
@@ -189,10 +211,7 @@ def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> Electri
     exact = behind_amplifier(scenario, phasors(scenario, frequency))
     wave = tone * np.exp(2j * np.pi * frequency[0] * times)
     given = {name: np.real(value[0] * wave) for name, value in law.amplitudes(exact).items()}
-    around = Surroundings.of(scenario)
-    wanted = functools.partial(_of_layers, scenario)
-    found = respond(scenario, section, wanted, times, element=around.element, second=around.second).found
-    _name_interface(scenario, found)
+    found = fields_alone(scenario, section, times)
     effective = law.effective_voltage(exact)
     if effective is not None:
         found["effective_voltage"] = np.real(effective[0] * wave)
@@ -200,7 +219,7 @@ def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> Electri
         "solver": "one sine",
         "solver_reason": f"{type(law).__name__} gives magnitudes at one frequency only: one sine in its steady state",
     }
-    return Electrical(found, total_force(scenario, given), choice)
+    return Electrical(found, attraction(scenario, total_pull(scenario, given), times), choice)
 
 
 def refusal(law: ForceLaw, drive: str, *, settled: bool) -> str:

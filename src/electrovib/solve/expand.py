@@ -8,10 +8,12 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.contact import FixedArea
 from electrovib.physics.interface import interface_place, roles_of
 from electrovib.solve.band import run_band
 from electrovib.solve.current import current_section, per_ampere
 from electrovib.solve.leak import linearised
+from electrovib.solve.pressed import pressed
 from electrovib.solve.reduce import Reduction, reduce_material
 from electrovib.solve.scenario import Scenario
 from electrovib.solve.section import (
@@ -25,7 +27,7 @@ from electrovib.solve.section import (
 from electrovib.solve.transfer import Complex, Real
 
 PHASES = 32
-"""Points of a period over which a force is averaged: exact for a pressure of second degree."""
+"""Points of a period over which a force is averaged: exact for a pressure of second degree on an area that stays."""
 
 
 @dataclass(frozen=True)
@@ -208,8 +210,8 @@ def modes(scenario: Scenario, times: Real | None = None) -> tuple[ModalSection, 
     return section, error
 
 
-def total_force(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
-    """Pressure times area; a second contact carries the same current through its own area.
+def total_pull(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
+    """Attraction over the area of the first contact; a second contact carries the same current through its own area.
 
     Parameters
     ----------
@@ -221,36 +223,46 @@ def total_force(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
     Returns
     -------
     ndarray
-        N.
+        Pa.
     """
-    around = Surroundings.of(scenario)
-    total = around.area * scenario.force.pressure(**amplitudes)
-    if around.second:
-        denser = {name: values * around.second for name, values in amplitudes.items()}
-        total = total + around.area / around.second * scenario.force.pressure(**denser)
+    second = Surroundings.of(scenario).second
+    total = scenario.force.pressure(**amplitudes)
+    if second:
+        denser = {name: values * second for name, values in amplitudes.items()}
+        total = total + scenario.force.pressure(**denser) / second
     return np.asarray(total)
 
 
-def contact_share(scenario: Scenario, times: Real) -> Real:
-    """Gross contact area over that under the full load.
+def attraction(scenario: Scenario, pull: Real, times: Real | None = None) -> Real:
+    """Force of an attraction per area, on the area that load and attraction make together.
 
     Parameters
     ----------
     scenario : Scenario
-        Contact and load.
-    times : ndarray, shape (n,)
-        s.
+        Contact, load and motion.
+    pull : ndarray, shape (..., n)
+        Attraction per area [Pa].
+    times : ndarray, shape (n,), optional
+        When [s]; by default under the full load, in touch.
 
     Returns
     -------
-    ndarray, shape (n,)
-        1; the circuit sees the area of the full load all the time, the attraction that of the moment.
+    ndarray, shape (..., n)
+        N. Off the plate a hand holds against the attraction: the area is that under the load alone.
+
+    Raises
+    ------
+    InputError
+        If the attraction lets the area grow without bound.
     """
-    force = scenario.load.forces(times)
-    pressed = force > 0
-    pressure = scenario.contact.mean_pressure(np.where(pressed, force, 1.0))
-    area = np.where(pressed, force, 0.0) / pressure
-    return np.asarray(area / scenario.contact_area)
+    contact, load = scenario.contact, scenario.load
+    if isinstance(contact, FixedArea):
+        return np.asarray(contact.area * pull)
+    if times is None:
+        forces, pressing = np.asarray(load.normal_force), pull
+    else:
+        forces, pressing = load.forces(times), np.where(scenario.motion.touches(times), pull, 0.0)
+    return np.asarray(pull * contact.outline(pressed(contact, forces, pressing)))
 
 
 def mean_force(scenario: Scenario, section: PhasorSection, amplitude: float) -> Real:
@@ -270,7 +282,8 @@ def mean_force(scenario: Scenario, section: PhasorSection, amplitude: float) -> 
     ndarray, shape (frequencies,)
         N.
     """
-    turns = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)[:, None]
+    count = PHASES if isinstance(scenario.contact, FixedArea) else 16 * PHASES
+    turns = np.exp(2j * np.pi * np.arange(count) / count)[:, None]
     phasor: dict[str, Complex] = scenario.force.amplitudes(section)
     waves = {name: np.real(amplitude * value * turns) for name, value in phasor.items()}
-    return np.asarray(np.mean(total_force(scenario, waves), axis=0))
+    return np.asarray(np.mean(attraction(scenario, total_pull(scenario, waves)), axis=0))

@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.physics.contact import FixedArea
+from electrovib.physics.force import GapPlane
 from electrovib.physics.interface import INTERFACE
+from electrovib.solve.pressed import pressed
 from electrovib.solve.scenario import PeriodicState
 from electrovib.solve.section import TimeLayer, TimeSection
 
@@ -24,7 +27,7 @@ def beyond_modes(scenario: Scenario) -> str:
     amplifier, contact = scenario.circuit.amplifier, scenario.contact
     leaks = [name for name, layer in scenario.stack.layers.items() if layer.leak is not None]
     said = []
-    if scenario.motion.distance is not None:
+    if scenario.motion.moved_gap is not None:
         said.append("a gap that is moved")
     if contact.closing is not None:
         said.append("a gap that follows load and attraction")
@@ -73,7 +76,7 @@ def solve_beyond(
 
     why = beyond_modes(scenario)
     _refuse(scenario, why)
-    amplifier, moves = scenario.circuit.amplifier, scenario.motion.distance is not None
+    amplifier, distance = scenario.circuit.amplifier, scenario.motion.moved_gap
     yields = scenario.contact.closing is not None
     space = stack_states(
         scenario.stack.layers,
@@ -81,18 +84,17 @@ def solve_beyond(
         area=scenario.contact_area,
         element=element,
         second=second,
-        moving=_moving(scenario) if moves or yields else None,
+        moving=_moving(scenario) if distance is not None or yields else None,
     )
     linear = not space.leaks and (amplifier is None or not amplifier.is_limited)
-    if moves and linear and not yields:
-        assert scenario.motion.distance is not None
-        moved = move_gap(space, scenario.drive, times, motion=scenario.motion.distance, amplifier=amplifier)
+    if distance is not None and linear and not yields:
+        moved = move_gap(space, scenario.drive, times, motion=distance, amplifier=amplifier)
         found, choice = (
             moved.found,
-            _choice("moving gap", moved.reason(scenario.motion.distance), step_error=moved.error),
+            _choice("moving gap", moved.reason(distance), step_error=moved.error),
         )
     else:
-        motion = _yielding(scenario) if yields else scenario.motion.distance
+        motion = _yielding(scenario) if yields else distance
         asked = times if times[0] == 0 else np.append(0.0, times)
         followed = follow_finger(space, scenario.drive, asked, amplifier=amplifier, motion=motion)
         found = {name: row[len(asked) - len(times) :] for name, row in followed.found.items()}
@@ -132,6 +134,14 @@ def _refuse(scenario: Scenario, why: str) -> None:
             f"force = {type(scenario.force).__name__}: its gaps are no layers of the stack, and {why} is not followed into"
             " them. Give the stack a layer 'gap' and use force.model = GapPlane"
         )
+    law = type(scenario.force)
+    if scenario.contact.closing is not None and (
+        law.pressure is not GapPlane.pressure or law.amplitudes is not GapPlane.amplitudes
+    ):
+        raise InputError(
+            f"contact.closing: the gap follows the attraction in the plane of the gap, eps0 E^2/2, and force = {law.__name__}"
+            f" gives another one (plane: {law.plane}); use force.model = GapPlane, or leave contact.closing away"
+        )
     if scenario.contact.closing is not None and scenario.motion.distance is not None:
         raise InputError(
             "contact.closing and motion.distance: one of them says where the gap is; leave one away"
@@ -147,12 +157,16 @@ def _yielding(scenario: Scenario) -> Yielding:
     """Give the gap that follows the forces, beginning where the relief carries the load; as declared if there is none."""
     from electrovib.solve.nonlinear.finger import Yielding
 
-    surface, closing, area = scenario.contact.surface, scenario.contact.closing, scenario.contact_area
+    contact = scenario.contact
+    surface, closing = contact.surface, contact.closing
     assert surface is not None
     assert closing is not None
 
     def load(time: float) -> float:
-        return float(scenario.load.forces(time)) / area
+        return float(contact.mean_pressure(scenario.load.forces(time)))
+
+    def together(time: float, pull: float) -> float:
+        return float(contact.mean_pressure(pressed(contact, scenario.load.forces(time), np.asarray(pull))))
 
     start = float(surface.gap(np.asarray(load(0.0))))
     if not np.isfinite(start):  # without a load such a relief is endlessly far
@@ -161,7 +175,14 @@ def _yielding(scenario: Scenario) -> Yielding:
         raise InputError(
             "contact.surface: the load alone closes the gap; give a stiffer relief, or less load.normal_force"
         )
-    return Yielding(surface=surface, load=load, start=start, damping=closing.damping)
+    return Yielding(
+        surface=surface,
+        load=load,
+        start=start,
+        damping=closing.damping,
+        pulling=scenario.stack.layers[_moving(scenario)].material.pulling_share,
+        together=None if isinstance(contact, FixedArea) else together,
+    )
 
 
 def time_section(scenario: Scenario, space_area: float, found: dict[str, Real]) -> TimeSection:

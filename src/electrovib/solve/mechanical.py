@@ -2,69 +2,21 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.core.lamps import Lamp
 from electrovib.physics.contact import FixedArea
-from electrovib.physics.finger import Finger, MassSpringDamper
-from electrovib.physics.friction import BristleFriction, SteadyFriction
-from electrovib.physics.programme import Steady
-from electrovib.solve.between import KNOTS, Between
-from electrovib.solve.chain import Measured, finger_filters, measured, respond_mechanically
+from electrovib.physics.friction import BristleFriction, FollowingFriction, SteadyFriction
 from electrovib.solve.electrical import Electrical
-from electrovib.solve.expand import contact_share
-from electrovib.solve.filters.declared import cascade, of_stages
-from electrovib.solve.lateral import changing_lag, corner_changes, friction_filter, shortest_time, steady_law
-from electrovib.solve.scenario import PeriodicState
+from electrovib.solve.friction_chain import FrictionChain, Mechanics
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from electrovib.solve.filters.filter import Filter
     from electrovib.solve.scenario import Scenario
     from electrovib.solve.transfer import Real
-
-MOST = 4_000_000
-"""Pieces of the finest grid on which the mechanics is followed."""
-CLOSED = ("transient", "periodic", "current drive", "one sine", "renewal")
-"""Solvers that answer at any times for little."""
-FORGOTTEN = 25.0
-"""Time constants after which a beginning counts as forgotten: 1e-11 of it is left."""
-MOST_PERIODS = 3000
-
-
-@dataclass
-class Mechanics:
-    """What the mechanics does over time.
-
-    Parameters
-    ----------
-    signals : dict
-        Dimensions and values of every signal.
-    how : dict
-        Errors and events, for the Trace.
-    lamps : list of Lamp
-        What a user should know.
-    """
-
-    signals: dict[str, Any] = field(default_factory=dict)
-    how: dict[str, Any] = field(default_factory=dict)
-    lamps: list[Lamp] = field(default_factory=list)
-
-    def add(self, rows: dict[str, Real]) -> None:
-        """Take signals over time.
-
-        Parameters
-        ----------
-        rows : dict of str to ndarray, shape (n,)
-            By the name of the signal, in its unit.
-        """
-        self.signals |= {name: (("time",), row) for name, row in rows.items()}
 
 
 def mechanical(
@@ -95,11 +47,13 @@ def mechanical(
 
     Notes
     -----
-    The friction is that of load and attraction together. The sensor under the plate reads the load alone while the
-    finger touches: the attraction is balanced by the contact that it presses. Of a finger whose distance is given
-    the hand holds against the attraction: it presses nothing, and the sensor reads the pull.
+    The friction is that of load and attraction together, where the finger slides. Off the plate there is none. At
+    rest it is not determined, NaN, unless the finger has a skin whose spring tells it, or the friction is one of
+    bristles; behind a memory it is not known until that has forgotten the rest. The sensor under the plate reads the
+    load alone while the finger touches: the attraction is balanced by the contact that it presses. Off the plate a
+    hand holds against the attraction: it presses nothing, and the sensor reads the pull.
     """
-    chain = _Chain(scenario, times, answer, at)
+    chain = FrictionChain(scenario, times, answer, at)
     moved = Mechanics()
     moved.add(_given(chain))
     error = _friction(chain, moved)
@@ -114,218 +68,42 @@ def mechanical(
     return moved
 
 
-def _given(chain: _Chain) -> dict[str, Real]:
+def _given(chain: FrictionChain) -> dict[str, Real]:
     """Load, speed and areas, which only load and attraction decide on."""
     scenario, times = chain.scenario, chain.times
     rows = {"normal_force": scenario.load.forces(times)}
     if scenario.motion.speed is not None:
         rows["sliding_speed"] = scenario.motion.speeds(times)
-    fixed, told = isinstance(scenario.contact, FixedArea), scenario.contact.surface is not None
-    if told or not fixed:
-        share = np.ones(len(times)) if fixed else contact_share(scenario, times)
-        rows["gross_contact_area"] = scenario.contact_area * share
-        rows["ridge_contact_area"] = scenario.contact.ridge_share * rows["gross_contact_area"]
-    if told:
-        rows["real_contact_area"] = chain.real_area(rows["normal_force"] + chain.pressing(chain.answer.force))
+    whole = rows["normal_force"] + chain.pressing(times, chain.answer.force)
+    touches = scenario.motion.touches(times)
+    if scenario.contact.surface is not None or not isinstance(scenario.contact, FixedArea):
+        rows["gross_contact_area"] = np.where(touches, scenario.contact.outline(whole), 0.0)
+    if scenario.contact.surface is not None:
+        rows["real_contact_area"] = np.where(touches, chain.real_area(whole), 0.0)
     return rows
 
 
-def _friction(chain: _Chain, moved: Mechanics) -> float:
+def _friction(chain: FrictionChain, moved: Mechanics) -> float:
     """Friction and skin, by the way that the friction asks for; gives the error."""
-    if isinstance(chain.scenario.friction, BristleFriction):
+    friction = chain.scenario.friction
+    if isinstance(friction, BristleFriction):
         return chain.slip(moved)
-    if corner_changes(chain.scenario):
-        return chain.lag(moved)
+    if not isinstance(friction, (SteadyFriction, FollowingFriction)):
+        raise InputError(
+            f"friction = {type(friction).__name__}: it belongs to none of the families that the mechanics follows; make it"
+            " a SteadyFriction, a FollowingFriction or a BristleFriction"
+        )
+    if chain.comes_and_goes():
+        return chain.along(moved)
     wanted = chain.filters()
-    if isinstance(chain.scenario.friction, SteadyFriction):
-        moved.add({"lateral_force": chain.steady(chain.times, chain.answer.force)})
+    if isinstance(friction, SteadyFriction):
+        lateral = chain.steady(chain.times, chain.answer.force)
+        moved.add({"lateral_force": chain.known(lateral)})
         del wanted["lateral_force"]
     if not wanted:
         return 0.0
     rows, error = chain.follow(wanted)
+    if "lateral_force" in rows:
+        rows["lateral_force"] = chain.known(rows["lateral_force"], wanted["lateral_force"])
     moved.add(rows)
     return error
-
-
-class _Chain:
-    """The linear mechanics of a scenario behind the force of a steady friction."""
-
-    def __init__(
-        self, scenario: Scenario, times: Real, answer: Electrical, at: Callable[[Real], Electrical]
-    ) -> None:
-        self.scenario, self.times, self.answer, self.at = scenario, times, answer, at
-        self.settled = isinstance(scenario.time.initial_state, PeriodicState)
-        self.bend = self.run_in = 0.0
-        self.lateral_at: Callable[[Real], Real] | None = None
-        self.prepared = answer.choice["solver"] in CLOSED
-
-    def steady(self, times: Real, force: Real) -> Real:
-        """Friction that load and attraction [N] would have at these times [s] if it had no memory."""
-        law, normal = steady_law(self.scenario.friction), self.scenario.load.forces(times)
-        force = self.pressing(force)
-        return np.asarray(law.lateral_force(normal, force, self.real_area(normal + force)))
-
-    def pressing(self, force: Real) -> Real:
-        """Attraction [N] that presses skin and plate together: none where the hand holds against it."""
-        return force if self.scenario.motion.distance is None else np.zeros_like(force)
-
-    def real_area(self, force: Real) -> Real:
-        """Area that touches [m2] under a whole normal force [N]; NaN where the contact does not tell."""
-        contact = self.scenario.contact
-        if contact.surface is None and not steady_law(self.scenario.friction).needs_real_area:
-            return np.full(len(force), np.nan)
-        return np.asarray(contact.real_area(force))
-
-    def prepare(self) -> None:
-        """March an attraction once that has no closed form, before it is asked for many times."""
-        if not self.prepared:
-            at, choice = self.at, self.answer.choice
-            force = Between(lambda times: at(times).force, self.times, self._corners())
-            self.at, self.bend = (lambda times: Electrical({}, force(times), choice)), force.error()
-            self.prepared = True
-
-    def filters(self) -> dict[str, Filter]:
-        """Name what follows the steady friction: the friction itself, and the skin."""
-        found = {"lateral_force": friction_filter(self.scenario)}
-        return found | {name: cascade(found["lateral_force"], each) for name, each in self.skin().items()}
-
-    def skin(self) -> dict[str, Filter]:
-        """Name what follows the friction in the skin."""
-        finger, speed = self.scenario.finger, self.scenario.motion.speed
-        return {} if finger is None else finger_filters(_at_speed(finger, speed))
-
-    def lag(self, moved: Mechanics) -> float:
-        """Follow a lag whose corner changes in time, and the skin behind it; give the error."""
-        if self.settled:
-            raise InputError(
-                "time.initial_state = PeriodicState: the corner of friction changes with motion.programme. Start AtRest"
-            )
-        self.prepare()
-        lateral, error = changing_lag(self.scenario, self._force, self.times, self._corners())
-        self.lateral_at = lateral
-        moved.add({"lateral_force": lateral(self.times)})
-        if skin := self.skin():
-            rows, more = respond_mechanically(lateral, skin, self.times, **self._options())
-            moved.add(rows)
-            error = max(error, more)
-        return error
-
-    def slip(self, moved: Mechanics) -> float:
-        """March a skin with bristles, which no filter describes; give the error of the attraction in between."""
-        from electrovib.solve.bristles import slide
-
-        self.prepare()
-        law, asked = self.scenario.friction, self.times
-        assert isinstance(law, BristleFriction)
-        if self.scenario.rig is not None:
-            asked = np.union1d(asked, np.linspace(0.0, float(asked[-1]), KNOTS + 1))
-        found, how = slide(self.scenario, law, asked, self._force, self._corners())
-        rows = {"lateral_force": found.lateral_force, "bristle_deflection": found.bristle_deflection}
-        if self.scenario.finger is not None:
-            rows |= {"skin_displacement": found.skin_displacement, "skin_speed": found.skin_speed}
-        rows = {name: row[len(row) - len(asked) :] for name, row in rows.items()}
-        places = np.searchsorted(asked, self.times)
-        moved.add({name: row[places] for name, row in rows.items()})
-        error = max(self.bend, float(how.pop("mechanics_error")))
-        moved.how |= how
-        lateral = rows["lateral_force"]
-        self.lateral_at = lambda wanted: np.interp(wanted, asked, lateral)
-        return error
-
-    def follow(self, wanted: dict[str, Filter]) -> tuple[dict[str, Real], float]:
-        """Run filters behind the steady friction."""
-        self.prepare()
-        began = self._before(min(_slowest(each) for each in wanted.values()))
-        asked = np.append(-began, self.times) if began else self.times
-        rows, error = respond_mechanically(self._force, wanted, asked, **self._options())
-        return {name: row[len(row) - len(self.times) :] for name, row in rows.items()}, error
-
-    def _force(self, times: Real) -> Real:
-        """Steady friction at any times, before the beginning that of the load alone."""
-        return self.steady(np.maximum(times, 0.0), self.attraction(times))
-
-    def attraction(self, times: Real) -> Real:
-        """Attraction [N] at any times [s]: none before the beginning, or in the periodic state as ever."""
-        wrapped = np.mod(times, self._period) if self.settled else np.maximum(times, 0.0)
-        order = np.argsort(wrapped, kind="stable")
-        force = np.empty(len(wrapped))
-        force[order] = self.at(wrapped[order]).force
-        return force if self.settled else np.where(times < 0, 0.0, force)
-
-    @property
-    def _period(self) -> float:
-        return self.scenario.drive.period or 1.0
-
-    def _before(self, slow: float) -> float:
-        """How early to begin [s]: in the periodic state so that a rate [1/s] is forgotten, else before a jump at 0."""
-        if self.settled:
-            return self._settling(slow)
-        if len(self.times) > 1:
-            began = self._force(np.array([-1.0, 0.0]))
-            if began[0] != began[1]:
-                return 1e-3 * float(np.min(np.diff(self.times)))
-        return 0.0
-
-    def _settling(self, slow: float) -> float:
-        """Whole periods of the drive [s] in which a rate [1/s] forgets; a press happens once and has none."""
-        programme = self.scenario.load.programme
-        if not isinstance(programme, Steady):
-            raise InputError(
-                f"time.initial_state = PeriodicState: load.programme = {type(programme).__name__} happens once. Start AtRest"
-            )
-        periods = math.ceil(FORGOTTEN / (slow * self._period))
-        if periods > MOST_PERIODS:
-            raise InputError(
-                f"time.initial_state = PeriodicState: the mechanics needs {periods} periods of the drive to settle;"
-                " start AtRest and look at a late period"
-            )
-        self.run_in = periods * self._period
-        return self.run_in
-
-    def _options(self) -> dict[str, Any]:
-        return {"most": MOST, "jumps": self._corners(), "shortest": shortest_time(self.scenario.drive)}
-
-    def _corners(self) -> Real:
-        """Times at which the attraction or the load may bend or jump."""
-        end = float(self.times[-1])
-        load = np.array([time for time, _ in self.scenario.load.programme.corners()])
-        corners = np.concatenate([[0.0], self.scenario.drive.corners(end)[0], load])
-        if self.settled and self.run_in:
-            marks = self.scenario.drive.corners(self._period)[0]
-            back = np.arange(1, math.ceil(self.run_in / self._period) + 1) * self._period
-            corners = np.concatenate([corners, (marks[:, None] - back).ravel()])
-        return corners[corners <= end]
-
-    def _normal(self, times: Real) -> Real:
-        """Force on the sensor under the plate: the load, less the pull on a finger held off."""
-        load = self.scenario.load.forces(np.maximum(times, 0.0))
-        return load if self.scenario.motion.distance is None else load - self.attraction(times)
-
-    def measured(self) -> Measured:
-        """Read load and friction through the rig."""
-        rig, scenario = self.scenario.rig, self.scenario
-        assert rig is not None
-
-        normal: Any = self._normal
-        if scenario.motion.distance is None and isinstance(scenario.load.programme, Steady):
-            normal = scenario.load.forces(self.times)  # samples of what is held are exact
-        if self.lateral_at is not None:
-            return measured(rig, self.times, normal, self.lateral_at, **self._options())
-        friction = friction_filter(scenario)
-        before = self._before(min(_slowest(of_stages(rig.lateral_stages())), _slowest(friction)))
-        options = self._options() | {"friction": friction, "before": before}
-        return measured(rig, self.times, normal, self._force, **options)
-
-
-def _slowest(filter_: Filter) -> float:
-    """Slowest rate of a filter [1/s]; infinite if it has no memory."""
-    return float(np.min(-filter_.poles.real)) if len(filter_.poles) else math.inf
-
-
-def _at_speed(finger: Finger, speed: float | None) -> Finger:
-    """Give the fingertip at the full sliding speed [m/s]."""
-    if not isinstance(finger, MassSpringDamper) or finger.growth is None:
-        return finger
-    if speed is None:
-        raise InputError("finger.growth needs motion.speed, for instance motion.speed = '50 mm/s'")
-    return finger.at_speed(speed)

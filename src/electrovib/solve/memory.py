@@ -16,7 +16,7 @@ import numpy as np
 
 from electrovib.solve.band import SAME, lowest_frequency, run_band
 from electrovib.solve.electrical import linear_quantities
-from electrovib.solve.expand import left_by_charge, phasors, total_force
+from electrovib.solve.expand import attraction, left_by_charge, phasors, total_pull
 from electrovib.solve.integrator import drive_mean, integral_weight
 from electrovib.solve.reduce import reduction_band
 from electrovib.solve.respond import AMPLITUDE
@@ -132,7 +132,7 @@ def answer_errors(
     }
     amplitudes = {name: row[probes] for name, row in found.items() if name.startswith(AMPLITUDE)}
     if amplitudes and scenario.force.causal:
-        bounds[FORCE] = (answer.force, _of_force(scenario, amplitudes, errors, residuals))
+        bounds[FORCE] = (answer.force, _of_force(scenario, times[probes], amplitudes, errors, residuals))
     straight = judged & ~_at_corner(scenario.drive, times, bends=True)
     return {
         name: _judge(row, times, probes, bound, straight if name == CURRENT else judged)
@@ -183,16 +183,22 @@ def _judge(
 
 def _of_force(
     scenario: Scenario,
+    times: Real,
     amplitudes: Mapping[str, Real],
     errors: Mapping[str, Real],
     residuals: Mapping[str, float],
 ) -> Real:
-    """Bound the error of the attraction from the errors of the law's amplitudes [N]."""
+    """Bound the error of the attraction [N] at times [s] from the errors of the law's amplitudes."""
     now = {name.removeprefix(AMPLITUDE): row for name, row in amplitudes.items()}
     off = {name.removeprefix(AMPLITUDE): row + errors[name] for name, row in amplitudes.items()}
-    force = total_force(scenario, now)
+    pull = total_pull(scenario, now)
+    force = attraction(scenario, pull, times)
     residual = 2 * max(residuals[name] for name in amplitudes)
-    return np.asarray(SAFETY * np.abs(total_force(scenario, off) - force) + SPREAD * residual * np.abs(force))
+    moved = np.abs(attraction(scenario, total_pull(scenario, off), times) - force)
+    left = np.abs(
+        attraction(scenario, pull * (1 + residual), times) - force
+    )  # more where the area grows with it
+    return np.asarray(SAFETY * moved + SPREAD * left)
 
 
 def _respond(

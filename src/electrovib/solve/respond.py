@@ -131,6 +131,15 @@ def respond(
     return Response(found, choice, weights)
 
 
+def is_marched(scenario: Scenario) -> bool:
+    """Tell whether the solver goes from step to step, so that a second look costs as much as the first."""
+    if scenario.motion.renews_film:
+        return False
+    amplifier = scenario.circuit.amplifier
+    leaks = any(layer.leak is not None for layer in scenario.stack.layers.values())
+    return leaks or bool(beyond_modes(scenario)) or (amplifier is not None and amplifier.is_limited)
+
+
 def _law(scenario: Scenario, found: dict[str, Real]) -> dict[str, Real]:
     """Ask the force law for its amplitudes in a record."""
     seen, law = time_section(scenario, scenario.contact_area, found), scenario.force

@@ -4,27 +4,22 @@ from __future__ import annotations
 
 import functools
 import json
-import math
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.model import Model
 from electrovib.core.trace import make_trace
-from electrovib.solve.diagnostics import diagnostics
-from electrovib.solve.electrical import electrical
-from electrovib.solve.expand import behind_amplifier, mean_force, modes, per_volt_of, phasors
-from electrovib.solve.known import known_band, memory_lamps, worst_of
-from electrovib.solve.mechanical import mechanical
-from electrovib.solve.memory import answer_errors
+from electrovib.solve.expand import behind_amplifier, mean_force, per_volt_of, phasors
+from electrovib.solve.sampling import sampling
 from electrovib.solve.scenario import Scenario
-from electrovib.solve.section import ModalSection, PhasorSection
+from electrovib.solve.section import PhasorSection
+from electrovib.solve.solution import Solution
 from electrovib.solve.transfer import Real
 
 if TYPE_CHECKING:
     import xarray
-
-    from electrovib.physics.force import ForceLaw
 
 
 def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
@@ -59,48 +54,41 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     times = scenario.time.times(scenario.drive) if time is None else np.asarray(time, dtype=float)
     frequency = scenario.frequency.frequencies()
     at_frequency = phasors(scenario, frequency)
-    section, reduction_error = modes(scenario, times)
-    attributes = _provenance(scenario)
-    attributes["reduction_error"] = reduction_error
-    answer = electrical(scenario, section, times)
-    known = known_band(scenario)
-    errors = answer_errors(scenario, section, answer, times, known=known) if reduction_error else {}
-    bare = phasors(scenario, frequency, leaks=False)
-    if scenario.force.causal:
-        over_frequency = _transfer_error(scenario.force, section, bare, known)
-        attributes["transfer_error"] = max(over_frequency, worst_of(errors))
-    moved = mechanical(
-        scenario, times, answer, functools.partial(electrical, scenario, section, force_alone=True)
-    )
-    attributes |= answer.choice | moved.how
-    variables: dict[str, Any] = {
-        **answer.signals(section),
-        **moved.signals,
-        **_over_frequency(scenario, at_frequency),
-    }
-    spoken = [
-        *diagnostics(scenario, section, answer, times, variables),
-        *memory_lamps(scenario, errors, times, known=known, solver=answer.choice["solver"]),
-        *moved.lamps,
-        *scenario.force.lamps_over_frequency(bare),
-    ]
+    solution = Solution(scenario, times)
+    record = solution.at(times, closely=True)
+    spoken, errors = solution.judge(record)
+    attributes = provenance(scenario) | errors | record.how
+    variables: dict[str, Any] = {**record.signals, **_over_frequency(scenario, at_frequency)}
+    spoken += sampling(scenario.drive, times)
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
     coordinates = {
         "time": times,
         "frequency": frequency,
-        "layer": np.array(list(section.layers), dtype=object),
+        "layer": np.array(list(solution.section.layers), dtype=object),
     }
     return make_trace(variables, coordinates, attributes)
 
 
-def _provenance(scenario: Scenario) -> dict[str, Any]:
+def provenance(scenario: Scenario) -> dict[str, Any]:
+    """Say what was computed, and by which version."""
     return {
         "title": scenario.title,
-        "electrovib": version("electrovib"),
+        "electrovib": _version(),
         "scenario": scenario.to_json(),
         "scenario_hash": scenario.digest(),
-        "dropped_samples": getattr(scenario.drive, "dropped", 0),
+        "dropped_samples": _dropped(scenario.drive),
     }
+
+
+@functools.cache
+def _version() -> str:
+    return version("electrovib")
+
+
+def _dropped(model: Model) -> int:
+    """Count the samples that measured drives inside a drive have dropped."""
+    inner = [item for _, value in model for item in (value if isinstance(value, tuple) else (value,))]
+    return getattr(model, "dropped", 0) + sum(_dropped(each) for each in inner if isinstance(each, Model))
 
 
 def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any]:
@@ -120,19 +108,3 @@ def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any
     variables["impedance"] = (("frequency",), 1 / (plate.current_density * area))
     variables["permittivity"] = (("layer", "frequency"), permittivities)
     return variables
-
-
-def _transfer_error(
-    law: ForceLaw, section: ModalSection, exact: PhasorSection, known: tuple[float, float]
-) -> float:
-    """Largest error of the law's amplitudes after reduction, against their largest magnitude, where known."""
-    reduced, declared = law.amplitudes(section), law.amplitudes(exact)
-    inside = (exact.frequency >= known[0]) & (exact.frequency <= known[1])
-    if not np.any(inside):
-        return math.nan
-    errors = []
-    for name, value in declared.items():
-        scale = float(np.max(np.abs(value)))
-        difference = reduced[name].at(exact.frequency[inside]) - value[inside]
-        errors.append(float(np.max(np.abs(difference))) / (scale or 1.0))
-    return max(errors)

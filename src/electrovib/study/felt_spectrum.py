@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -36,7 +37,7 @@ class Lines:
     amplitude : ndarray, shape (n,)
         Zero to peak, N; m for a displacement.
     swing : float
-        Half of peak to peak of the signal itself, N or m.
+        Half of peak to peak of the signal itself, with its value just before, N or m.
     span : float
         Period or window [s].
     samples : int
@@ -86,9 +87,7 @@ def lines(values: Real, span: float, *, before: float, signal: str, how: str) ->
     changes = np.fft.rfft(np.diff(values, prepend=before))[1 : len(orders) + 1]
     change = 2 * np.abs(np.sin(np.pi * orders / count))
     amplitude = 2 * np.abs(changes) / change / count
-    swing = float(np.max(values) - np.min(values)) / 2
-    if before != values[-1]:
-        swing = float(max(np.max(values), before) - min(np.min(values), before)) / 2
+    swing = float(max(np.max(values), before) - min(np.min(values), before)) / 2
     return Lines(orders / span, amplitude, swing, span, count, signal, how)
 
 
@@ -124,10 +123,12 @@ def force_lines(scenario: Scenario, *, window: float, samples: int) -> tuple[Lin
     settled = scenario.replace({"time.initial_state": {"model": "PeriodicState"}})
     times = _middles(count, period / count)
     try:
-        force = _lateral(settled, times)
+        force = simulate(settled, time=times).lateral_force.values
     except InputError as error:
         if not any(problem.startswith("time.initial_state") for problem in error.problems):
             raise
+        return _late(scenario, window, samples)
+    if np.any(np.isnan(force)):
         return _late(scenario, window, samples)
     how = f"one period of {period:.4g} s in the steady state"
     return (lines(force, period, before=float(force[-1]), signal="lateral_force", how=how),)
@@ -140,6 +141,11 @@ def _middles(count: int, step: float) -> Real:
 
 def _lateral(scenario: Scenario, times: Real) -> Real:
     force: Real = simulate(scenario, time=times).lateral_force.values
+    if np.all(np.isnan(force)):
+        raise InputError(
+            "motion.speed: the finger rests, where its friction is not determined, so there is nothing to feel; give a speed"
+            " above 0, or none for a finger that slides, or a finger, whose spring tells the friction at rest"
+        )
     return force
 
 
@@ -158,7 +164,7 @@ def _from_rest(scenario: Scenario, window: float, samples: int) -> tuple[Lines, 
     halves = max(2, int(np.ceil(2 * scenario.drive.duration / window - 1e-9)))
     force = _lateral(start, _middles(halves * count // 2, step))
     quiet = start.replace({"drive": {"model": "Constant", "level": 0.0}})
-    before = float(_lateral(quiet, _middles(2, step))[0])
+    before = float(simulate(quiet, time=_middles(2, step)).lateral_force.values[0])
     return _windows(force, count, step, before=before, signal="lateral_force", what="from rest")
 
 
@@ -170,9 +176,17 @@ def _windows(
     for first in range(0, max(len(values) - count, 0) + 1, count // 2):
         part = values[first : first + count]
         previous = float(values[first - 1]) if first else float(values[0]) if before is None else before
+        if np.any(np.isnan(part)):
+            continue  # the finger rests, or a memory of that is still there
+        previous = float(part[0]) if math.isnan(previous) else previous
         span = len(part) * step
         how = f"{what}, window of {span:.4g} s from {first * step:.4g} s on"
         found.append(lines(part, span, before=previous, signal=signal, how=how))
+    if not found:
+        raise InputError(
+            f"motion.programme: in every window of the {signal.replace('_', ' ')} the finger rests at times, where friction"
+            " is not determined; give a shorter perception.window, a programme that slides for longer, or a finger"
+        )
     return tuple(found)
 
 
@@ -185,6 +199,11 @@ def _late(scenario: Scenario, window: float, samples: int) -> tuple[Lines, ...]:
     count = _enough(samples, span, begin=samples // 8)  # a march is slow, and the level is tested afterwards
     start = scenario.replace({"time.initial_state": {"model": "AtRest"}})
     force = _lateral(start, _middles(2 * count, span / count))
+    if np.any(np.isnan(force[count - 1 :])):
+        raise InputError(
+            "motion.programme: the finger rests while its friction would be felt, and that friction is not determined; give"
+            " a programme that slides for longer, or a finger, whose spring tells the friction at rest"
+        )
     how = f"{repeats} period(s) of {period:.4g} s from rest, after as many that are left out; not known to have settled"
     return (lines(force[count:], span, before=float(force[count - 1]), signal="lateral_force", how=how),)
 

@@ -24,7 +24,7 @@ Traces: TypeAlias = "xarray.Dataset | Sequence[xarray.Dataset] | Mapping[str, xa
 """What every plot takes: one Trace, several, or several with labels."""
 MOST_LINES: Final = 12
 """Of a sweep; a longer one shows evenly chosen values, the first and the last among them."""
-_AXES: Final = frozenset({"time", "frequency", "layer"})
+_AXES: Final = frozenset({"time", "frequency", "layer", "sample"})
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,9 @@ def lines_of(
     for label, array in arrays.items():
         paths = [str(dim) for dim in array.dims if dim not in _AXES]
         names = [str(value) for value in array["layer"].values] if "layer" in array.dims else []
-        ordered = array.transpose(*paths, *(["layer"] if names else []), along)
+        runs = "sample" if along == "time" and "sample" in array.dims else along  # each case at its own times
+        ordered = array.transpose(*paths, *(["layer"] if names else []), runs)
+        stamps = np.asarray(ordered[along].values, dtype=float)
         units = swept_units(known[label])
         every = list(itertools.product(*(range(ordered.sizes[path]) for path in paths)))
         for order, at in enumerate(_even(len(every), _most(array, len(labels)))):
@@ -153,7 +155,9 @@ def lines_of(
                     layer=(name, layer, names) if names else None,
                 )
                 y = np.asarray(ordered.values[(*pick, layer) if names else pick])
-                found.append(Line(np.asarray(ordered[along].values, dtype=float), y, *looks))
+                x = stamps[pick] if stamps.ndim > 1 else stamps
+                kept = np.isfinite(x)
+                found.append(Line(x[kept], y[kept], *looks))
     return found
 
 

@@ -1,4 +1,4 @@
-"""The figures of a report: the stack, small multiples over time, the response over frequency."""
+"""The figures of a report: the stack, small multiples over time, the response over frequency; sweeps over parameters."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.view import plots
-from electrovib.view.lines import has, swept_paths
+from electrovib.view.lines import has, shown_value, swept_paths, swept_units
 from electrovib.view.pages import markup
 from electrovib.view.plots.over_time import has_layer_voltages
 from electrovib.view.style import new_figure, style
+from electrovib.view.summary import is_sweep, quantities_of
 from electrovib.view.svg import inline, to_svg
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ _WIDTH: Final = 9.4
 _LETTER: Final = 0.072
 """Width of a letter in a legend [inch]."""
 _MOST_STACKS: Final = 4
+_DRAWN_OVER: Final = 2
+"""Parameters of a sweep that a plot runs over; of further ones the first and the last value are drawn."""
 BEYOND: Final = (
     "plate_voltage",
     "amplifier_current",
@@ -35,7 +38,6 @@ BEYOND: Final = (
     "normal_force",
     "sliding_speed",
     "gross_contact_area",
-    "ridge_contact_area",
     "real_contact_area",
     "bristle_deflection",
     "skin_displacement",
@@ -70,7 +72,42 @@ def figures(traces: Mapping[str, xarray.Dataset], scenarios: Mapping[str, Scenar
     list of PageFigure
         In the order of the page.
     """
-    return [*_stacks(scenarios), *_over_time(traces), *_beyond(traces), *_over_frequency(traces)]
+    runs = {label: trace for label, trace in traces.items() if not is_sweep(trace)}
+    drawn = _stacks(scenarios)
+    for number, (label, trace) in enumerate(traces.items()):
+        if is_sweep(trace):
+            drawn += _over_parameters(trace, label if len(traces) > 1 else "", f"sweep{number}")
+    if not runs:
+        return drawn
+    return [*drawn, *_over_time(runs), *_beyond(runs), *_over_frequency(runs)]
+
+
+def _over_parameters(trace: xarray.Dataset, label: str, name: str) -> list[PageFigure]:
+    """Draw the quantities of a sweep: a curve over one parameter, a map over two, some maps over more."""
+    paths = [path for path in swept_paths(trace) if trace.sizes[path] > 1]
+    names = [each for each in quantities_of(trace) if trace[each].notnull().any()]
+    if not paths or not names:
+        return []
+    held = paths[:-_DRAWN_OVER]
+    picks = [dict.fromkeys(held, 0), dict.fromkeys(held, -1)] if held else [{}]
+    figures = []
+    for place, pick in enumerate(picks):
+        chosen = trace.isel(pick)
+        wanted: list[tuple[str, Callable[..., Axes]]] = [
+            (each.replace("_", " "), functools.partial(_one_quantity, trace=chosen, name=each))
+            for each in names
+        ]
+        units = swept_units(trace)
+        at = ", ".join(f"{path} = {shown_value(chosen[path].item(), units.get(path, ''))}" for path in held)
+        title = f"Over {' and '.join(paths[-_DRAWN_OVER:])}" + (f": {label}" if label else "")
+        (drawn,) = _multiples({}, wanted, title, f"{name}_{place}")
+        caption = f"Numbers of {trace.attrs.get('taken_over', 'each case')}" + (f", at {at}." if at else ".")
+        figures.append(PageFigure(title, drawn.svg, caption))
+    return figures
+
+
+def _one_quantity(_: Any, *, trace: xarray.Dataset, name: str, ax: Axes) -> Axes:
+    return plots.quantity(trace, name, ax=ax)
 
 
 def _stacks(scenarios: Mapping[str, Scenario]) -> list[PageFigure]:

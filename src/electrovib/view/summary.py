@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.signals import signal
+from electrovib.core.units import KINDS, format_quantity
 from electrovib.view.lines import shown_value, swept_paths, swept_units
 from electrovib.view.units import pretty_quantity
 
@@ -20,10 +21,11 @@ if TYPE_CHECKING:
     from electrovib.solve.scenario import Scenario
 
 PARTS: Final = ("electrovib", "numpy", "scipy", "xarray", "pydantic", "matplotlib")
-_TOLD_ELSEWHERE: Final = frozenset({"format", "title", "scenario", "lamps", "over"})
+_TOLD_ELSEWHERE: Final = frozenset({"format", "title", "scenario", "lamps", "over", "quantities", "records"})
 _WORDS: Final = {
     "electrovib": "computed by electrovib",
     "scenario_hash": "hash of the scenario",
+    "taken_over": "numbers of each case are taken over",
     "solver": "solver",
     "solver_reason": "why this solver",
     "reduction_error": "largest error of a material reduced to relaxations",
@@ -49,13 +51,15 @@ def lamps(trace: xarray.Dataset) -> list[dict[str, str]]:
 
 
 def key_numbers(trace: xarray.Dataset) -> dict[str, str]:
-    """Give the numbers one looks for first; of a sweep, their range.
+    """Give the numbers one looks for first; of a sweep, the range of its quantities.
 
     Returns
     -------
     dict of str to str
         What, and how much with its unit.
     """
+    if is_sweep(trace):
+        return quantity_ranges(trace)
     peaks = {
         "drive_voltage": "largest drive voltage",
         "effective_voltage": "largest effective voltage",
@@ -68,6 +72,9 @@ def key_numbers(trace: xarray.Dataset) -> dict[str, str]:
     for name, words in peaks.items():
         if name in trace:
             found[words] = _range(_largest(abs(trace[name]), "time"), signal(name).unit)
+            if name == "lateral_force" and (missing := not_known(trace, name)):
+                some = bool(trace[name].notnull().any())
+                found[words] = f"{found[words]} ({missing})" if some else missing
         if name == "electrostatic_force" and name in trace:
             found["mean electrostatic force over the record"] = _range(_mean(trace[name]), "N")
     if "field" in trace:
@@ -75,6 +82,88 @@ def key_numbers(trace: xarray.Dataset) -> dict[str, str]:
             largest = _largest(abs(trace["field"].sel(layer=layer)), "time")
             found[f"largest field, {str(layer).replace('_', ' ')}"] = _range(largest, "V/m")
     return found
+
+
+def not_known(trace: xarray.Dataset, name: str) -> str:
+    """Say at how many of its times a friction is not known, because the finger rests.
+
+    Parameters
+    ----------
+    trace : Trace
+        Computed or measured.
+    name : str
+        Of the signal.
+
+    Returns
+    -------
+    str
+        For instance ``not known at 40 % of the times (the finger rests)``; empty where it is known, or where the
+        Trace does not say that the finger rests.
+    """
+    if name not in trace or not any(lamp["name"] == "friction at rest" for lamp in lamps(trace)):
+        return ""
+    share = float(trace[name].isnull().mean())
+    if not share:
+        return ""
+    when = "" if share == 1 else f" at {100 * share:.3g} % of the times"
+    return f"not known{when} (the finger rests)"
+
+
+def is_sweep(trace: xarray.Dataset) -> bool:
+    """Tell whether a Dataset holds numbers for each case of a sweep."""
+    return "quantities" in trace.attrs
+
+
+def quantities_of(trace: xarray.Dataset) -> list[str]:
+    """List the quantities of a sweep, in the order asked for."""
+    return [str(name) for name in json.loads(trace.attrs.get("quantities", "[]"))]
+
+
+def quantity_ranges(trace: xarray.Dataset, *, plain: bool = False) -> dict[str, str]:
+    """Write smallest and largest value of each quantity of a sweep, and where they occur.
+
+    Parameters
+    ----------
+    trace : xarray.Dataset
+        From `electrovib.sweep`.
+    plain : bool
+        Units in letters that every terminal has: ``uA``.
+
+    Returns
+    -------
+    dict of str to str
+        Name to text.
+    """
+    units, found = swept_units(trace), {}
+    for name in quantities_of(trace):
+        unit = str(trace[name].attrs.get("units", ""))
+        values = np.asarray(trace[name].values, dtype=float)
+        known = np.isfinite(values)
+        if not known.any():
+            found[name] = "not known" if np.isnan(values).all() else str(values.flat[0])
+            continue
+        ends = []
+        for place in (
+            int(np.argmin(np.where(known, values, np.inf))),
+            int(np.argmax(np.where(known, values, -np.inf))),
+        ):
+            at = np.unravel_index(place, values.shape)
+            where = ", ".join(
+                f"{path} = {_shown(trace[path].values[i], units.get(str(path), ''), plain=plain)}"
+                for path, i in zip(trace[name].dims, at, strict=True)
+            )
+            number = _shown(values.flat[place], unit, plain=plain)
+            ends.append(f"{number} (at {where})" if where else number)
+        text = ends[0] if values.size == 1 else " to ".join(ends)
+        lost = int(np.count_nonzero(~known))
+        found[name] = text + (f"; not known in {lost} of {values.size} cases" if lost else "")
+    return found
+
+
+def _shown(value: float, unit: str, *, plain: bool) -> str:
+    if plain and unit in KINDS:
+        return format_quantity(float(value), unit, digits=4)
+    return shown_value(value, unit)
 
 
 def _largest(values: xarray.DataArray, along: str) -> xarray.DataArray:

@@ -127,6 +127,37 @@ def test_a_trace_repeats_its_run_and_its_sweep(cli):
         np.testing.assert_allclose(first["drive.rise"], np.geomspace(5e-3, 50e-3, 3), rtol=1e-12)
 
 
+def test_numbers_of_a_sweep_as_a_table_and_again(cli, here):
+    asked = ["--quantity", "mean electrostatic force", "--quantity", "peak current"]
+    code, out, _ = cli("run", "--over", "drive.rise=5ms:50ms:3log", *asked, "-o", "a.csv")
+    assert code == 0
+    assert "mean electrostatic_force: " in out
+    assert "(at drive.rise = 5 ms)" in out
+    rows = [line for line in (here / "a.csv").read_text().splitlines() if not line.startswith("#")]
+    assert rows[0] == "drive.rise [s],mean electrostatic_force [N],peak current [A]"
+    assert len(rows) == 4
+    assert cli("run", "a.csv", "-o", "b.csv")[0] == 0
+    assert (here / "b.csv").read_text() == (here / "a.csv").read_text()
+    code, out, _ = cli("report", "a.csv", "-o", "a.html")
+    assert code == 0
+    assert "Over drive.rise" in (here / "a.html").read_text()
+
+
+def test_records_of_a_sweep_are_kept_on_request(cli):
+    run = ["run", "--set", "time.samples=11", "--over", "drive.rise=5ms:50ms:2"]
+    assert cli(*run, "--records", "-o", "a.nc")[0] == 0
+    assert cli("run", "a.nc", "-o", "b.nc")[0] == 0
+    with xarray.open_dataset("a.nc") as first, xarray.open_dataset("b.nc") as second:
+        assert first["electrostatic_force"].dims == ("drive.rise", "sample")
+        xarray.testing.assert_identical(first, second)
+
+
+def test_numbers_of_one_case(cli):
+    code, out, _ = cli("run", "--quantity", "peak drive_voltage")
+    assert code == 0
+    assert "peak drive_voltage: 1 kV\n" in out
+
+
 def test_the_report_of_a_scenario_without_a_title_is_named_after_its_file(cli, here):
     (here / "my touchscreen.toml").write_text(GOOD)
     assert cli("run", "my touchscreen.toml", "--report", "out.html")[0] == 0
@@ -258,7 +289,9 @@ def test_a_faulty_drive_file_is_told_with_its_place(fault, cli, here):
         (["run", "-o", "nowhere/out.nc"], ["nowhere"]),
         (["run", "-o", "out.xyz"], [".nc, .csv, .mat"]),
         (["run", "--report", "out.pdf"], [".html"]),
-        (["run", "--over", "drive.rise=1ms:2ms:3", "-o", "out.csv"], [".nc"]),
+        (["run", "--over", "drive.rise=1ms:2ms:3", "--records", "-o", "out.csv"], [".nc"]),
+        (["run", "--records"], ["--over"]),
+        (["run", "--quantity", "peak curent"], ["Did you mean 'current'?"]),
         (["run", "--set", "force.model=Vezzoli2014PerFrequency"], ["not causal", "Vezzoli2014Causal"]),
         (["report", "missing.nc"], ["missing.nc"]),
         (["reproduce", "vezzoli_2015"], ["vezzoli_2014"]),

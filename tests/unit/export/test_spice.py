@@ -423,6 +423,10 @@ SALT = {"thickness": 1e-9, "material": {"model": "Constant", "permittivity": 80,
     [
         (SETTLED | {"drive": DRIVES["chirp"]}, "does not repeat"),
         (
+            {"contact": {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.5}},
+            "contact = GrowingArea: its area follows load and attraction",
+        ),
+        (
             SETTLED | {"stack": {"insulator": FILM | {"initial_charge": 1e-5}, "stratum_corneum": SKIN}},
             r"stack\.insulator\.initial_charge.*use AtRest",
         ),

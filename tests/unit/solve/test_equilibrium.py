@@ -202,6 +202,42 @@ def test_a_growing_area_is_taken_under_the_load():
         equilibrium(scenario(contact=growing, **{"load.normal_force": 0.0}))
 
 
+@pytest.mark.parametrize("voltage", [0.0, 100.0, 1000.0])
+@pytest.mark.parametrize("coat", [1e-6, 90e-6])
+@pytest.mark.parametrize(
+    "return_path", [{"model": "Grounded"}, {"model": "Floating", "capacitance": 1.5e-10}]
+)
+def test_an_area_that_does_not_grow_is_a_fixed_one(voltage, coat, return_path):
+    """Exponent 0 by the route of growing areas: every state, stable or not, is that of the fixed area."""
+    changes = {
+        "stack.insulator.thickness": coat,
+        "load.normal_force": 0.01,
+        "circuit.return_path": return_path,
+    }
+    fixed = scenario(**changes)
+    still = {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.0, "surface": SPRING}
+    one, other = (equilibrium(each, voltage=voltage) for each in (fixed, scenario(**changes, contact=still)))
+    assert [state.stable for state in one.states] == [state.stable for state in other.states]
+    assert [state.touching for state in one.states] == [state.touching for state in other.states]
+    np.testing.assert_allclose([s.gap for s in other.states], [s.gap for s in one.states], rtol=1e-9)
+    np.testing.assert_allclose(other.force, one.force, rtol=1e-9)
+
+
+@pytest.mark.parametrize("exponent", [0.5, 2 / 3, 1.0])
+def test_every_state_of_a_growing_area_is_of_load_and_attraction(exponent):
+    growing = {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": exponent, "surface": SPRING}
+    coat = scenario(contact=growing, **{"stack.insulator.thickness": 1e-6, "load.normal_force": 0.01})
+    found = equilibrium(coat, voltage=100.0)
+    assert len(found.states) == (3 if exponent < 1 else 1)
+    for state, force, area in zip(found.states, found.force, found.areas, strict=True):
+        assert area == pytest.approx(coat.contact.gross_area(0.01 + force), rel=1e-9)
+        assert (state.repulsion + state.stop) * area == pytest.approx(0.01 + force, rel=1e-9)
+        assert abs(state.residual) < 1e-9 * (state.repulsion + state.stop)
+    if exponent == 1:
+        with pytest.raises(InputError, match="without bound"):
+            equilibrium(coat, voltage=300.0)
+
+
 def test_two_stable_states_are_both_given():
     coat = scenario(**{"stack.insulator.thickness": 1e-6, "load.normal_force": 0.0})
     found = equilibrium(coat, voltage=60.0)

@@ -11,7 +11,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.amplifier import Amplifier
 from electrovib.physics.motion import Motion
-from electrovib.solve.scenario import load
+from electrovib.solve.scenario import load, scenario_of
 from electrovib.solve.simulate import simulate
 
 COULOMB = {"model": "Coulomb", "coefficient": 0.5}
@@ -78,11 +78,14 @@ def test_a_closing_gap_without_a_load_begins_as_declared(gap):
     assert carried == pytest.approx(float(trace.normal_force[-1] + trace.electrostatic_force[-1]), rel=0.02)
 
 
-def test_ridges_are_an_area_beside_outline_and_real_contact(gap):
-    told = simulate(gap.replace({"contact.surface": PERSSON, "contact.ridge_share": 0.6}))
-    np.testing.assert_allclose(told.gross_contact_area.values, 1e-4, rtol=1e-15)
-    np.testing.assert_allclose(told.ridge_contact_area.values, 0.6e-4, rtol=1e-15)
-    assert float(told.real_contact_area.max()) < 0.6e-4
+def test_a_share_of_ridges_that_no_law_knows_is_refused_but_in_older_traces(gap):
+    with pytest.raises(InputError, match="ridge_share"):
+        gap.replace({"contact.ridge_share": 0.6})
+    trace = simulate(gap, time=np.linspace(0, 0.01, 3))
+    older = json.loads(trace.attrs["scenario"])
+    older["contact"]["ridge_share"] = 0.6
+    trace.attrs["scenario"] = json.dumps(older)
+    assert scenario_of(trace) == gap
 
 
 def test_the_current_that_a_stray_capacitance_takes_is_not_said_to_enter_the_finger(gap):

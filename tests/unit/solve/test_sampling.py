@@ -56,3 +56,55 @@ def test_a_sine_met_at_its_zeros_is_not_shown_in_silence():
     assert np.max(np.abs(trace.drive_voltage)) < 1e-9 * 100
     told = {lamp["name"]: lamp["text"] for lamp in json.loads(trace.attrs["lamps"])}
     assert "time.samples = 8001 would show it" in told["sampling"]
+
+
+NARROW = {
+    "pulses that no time meets": {"model": "PulseTrain", "high": 100, "width": 1e-5, "frequency": 60},
+    "a pulse between two times": {
+        "model": "Trapezium",
+        "high": 100,
+        "delay": 0.0503,
+        "rise": 1e-6,
+        "hold": 8e-6,
+        "fall": 1e-6,
+    },
+    "a sine beside a chirp": {
+        "model": "Sum",
+        "drives": [
+            {"model": "Chirp", "amplitude": 1, "first": 10, "last": 3e3, "length": 0.3},
+            {"model": "PulseTrain", "high": 1, "width": 2e-4, "frequency": 50},
+        ],
+    },
+}
+
+
+@pytest.mark.parametrize("name", NARROW)
+@pytest.mark.parametrize("count", [50, 2001])
+def test_the_advice_holds_when_it_is_followed(name, count):
+    drive = read_model(Drive, NARROW[name])
+    (lamp,) = sampling(drive, np.linspace(0, 0.3, count))
+    assert lamp.value > lamp.limit == count
+    assert f"time.samples = {lamp.value:.0f} would show it" in lamp.text
+    assert sampling(drive, np.linspace(0, 0.3, int(lamp.value))) == []
+
+
+def test_a_measured_drive_on_other_times_is_told_to_keep_its_own():
+    time = np.linspace(0, 1, 40_001)
+    record = {"model": "Sampled", "time_samples": time, "voltage_samples": np.sin(2 * np.pi * 1e3 * time)}
+    drive = read_model(Drive, {"model": "Offset", "level": 5, "drive": record})
+    (lamp,) = sampling(drive, np.linspace(0, 1, 2001))
+    assert "leave time.samples away" in lamp.text
+    assert sampling(drive, drive.time_stamps) == []
+    assert sampling(drive, np.linspace(0, 1, 16_001)) == []
+
+
+def test_where_no_even_times_would_do_numbers_are_advised():
+    drive = read_model(Drive, {"model": "PulseTrain", "high": 1, "width": 1e-8, "frequency": 1})
+    (lamp,) = sampling(drive, np.linspace(0, 5, 2001))
+    assert "ask for numbers with --quantity" in lamp.text
+
+
+@pytest.mark.parametrize("samples", [9, 17, 2001])
+def test_edges_between_two_times_are_no_fault(samples):
+    square = read_model(Drive, {"model": "Square", "high": 1, "low": -1, "frequency": 1})
+    assert sampling(square, np.linspace(0, 1, samples)) == []

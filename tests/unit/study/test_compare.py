@@ -100,8 +100,11 @@ def test_an_entry_beyond_breakdown_carries_its_lamp(coat):
     assert "(beyond breakdown)" in rows["GapPlane"][3]
     assert "(beyond breakdown)" not in rows["InsulatorPlane"][3]
     told = {what: law for law, what in coat.tables[1].rows}
-    assert next(law for what, law in told.items() if "static: the gap field" in what) == "GapPlane"
-    assert next(law for what, law in told.items() if "stratum corneum" in what) == "every law"
+    assert (
+        next(law for what, law in told.items() if "static: the field of a vanishing gap" in what)
+        == "GapPlane"
+    )
+    assert next(law for what, law in told.items() if "across 'stratum_corneum'" in what) == "every law"
 
 
 def test_lamps_of_a_law_without_a_response_in_time_are_those_of_the_stack(coat):

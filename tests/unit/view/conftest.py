@@ -58,7 +58,7 @@ def other(scenario):
 
 @pytest.fixture(scope="session")
 def swept(scenario):
-    return sweep(scenario, {"stack.gap.thickness": np.geomspace(1e-7, 1e-4, 15)})
+    return sweep(scenario, {"stack.gap.thickness": np.geomspace(1e-7, 1e-4, 15)}, records=True)
 
 
 @pytest.fixture(scope="session")

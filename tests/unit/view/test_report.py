@@ -6,9 +6,13 @@ import re
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.solve.scenario import scenario_of
+from electrovib.solve.simulate import simulate
+from electrovib.study.sweep import sweep
 from electrovib.view import report as module
 from electrovib.view.report import collect, report
 
@@ -77,7 +81,11 @@ def test_what_a_report_of_a_run_holds(tmp_path, trace):
     assert "Glass & <film>" in words
     assert {"How far to believe it", "Stack", "Over time", "Over frequency", "Parameters", "Models"} <= words
     assert trace.attrs["scenario_hash"] in words
-    assert {"warning", "ok", "unknown"} <= words
+    assert {"warning", "ok"} <= words
+    thinner = simulate(
+        scenario_of(trace).replace({"stack.gap.thickness": "4 um"}), time=np.linspace(0, 0.1, 11)
+    )
+    assert "unknown" in written(tmp_path, thinner)[1].words  # Paschen's law says nothing of it
     assert "90 µm" in words
     assert "data sheet of the film" in words
     assert "pressure = ε₀·E²/2" in words
@@ -106,7 +114,14 @@ def test_several_traces_show_first_what_differs(tmp_path, trace, other):
 
 def test_a_sweep_says_what_was_swept(tmp_path, swept):
     _, page = written(tmp_path, swept)
-    assert "The worst case over the sweep." in page.words
+    assert (
+        "Each check at the case in which it comes nearest to its limit, or goes furthest beyond."
+        in page.words
+    )
+    assert "Over stack.gap.thickness" in page.words
+    assert "Numbers of the whole time." in page.words
+    assert "Over time" not in page.words, "a curve over the parameter, never records on top of each other"
+    assert page.tags.count("svg") == 2
     assert "100 nm … 100 µm (15 values)" in page.words
 
 
@@ -185,3 +200,14 @@ def test_an_interrupted_report_leaves_the_older_one(tmp_path, monkeypatch, trace
     monkeypatch.undo()
     assert path.read_text(encoding="utf-8") == "older"
     assert [file.name for file in tmp_path.iterdir()] == ["r.html"]
+
+
+def test_a_sweep_over_three_parameters_draws_maps_at_the_ends_of_the_first(tmp_path, scenario):
+    over = {"drive.high": [10.0, 20.0, 30.0], "stack.gap.thickness": [1e-6, 5e-6], "drive.rise": [1e-3, 2e-3]}
+    cube = sweep(scenario, over, quantities=["mean electrostatic_force"])
+    _, page = written(tmp_path, {"cube": cube, "one": sweep(scenario, {}, quantities=["peak current"])})
+    words = " ".join(page.words)
+    assert "Over stack.gap.thickness and drive.rise: cube" in words
+    assert "at drive.high = 10 V." in words
+    assert "at drive.high = 30 V." in words
+    assert "drive.high = 20 V" not in words

@@ -7,7 +7,15 @@ import pytest
 
 from electrovib.core.trace import make_trace
 from electrovib.solve.scenario import load
-from electrovib.view.summary import key_numbers, lamps, provenance, scenario_text, swept_texts, versions
+from electrovib.view.summary import (
+    key_numbers,
+    lamps,
+    provenance,
+    quantity_ranges,
+    scenario_text,
+    swept_texts,
+    versions,
+)
 
 
 def ramp(times, values):
@@ -42,11 +50,25 @@ def test_one_sample_and_no_number():
     )
 
 
-def test_a_sweep_gives_ranges(swept):
-    low, high = (float(value) for value in (swept.electrostatic_force.max("time").values[[-1, 0]]))
-    found = key_numbers(swept)["largest electrostatic force"]
-    assert found == f"{low / 1e-3:.4g} mN … {high / 1e-3:.4g} mN"
+def test_a_sweep_gives_ranges_and_where_their_ends_are(swept):
+    name = "peak electrostatic_force"
+    low, high = (float(value) for value in swept[name].values[[-1, 0]])
+    assert key_numbers(swept)[name] == (
+        f"{low / 1e-3:.4g} mN (at stack.gap.thickness = 100 µm) to"
+        f" {high / 1e-3:.4g} mN (at stack.gap.thickness = 100 nm)"
+    )
+    assert quantity_ranges(swept, plain=True)[name].endswith("(at stack.gap.thickness = 100 nm)")
+    assert "100 um" in quantity_ranges(swept, plain=True)[name]
     assert swept_texts(swept) == {"stack.gap.thickness": "100 nm … 100 µm (15 values)"}
+
+
+def test_what_is_not_known_of_a_sweep_is_counted(swept):
+    partly = swept.copy(deep=True)
+    partly["peak current"][3] = np.nan
+    partly["swing lateral_force"][:] = np.nan
+    found = quantity_ranges(partly)
+    assert found["peak current"].endswith("; not known in 1 of 15 cases")
+    assert found["swing lateral_force"] == "not known"
 
 
 def test_lamps(trace, measured):

@@ -49,6 +49,7 @@ def command(
 
 def summary(found: Balance) -> list[str]:
     """Say in a few lines which states there are."""
+    from electrovib.apps.cli.run import told
     from electrovib.core.units import format_quantity
 
     def shown(value: float, unit: str) -> str:
@@ -58,10 +59,11 @@ def summary(found: Balance) -> list[str]:
         f"{shown(found.voltage, 'V')} held across {', '.join(found.blocking)} and the gap: electrical thickness"
         f" {shown(found.electrical_thickness, 'm')}, load {shown(found.pressure, 'Pa')} on {shown(found.area, 'm2')}"
     ]
-    for state, force in zip(found.states, found.force, strict=True):
+    for state, force, area in zip(found.states, found.force, found.areas, strict=True):
+        grown = f" on {shown(area, 'm2')}" if area != found.area else ""
         lines.append(
-            f"gap {shown(state.gap, 'm')}: attraction {shown(force, 'N')}, {_kind(state)}"
-            f" (residual {state.residual:.1e} Pa, {state.iterations} iterations)"
+            f"gap {shown(state.gap, 'm')}: attraction {shown(force, 'N')}{grown}, {_kind(state)}"
+            f" (residual {state.residual:.1e} Pa)"
         )
     if len(found.stable) > 1:
         lines.append(
@@ -71,7 +73,7 @@ def summary(found: Balance) -> list[str]:
         lines.append(
             "a flatter state, with more than half of the area in contact, is not described by this relief"
         )
-    return lines
+    return lines + told(found.lamps)
 
 
 def _kind(state: Equilibrium) -> str:

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from electrovib.core.lamps import Lamp
+
+FORCES = ("electrostatic_force", "lateral_force")
 
 
 def register(app: typer.Typer) -> None:
@@ -24,51 +31,97 @@ def command(
     ] = None,
     over: Annotated[
         list[str] | None,
-        typer.Option(metavar="PATH=FROM:TO:N[log]", help="Give the Trace this dimension; repeatable."),
+        typer.Option(
+            metavar="PATH=FROM:TO:N[log]", help="Sweep a parameter: numbers for each case; repeatable."
+        ),
     ] = None,
+    quantities: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--quantity",
+            metavar="NAME",
+            help="A number to answer with, 'mean electrostatic_force'; repeatable.",
+        ),
+    ] = None,
+    records: Annotated[
+        bool, typer.Option("--records", help="Keep the signals over time of each case of a sweep too.")
+    ] = False,
     output: Annotated[
-        str | None, typer.Option("--output", "-o", help="Write the Trace: .nc, .csv or .mat.")
+        str | None, typer.Option("--output", "-o", help="Write the result: .nc, .csv or .mat.")
     ] = None,
     report: Annotated[str | None, typer.Option(help="Write a self-contained HTML report.")] = None,
 ) -> None:
-    """Simulate a scenario; write its Trace and a report."""
+    """Simulate a scenario, or sweep it; write its Trace, or a table of numbers, and a report."""
     from electrovib.apps.run import run
 
-    trace = run(scenario, set=changes or [], over=over or [], output=output, report=report)
+    trace = run(
+        scenario,
+        set=changes or [],
+        over=over or [],
+        quantities=quantities or [],
+        records=records,
+        output=output,
+        report=report,
+    )
     for line in summary(trace, output, report, source=scenario):
         print(line)
 
 
 def summary(trace: Any, output: str | None, report: str | None, *, source: str = "") -> list[str]:
     """Say in a few lines what came out, and what of a paper's scenario is not found in the paper."""
-    import json
-
     from electrovib.apps.cli.chosen import chosen
-    from electrovib.core.units import format_quantity
+    from electrovib.core.lamps import read_lamps
     from electrovib.solve.scenario import scenario_of
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
-    for name in ("electrostatic_force", "lateral_force"):
-        low, high = (
-            format_quantity(float(edge), "N", digits=4) for edge in (trace[name].min(), trace[name].max())
-        )
-        lines.append(f"{name.replace('_', ' ')}: {low} to {high}")
+    if "over" in trace.attrs:
+        lines += _numbers(trace)
+    else:
+        lines += [f"{name.replace('_', ' ')}: {_range(trace, name)}" for name in FORCES]
     lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
     lines.append(f"solver: {trace.attrs['solver']} ({trace.attrs['solver_reason']})")
     if trace.attrs.get("reduction_error"):
         error = 100 * float(trace.attrs.get("transfer_error", float("nan")))
         lines.append(f"error of the answer through materials reduced to relaxations: at most {error:.2g} %")
-    lines += [
-        f"{lamp['state']}: {lamp['text']}"
-        for lamp in json.loads(trace.attrs["lamps"])
-        if lamp["state"] == "warning"
-    ]
+    lines += told(read_lamps(trace.attrs["lamps"]))
     if "friction_solver" in trace.attrs:
         lines.append(f"friction: {trace.attrs['friction_solver']}")
     if dropped := trace.attrs["dropped_samples"]:
         words = "1 sample of the drive was" if dropped == 1 else f"{dropped} samples of the drive were"
         lines.append(f"warning: {words} dropped")
     return lines + [f"written: {path}" for path in (*_files(trace, output), report) if path]
+
+
+def _range(trace: Any, name: str) -> str:
+    """Write the range of a force, and at how many of its times it is not known."""
+    from electrovib.core.units import format_quantity
+    from electrovib.view.summary import not_known
+
+    values = trace[name]
+    if missing := not_known(trace, name):
+        if not bool(values.notnull().any()):
+            return missing
+        missing = f", {missing}"
+    low, high = (format_quantity(float(edge), "N", digits=4) for edge in (values.min(), values.max()))
+    return f"{low} to {high}{missing}"
+
+
+def _numbers(trace: Any) -> list[str]:
+    """Give the range of each quantity of a sweep, and where its ends are."""
+    from electrovib.view.summary import quantity_ranges
+
+    over = ", ".join(
+        f"{path} ({trace.sizes[path]} values)" for path in trace.sizes if path in trace.attrs["over"]
+    )
+    lines = [f"over {over}; numbers of {trace.attrs['taken_over']}"] if over else []
+    return lines + [f"{name}: {text}" for name, text in quantity_ranges(trace, plain=True).items()]
+
+
+def told(lamps: Sequence[Lamp]) -> list[str]:
+    """Say what is beyond a limit, one line each, and in one more line what could not be judged."""
+    lines = [f"warning: {lamp.text}" for lamp in lamps if lamp.state == "warning"]
+    unknown = [lamp.text for lamp in lamps if lamp.state == "unknown"]
+    return [*lines, f"not judged: {'; '.join(unknown)}"] if unknown else lines
 
 
 def _files(trace: Any, output: str | None) -> list[str]:

@@ -1,4 +1,4 @@
-"""A Trace as CSV, without loss, with one dimension a file."""
+"""A Trace as CSV, without loss, with one dimension a file; a sweep with one row for each case."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import csv
 import hashlib
 import itertools
 import json
+import math
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
 TABLES: Final = ("time", "frequency")
 """Dimensions that a CSV file may run over, the one of the main file first."""
 
+CASES: Final = "case"
+"""What the table of a sweep runs over: every combination of its parameters."""
+
 _BLOCK: Final = 65536
 _MOST_LAYERS: Final = 1000
 
@@ -37,10 +41,12 @@ def csv_files(sizes: Mapping[Any, int], path: Path) -> dict[Path, str]:
     Raises
     ------
     InputError
-        If the Trace has a sweep, or neither time nor frequency.
+        If the Trace has records of a sweep, or a layer but neither time nor frequency.
     """
     sweeps = [str(name) for name in sizes if name not in (*TABLES, "layer")]
     tables = [name for name in TABLES if name in sizes]
+    if not tables and "layer" not in sizes and "sample" not in sizes:
+        return {path: CASES}
     if sweeps or not tables:
         also = f"also runs over {', '.join(sweeps)}" if sweeps else "has neither time nor frequency"
         raise InputError(
@@ -50,12 +56,12 @@ def csv_files(sizes: Mapping[Any, int], path: Path) -> dict[Path, str]:
 
 
 def save_csv(trace: xarray.Dataset, path: Path) -> list[Path]:
-    """Write a Trace as CSV: one file over time, another over frequency.
+    """Write a Trace as CSV: one file over time, another over frequency; a sweep as one row for each case.
 
     Parameters
     ----------
     trace : xarray.Dataset
-        A Trace without sweeps; units are stamped again.
+        A Trace, or a sweep without records; units are stamped again.
     path : Path
         The main file, over time where there is time.
 
@@ -67,7 +73,7 @@ def save_csv(trace: xarray.Dataset, path: Path) -> list[Path]:
     Raises
     ------
     InputError
-        If the Trace has a sweep, or a file cannot be written.
+        If the Trace has records of a sweep, or a file cannot be written.
 
     Notes
     -----
@@ -75,7 +81,12 @@ def save_csv(trace: xarray.Dataset, path: Path) -> list[Path]:
     """
     stored = prepared(trace, path)
     files = csv_files(stored.sizes, path)
-    inside = {str(name) for name, variable in stored.variables.items() if set(TABLES) & set(variable.dims)}
+    swept = CASES in files.values()
+    inside = {
+        str(name)
+        for name, variable in stored.variables.items()
+        if (variable.dtype.kind in "fiub" if swept else set(TABLES) & set(variable.dims))
+    }
     both = [name for name in sorted(inside) if set(TABLES) <= set(stored[name].dims)]
     if both:
         raise InputError(
@@ -102,6 +113,9 @@ def _json(content: Mapping[str, Any]) -> str:
 
 def _entries(structure: Mapping[str, Any], over: str) -> list[Any]:
     """List the variables over one dimension, itself first."""
+    if over == CASES:  # the parameters first
+        found = [entry for entry in structure["variables"] if "values" not in entry]
+        return sorted(found, key=lambda entry: not entry["coordinate"])
     found = [entry for entry in structure["variables"] if over in entry["dims"]]
     return sorted(found, key=lambda entry: bool(entry["name"] != over))
 
@@ -123,13 +137,24 @@ def _write_table(out: TextIO, trace: xarray.Dataset, structure: Mapping[str, Any
     columns: list[NDArray[np.float64]] = []
     for entry in _entries(structure, over):
         headings += (own := _headings(structure, entry))
+        if over == CASES:
+            columns.append(_of_every_case(trace, entry["name"]))
+            continue
         values = trace[entry["name"]].transpose(over, ...).values
         values = np.ascontiguousarray(values, np.complex128 if entry["kind"] == "complex" else np.float64)
         columns += list(values.view(np.float64).reshape(len(values), len(own)).T)
     csv.writer(out, lineterminator="\n").writerow(headings)
-    for start in range(0, trace.sizes[over], _BLOCK):
+    for start in range(0, len(columns[0]) if columns else 0, _BLOCK):
         block = [column[start : start + _BLOCK].tolist() for column in columns]
         out.writelines(",".join(map(repr, row)) + "\n" for row in zip(*block, strict=True))
+
+
+def _of_every_case(trace: xarray.Dataset, name: str) -> NDArray[np.float64]:
+    """Repeat a variable along the parameters that it does not run over."""
+    variable = trace[name]
+    shape = [trace.sizes[dim] if dim in variable.dims else 1 for dim in trace.sizes]
+    ordered = variable.transpose(*(dim for dim in trace.sizes if dim in variable.dims)).values
+    return np.broadcast_to(ordered.reshape(shape), list(trace.sizes.values())).astype(float).ravel()
 
 
 def load_csv(path: Path) -> xarray.Dataset:
@@ -205,9 +230,16 @@ def _read_arrays(table: Table, structure: Mapping[str, Any], over: str) -> dict[
         raise DataFileError(
             f"{table.path}: its columns are not those that were saved; leave them as they are."
         )
-    numbers, size = table.numbers(range(table.width)), structure["sizes"][over]
+    sizes = structure["sizes"]
+    numbers = table.numbers(range(table.width))
+    size = math.prod(sizes.values()) if over == CASES else sizes[over]
     if len(numbers) != size:
         raise DataFileError(f"{table.path}: holds {len(numbers)} rows over {over}, but {size} were saved.")
+    if over == CASES:
+        return {
+            entry["name"]: _of_one_variable(numbers[:, place], sizes, entry["dims"])
+            for place, entry in enumerate(entries)
+        }
     arrays: dict[str, NDArray[Any]] = {}
     start = 0
     for entry, own in zip(entries, headings, strict=True):
@@ -217,3 +249,13 @@ def _read_arrays(table: Table, structure: Mapping[str, Any], over: str) -> dict[
         whole = values.view(np.complex128) if entry["kind"] == "complex" else values
         arrays[entry["name"]] = np.moveaxis(whole.reshape(size, *others), 0, entry["dims"].index(over))
     return arrays
+
+
+def _of_one_variable(
+    column: NDArray[np.float64], sizes: Mapping[str, int], dims: list[str]
+) -> NDArray[np.float64]:
+    """Take a variable back from its column: its first value along every parameter that it does not run over."""
+    whole = column.reshape(list(sizes.values()))
+    taken = whole[tuple(slice(None) if dim in dims else 0 for dim in sizes)]
+    kept = [dim for dim in sizes if dim in dims]
+    return np.transpose(taken, [kept.index(dim) for dim in dims])

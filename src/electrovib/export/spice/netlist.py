@@ -14,6 +14,7 @@ from electrovib.export.spice.precision import check_digits, smallest_charge
 from electrovib.export.spice.section import ReadSection
 from electrovib.export.spice.text import remark
 from electrovib.export.spice.timing import Timing
+from electrovib.physics.contact import FixedArea
 from electrovib.solve.expand import Surroundings
 
 if TYPE_CHECKING:
@@ -86,6 +87,11 @@ def _check(scenario: Scenario) -> None:
         f"{path}: a netlist does not hold it; leave it out, or use 'electrovib run'"
         for path in _moving(scenario)
     ]
+    if not isinstance(scenario.contact, FixedArea):
+        problems.append(
+            f"contact = {type(scenario.contact).__name__}: its area follows load and attraction, and a netlist holds one area;"
+            " use contact.model = FixedArea with the gross_contact_area that 'electrovib run' gives"
+        )
     if problems:
         raise InputError(problems)
 
@@ -94,7 +100,7 @@ def _moving(scenario: Scenario) -> list[str]:
     """Name what of a scenario changes the circuit in a way that no netlist here has."""
     found = {
         "circuit.amplifier": scenario.circuit.amplifier is not None,
-        "motion.distance": scenario.motion.distance is not None,
+        "motion.distance": scenario.motion.moved_gap is not None,
         "motion.renews_film": scenario.motion.renews_film,
         "contact.closing": scenario.contact.closing is not None,
     }

@@ -103,8 +103,11 @@ def _figure_2() -> dict[str, Any]:
         "drive": _trapezium() | {"hold": 1.0},
     }
     content["stack"] = content["stack"] | {"gap": {"thickness": 100e-6}}
+    content["motion"] = {"distance": {"model": "HeldOff"}}
+    content["load"] = {"normal_force": 0.0}
     content["sources"] |= {
-        "stack.gap.thickness": "not printed: the finger was held close to the plate by hand"
+        "stack.gap.thickness": "not printed: the finger was held close to the plate by hand",
+        "load.normal_force": "Vezzoli 2014, figure 2: no contact",
     }
     del content["sources"]["stack.gap.material.conductivity"]
     return content
@@ -121,16 +124,13 @@ def _figure_2_tremor() -> dict[str, Any]:
         "normal": {"natural_frequency": 2e3, "damping_ratio": 0.02, "time_constant": 10.0},
         "lateral": {"natural_frequency": 500.0, "damping_ratio": 0.05},
     }
-    content["load"] = {"normal_force": 0.0}
     chosen = {
         "motion.distance": ("mean", "amplitude", "frequency"),
         "rig.normal": ("natural_frequency", "damping_ratio", "time_constant"),
         "rig.lateral": ("natural_frequency", "damping_ratio"),
     }
     paths = [f"{where}.{name}" for where, names in chosen.items() for name in names]
-    content["sources"] |= dict.fromkeys(paths, NOT_PRINTED) | {
-        "load.normal_force": "Vezzoli 2014, figure 2: no contact"
-    }
+    content["sources"] |= dict.fromkeys(paths, NOT_PRINTED)
     return content
 
 

@@ -1,4 +1,4 @@
-"""Which area the finger touches: the outline of the contact, its ridges, and what really touches."""
+"""Which area the finger touches: the outline of the contact, and what of it really touches."""
 
 from __future__ import annotations
 
@@ -19,11 +19,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-_RIDGES = Quantity("1", 0.01, 1, "share of the outline that the ridges of the print fill")
 _LENGTH = Quantity("m", 1e-6, 1, "length of the contact along the sliding direction")
 _CLOSING = Field(description="lets the gap follow load and attraction; it stays as it is without")
-_RIDGE_SHARE = 2 / 3
-"""A ridged print has one third less contact area than flat skin: Warman and Ennos, J. Exp. Biol. 212, 2016 (2009)."""
 
 
 class Closing(Model):
@@ -48,16 +45,13 @@ class Contact(Model, family=True):
 
     Notes
     -----
-    Three areas that are not each other. The gross area is that of the outline and what forces per area are
-    multiplied with; the ridge area is what of it the ridges of the print fill; the real area is where the
-    relief of the skin touches the plate, and needs a `surface`.
+    Two areas that are not each other. The gross area is that of the outline and what forces per area are
+    multiplied with; the real area is where the relief of the skin touches the plate, and needs a `surface`. Both
+    are those under load and attraction together (`solve.equilibrium.pressed`). A ridged print touches with a third
+    less than flat skin (Warman and Ennos 2009); no force law here knows of ridges, so no parameter does.
     """
 
     if TYPE_CHECKING:  # declared by every member, beside its own parameters
-
-        @property
-        def ridge_share(self) -> float:
-            """Share of the outline that the ridges fill."""
 
         @property
         def length(self) -> float | None:
@@ -101,20 +95,23 @@ class Contact(Model, family=True):
             Pa, same shape.
         """
 
-    def ridge_area(self, normal_force: float | None = None) -> float:
-        """Area that the ridges of the print fill.
+    def outline(self, normal_force: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Area of the outline under many forces.
 
         Parameters
         ----------
-        normal_force : float, optional
-            As for `gross_area` [N].
+        normal_force : float or ndarray
+            With which skin and plate are pressed together [N], 0 or more; NaN gives NaN.
 
         Returns
         -------
-        float
-            m2.
+        float or ndarray
+            m2, same shape; 0 without a force where the area needs one.
         """
-        return self.ridge_share * self.gross_area(normal_force)
+        force = np.asarray(normal_force, dtype=float)
+        pressure = np.asarray(self.mean_pressure(force))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(np.where(force == 0, self.gross_area(0.0), force / pressure))
 
     def sliding_length(self, normal_force: float | None = None) -> float:
         """Length of the contact along the sliding direction.
@@ -152,13 +149,11 @@ class Contact(Model, family=True):
         if self.surface is None:
             raise InputError(
                 "contact.surface is not given: real contact follows from the relief of the skin, for instance"
-                ' contact.surface = { model = "PerssonSurface", ... }; gross and ridge area need none'
+                ' contact.surface = { model = "PerssonSurface", ... }; the gross area needs none'
             )
         force = np.asarray(normal_force, dtype=float)
         pressure = np.asarray(self.mean_pressure(force))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            gross = np.where(pressure > 0, force / pressure, np.where(np.isnan(force), np.nan, 0.0))
-        area: NDArray[np.float64] = gross * self.surface.real_share(pressure)
+        area: NDArray[np.float64] = self.outline(force) * self.surface.real_share(pressure)
         return area
 
 
@@ -172,7 +167,6 @@ class FixedArea(Contact):
     }
 
     area: Annotated[Number, Quantity("m2", 1e-9, 1, "gross contact area")]
-    ridge_share: Annotated[Number, _RIDGES] = _RIDGE_SHARE
     length: Annotated[Number | None, _LENGTH] = None
     surface: Surface | None = None
     closing: Annotated[Closing | None, _CLOSING] = None
@@ -182,16 +176,23 @@ class FixedArea(Contact):
         del normal_force
         return self.area
 
+    def outline(self, normal_force: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Area of the outline [m2], the same under all forces."""
+        force = np.asarray(normal_force, dtype=float)
+        return np.asarray(np.where(np.isnan(force), np.nan, self.area))
+
     def mean_pressure(self, normal_force: NDArray[np.float64]) -> NDArray[np.float64]:
         """Force over gross area [Pa]."""
         return normal_force / self.area
 
 
 class GrowingArea(Contact):
-    """A contact area that grows as a power of the load.
+    """A contact area that grows as a power of the force with which skin and plate are pressed together.
 
     Notes
     -----
+    That force is load plus attraction, and more area attracts more: both are found together. With exponent 1 an
+    attraction above at_force/area lets the area grow without bound, which is refused.
     The exponent of a finger was not found in what could be read, so it has to be given: 2/3 is that of a
     smooth elastic sphere. Without a force the area is that at the reference force.
     """
@@ -209,7 +210,6 @@ class GrowingArea(Contact):
     area: Annotated[Number, Quantity("m2", 1e-9, 1, "gross contact area at the reference force")]
     at_force: Annotated[Number, Quantity("N", 1e-6, 1e3, "reference force")]
     exponent: Annotated[Number, Quantity("1", 0, 1, "power of the force with which the area grows")]
-    ridge_share: Annotated[Number, _RIDGES] = _RIDGE_SHARE
     length: Annotated[Number | None, _LENGTH] = None
     surface: Surface | None = None
     closing: Annotated[Closing | None, _CLOSING] = None

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive, common_period
-from electrovib.physics.drive.parts import Linear, Part
+from electrovib.physics.drive.parts import Linear, Part, Real
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -41,6 +41,11 @@ class Offset(Drive):
     def duration(self) -> float:
         """The duration of the drive."""
         return self.drive.duration
+
+    @property
+    def time_stamps(self) -> Real | None:
+        """Times at which the drive was measured [s]; None for a formula."""
+        return self.drive.time_stamps
 
 
 class Sum(Drive):
@@ -77,6 +82,12 @@ class Sum(Drive):
     def duration(self) -> float:
         """The longest of them."""
         return max(drive.duration for drive in self.drives)
+
+    @property
+    def time_stamps(self) -> Real | None:
+        """Every time at which one of them was measured [s]; None if all are formulas."""
+        found = [stamps for drive in self.drives if (stamps := drive.time_stamps) is not None]
+        return np.unique(np.concatenate(found)) if found else None
 
 
 def _is_step(part: Part) -> bool:

@@ -125,7 +125,8 @@ class _Stretch:
         angular, amplitude = 2 * np.pi * self.frequencies[0], complex(self.amplitudes[0])
         size, phase = abs(amplitude), math.atan2(amplitude.imag, amplitude.real)
         slope = (self.before - self.after) / (self.ends - self.begins)
-        steep = np.clip(slope / (size * angular), -1.0, 1.0)
+        with np.errstate(over="ignore"):  # a tone too small to make a crest
+            steep = np.clip(slope / (size * angular), -1.0, 1.0)
         values = [
             self.after + self._oscillating(self.begins),
             self.before + self._oscillating(self.ends),

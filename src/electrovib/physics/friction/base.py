@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 
+FOLLOWED = "friction of steady sliding, which this one follows"
+
+
 class Load(Model):
     """How the finger is pressed on the plate."""
 
@@ -32,7 +35,17 @@ class Load(Model):
 
 
 class Friction(Model, family=True):
-    """Friction of a finger on the plate."""
+    """Friction of a finger on the plate.
+
+    Notes
+    -----
+    A member belongs to one of three families, each with what the mechanics has to be told: `SteadyFriction` without
+    memory, `FollowingFriction` with one that is linear, `BristleFriction` with a state of its own.
+    """
+
+    @abstractmethod
+    def without_memory(self) -> SteadyFriction:
+        """Give the law of steady sliding that this friction is, or follows."""
 
 
 class SteadyFriction(Friction, family=True):
@@ -66,8 +79,37 @@ class SteadyFriction(Friction, family=True):
         """Tell whether the law is one of the area that touches."""
         return False
 
+    def without_memory(self) -> SteadyFriction:
+        """Give itself."""
+        return self
+
 
 class FollowingFriction(Friction, family=True):
-    """Friction with a memory, of what a law without one would give."""
+    """Friction with a linear memory, of what a law without one would give.
 
-    steady: Annotated[SteadyFriction, Field(description="friction of steady sliding, which this one follows")]
+    Notes
+    -----
+    F = (1 - sum share_i) F_steady + sum share_i F_i, F_i' = rate_i (F_steady - F_i).
+    """
+
+    steady: Annotated[SteadyFriction, Field(description=FOLLOWED)]
+
+    def without_memory(self) -> SteadyFriction:
+        """Give the law that it follows."""
+        return self.steady
+
+    @abstractmethod
+    def memory(self, speed: NDArray[np.float64]) -> tuple[tuple[float, NDArray[np.float64]], ...]:
+        """Parts of the friction that follow the law of steady sliding, and how fast.
+
+        Parameters
+        ----------
+        speed : float or ndarray
+            Sliding speed [m/s]; NaN where none is stated.
+
+        Returns
+        -------
+        tuple of (float, float or ndarray)
+            Share of each part [1], and the rate with which it follows [1/s], above 0, of the shape of `speed`; NaN
+            where the rate needs a speed and none is stated.
+        """

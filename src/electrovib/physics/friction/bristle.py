@@ -6,9 +6,10 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from electrovib.core.quantity import Number, Quantity
-from electrovib.physics.friction.base import FollowingFriction
+from electrovib.physics.friction.base import FOLLOWED, Friction, SteadyFriction
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,7 +22,7 @@ _NEAREST = 1e-8
 _STIFFNESS = Quantity("N/m", 1e-3, 1e12, "stiffness of the contact before it slides")
 
 
-class BristleFriction(FollowingFriction, family=True):
+class BristleFriction(Friction, family=True):
     """Friction of a contact that deflects before it slides.
 
     Notes
@@ -30,7 +31,12 @@ class BristleFriction(FollowingFriction, family=True):
     deflection z is the state. It stores stiffness z^2/2.
     """
 
+    steady: Annotated[SteadyFriction, Field(description=FOLLOWED)]
     stiffness: Annotated[Number, _STIFFNESS]
+
+    def without_memory(self) -> SteadyFriction:
+        """Give the law whose friction it reaches when it slides fast."""
+        return self.steady
 
     @property
     def yields_smoothly(self) -> bool:

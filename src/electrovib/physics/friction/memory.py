@@ -62,6 +62,11 @@ class FirstOrderLag(FollowingFriction):
         growth = 0.0 if self.renewal_length is None else 1 / self.renewal_length
         return np.asarray(self.cut_off + (speed - self.at_speed) * growth)[()]
 
+    def memory(self, speed: NDArray[np.float64]) -> tuple[tuple[float, NDArray[np.float64]], ...]:
+        """Give one part, the whole friction."""
+        where = np.full(np.shape(speed), self.at_speed) if self.renewal_length is None else speed
+        return ((1.0, 2 * np.pi * self.corner(where)),)
+
 
 class Relaxation(Model):
     """One slow part of a friction."""
@@ -90,6 +95,10 @@ class Creep(FollowingFriction):
     relaxations: Annotated[
         tuple[Relaxation, ...], Field(description="slow parts, in the order of their times")
     ]
+
+    def memory(self, speed: NDArray[np.float64]) -> tuple[tuple[float, NDArray[np.float64]], ...]:
+        """Give the slow parts, the same at every speed."""
+        return tuple((each.share, np.full(np.shape(speed), 1 / each.time)) for each in self.relaxations)
 
     @model_validator(mode="after")
     def _at_most_all(self) -> Self:

@@ -20,7 +20,7 @@ from electrovib.solve.filters.follow import finite, through_pieces
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
     from electrovib.physics.finger import Finger
     from electrovib.physics.rig import Digitiser, Rig
@@ -76,6 +76,7 @@ def measured(
     held: float = math.inf,
     friction: Filter | None = None,
     before: float = 0.0,
+    unknown: Callable[[Real], NDArray[np.bool_]] | None = None,
 ) -> Measured:
     """Forces as the rig reads them: through its sensors, then digitised with its noise.
 
@@ -95,6 +96,8 @@ def measured(
         Between `lateral_force`, then a function, and the lateral force on the sensor.
     before : float
         How long before the first time `lateral_force` is followed, from a state held until then [s].
+    unknown : callable, optional
+        Tells at which times [s] the lateral reading stands on a force that is not known: it is NaN there.
 
     Returns
     -------
@@ -124,6 +127,8 @@ def measured(
             found[name], worst = outputs[name][len(asked) - len(moments) :], max(worst, error)
         else:
             found[name] = _of_samples(filter_, stamps, force, moments, held, f"{name}_force")
+    if unknown is not None:
+        found["lateral"] = np.where(unknown(moments), np.nan, found["lateral"])
     signals, lamps = found, list[Lamp]()
     if rig.digitiser is not None:
         signals, lamps = _digitised(rig, rig.digitiser, found)
@@ -167,11 +172,12 @@ def _digitised(rig: Rig, digitiser: Digitiser, forces: dict[str, Real]) -> tuple
         seen = force + noise * np.random.default_rng(stream).standard_normal(len(force))
         readings[name] = digitiser.reading(seen, full_scale)
         nearest = digitiser.levels(seen, full_scale) * (full_scale / 2.0 ** (digitiser.bits - 1))
-        beyond = int(np.count_nonzero(readings[name] != nearest))
+        known, allowed = np.isfinite(seen), format_quantity(full_scale, "N")
+        beyond = int(np.count_nonzero((readings[name] != nearest) & known))
         text = (
-            f"{beyond} of {len(seen)} {name} readings lie beyond the range of {format_quantity(full_scale, 'N')} and are"
+            f"{beyond} of {np.count_nonzero(known)} {name} readings lie beyond the range of {allowed} and are"
             if beyond
-            else f"no {name} reading lies beyond the range of {format_quantity(full_scale, 'N')}, none is"
+            else f"no {name} reading lies beyond the range of {allowed}, none is"
         )
         lamps.append(Lamp(f"{name} range", "warning" if beyond else "ok", f"{text} cut off there"))
     return readings, lamps

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,10 +12,16 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
+from electrovib.core.lamps import Lamp
+from electrovib.physics.contact.area import FixedArea
 from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
 from electrovib.physics.contact.surface import Surface
+from electrovib.physics.limits import limit_lamps
 from electrovib.physics.roughness import ContactSpots
+from electrovib.physics.safety import breakdown_share
 from electrovib.physics.stack import Layer
+from electrovib.solve.diagnostics.judge import layer_lamps
+from electrovib.solve.equilibrium.growing import growing_states
 from electrovib.solve.equilibrium.states import Equilibrium, balance
 from electrovib.solve.scenario import Scenario, load_scenario
 
@@ -29,29 +36,35 @@ class Balance:
         From the smallest gap to the largest.
     force : tuple of float
         Attraction in each state [N].
+    areas : tuple of float
+        Gross area in each state [m2]: that under load and attraction together.
     voltage : float
         Across everything [V].
     pressure : float
-        Load over gross area [Pa].
+        Load over the gross area under the load alone [Pa].
     area : float
-        Gross area [m2].
+        That area [m2].
     electrical_thickness : float
-        Of what blocks [m], seen from the gap.
+        Of what blocks [m], seen from the gap; a return path counts with that area.
     blocking : tuple of str
         The layers that block, and ``return_path`` where it does.
     beyond : bool
         With spots: the attraction would also hold the relief flatter than a Gaussian of gaps describes, more
         than half in contact; that state is not among these.
+    lamps : tuple of Lamp
+        Films and air judged in the state whose field is largest, and the declared limits.
     """
 
     states: tuple[Equilibrium, ...]
     force: tuple[float, ...]
+    areas: tuple[float, ...]
     voltage: float
     pressure: float
     area: float
     electrical_thickness: float
     blocking: tuple[str, ...]
     beyond: bool
+    lamps: tuple[Lamp, ...]
 
     @property
     def stable(self) -> tuple[Equilibrium, ...]:
@@ -93,7 +106,7 @@ def equilibrium(
     A held voltage lies across what does not conduct: the layers whose material has conductivity 0 and that
     have no leak, the gap, and a floating body that nothing discharges. K = eps_gap (sum T/eps + eps0 A/C) over
     them, with the permittivity at the lowest frequency of the scenario's grid. The stress is that of the gap
-    plane, eps0 E^2/2, whatever the scenario's force law. The load pressure is the force over the gross area.
+    plane, eps0 E^2/2, whatever the scenario's force law. Load, attraction and gross area are of one equilibrium.
     """
     known = load_scenario(scenario)
     surface, gap = _surface(known), _gap(known)
@@ -103,9 +116,18 @@ def equilibrium(
     thickness = filling * sum(parts.values())
     held = _largest(known) if voltage is None else voltage
     pressure = known.load.normal_force / area
-    plates = PlateAttraction(held, thickness)
-    attraction: Attraction = plates if spots is None else RoughAttraction(held, thickness, surface, spots)
-    states = balance(surface, attraction, pressure=pressure)
+
+    def attraction_on(area: float) -> Attraction:
+        """Attraction with the return path as thick as it is for an area [m2]."""
+        seen = filling * sum(_blocking(known, area).values())
+        return PlateAttraction(held, seen) if spots is None else RoughAttraction(held, seen, surface, spots)
+
+    attraction = attraction_on(area)
+    if isinstance(known.contact, FixedArea):
+        states = balance(surface, attraction, pressure=pressure)
+        areas = (area,) * len(states)
+    else:
+        states, areas = growing_states(known.contact, surface, attraction_on, load=known.load.normal_force)
     low = getattr(attraction, "smallest_gap", 0.0)
     beyond = low > 0 and float(surface.pressure(np.asarray(low))) < pressure + attraction.pressure(low)
     if not states:
@@ -113,8 +135,38 @@ def equilibrium(
             "contact.surface: the attraction flattens the relief further than a Gaussian of gaps describes; lower the"
             " voltage, or leave 'spots' out for one gap with the plate as its stop"
         )
-    force = tuple(state.attraction * area for state in states)
-    return Balance(states, force, held, pressure, area, thickness, tuple(parts), beyond)
+    force = tuple(state.attraction * each for state, each in zip(states, areas, strict=True))
+    lamps = _lamps(known, states, areas, held=held, filling=filling)
+    return Balance(states, force, areas, held, pressure, area, thickness, tuple(parts), beyond, lamps)
+
+
+def _lamps(
+    scenario: Scenario,
+    states: Sequence[Equilibrium],
+    areas: Sequence[float],
+    *,
+    held: float,
+    filling: float,
+) -> tuple[Lamp, ...]:
+    """Judge films and air in every state, and the declared limits; of each the worst."""
+    layers, gap = scenario.stack.layers, str(scenario.stack.gap_name)
+    stray = 0.0 if scenario.circuit.amplifier is None else scenario.circuit.amplifier.stray_capacitance
+    of_gaps = np.array([[math.sqrt(2 * state.attraction / eps0), state.gap] for state in states])
+    field = float(np.max(of_gaps[:, 0]))  # the stress is eps0 E^2/2
+    nearest = of_gaps[np.argmax(breakdown_share(of_gaps[:, 0], of_gaps[:, 1]))].tolist()
+    inside, left, charges, energies = dict.fromkeys(layers, 0.0), [], [], []
+    for strength, area in zip(of_gaps[:, 0].tolist(), areas, strict=True):
+        parts, flux = _blocking(scenario, area), filling * strength
+        for name, layer in layers.items():
+            inside[name] = max(inside[name], flux * parts.get(name, 0.0) / layer.thickness)
+        left.append(abs(held) - flux * parts.get("return_path", 0.0))
+        charges.append(eps0 * area * flux)
+        energies.append((charges[-1] * left[-1] + stray * held**2) / 2)
+    judged = layer_lamps(
+        scenario, inside | {gap: field}, interface=field, nearest=(nearest[0], nearest[1]), across=max(left)
+    )
+    reached = {"voltage": abs(held), "charge": max(charges), "stored_energy": max(energies)}
+    return (*judged, *limit_lamps(reached, scenario.limits))
 
 
 def _surface(scenario: Scenario) -> Surface:

@@ -49,6 +49,11 @@ class Filter:
         object.__setattr__(self, "poles", poles)
         object.__setattr__(self, "gains", gains)
 
+    @classmethod
+    def through(cls) -> Filter:
+        """Give the filter that changes nothing."""
+        return cls(np.zeros(0, complex), np.zeros(0, complex), 1.0)
+
     def value(self, s: ArrayLike) -> Complex:
         """Transfer function at any complex s [1/s] that is no pole."""
         where = np.asarray(s, complex)

@@ -50,6 +50,11 @@ class Yielding:
         Per area [Pa s/m], above 0 unless there is a mass.
     mass : float
         Per area [kg/m2]; 0 for a gap that only creeps.
+    pulling : float
+        Share of the area on which the field of the gap pulls.
+    together : callable, optional
+        Pressure of load and attraction together [Pa] at a time [s] and a pressure of attraction [Pa], on an area that
+        grows with both; by default their sum.
     """
 
     surface: Repelling
@@ -57,6 +62,8 @@ class Yielding:
     start: float
     damping: float = 0.0
     mass: float = 0.0
+    pulling: float = 1.0
+    together: Callable[[float, float], float] | None = None
 
     def __post_init__(self) -> None:
         """Refuse a gap that nothing slows down."""
@@ -141,8 +148,10 @@ class FingerOverPlate(System):
         assert isinstance(self.motion, Yielding)
         count = self.electrics.size
         gap = float(state[count])
-        pull = self.electrics.attraction(time, state[:count], mode, gap=gap)
-        return float(self.motion.surface.pressure(gap)) - self.motion.load(time) - pull
+        pull = self.motion.pulling * self.electrics.attraction(time, state[:count], mode, gap=gap)
+        together = self.motion.together
+        pressing = self.motion.load(time) + pull if together is None else together(time, pull)
+        return float(self.motion.surface.pressure(gap)) - pressing
 
     def _gap(self, time: float, state: Real, mode: Mode | None = None) -> tuple[float | None, float]:
         """Gap [m] and its rate of change [m/s]."""

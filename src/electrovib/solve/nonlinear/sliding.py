@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -29,6 +29,36 @@ SMALLEST = 1e-9
 _DEAD_BAND = 1e-10
 """By how much the bristles must pass the strength before that counts: rounding alone does not."""
 _LOOKS = 4096
+
+
+def _always(time: float | Real) -> Any:
+    return np.ones(np.shape(time), dtype=bool)
+
+
+class Lifted:
+    """Bristles of a finger off the plate: they let go, and nothing rubs.
+
+    Parameters
+    ----------
+    law : BristleFriction
+        Friction in touch.
+    """
+
+    def __init__(self, law: BristleFriction) -> None:
+        self.stiffness, self.deflection_rate = law.stiffness, law.deflection_rate
+
+    def strength_at(self, speed: Any, strength: Any) -> Any:
+        """Give none [N], whatever speed [m/s] and strength [N]."""
+        return 0 * (speed + strength)
+
+    def force(self, deflection: Any, rate: Any, speed: Any) -> Any:
+        """Give none [N], whatever deflection [m], rate [m/s] and speed [m/s]."""
+        return 0 * (deflection + rate + speed)
+
+
+def lifted(skin: Skin) -> Skin:
+    """Give a skin that nothing rubs."""
+    return replace(skin, law=Lifted(skin.law))  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
@@ -57,6 +87,7 @@ class Sliding(System):
     corners: tuple[float, ...]
     largest_strength: float
     largest_speed: float
+    touches: Callable[[float | Real], Any] = _always
 
     @property
     def scale(self) -> Real:
@@ -74,7 +105,8 @@ class Sliding(System):
 
     def rate(self, time: float, state: Real, mode: Mode) -> Real:
         """Rate of change of each state at a time [s]."""
-        return self.skin.rate(state, float(self.speed(time)), float(self.strength_of(time)), mode[0])
+        skin = self.skin if self.touches(time) else lifted(self.skin)
+        return skin.rate(state, float(self.speed(time)), float(self.strength_of(time)), mode[0])
 
     def switches(self, time: float, state: Real, mode: Mode) -> Real:
         """Speed [m/s] along the direction of the mode, and what is left to the strength [1] likewise, at a time [s]."""
@@ -144,6 +176,7 @@ def sliding(
     stiffness: float | None = None,
     damping: float | None = None,
     breaks: Sequence[float] = (),
+    touches: Callable[[float | Real], Any] = _always,
     settled: bool = False,
     tolerance: float = TOLERANCE,
     step: float | None = None,
@@ -164,6 +197,8 @@ def sliding(
         Of the skin against the bone [kg], [N/m], [N s/m]; all absent for a rigid finger.
     breaks : sequence of float
         Times at which speed or strength are not smooth [s].
+    touches : callable
+        Whether the finger touches at times [s]; off the plate nothing rubs.
     settled : bool
         Whether it has always slid with the speed and strength of time 0; else it begins at rest, undeflected.
     tolerance : float
@@ -185,8 +220,8 @@ def sliding(
     -----
     m w' = k x + c x' - F(z, z', w), x' = u - w, z' of the law; u speed of the bone, w of the skin over the
     plate. In the plate's frame the hand does (k x + c x') u, which goes into m w^2/2, k x^2/2, stiffness z^2/2,
-    c x'^2 and F w - stiffness z z'. A lifted finger keeps 1e-9 of the largest strength (`SMALLEST`); a viscous
-    damping of the law does not know the load and stays.
+    c x'^2 and F w - stiffness z z'. A finger without load keeps 1e-9 of the largest strength (`SMALLEST`); a viscous
+    damping of the law does not know the load and stays, as long as the finger touches.
     """
     looks = _looks(times, breaks)
     strengths = np.asarray(strength(looks), dtype=float) + np.zeros(len(looks))
@@ -200,9 +235,10 @@ def sliding(
     fastest = float(np.max(np.abs(speed(looks))))
     largest_strength = float(strengths.max()) or skin.natural_force(fastest) or 1.0
     largest_speed = fastest or skin.natural_speed(largest_strength)
-    system = Sliding(skin, speed, strength, tuple(breaks), largest_strength, largest_speed)
+    system = Sliding(skin, speed, strength, tuple(breaks), largest_strength, largest_speed, touches)
     at_start, strength_at_start = float(speed(0.0)), float(system.strength_of(0.0))
-    state = skin.settled(at_start, strength_at_start) if settled else np.zeros(skin.states)
+    at_first = skin if touches(0.0) else lifted(skin)
+    state = at_first.settled(at_start, strength_at_start) if settled else np.zeros(skin.states)
     direction = -1 if settled and at_start < 0 else 1
     solved = integrate(system, state, (direction, 1), times, tolerance=tolerance, step=step)
     speeds = np.asarray(speed(times), dtype=float) + np.zeros(len(times))
@@ -215,7 +251,7 @@ def sliding(
     return Slide(
         skin_displacement=skin.displacement(solved.states),
         skin_speed=speeds - over_plate,
-        lateral_force=np.asarray(law.force(deflection, rate, over_plate)),
+        lateral_force=np.where(touches(times), law.force(deflection, rate, over_plate), 0.0),
         bristle_deflection=deflection,
         energies=energies,
         energy_residual=energies.residual,

@@ -17,11 +17,11 @@ from electrovib.physics.finger import Finger
 from electrovib.physics.force import ForceLaw, wanted_layer
 from electrovib.physics.friction import Friction, Load
 from electrovib.physics.interface import beside_interface
+from electrovib.physics.limits import Limits
 from electrovib.physics.moisture import Moisture
-from electrovib.physics.motion import Motion
+from electrovib.physics.motion import HeldOff, Motion
 from electrovib.physics.perception import Perception
 from electrovib.physics.rig import Rig
-from electrovib.physics.safety import Limits
 from electrovib.physics.stack import Stack
 from electrovib.solve.scenario.grids import FrequencyGrid, TimeGrid
 from electrovib.solve.scenario.sources import BY_THE_USER
@@ -84,6 +84,15 @@ class Scenario(Model):
         return self
 
     @model_validator(mode="after")
+    def _held_off_has_a_gap(self) -> Self:
+        if isinstance(self.motion.distance, HeldOff) and self.stack.gap_name is None:
+            raise ValueError(
+                "motion.distance = HeldOff: the finger is as far off the plate as the gap is thick, and the stack has"
+                " none; add [stack.gap] with a thickness, or leave motion.distance away for a finger in touch"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _moistened(self) -> Self:
         """Let moisture set what it moves, so that every table shows what was computed with."""
         if self.moisture is not None:
@@ -92,7 +101,8 @@ class Scenario(Model):
             content = self.to_dict()
             put(content, moistened(self, self.moisture))
             object.__setattr__(self, "stack", read_model(Stack, content["stack"]))
-            object.__setattr__(self, "friction", read_model(Friction, content["friction"]))
+            friction = read_model(Friction, content["friction"])  # type: ignore[type-abstract]
+            object.__setattr__(self, "friction", friction)
         return self
 
     @model_validator(mode="after")

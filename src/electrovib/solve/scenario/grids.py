@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Final, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -11,6 +11,11 @@ from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
 from electrovib.solve.transfer import Real
+
+FORMULA_SAMPLES: Final = 2001
+"""Even times at which a drive is looked at that is a formula, if nothing else is said."""
+ROUNDING: Final = 8 * float(np.finfo(float).eps)
+"""Share of a time by which two times may differ and still be one."""
 
 
 class InitialState(Model, family=True):
@@ -41,10 +46,33 @@ class TimeGrid(Model):
         return self
 
     def times(self, drive: Drive) -> Real:
-        """Even times over the duration; the stamps of a measured drive unless either is given."""
-        if self.duration is None and self.samples is None and drive.time_stamps is not None:
-            return drive.time_stamps
-        return np.linspace(0.0, self.duration or drive.duration, self.samples or 2001)
+        """Give the times at which the result is wanted [s].
+
+        Parameters
+        ----------
+        drive : Drive
+            Of the scenario.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            `samples` even times if that is given. Else the stamps of a measured drive, up to the end and, where the
+            end comes later than the record, as many even times after it as a formula gets; else 2001 even times.
+        """
+        end = self.duration or drive.duration
+        if self.samples is not None or drive.time_stamps is None:
+            return np.linspace(0.0, end, self.samples or FORMULA_SAMPLES)
+        stamps = _apart(drive.time_stamps)
+        inside = stamps[stamps <= end * (1 + ROUNDING)]
+        if end <= inside[-1] * (1 + ROUNDING):
+            return inside
+        few = len(inside) < len(stamps)  # the next stamp comes after the end
+        return np.append(inside, np.linspace(inside[-1], end, 2 if few else FORMULA_SAMPLES)[1:])
+
+
+def _apart(stamps: Real) -> Real:
+    """Leave out stamps that only rounding tells from the one before, as two records of one clock have them."""
+    return stamps[np.diff(stamps, prepend=-np.inf) > ROUNDING * stamps]
 
 
 class FrequencyGrid(Model):

@@ -19,6 +19,8 @@ from electrovib.solve.scenario.experiment import SCHEMA, Scenario
 if TYPE_CHECKING:
     import xarray
 
+DROPPED: Final = ("ridge_share",)
+"""Parameters of a contact that older Traces carry and that changed no result but a signal of their own."""
 DEFAULT: Final = "vezzoli_2014/fig6"
 _TRACES: Final = {".nc", ".csv", ".mat"}
 _FILES: Final = {".toml", *_TRACES}
@@ -105,7 +107,10 @@ def scenario_of(trace: xarray.Dataset) -> Scenario:
     """
     if "scenario" not in trace.attrs:
         raise InputError("this Trace carries no scenario: it is a measurement, or was made by something else")
-    return read_model(Scenario, _without_schema(json.loads(trace.attrs["scenario"])))
+    content = _without_schema(json.loads(trace.attrs["scenario"]))
+    for parameter in DROPPED:
+        content.get("contact", {}).pop(parameter, None)
+    return read_model(Scenario, content)
 
 
 def _load_trace(path: Path) -> xarray.Dataset:

@@ -8,6 +8,7 @@ from electrovib.view.plots.over_frequency import (
     impedance,
     impedance_phase,
 )
+from electrovib.view.plots.over_parameters import quantity
 from electrovib.view.plots.over_time import (
     current,
     drive,
@@ -35,5 +36,6 @@ __all__ = [
     "layer_voltages",
     "over_time",
     "panel",
+    "quantity",
     "stack",
 ]

@@ -10,12 +10,15 @@ from electrovib.solve.scenario import scenario_of
 from electrovib.view.lines import Line, Traces, labelled, left_out, lines, lines_of, scenario_or_none
 from electrovib.view.plots.draw import draw, finish
 from electrovib.view.style import drawing
+from electrovib.view.summary import not_known
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
 _TIME = ("time $t$", "s")
+_OF_SLIDING = ("lateral_force", "lateral_force_measured")
+"""Signals that are NaN where they stand on a friction at rest."""
 
 
 def drive(traces: Traces, *, ax: Axes | None = None) -> Axes:
@@ -227,7 +230,12 @@ def _over_time(traces: Traces, name: str, ax: Axes | None) -> Axes:
     drawn = lines(traces, name, "time")
     known = signal(name)
     words = f"{name.replace('_', ' ')} ${known.symbol}$"
-    return _draw(drawn, words, known.unit, ax, note=left_out(traces, name))
+    axes = _draw(drawn, words, known.unit, ax, note=left_out(traces, name))
+    if name in _OF_SLIDING and any(not_known(trace, name) for trace in labelled(traces).values()):
+        axes.text(
+            0.5, 0.98, "not known where the finger rests", transform=axes.transAxes, ha="center", va="top"
+        )
+    return axes
 
 
 def _draw(drawn: list[Line], words: str, unit: str, ax: Axes | None, *, note: str = "") -> Axes:

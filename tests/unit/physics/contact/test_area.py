@@ -1,4 +1,4 @@
-"""Gross, ridge and real area are three numbers, and none is another."""
+"""Gross and real area are two numbers, and neither is the other."""
 
 from __future__ import annotations
 
@@ -20,10 +20,9 @@ GROWING = {"area": 1e-4, "at_force": 0.5, "exponent": 2 / 3}
 def test_a_fixed_area_is_the_same_under_any_force():
     contact = FixedArea(area=1e-4)
     assert contact.gross_area() == contact.gross_area(2.0) == 1e-4
-    assert contact.ridge_area() == pytest.approx(2e-4 / 3, rel=1e-15)
+    np.testing.assert_array_equal(contact.outline(np.array([0.0, 2.0, np.nan])), [1e-4, 1e-4, np.nan])
     assert contact.sliding_length() == pytest.approx(1e-2, rel=1e-15)
     assert FixedArea(area=1e-4, length=8e-3).sliding_length() == 8e-3
-    assert FixedArea(area=1e-4, ridge_share=0.5).ridge_area() == 5e-5
 
 
 def test_a_growing_area_follows_its_power():
@@ -33,7 +32,7 @@ def test_a_growing_area_follows_its_power():
     assert contact.gross_area(0.0) == 0.0
     assert contact.mean_pressure(4.0) == pytest.approx(4.0 / 4e-4, rel=1e-14)
     assert contact.sliding_length(4.0) == pytest.approx(2e-2, rel=1e-14)
-    assert contact.ridge_area(4.0) == pytest.approx(8e-4 / 3, rel=1e-14)
+    np.testing.assert_allclose(contact.outline(np.array([0.0, 4.0, np.nan])), [0.0, 4e-4, np.nan], rtol=1e-14)
 
 
 def test_the_exponent_has_no_default():
@@ -55,7 +54,7 @@ def test_real_area_is_that_of_the_relief_under_the_mean_pressure():
     assert np.isnan(area[3])
     share = math.erf(math.sqrt(2) * 0.5 / 1e-4 / (SKIN.modulus * SKIN.rms_slope))
     assert area[2] == pytest.approx(1e-4 * share, rel=1e-12)
-    assert area[2] < contact.ridge_area() < contact.gross_area()
+    assert area[2] < contact.gross_area()
     growing = GrowingArea(**GROWING, surface=SKIN)
     gross = growing.gross_area(0.1)
     assert growing.real_area(0.1) == pytest.approx(gross * float(SKIN.real_share(0.1 / gross)), rel=1e-12)

@@ -89,7 +89,8 @@ def test_a_sweep_has_its_path_as_the_title_of_the_legend(swept):
 
 
 def test_a_sweep_over_two_paths_has_both_as_the_title_of_the_legend(scenario):
-    both = sweep(scenario, {"stack.gap.thickness": [1e-6, 5e-6], "stack.insulator.thickness": [50e-6, 90e-6]})
+    over = {"stack.gap.thickness": [1e-6, 5e-6], "stack.insulator.thickness": [50e-6, 90e-6]}
+    both = sweep(scenario, over, records=True)
     legend = plots.force(both).get_legend()
     assert legend.get_title().get_text() == "stack.gap.thickness, stack.insulator.thickness"
     shown = [text.get_text() for text in legend.get_texts()]
@@ -126,3 +127,18 @@ def test_nothing_but_nan_says_so():
     ax = plots.lateral_force(empty)
     assert [text.get_text() for text in ax.texts] == ["no numbers to draw"]
     ax.figure.canvas.draw()
+
+
+def test_the_records_of_a_sweep_are_drawn_at_their_own_times(scenario):
+    sine = scenario.replace({"drive": {"model": "Sine", "amplitude": 100, "frequency": 50}})
+    swept = sweep(sine, {"drive.frequency": [50.0, 100.0]}, records=True)
+    ends = [line.get_xdata()[-1] for line in plots.force(swept).lines]
+    assert ends == pytest.approx([0.1, 0.05])
+
+
+def test_nothing_is_drawn_after_the_end_of_a_shorter_record(scenario):
+    record = {"model": "Sampled", "time_samples": [0, 1e-3, 3e-3], "voltage_samples": [0, 9, 0]}
+    swept = sweep(
+        scenario.replace({"drive": record, "time": {}}), {"time.duration": [1e-3, 3e-3]}, records=True
+    )
+    assert [len(line.get_xdata()) for line in plots.force(swept).lines] == [2, 3]

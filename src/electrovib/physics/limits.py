@@ -1,0 +1,96 @@
+"""What a set-up promises not to exceed, and whether it keeps the promise."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
+
+from electrovib.core.lamps import Lamp, against
+from electrovib.core.model import Model, quantity_of
+from electrovib.core.quantity import Number, Quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+_CURRENT = "of the amplifier into plate, stray capacitance and finger together, by its own limiter"
+
+
+class Limits(Model):
+    """What the set-up promises not to exceed; what is not declared is not judged.
+
+    Notes
+    -----
+    `voltage` is that of the plate against ground. `current` is what the amplifier gives: into the plate, the
+    stray capacitance and the finger; `body_current` the part of it through the finger. `charge` is on the plate
+    under the finger, D A with the bound displacement D of the layer at the plate. `stored_energy` is what
+    plate, layers and stray capacitance could give back, A sum(T E D)/2 + C v^2/2 with thickness T, field E and
+    bound displacement D of each layer and the voltage v of the plate; of two contacts the sum.
+    """
+
+    voltage: Annotated[Number | None, Quantity("V", 1e-3, 1e6, "largest voltage of the plate")] = None
+    current: Annotated[Number | None, Quantity("A", 1e-9, 10, f"largest current {_CURRENT}")] = None
+    charge: Annotated[
+        Number | None, Quantity("C", 1e-15, 1, "largest charge on the plate under the finger")
+    ] = None
+    stored_energy: Annotated[
+        Number | None, Quantity("J", 1e-15, 1e3, "largest energy in contact and stray capacitance")
+    ] = None
+    body_current: Annotated[Number | None, Quantity("A", 1e-9, 10, "largest current through the finger")] = (
+        None
+    )
+    example: ClassVar[dict[str, Any]] = {}
+
+
+WORDS: Final[Mapping[str, str]] = {
+    "voltage": "the voltage of the plate",
+    "current": "the current into plate, stray capacitance and finger",
+    "charge": "the charge on the plate under the finger",
+    "stored_energy": "the energy stored in contact and stray capacitance",
+    "body_current": "the current through the finger",
+}
+"""What each limit is held against."""
+SWITCH_ON: Final = " at switch-on"
+"""After the name of a limit that the jump at time 0 is held against."""
+
+
+def limit_lamps(reached: Mapping[str, float], limits: Limits, *, amplified: bool = True) -> list[Lamp]:
+    """Judge what is reached against what is declared.
+
+    Parameters
+    ----------
+    reached : mapping of str to float
+        Name of a limit to the largest absolute value, in its unit; with `SWITCH_ON` after the name, what the
+        jump at time 0 alone brings, told apart from the rest. What is missing is not judged.
+    limits : Limits
+        Declared.
+    amplified : bool
+        There is an amplifier, so that its current may enter a stray capacitance too.
+
+    Returns
+    -------
+    list of Lamp
+        One for each limit that is declared, in the order of `Limits`, and of its name in words.
+    """
+    found = []
+    for name, words in WORDS.items():
+        limit = getattr(limits, name)
+        if limit is None:
+            continue
+        quantity = quantity_of(Limits, name)
+        assert quantity is not None
+        what = "the current into the contact" if name == "current" and not amplified else words
+        why = f"the declared limit (limits.{name})"
+        for when, more in (("", ""), (SWITCH_ON, " in the jump at time 0")):
+            if name + when in reached:
+                title, value = _title(name) + when, reached[name + when]
+                found.append(against(title, value, limit, quantity.unit, what=what + more, why=why))
+    return found
+
+
+def _title(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def broken(lamps: list[Lamp]) -> list[Lamp]:
+    """Pick the lamps of declared limits that are exceeded."""
+    names = {_title(name) + when for name in WORDS for when in ("", SWITCH_ON)}
+    return [lamp for lamp in lamps if lamp.name in names and lamp.state == "warning"]

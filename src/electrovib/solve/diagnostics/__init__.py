@@ -1,0 +1,184 @@
+"""How far a result can be believed: what is judged against which limit, and what could not be judged."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.core.lamps import Lamp
+from electrovib.core.units import format_quantity
+from electrovib.physics.motion import Distance
+from electrovib.solve.current import caveat
+from electrovib.solve.diagnostics.judge import circuit_lamps, jumps, return_path_lamps, stack_lamps
+from electrovib.solve.diagnostics.looks import looks
+from electrovib.solve.diagnostics.peaks import PeakRecord, refined
+from electrovib.solve.diagnostics.touch import contact_lamps
+from electrovib.solve.electrical import Electrical, electrical, fields_alone
+from electrovib.solve.moisture import moisture_lamp
+from electrovib.solve.respond import is_marched
+from electrovib.solve.scenario import PeriodicState
+from electrovib.solve.vanishing_gap import negative_attraction, vanishing_gap
+
+if TYPE_CHECKING:
+    from electrovib.solve.scenario import Scenario
+    from electrovib.solve.section import ModalSection
+    from electrovib.solve.transfer import Real
+
+SQUEEZED = 8
+"""Times the frequency of a finger that moves: its field, over the gap, has sharper peaks than the motion."""
+
+
+def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Electrical, PeakRecord]:
+    """Compute the electrical answer, and look at it between the output times too.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    section : ModalSection
+        Its stack as modes.
+    times : ndarray, shape (n,)
+        Output times, increasing, >= 0 [s].
+
+    Returns
+    -------
+    answer : Electrical
+        At the output times.
+    record : PeakRecord
+        What is judged, from time 0 to the last output time.
+
+    Raises
+    ------
+    NotCausalError
+        If the force law has no response in time but the drive is not one sine in its steady state.
+    InputError
+        If models do not go together.
+
+    Notes
+    -----
+    A closed form is asked again at other times. A march gives all of them on its way.
+    """
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    distance = scenario.motion.distance
+    moved = SQUEEZED * distance.fastest if isinstance(distance, Distance) else 0.0
+    wanted = looks(scenario.drive, float(times[-1]), settled=settled, beside=moved)
+    if is_marched(scenario):
+        both = np.union1d(times, wanted)
+        whole = electrical(scenario, section, both)
+        return whole.at(np.searchsorted(both, times)), PeakRecord.of(scenario, both, whole.found)
+
+    def look(moments: Real) -> PeakRecord:
+        return PeakRecord.of(scenario, moments, fields_alone(scenario, section, moments))
+
+    answer = electrical(scenario, section, times)
+    record = PeakRecord.of(scenario, times, answer.found)
+    between = np.setdiff1d(wanted, times)
+    return answer, refined(record.joined(look(between)) if len(between) else record, look)
+
+
+def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Electrical) -> PeakRecord:
+    """Give what is judged of an answer whose times are close to each other.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    section : ModalSection
+        Its stack as modes.
+    times : ndarray, shape (n,)
+        Increasing, >= 0 [s], with the corners of the drive among them.
+    answer : Electrical
+        At these times.
+
+    Returns
+    -------
+    PeakRecord
+        A closed form is asked again around each largest value that its neighbours do not show clearly.
+    """
+    record = PeakRecord.of(scenario, times, answer.found)
+    if is_marched(scenario):
+        return record
+    return refined(
+        record, lambda moments: PeakRecord.of(scenario, moments, fields_alone(scenario, section, moments))
+    )
+
+
+def diagnostics(
+    scenario: Scenario, section: ModalSection, record: PeakRecord, times: Real, variables: dict[str, Any]
+) -> list[Lamp]:
+    """Judge a result before it is handed out.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    section : ModalSection
+        Its stack as modes.
+    record : PeakRecord
+        Of the whole solution, as from `solved`.
+    times : ndarray, shape (n,)
+        Output times [s].
+    variables : dict
+        Dimensions and values of the signals of the Trace, in their units.
+
+    Returns
+    -------
+    list of Lamp
+        Law, materials, layers from plate to finger, circuit, contact, motion.
+    """
+    layers = scenario.stack.layers
+    spoken = [*scenario.force.lamps(layers), *([] if scenario.drive.quantity == "voltage" else [caveat()])]
+    moist = moisture_lamp(scenario)
+    spoken += [] if moist is None else [moist]
+    for name, layer in layers.items():
+        spoken += layer.material.lamps(name)
+    return [
+        *spoken,
+        *stack_lamps(scenario, record),
+        *circuit_lamps(scenario, record, _running(scenario, section, record)),
+        *return_path_lamps(scenario),
+        *contact_lamps(scenario, variables, times),
+        *_moving_gap(scenario, variables),
+        *vanishing_gap(scenario, times, variables),
+        *negative_attraction(scenario, variables),
+    ]
+
+
+def _running(scenario: Scenario, section: ModalSection, record: PeakRecord) -> dict[str, float] | None:
+    """Largest currents without what the jump at time 0 alone brings [A]; None where there is none, or in a march.
+
+    Of a repeating drive they are those of the periodic state, of another those beside the response to that jump.
+    """
+    end, drive = float(record.times[-1]), scenario.drive
+    if is_marched(scenario) or not jumps(scenario, end)[0]:
+        return None
+    names = ("current", "body_current")
+    try:
+        if drive.period is not None:
+            periodic = scenario.replace({"time.initial_state": {"model": "PeriodicState"}})
+            wanted = looks(drive, end, settled=True)
+            repeated = PeakRecord.of(periodic, wanted, fields_alone(periodic, section, wanted)).peaks()
+            return {name: repeated[name] for name in names}
+        step = {"drive": {"model": "Constant", "level": float(drive.voltage(0.0))}}
+        switched = fields_alone(scenario.replace(step), section, record.times)
+        alone = PeakRecord.of(scenario, record.times, switched).rows
+        rest = {name: record.rows[name] - alone[name] for name in names}
+        return {name: float(np.max(np.abs(row))) for name, row in rest.items()}
+    except InputError:
+        return None
+
+
+def _moving_gap(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
+    """Say what the declared thickness of a gap that moves is used for."""
+    if "gap" not in variables:
+        return []
+    low, high = (
+        format_quantity(float(edge(variables["gap"][1])), "m", digits=3) for edge in (np.min, np.max)
+    )
+    declared = format_quantity(scenario.stack.layers[str(scenario.stack.gap_name)].thickness, "m")
+    text = (
+        f"the gap is {low} to {high} over time; over frequency, and as drawn, it is the declared {declared}"
+    )
+    return [Lamp("moving gap", "ok", text)]

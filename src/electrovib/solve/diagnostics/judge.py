@@ -1,0 +1,191 @@
+"""From the largest values of a solution to what they mean for films, air, skin, sweat and the declared limits."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.lamps import Lamp
+from electrovib.core.units import format_quantity
+from electrovib.physics.limits import SWITCH_ON, limit_lamps
+from electrovib.physics.safety import emission_lamp, film_lamp, paschen_lamp, skin_lamp, sweat_lamp
+from electrovib.solve.scenario import PeriodicState
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.physics.stack import Layer
+    from electrovib.solve.diagnostics.peaks import PeakRecord
+    from electrovib.solve.scenario import Scenario
+
+_ROUNDED = 1e-9
+"""Height of a jump over the largest value of the drive, below which it is rounding."""
+
+
+def stack_lamps(scenario: Scenario, record: PeakRecord) -> list[Lamp]:
+    """Judge every layer, the interface and the sweat between.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Stack.
+    record : PeakRecord
+        Of the whole solution.
+
+    Returns
+    -------
+    list of Lamp
+        From plate to finger.
+    """
+    peaks = record.peaks()
+    nearest = record.nearest_to_breakdown() if "gap" in record.rows else None
+    fields = {name: peaks[f"field {name}"] for name in scenario.stack.layers}
+    return layer_lamps(
+        scenario, fields, interface=peaks["interface"], nearest=nearest, across=peaks["across"]
+    )
+
+
+def layer_lamps(
+    scenario: Scenario,
+    fields: Mapping[str, float],
+    *,
+    interface: float,
+    nearest: tuple[float, float] | None,
+    across: float,
+) -> list[Lamp]:
+    """Judge layers, interface and sweat by their largest values.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Stack.
+    fields : mapping of str to float
+        Largest absolute field in each layer [V/m].
+    interface : float
+        In the gap, or in a vanishing one [V/m].
+    nearest : tuple of float or None
+        Field [V/m] and gap [m] when the gap is nearest to Paschen's breakdown; None without a gap.
+    across : float
+        Largest absolute voltage across the stack [V].
+
+    Returns
+    -------
+    list of Lamp
+        From plate to finger.
+    """
+    roles, layers = scenario.stack.roles, scenario.stack.layers
+    plate = [name for name, role in roles.items() if role == "plate"]
+    finger = [name for name, role in roles.items() if role == "finger"]
+    found: list[Lamp] = []
+    for name, layer in layers.items():
+        if name in plate or layer.breakdown_field is not None:
+            own = {"permittivity": _permittivity(layer), "thickness": layer.thickness}
+            found.append(film_lamp(name, fields[name], declared=layer.breakdown_field, **own))
+    if nearest is not None:
+        found.append(paschen_lamp(*nearest))
+    found.append(emission_lamp(interface, vanishing=nearest is None))
+    found += [skin_lamp(name, fields[name] * layers[name].thickness) for name in finger]
+    blocking = sum(layers[name].thickness / _permittivity(layers[name]) for name in plate)
+    return [*found, sweat_lamp(across, blocking)] if blocking else found
+
+
+def _permittivity(layer: Layer) -> float:
+    return float(layer.material.polarisation(np.array(1e3)).real)
+
+
+def circuit_lamps(scenario: Scenario, record: PeakRecord, running: Mapping[str, float] | None) -> list[Lamp]:
+    """Judge voltage, current, charge and energy against what is declared, and tell of jumps.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Drive, circuit and limits.
+    record : PeakRecord
+        Of the whole solution.
+    running : mapping of str to float or None
+        Largest currents without what the jump at time 0 alone brings [A]; None where that is not known.
+
+    Returns
+    -------
+    list of Lamp
+        Only of limits that are declared.
+    """
+    drive, circuit = scenario.drive, scenario.circuit
+    end = float(record.times[-1])
+    reached = {name: value for name, value in record.peaks().items() if hasattr(scenario.limits, name)}
+    if drive.quantity == "voltage" and circuit.amplifier is None:
+        reached["voltage"] = drive.largest(end)
+    first, later = jumps(scenario, end)
+    if circuit.element().resistance == 0 and (first or later):
+        endless = dict.fromkeys(("current", "body_current"), math.inf)
+        reached |= endless if later else {f"{name}{SWITCH_ON}": math.inf for name in endless}
+    elif first and running is not None:
+        switched = {name: reached[name] for name in running if reached[name] > running[name] * (1 + _ROUNDED)}
+        reached |= {**running, **{f"{name}{SWITCH_ON}": value for name, value in switched.items()}}
+    amplified = circuit.amplifier is not None
+    return [
+        *limit_lamps(reached, scenario.limits, amplified=amplified),
+        *_jump(scenario, reached, first=first, later=later),
+    ]
+
+
+def jumps(scenario: Scenario, end: float) -> tuple[float, float]:
+    """Give the heights of the jumps that the current feels.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Drive, amplifier and initial state.
+    end : float
+        Last time [s].
+
+    Returns
+    -------
+    first, later : float
+        At time 0 and the largest after it [V]; 0 for none, and where an amplifier takes its time.
+    """
+    drive, amplifier = scenario.drive, scenario.circuit.amplifier
+    if drive.quantity == "current" or (
+        amplifier is not None and (amplifier.bandwidth is not None or amplifier.is_limited)
+    ):
+        return 0.0, 0.0
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    smallest = _ROUNDED * sum(part.bound() for part in drive.parts())
+    until = max(end, drive.period or 0.0) if settled else end
+    later = float(np.max(np.abs(drive.corners(until)[1]), initial=0.0))
+    first = 0.0 if settled else abs(float(drive.voltage(0.0)))
+    return first * (first > smallest), later * (later > smallest)
+
+
+def _jump(scenario: Scenario, reached: Mapping[str, float], *, first: float, later: float) -> list[Lamp]:
+    if not first and not later:
+        return []
+    resistance = scenario.circuit.element().resistance
+    when = "at time 0 alone" if not later else "after time 0" if not first else "at time 0 and later"
+    height = format_quantity(max(first, later), "V", digits=3)
+    text = f"the drive jumps by up to {height}, {when}: right after a jump the current"
+    if resistance == 0:
+        text += " has no bound, because nothing is in series"
+    else:
+        shown = {
+            name: format_quantity(value, "A", digits=3)
+            for name, value in reached.items()
+            if "current" in name
+        }
+        told = shown["current"]
+        if (switched := shown.get(f"current{SWITCH_ON}")) is not None:
+            told = f"{switched} at time 0, {told} apart from that"
+        text += f" is bounded by the {format_quantity(resistance, 'ohm')} in series alone ({told})"
+    return [
+        Lamp("jump", "warning", f"{text}; give the drive an edge time or a start at 0 V, as a real one has")
+    ]
+
+
+def return_path_lamps(scenario: Scenario) -> list[Lamp]:
+    """Warn of a body that is not grounded."""
+    if type(scenario.circuit.return_path).__name__ != "Floating":
+        return []
+    text = "the body is not grounded: part of the voltage drops between body and ground"
+    return [Lamp("return path", "warning", text)]

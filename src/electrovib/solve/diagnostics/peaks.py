@@ -1,0 +1,166 @@
+"""The largest values of a solution, between the times that were asked for too."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.physics.safety import breakdown_share, paschen_voltage
+from electrovib.solve.expand import Surroundings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from electrovib.solve.scenario import Scenario
+    from electrovib.solve.transfer import Real
+
+REFINEMENTS = 3
+"""Each divides the time around a largest value by `_DIVISIONS`/2."""
+CLEAR = 1e-2
+"""Drop of the neighbours of a largest value, relative, below which a parabola through the three is right to 1e-5."""
+_DIVISIONS = 12
+_ROUNDED = 1e-13
+_AT_A_CORNER = 1e-4
+"""Ratio of the times to both neighbours, below which the largest value is at a corner, not between looks."""
+
+
+@dataclass(frozen=True)
+class PeakRecord:
+    """Judged quantities over time.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        Increasing [s].
+    rows : dict of str to ndarray, shape (n,)
+        ``field NAME`` of each layer [V/m], ``interface`` [V/m], ``gap`` [m] and ``breakdown`` [1] where there is a gap,
+        ``across`` [V] (the stack), and what the names of `Limits` say.
+    """
+
+    times: Real
+    rows: dict[str, Real]
+
+    @classmethod
+    def of(cls, scenario: Scenario, times: Real, found: dict[str, Real]) -> PeakRecord:
+        """Take what is judged from what a solver found.
+
+        Parameters
+        ----------
+        scenario : Scenario
+            Stack, contact and circuit.
+        times : ndarray, shape (n,)
+            Increasing [s].
+        found : dict of str to ndarray, shape (n,)
+            Voltages, currents, fields and displacements.
+
+        Returns
+        -------
+        PeakRecord
+            At these times.
+        """
+        around, layers = Surroundings.of(scenario), scenario.stack.layers
+        gap = scenario.stack.gap_name
+        rows = {f"field {name}": found[f"field {name}"] for name in layers}
+        thicknesses: dict[str, Real | float] = {name: layer.thickness for name, layer in layers.items()}
+        if gap is not None:
+            thicknesses[gap] = found.get("gap", np.full(len(times), layers[gap].thickness))
+            rows["gap"] = np.asarray(thicknesses[gap])
+        rows["interface"] = found.get("interface_field", np.full(len(times), np.nan))
+        if gap is not None:
+            rows["breakdown"] = breakdown_share(rows["interface"], rows["gap"])
+        rows["across"] = found["stack_voltage"]
+        rows["voltage"] = found.get("plate_voltage", found["drive_voltage"])
+        rows["current"] = found.get("amplifier_current", found["current"])
+        rows["body_current"] = found["current"]
+        rows["charge"] = around.area * found[f"displacement {next(iter(layers))}"]
+        energy = np.zeros(len(times))
+        for name in layers:
+            energy += thicknesses[name] * found[f"field {name}"] * found[f"displacement {name}"] / 2
+        amplifier = scenario.circuit.amplifier
+        stray = 0.0 if amplifier is None else amplifier.stray_capacitance
+        rows["stored_energy"] = (1 + around.second) * around.area * energy + stray * rows["voltage"] ** 2 / 2
+        return cls(times, rows)
+
+    def joined(self, other: PeakRecord) -> PeakRecord:
+        """Put two records of one solution together; where both have a time, this one counts."""
+        times = np.concatenate([self.times, other.times])
+        times, places = np.unique(times, return_index=True)
+        rows = {name: np.concatenate([row, other.rows[name]])[places] for name, row in self.rows.items()}
+        return PeakRecord(times, rows)
+
+    @functools.cached_property
+    def _peaks(self) -> dict[str, tuple[float, int, float]]:
+        return {name: self._peak(row) for name, row in self.rows.items()}
+
+    def peaks(self) -> dict[str, float]:
+        """Largest absolute value of each quantity, between its times by a parabola; NaN for what is not known."""
+        return {name: value for name, (value, _, _) in self._peaks.items()}
+
+    def unclear(self) -> Real:
+        """Times around largest values whose neighbours are too far below them for a parabola [s]."""
+        found = [np.zeros(0)]
+        for value, place, drop in self._peaks.values():
+            if drop > CLEAR * value:
+                first, last = self.times[self._neighbours(place)].tolist()
+                found.append(np.linspace(first, last, _DIVISIONS + 1))
+        return np.unique(np.concatenate(found))
+
+    def _neighbours(self, place: int) -> list[int]:
+        """Places of the times before and after one, other than by rounding."""
+        apart = _ROUNDED * self.times[-1]
+        left = int(np.searchsorted(self.times, self.times[place] - apart, side="left")) - 1
+        return [left, int(np.searchsorted(self.times, self.times[place] + apart, side="right"))]
+
+    def _peak(self, row: Real) -> tuple[float, int, float]:
+        """Largest absolute value, where, and how far its neighbours lie below where it may be between them."""
+        size = np.abs(row)
+        place = int(np.argmax(np.where(np.isfinite(size), size, -1.0)))
+        value = float(size[place])
+        left, right = self._neighbours(place)
+        if left < 0 or right >= len(row):
+            return value, place, 0.0
+        before, after = self.times[place] - self.times[left], self.times[right] - self.times[place]
+        first, last = value - size[left], value - size[right]
+        if min(before, after) < _AT_A_CORNER * max(before, after) or not min(first, last) >= 0:
+            return value, place, 0.0
+        bend = first / before + last / after
+        if bend <= 0:
+            return value, place, 0.0
+        tilt = (first * after / before - last * before / after) / (before + after)
+        above = tilt**2 * (before + after) / (4 * bend)
+        drop = float(max(first, last))
+        return value + float(min(above, drop / 2)), place, drop
+
+    def nearest_to_breakdown(self) -> tuple[float, float]:
+        """Field [V/m] and gap [m] when the gap is nearest to Paschen's breakdown."""
+        share, place, _ = self._peaks["breakdown"]
+        gap = float(self.rows["gap"][place])
+        if share == 0:
+            return float(abs(self.rows["interface"][place])), gap
+        return share * paschen_voltage(gap) / gap, gap
+
+
+def refined(record: PeakRecord, look: Callable[[Real], PeakRecord]) -> PeakRecord:
+    """Look closer around each largest value that its neighbours do not show clearly.
+
+    Parameters
+    ----------
+    record : PeakRecord
+        Of a closed form.
+    look : callable
+        The same at other times [s].
+
+    Returns
+    -------
+    PeakRecord
+        With more times.
+    """
+    for _ in range(REFINEMENTS):
+        wanted = np.setdiff1d(record.unclear(), record.times)
+        if not len(wanted):
+            break
+        record = record.joined(look(wanted))
+    return record

@@ -1,0 +1,128 @@
+"""What contact and friction leave open: off the plate, at rest, and where a contact has several states."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.lamps import Lamp
+from electrovib.core.units import format_quantity
+from electrovib.physics.contact import FixedArea
+from electrovib.physics.friction import BristleFriction
+from electrovib.solve.pressed import pressed_states
+from electrovib.solve.unknown import resting
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from electrovib.solve.scenario import Scenario
+    from electrovib.solve.transfer import Real
+
+
+def contact_lamps(scenario: Scenario, variables: dict[str, Any], times: Real) -> list[Lamp]:
+    """Say what is not known of contact and friction.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Motion, contact, friction and load.
+    variables : dict
+        Dimensions and values of the signals of the Trace, in their units.
+    times : ndarray, shape (n,)
+        Output times [s].
+
+    Returns
+    -------
+    list of Lamp
+        Off the plate, at rest, and of a contact that grows.
+    """
+    return [
+        *_off_the_plate(scenario, times),
+        *_at_rest(scenario, variables),
+        *_contact(scenario, variables, times),
+    ]
+
+
+def _off_the_plate(scenario: Scenario, times: Real) -> list[Lamp]:
+    """Say that nothing rubs off the plate, and warn of a load there."""
+    off = ~scenario.motion.touches(times)
+    if not np.any(off):
+        return []
+    found = [
+        Lamp(
+            "off the plate",
+            "ok",
+            f"the finger is off the plate at {_share(off)} of the times: no friction there",
+        )
+    ]
+    if np.any(scenario.load.forces(times)[off] > 0):
+        text = "presses while the finger is held off the plate, where nothing bears it: set it to 0, or give load.programme"
+        found.append(Lamp("load off the plate", "warning", f"load.normal_force {text}"))
+    return found
+
+
+def _at_rest(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
+    """Say what is not known of friction and lateral reading, or what stands for it, where the finger rests."""
+    motion, spans = scenario.motion, resting(scenario.motion)
+    if not spans:
+        return []
+    still = "motion.speed = 0" if not motion.speed else "motion.programme gives a speed of 0"
+    if isinstance(scenario.friction, BristleFriction):
+        text = f"the finger rests ({still}): the friction is what its bristles hold"
+        return [Lamp("friction at rest", "ok", text)]
+    if scenario.finger is not None:
+        text = (
+            f"the finger rests ({still}): the friction is what the spring of the skin holds, none where it has not slid"
+            " before; mass and damper of the skin are left out of that"
+        )
+        return [Lamp("friction at rest", "ok", text)]
+    missing = [
+        f"{name.replace('_', ' ')} at {_share(unknown)} of the times"
+        for name in ("lateral_force", "lateral_force_measured")
+        if name in variables and np.any(unknown := np.isnan(variables[name][1]))
+    ]
+    if not missing:
+        return []
+    text = (
+        f"not known: {' and '.join(missing)}. The finger rests ({still}), where friction is not determined by a law of"
+        " sliding, and a memory behind it has to forget that first. Give it a finger, whose spring tells it, a friction"
+        " of bristles, or another motion.speed"
+    )
+    return [Lamp("friction at rest", "unknown", text)]
+
+
+def _contact(scenario: Scenario, variables: dict[str, Any], times: Real) -> list[Lamp]:
+    """Say which area a contact that grows has, which one the circuit saw, and whether there are other states."""
+    contact, circuit = scenario.contact, scenario.contact_area
+    if isinstance(contact, FixedArea):
+        return []
+    area = variables["gross_contact_area"][1]
+    low, high = (format_quantity(float(edge), "m2", digits=4) for edge in (np.min(area), np.max(area)))
+    ratio = float(np.max(area)) / circuit
+    text = (
+        f"load and attraction make an outline of {low} to {high} together; charge and current are those of the"
+        f" {format_quantity(circuit, 'm2', digits=4)} under the full load alone"
+    )
+    found = [Lamp("contact area", "ok" if 0.99 < ratio < 1.01 else "unknown", text, ratio, 1.01, "1")]
+    force = variables["electrostatic_force"][1]
+    worst = int(np.argmax(np.where(scenario.motion.touches(times), force, -np.inf)))
+    load = float(scenario.load.forces(times)[worst])
+    if not (load > 0 and force[worst] > 0 and area[worst] > 0):
+        return found
+    states = pressed_states(contact, load, float(force[worst] / area[worst]))
+    if len(states) > 1:
+        listed = ", ".join(
+            f"{format_quantity(whole - load, 'N', digits=4)}{'' if stable else ' (not stable)'}"
+            for whole, stable in states
+        )
+        text = (
+            f"at {format_quantity(float(times[worst]), 's')} load and attraction balance in {len(states)} states, with an"
+            f" attraction of {listed}; used is the first, which a slowly rising attraction reaches from the load alone"
+        )
+        found.append(Lamp("contact states", "unknown", text))
+    return found
+
+
+def _share(found: NDArray[np.bool_]) -> str:
+    return "all" if np.all(found) else f"{100 * float(np.mean(found)):.3g} %"

@@ -1,0 +1,110 @@
+"""States of a gap whose relief, load and attraction balance on an area that grows with both."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.solve.equilibrium.states import BEYOND, Equilibrium
+from electrovib.solve.pressed import LARGEST, crossed, without_bound
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from electrovib.physics.contact import Attraction, Contact, Surface
+    from electrovib.solve.transfer import Real
+
+
+def growing_states(
+    contact: Contact, surface: Surface, attraction_on: Callable[[float], Attraction], *, load: float
+) -> tuple[tuple[Equilibrium, ...], tuple[float, ...]]:
+    """Find the states of a gap under a held voltage, on an area that load and attraction make together.
+
+    Parameters
+    ----------
+    contact : Contact
+        Area under a force.
+    surface : Surface
+        What repels.
+    attraction_on : callable
+        Gross area [m2] to attraction.
+    load : float
+        N, above 0.
+
+    Returns
+    -------
+    states : tuple of Equilibrium
+        From the smallest gap to the largest.
+    areas : tuple of float
+        Gross area in each [m2].
+
+    Raises
+    ------
+    InputError
+        If the attraction lets the area grow without bound.
+
+    Notes
+    -----
+    For each whole force W the relief, pressed with W over area(W), keeps a gap, and what the voltage draws across it
+    has to be W - load. Looked for in steps of a 64th of the force: two states closer than that are missed.
+    """
+    least = float(surface.gap(np.asarray(contact.mean_pressure(np.asarray(load)))))
+    if not math.isfinite(least):
+        raise InputError(
+            "contact.surface: under this load the relief keeps no gap; give load.normal_force above 0"
+        )
+
+    def gap(whole: float) -> float:
+        return float(surface.gap(np.asarray(contact.mean_pressure(np.asarray(whole)))))
+
+    def drawn(whole: float, low: float) -> float:
+        area = contact.gross_area(whole)
+        attraction = attraction_on(area)
+        return attraction.pressure(max(gap(whole), low)) * area
+
+    low = float(getattr(attraction_on(contact.gross_area(load)), "smallest_gap", 0.0))
+
+    def lacking(whole: Real) -> Real:
+        return np.array([each - load - drawn(each, low) for each in whole.tolist()])
+
+    closed = drawn(load, low) / contact.gross_area(load)
+    highest = load * (1 + BEYOND) + attraction_on(contact.gross_area(load)).pressure(low) * LARGEST
+    found = [(whole, stable) for whole, stable in crossed(lacking, load * (1 - BEYOND), highest)]
+    if not found:
+        raise without_bound(contact, closed)
+    states = [
+        _state(contact, surface, attraction_on, whole, stable, load) for whole, stable in reversed(found)
+    ]
+    kept = [(state, area) for state, area in states if state.gap >= low]
+    return tuple(state for state, _ in kept), tuple(area for _, area in kept)
+
+
+def _state(
+    contact: Contact,
+    surface: Surface,
+    attraction_on: Callable[[float], Attraction],
+    whole: float,
+    stable: bool,
+    load: float,
+) -> tuple[Equilibrium, float]:
+    area = contact.gross_area(whole)
+    pressing = float(contact.mean_pressure(np.asarray(whole)))
+    gap = float(surface.gap(np.asarray(pressing)))
+    repulsion, drawn = float(surface.pressure(np.asarray(gap))), attraction_on(area).pressure(gap)
+    stop = max(0.0, pressing - repulsion) if gap == 0 else 0.0
+    residual = repulsion + stop - load / area - drawn
+    state = Equilibrium(
+        gap=gap,
+        stable=stable,
+        touching=gap == 0 and stop > 0,
+        fold=False,
+        repulsion=repulsion,
+        attraction=drawn,
+        stop=stop,
+        residual=residual,
+        iterations=0,
+    )
+    return state, area

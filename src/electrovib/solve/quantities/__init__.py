@@ -1,0 +1,7 @@
+"""Numbers that answer a question about one scenario, chosen by name."""
+
+from electrovib.solve.quantities.answer import Answer, answer, of_record
+from electrovib.solve.quantities.names import DEFAULTS, Named, read_name
+from electrovib.solve.quantities.resolve import solved
+
+__all__ = ["DEFAULTS", "Answer", "Named", "answer", "of_record", "read_name", "solved"]

@@ -1,0 +1,171 @@
+"""What is asked of a solution, as numbers, with the checks that say how far to believe them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError, nearest
+from electrovib.core.lamps import Lamp
+from electrovib.solve.quantities.pieces import extremes, last_value, mean, mean_square
+from electrovib.solve.quantities.resolve import Resolved, resolve, values_of, window
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from electrovib.solve.quantities.names import Named
+    from electrovib.solve.solution import Solution
+    from electrovib.solve.transfer import Real
+
+READINGS: Final = ("normal_force_measured", "lateral_force_measured")
+"""Signals that a digitiser holds between its readings."""
+UNRESOLVED: Final = 1e-6
+"""Share of a signal's largest value that its pieces may miss in the mean without a word."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Numbers of one scenario.
+
+    Parameters
+    ----------
+    values : dict of str to float
+        By the name of the quantity, in the unit of its signal; NaN where the signal is not known all the time.
+    errors : dict of str to float
+        What the looking itself may have missed of each signal, as a share of its largest value.
+    how : dict
+        Solver, its reason, events, and the errors of solver and reduction.
+    lamps : list of Lamp
+        How far to believe the solution.
+    """
+
+    values: dict[str, float]
+    errors: dict[str, float]
+    how: dict[str, Any]
+    lamps: list[Lamp]
+
+
+def answer(solution: Solution, names: Sequence[Named]) -> Answer:
+    """Take numbers from a solution.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of a scenario.
+    names : sequence of Named
+        What is asked.
+
+    Returns
+    -------
+    Answer
+        Over one period of a periodic state, else over the whole time.
+
+    Raises
+    ------
+    InputError
+        If the scenario does not have a signal, or models do not go together.
+
+    Notes
+    -----
+    Between the corners of drive, load and motion each signal is a polynomial of degree 15 on pieces that are halved
+    until its last coefficients are below 1e-10 of the signal's largest value; mean, square and extremes are those of
+    the polynomial, so that no output grid enters. A solver that marches keeps the error of its march, which it states.
+    """
+    rig = solution.scenario.rig
+    held = [each for each in names if each.signal in READINGS and rig is not None and rig.digitiser]
+    try:
+        found = resolve(solution, [each.key for each in names if each not in held])
+        readings = _readings(solution, held)
+    except KeyError as error:
+        raise InputError(_absent(solution, str(error.args[0]))) from None
+    values = {each.name: _taken(found, each) for each in names if each not in held} | readings
+    errors = {each.name: found.error(each.key) for each in names if each not in held}
+    spoken, stated = solution.judge(found.record)
+    lamps = [*spoken, *_unknown(values), *_unresolved(errors)]
+    how = found.record.how | stated
+    return Answer({each.name: values[each.name] for each in names}, errors, how, lamps)
+
+
+def _taken(found: Resolved, name: Named) -> float:
+    """Take one number from the polynomials of a signal."""
+    mesh, series = found.mesh, found.series[name.key]
+    if name.taken == "mean":
+        return mean(mesh, series)
+    if name.taken == "rms":
+        return math.sqrt(max(mean_square(mesh, series), 0.0))
+    if name.taken == "final":
+        return last_value(series)
+    return _of_extremes(name.taken, *extremes(series))
+
+
+def _of_extremes(taken: str, low: float, high: float) -> float:
+    return {"peak": max(abs(low), abs(high)), "maximum": high, "minimum": low, "swing": high - low}[taken]
+
+
+def _readings(solution: Solution, held: Sequence[Named]) -> dict[str, float]:
+    """Take numbers from what a digitiser reads, at the times of its readings."""
+    rig = solution.scenario.rig
+    if not held or rig is None or rig.digitiser is None:
+        return {}
+    end, rate = window(solution.scenario)[0], rig.digitiser.sampling_rate
+    times = np.arange(int(end * rate * (1 + 1e-12)) + 1) / rate
+    record = solution.at(times)
+    return {each.name: of_record(each.taken, times, values_of(record, solution, each.key)) for each in held}
+
+
+def of_record(taken: str, times: Real, values: Real) -> float:
+    """Take a number from a record, straight between its samples.
+
+    Parameters
+    ----------
+    taken : str
+        One of `electrovib.solve.quantities.names.TAKEN`.
+    times : ndarray, shape (n,)
+        Increasing [s].
+    values : ndarray, shape (n,)
+        In the unit of the signal.
+
+    Returns
+    -------
+    float
+        In that unit; NaN if a value is NaN.
+    """
+    if not np.all(np.isfinite(values)):
+        return math.nan
+    if taken == "final" or len(times) == 1:
+        return float({"peak": abs(values[-1]), "rms": abs(values[-1]), "swing": 0.0}.get(taken, values[-1]))
+    first, last, steps = values[:-1], values[1:], np.diff(times)
+    span = float(times[-1] - times[0])
+    if taken == "mean":
+        return float(steps @ (first + last)) / (2 * span)
+    if taken == "rms":
+        return math.sqrt(float(steps @ (first**2 + first * last + last**2)) / (3 * span))
+    return _of_extremes(taken, float(np.min(values)), float(np.max(values)))
+
+
+def _absent(solution: Solution, signal: str) -> str:
+    have = solution.at(np.zeros(1)).signals
+    return f"quantity: this scenario has no signal '{signal}'.{nearest(signal, have)}"
+
+
+def _unknown(values: dict[str, float]) -> list[Lamp]:
+    """Say which numbers are not known because their signal is not."""
+    lost = [name for name, value in values.items() if math.isnan(value)]
+    text = f"{', '.join(lost)}: not known, because the signal is not known during part of the time"
+    return [Lamp("quantities", "unknown", text)] if lost else []
+
+
+def _unresolved(errors: dict[str, float]) -> list[Lamp]:
+    """Warn where a signal changes faster than it could be followed."""
+    missed = {name: error for name, error in errors.items() if error > UNRESOLVED}
+    if not missed:
+        return []
+    worst = max(missed, key=lambda name: missed[name])
+    text = (
+        f"{', '.join(missed)}: the signal changes too often to be followed closely; about {missed[worst]:.1g} of its largest"
+        " value may be missed in the mean. A shorter time.duration shows more of it"
+    )
+    return [Lamp("resolution", "warning", text, missed[worst], UNRESOLVED, "1")]

@@ -1,0 +1,226 @@
+"""Signals as polynomials between corners: means, squares and extremes of the polynomial are exact."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from electrovib.solve.transfer import Real
+
+MOST_NODES: Final = 16
+"""Chebyshev nodes of a piece, unless there are very many pieces."""
+_BEST_PIECES: Final = 4
+_NEWTON_STEPS: Final = 4
+_LAST: Final = 3
+"""Coefficients at the end of a series that tell how far it is resolved: an even and an odd one among them."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Pieces of time with Chebyshev nodes inside, so that a jump at an end belongs to neither side.
+
+    Parameters
+    ----------
+    edges : ndarray, shape (pieces + 1,)
+        Ends of the pieces [s], increasing.
+    nodes : int
+        In each piece.
+    """
+
+    edges: Real
+    nodes: int = MOST_NODES
+
+    @property
+    def lengths(self) -> Real:
+        """How long each piece lasts [s]."""
+        return np.diff(self.edges)
+
+    @property
+    def span(self) -> float:
+        """From the first edge to the last [s]."""
+        return float(self.edges[-1] - self.edges[0])
+
+    def times(self) -> Real:
+        """Give all edges and nodes [s], increasing: a piece's first edge, its nodes, and last the end."""
+        inside = (1 + _points(self.nodes)) / 2
+        rows = self.edges[:-1, None] + self.lengths[:, None] * np.append(0.0, inside)
+        return np.append(rows.ravel(), self.edges[-1])
+
+    def series(self, values: Real) -> Real:
+        """Give the Chebyshev coefficients of a signal in each piece.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n,)
+            At `times`, in the signal's unit.
+
+        Returns
+        -------
+        ndarray, shape (pieces, nodes)
+            In the same unit.
+        """
+        inside = values[:-1].reshape(len(self.lengths), self.nodes + 1)[:, 1:]
+        coefficients: Real = inside @ _transform(self.nodes).T
+        return coefficients
+
+    def halved(self, chosen: NDArray[np.bool_]) -> Mesh:
+        """Halve some pieces.
+
+        Parameters
+        ----------
+        chosen : ndarray of bool, shape (pieces,)
+            Which.
+
+        Returns
+        -------
+        Mesh
+            With as many nodes in each piece.
+        """
+        middles = (self.edges[:-1] + self.edges[1:])[chosen] / 2
+        return Mesh(np.union1d(self.edges, middles), self.nodes)
+
+
+def tails(series: Real) -> Real:
+    """Give the size of the last coefficients: what a polynomial of this degree may miss.
+
+    Parameters
+    ----------
+    series : ndarray, shape (pieces, nodes)
+        Chebyshev coefficients, in the signal's unit.
+
+    Returns
+    -------
+    ndarray, shape (pieces,)
+        In the same unit.
+    """
+    sizes = np.abs(series)
+    few = series.shape[1] <= 2 * _LAST  # there the last but one is not small yet
+    return np.asarray(sizes[:, -1] if few else np.max(sizes[:, -_LAST:], axis=1))
+
+
+def mean(mesh: Mesh, series: Real) -> float:
+    """Mean over the pieces.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The pieces.
+    series : ndarray, shape (pieces, nodes)
+        Chebyshev coefficients, in the signal's unit.
+
+    Returns
+    -------
+    float
+        In the same unit.
+    """
+    return float(mesh.lengths @ (series @ _integrals(series.shape[1])) / (2 * mesh.span))
+
+
+def mean_square(mesh: Mesh, series: Real) -> float:
+    """Mean of the square over the pieces.
+
+    Parameters
+    ----------
+    mesh, series
+        As for `mean`, in the signal's unit.
+
+    Returns
+    -------
+    float
+        In the square of the unit.
+    """
+    squares = np.sum((series @ _products(series.shape[1])) * series, axis=1)
+    return float(mesh.lengths @ squares / (2 * mesh.span))
+
+
+def extremes(series: Real) -> tuple[float, float]:
+    """Smallest and largest value over the pieces, both sides of every jump included.
+
+    Parameters
+    ----------
+    series : ndarray, shape (pieces, nodes)
+        Chebyshev coefficients, in the signal's unit.
+
+    Returns
+    -------
+    smallest, largest : float
+        In the same unit; NaN where the signal is NaN anywhere.
+    """
+    if not np.all(np.isfinite(series)):
+        return np.nan, np.nan
+    return -_largest(-series), _largest(series)
+
+
+def _largest(series: Real) -> float:
+    """Largest value: looked for at close points, then where the derivative of the best pieces is 0."""
+    degree = series.shape[1]
+    angles = np.pi * np.arange(4 * degree + 1) / (4 * degree)
+    seen = series @ _polynomials(angles, degree).T
+    tops = np.max(seen, axis=1)
+    best = np.argsort(tops)[-_BEST_PIECES:]
+    rows, angle = series[best], angles[np.argmax(seen[best], axis=1)]
+    orders = np.arange(degree)
+    for _ in range(_NEWTON_STEPS):  # of sum c cos(k angle): its derivatives are sums of the same kind
+        slope = np.sum(rows * orders * np.sin(angle[:, None] * orders), axis=1)
+        bend = np.sum(rows * orders**2 * np.cos(angle[:, None] * orders), axis=1)
+        step = np.divide(slope, bend, out=np.zeros_like(slope), where=bend > 0)
+        angle = np.clip(angle - np.clip(step, -angles[1], angles[1]), 0.0, np.pi)
+    return float(max(np.max(tops), np.max(np.sum(rows * _polynomials(angle, degree), axis=1))))
+
+
+def _polynomials(angles: Real, degree: int) -> Real:
+    """Chebyshev polynomials of cos(angle), shape (angles, degree)."""
+    return np.asarray(np.cos(angles[:, None] * np.arange(degree)))
+
+
+def last_value(series: Real) -> float:
+    """Give the value at the end of the last piece, before a jump that falls there.
+
+    Parameters
+    ----------
+    series : ndarray, shape (pieces, nodes)
+        Chebyshev coefficients, in the signal's unit.
+
+    Returns
+    -------
+    float
+        In the same unit.
+    """
+    return float(np.sum(series[-1]))
+
+
+@functools.cache
+def _points(nodes: int) -> Real:
+    """Chebyshev points of the first kind, increasing, from -1 to 1 without the ends."""
+    return np.asarray(-np.cos(np.pi * (np.arange(nodes) + 0.5) / nodes))
+
+
+@functools.cache
+def _transform(nodes: int) -> Real:
+    """Matrix from values at the nodes to coefficients."""
+    weights = 2 / nodes * chebyshev.chebvander(_points(nodes), nodes - 1).T
+    weights[0] /= 2
+    return np.asarray(weights)
+
+
+@functools.cache
+def _integrals(nodes: int) -> Real:
+    """Integral of every Chebyshev polynomial from -1 to 1."""
+    orders = np.arange(nodes)
+    even = np.where(orders % 2 == 0, orders, 0)
+    return np.asarray(np.where(orders % 2 == 0, 2 / (1.0 - even**2), 0.0))
+
+
+@functools.cache
+def _products(nodes: int) -> Real:
+    """Integral of every product of two Chebyshev polynomials from -1 to 1."""
+    whole, orders = _integrals(2 * nodes), np.arange(nodes)
+    sums, differences = orders[:, None] + orders, np.abs(orders[:, None] - orders)
+    return np.asarray((whole[sums] + whole[differences]) / 2)

@@ -1,0 +1,218 @@
+"""How a solution is looked at so that a number taken from it does not depend on when one looked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.physics.drive.parts import Tones
+from electrovib.physics.motion import Distance
+from electrovib.solve.friction_chain import CLOSED
+from electrovib.solve.quantities.pieces import MOST_NODES, Mesh, tails
+from electrovib.solve.scenario import PeriodicState
+from electrovib.solve.scenario.grids import FORMULA_SAMPLES
+from electrovib.solve.solution import Solution
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from electrovib.solve.scenario import Scenario
+    from electrovib.solve.solution import Record
+    from electrovib.solve.transfer import Real
+
+TOLERANCE: Final = 1e-10
+"""Last coefficients of a piece, as a share of the signal's largest value, at which it counts as resolved."""
+PIECES_PER_CYCLE: Final = 5
+"""Of the fastest sine of the drive: the force has two cycles in one of the drive."""
+GRADING: Final = 2.0
+"""Ratio of neighbouring pieces after a corner, down to the fastest rate of the stack."""
+FEW_CORNERS: Final = 200
+"""Up to so many corners of a drive, each gets graded pieces after it."""
+MOST_VALUES: Final = 1 << 19
+"""Times at which a solution is looked at, at most."""
+MOST_ROUNDS: Final = 40
+MARCHED_ROUNDS: Final = 4
+"""Rounds of halving where every round is a march."""
+_STALLED: Final = 1e-6
+"""A piece whose halves are no better resolved, and whose tail is this small, has met rounding or a march's error."""
+
+
+@dataclass(frozen=True)
+class Resolved:
+    """Signals as polynomials over the time that quantities are taken over.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Pieces of time.
+    record : Record
+        The solution at the times of the mesh.
+    series : dict of str to ndarray, shape (pieces, nodes)
+        Chebyshev coefficients by the key that was asked for, in the unit of the signal.
+    """
+
+    mesh: Mesh
+    record: Record
+    series: dict[tuple[str, str], Real]
+
+    def error(self, key: tuple[str, str]) -> float:
+        """Give the mean of what the pieces of a signal may miss, as a share of its largest value; NaN where it is NaN."""
+        series = self.series[key]
+        largest = float(np.max(np.abs(series).sum(axis=1)))
+        missed = float(self.mesh.lengths @ tails(series)) / self.mesh.span
+        return missed / largest if largest else missed
+
+
+def window(scenario: Scenario) -> tuple[float, str]:
+    """Find the time over which a quantity is taken.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Drive and time grid.
+
+    Returns
+    -------
+    end : float
+        It begins at time 0 and lasts until then [s].
+    words : str
+        The same for people.
+    """
+    period = scenario.drive.period
+    if isinstance(scenario.time.initial_state, PeriodicState) and period is not None:
+        return period, "one period of the periodic state"
+    end = scenario.time.duration or scenario.drive.duration
+    return end, "the whole time from rest" if period else "the whole time"
+
+
+def solved(scenario: Scenario) -> Solution:
+    """Solve a scenario for quantities: the band of its materials follows from the window, not from output times."""
+    return Solution(scenario, np.linspace(0.0, window(scenario)[0], FORMULA_SAMPLES))
+
+
+def resolve(solution: Solution, wanted: Iterable[tuple[str, str]]) -> Resolved:
+    """Look at a solution closely enough.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of a scenario.
+    wanted : iterable of (str, str)
+        Signal and layer; the layer is empty for a signal that has none.
+
+    Returns
+    -------
+    Resolved
+        Every wanted signal, resolved to `TOLERANCE` where the solver is in closed form.
+
+    Raises
+    ------
+    InputError
+        If models do not go together.
+    KeyError
+        If the scenario does not have a signal.
+    """
+    keys = list(dict.fromkeys(wanted))
+    mesh = first_mesh(solution)
+    before: dict[float, float] = {}
+    for round_ in range(MOST_ROUNDS + 1):
+        record = solution.at(mesh.times())
+        series = {key: mesh.series(values_of(record, solution, key)) for key in keys}
+        most = MOST_ROUNDS if record.how["solver"] in CLOSED else MARCHED_ROUNDS
+        tail = _relative_tails(series)
+        stalled = (tail < _STALLED) & (tail > 0.5 * _parents(mesh, before))
+        marched = max(record.how.get(name, 0.0) for name in ("step_error", "mechanics_error"))
+        open_ = (tail > max(TOLERANCE, marched)) & ~stalled
+        room = MOST_VALUES - len(mesh.edges) * (mesh.nodes + 1)
+        if not np.any(open_) or round_ == most or np.count_nonzero(open_) * (mesh.nodes + 1) > room:
+            break
+        before = dict(zip(mesh.edges[:-1].tolist(), tail.tolist(), strict=True))
+        mesh = mesh.halved(open_)
+    return Resolved(mesh, record, series)
+
+
+def values_of(record: Record, solution: Solution, key: tuple[str, str]) -> Real:
+    """Pick one signal of a record, of one layer where it has layers."""
+    name, layer = key
+    dims, values = record.signals[name]
+    row: Any = values[list(solution.section.names).index(layer)] if "layer" in dims else values
+    return np.asarray(row)
+
+
+def _relative_tails(series: dict[tuple[str, str], Real]) -> Real:
+    """Largest tail of each piece among the signals, each as a share of its largest value; NaN counts as resolved."""
+    found: Any = 0.0
+    for each in series.values():
+        finite = np.all(np.isfinite(each), axis=1)
+        sizes = np.abs(each[finite]).sum(axis=1)
+        scale = float(np.max(sizes, initial=0.0)) or 1.0
+        found = np.maximum(found, np.where(finite, tails(np.where(finite[:, None], each, 0.0)) / scale, 0.0))
+    return np.asarray(found)
+
+
+def _parents(mesh: Mesh, before: dict[float, float]) -> Real:
+    """Tail that the piece from which each one was halved had; infinite in the first round."""
+    if not before:
+        return np.full(len(mesh.lengths), np.inf)
+    starts = np.array(sorted(before))
+    places = np.searchsorted(starts, mesh.edges[:-1], side="right") - 1
+    return np.array([before[start] for start in starts[places].tolist()])
+
+
+def first_mesh(solution: Solution) -> Mesh:
+    """Lay the pieces to begin with: between corners, shares of a cycle, graded after each corner.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of a scenario.
+
+    Returns
+    -------
+    Mesh
+        From time 0 to the end of what quantities are taken over.
+    """
+    scenario = solution.scenario
+    end = window(scenario)[0]
+    corners = _corners(scenario, end)
+    fastest = scenario.drive.highest_frequency
+    if isinstance(scenario.motion.distance, Distance):
+        fastest = max(fastest, scenario.motion.distance.fastest)
+    count = min(int(np.ceil(end * fastest * PIECES_PER_CYCLE)), MOST_VALUES // (2 * MOST_NODES))
+    edges = [corners, np.linspace(0.0, end, max(2, count + 1))]
+    if len(corners) <= FEW_CORNERS and not _only_tones(scenario):
+        rate = float(np.max(solution.section.modes.rates, initial=1 / end))
+        edges += [start + _graded(length, rate) for start, length in _stretches(corners)]
+    merged = np.unique(np.concatenate(edges))
+    apart = merged[np.diff(merged, prepend=-np.inf) > 64 * np.finfo(float).eps * end]
+    nodes = MOST_NODES
+    while nodes > 4 and len(apart) * (nodes + 1) > MOST_VALUES // 2:
+        nodes //= 2
+    return Mesh(np.append(apart[:-1], end), nodes)
+
+
+def _only_tones(scenario: Scenario) -> bool:
+    """Tell whether nothing begins or bends: sines that have been on for ever."""
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    return settled and all(isinstance(part, Tones) for part in scenario.drive.parts())
+
+
+def _stretches(corners: Real) -> list[tuple[float, float]]:
+    return list(zip(corners[:-1].tolist(), np.diff(corners).tolist(), strict=True))
+
+
+def _graded(length: float, rate: float) -> Real:
+    """Times after a corner [s] that grow from a time constant to the next corner."""
+    count = 1 + int(np.ceil(np.log(max(length * rate, 1.0)) / np.log(GRADING)))
+    return np.asarray(length * GRADING ** -np.arange(1.0, count + 1))
+
+
+def _corners(scenario: Scenario, end: float) -> Real:
+    """Times from 0 to the end at which drive, load, speed or distance is not smooth [s]."""
+    found = [0.0, end, *(time for time, _ in scenario.load.programme.corners())]
+    found += [time for time, _ in scenario.motion.programme.corners()]
+    found += scenario.motion.distance.breaks() if scenario.motion.distance else ()
+    times = np.unique(np.concatenate([found, scenario.drive.corners(end)[0]]))
+    return np.asarray(times[(times >= 0) & (times <= end)])

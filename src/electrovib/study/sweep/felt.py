@@ -1,0 +1,44 @@
+"""Quantities that need a person: what is felt of a case."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.lamps import Lamp
+from electrovib.study.perceive import perceive
+
+if TYPE_CHECKING:
+    from electrovib.solve.scenario import Scenario
+
+FELT: Final = {
+    "detection level": ("dB", "level above the threshold of the channel that feels it most"),
+    "relative level": ("dB", "level above that of a sine of force as large at the best frequency"),
+}
+"""Name to unit and meaning."""
+
+
+def felt(name: str, scenario: Scenario) -> tuple[float, list[Lamp]]:
+    """Take a number from what is felt.
+
+    Parameters
+    ----------
+    name : str
+        One of `FELT`.
+    scenario : Scenario
+        With its perception.
+
+    Returns
+    -------
+    value : float
+        dB; minus infinity where nothing moves, NaN where the level is not calibrated.
+    lamps : list of Lamp
+        That it is not calibrated.
+    """
+    found = perceive(scenario)
+    if name == "relative level":
+        return found.relative, []
+    if found.sensation is not None or not found.loudest:
+        return -math.inf if found.sensation is None else found.sensation, []
+    text = "detection level: not calibrated; give perception.threshold, or ask for 'relative level'"
+    return math.nan, [Lamp("detection level", "unknown", text)]

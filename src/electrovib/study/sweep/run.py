@@ -1,0 +1,201 @@
+"""Every case of a sweep is solved alone, at the times that its own drive needs, and answers with numbers."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.errors import ElectrovibError, InputError, gathered
+from electrovib.core.paths import quantity_at
+from electrovib.core.units import format_quantity
+from electrovib.solve.quantities import DEFAULTS, Named, answer, read_name, solved
+from electrovib.solve.sampling import sampling
+from electrovib.solve.simulate import simulate
+from electrovib.study.sweep.felt import FELT, felt
+from electrovib.study.sweep.ranges import Real
+from electrovib.study.sweep.table import Case, dataset
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    import xarray
+
+    from electrovib.solve.scenario import Scenario
+
+MOST_PROBLEMS: Final = 10
+"""Of the cases that cannot be made, so many are told."""
+
+
+def sweep(
+    scenario: Scenario,
+    over: Mapping[str, Sequence[float] | Real],
+    *,
+    quantities: Sequence[str] | None = None,
+    records: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> xarray.Dataset:
+    """Solve a scenario at every combination of some parameters' values and answer with numbers for each case.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What stays the same.
+    over : mapping of str to sequence of float
+        Dotted path to values in SI; several give every combination, none the scenario itself.
+    quantities : sequence of str, optional
+        Names such as ``"mean electrostatic_force"``, ``"swing lateral_force"``, ``"peak field in gap"``: ``peak``,
+        ``maximum``, ``minimum``, ``swing``, ``mean``, ``rms`` or ``final`` of a signal over time; or ``"detection
+        level"``. By default peak and mean of the attraction, swing of the friction, peak of the current.
+    records : bool
+        Keep also what `simulate` gives of each case.
+    progress : callable, optional
+        Called with how many are done and how many there are.
+
+    Returns
+    -------
+    xarray.Dataset
+        A dimension, named by its path, for each parameter, and a variable for each quantity; ``to_dataframe()`` makes a
+        table with one row for each case. With `records` the signals over time run along ``sample`` too: each case has
+        its own times, in the coordinate ``time``, and NaN after its end.
+
+    Raises
+    ------
+    InputError
+        For every value out of range and every unknown quantity; for a case that cannot be solved, with its values.
+
+    Notes
+    -----
+    A quantity is taken over one period of a periodic state, else over the whole time, to the error in its attribute
+    ``numerical_error`` (a share of the signal's largest value); no output times enter.
+    """
+    asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
+    axes = {path: np.asarray(values, dtype=float) for path, values in over.items()}
+    words = functools.partial(_words, {path: quantity_at(scenario, path).unit for path in axes})
+    points = [
+        {path: float(value) for path, value in zip(axes, values, strict=True)}
+        for values in itertools.product(*axes.values())
+    ]
+    cases = []
+    scenarios = _scenarios(scenario, points)
+    for done, (point, member) in enumerate(zip(points, scenarios, strict=True)):
+        if progress is not None:
+            progress(done, len(points))
+        try:
+            cases.append(_solved(point, member, asked, records=records))
+        except ElectrovibError as error:
+            problems = getattr(error, "problems", [str(error)])
+            where = f" (at {words(point)})" if point else ""
+            raise InputError(f"{problem}{where}" for problem in problems) from None
+    return dataset(scenario, axes, cases, asked.units, records=records, words=words)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is wanted of each case.
+
+    Parameters
+    ----------
+    solved : tuple of Named
+        Numbers of the solution.
+    felt : tuple of str
+        Numbers of what is felt.
+    units : dict of str to (str, str)
+        Unit and meaning of every quantity, in the order asked for.
+    """
+
+    solved: tuple[Named, ...]
+    felt: tuple[str, ...]
+    units: dict[str, tuple[str, str]]
+
+
+def read_quantities(scenario: Scenario, names: Sequence[str]) -> Asked:
+    """Read the names of quantities.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Whose layers may be named.
+    names : sequence of str
+        As for `sweep`.
+
+    Returns
+    -------
+    Asked
+        Each once.
+
+    Raises
+    ------
+    InputError
+        Every unknown name, with the nearest.
+    """
+    solved: list[Named] = []
+    units: dict[str, tuple[str, str]] = {}
+    problems: list[str] = []
+    layers = tuple(scenario.stack.layers)
+    for text in [names] if isinstance(names, str) else names:
+        plain = " ".join(text.split())
+        if plain in FELT:
+            units[plain] = FELT[plain]
+            continue
+        with gathered(problems):
+            named = read_name(plain, layers, others=FELT)
+            units[named.name] = named.unit, named.meaning
+            solved.append(named)
+    if problems:
+        raise InputError(problems)
+    return Asked(tuple(dict.fromkeys(solved)), tuple(each for each in units if each in FELT), units)
+
+
+def _checked(scenario: Scenario, over: Mapping[str, Any], names: Sequence[str], *, records: bool) -> Asked:
+    """Look at paths and names before the work; tell all mistakes at once."""
+    asked, problems = Asked((), (), {}), list[str]()
+    with gathered(problems):
+        asked = read_quantities(scenario, names)
+    for path, values in over.items():
+        with gathered(problems):
+            quantity_at(scenario, path)
+        if np.ndim(values) != 1 or not len(values):
+            problems.append(f"over '{path}': expected a sequence of numbers, at least one")
+        if records and path.startswith("frequency."):
+            problems.append(f"over '{path}': with records, all cases share the grid of frequencies")
+    if problems:
+        raise InputError(problems)
+    return asked
+
+
+def _scenarios(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[Scenario]:
+    """Make every case before the first is solved, so that a value out of range costs no time."""
+    found, problems = [], dict[str, None]()
+    for point in points:
+        try:
+            found.append(scenario.replace(point))
+        except InputError as error:
+            problems |= dict.fromkeys(error.problems)
+    if problems:
+        more = len(problems) - MOST_PROBLEMS
+        told = list(problems)[:MOST_PROBLEMS] + ([f"and {more} more like these"] if more > 0 else [])
+        raise InputError(told)
+    return found
+
+
+def _solved(point: Mapping[str, float], member: Scenario, asked: Asked, *, records: bool) -> Case:
+    found = answer(solved(member), asked.solved)
+    values, lamps = dict(found.values), list(found.lamps)
+    for name in asked.felt:
+        values[name], spoken = felt(name, member)
+        lamps += spoken
+    record = None
+    if records:
+        record = simulate(member)
+        lamps += sampling(member.drive, record["time"].values)
+    return Case(point, values, found.errors, found.how, lamps, record)
+
+
+def _words(units: Mapping[str, str], point: Mapping[str, float]) -> str:
+    """Write the values of a case with their units."""
+    shown = (f"{path} = {format_quantity(value, units[path], digits=4)}" for path, value in point.items())
+    return ", ".join(shown)

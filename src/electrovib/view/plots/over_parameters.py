@@ -1,0 +1,194 @@
+"""A quantity of a sweep over what was swept: a curve over one parameter, a map with contour lines over two."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError, nearest
+from electrovib.view.lines import swept_units
+from electrovib.view.style import COLOURS, drawing
+from electrovib.view.summary import is_sweep, quantities_of
+from electrovib.view.units import label_axis, pretty_quantity
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+_WIDE: Final = 30.0
+"""Ratio of largest to smallest value from which a scale is logarithmic."""
+_MARKED: Final = 60
+"""Up to so many values, each is marked."""
+_LEVELS: Final = 8
+_EVEN: Final = 1e-6
+_SHORTEST: Final = 0.06
+"""Of a line with a label, over the width of the plot."""
+_FINE: Final = 120
+"""Values along an axis between which contour lines are drawn straight."""
+
+
+def quantity(trace: xarray.Dataset, name: str, *, ax: Axes | None = None) -> Axes:
+    """Draw a quantity over the parameters that were swept.
+
+    Parameters
+    ----------
+    trace : xarray.Dataset
+        From `electrovib.sweep`; of more than two parameters choose values with ``trace.isel(...)`` until two are left.
+    name : str
+        Of the quantity: ``"mean electrostatic_force"``.
+    ax : Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    Axes
+        Data in SI. Over one parameter a curve, over two a map with labelled contour lines; logarithmic where the values
+        of a parameter are evenly spaced in the logarithm, or the quantity spans more than a factor of 30.
+
+    Raises
+    ------
+    InputError
+        If the sweep has no such quantity, or was over none or more than two parameters.
+    """
+    known = quantities_of(trace) if is_sweep(trace) else []
+    if name not in known:
+        raise InputError(f"quantity '{name}': this sweep does not have it.{nearest(name, known)}")
+    values = trace[name].squeeze()
+    if values.ndim not in (1, 2):
+        several = ", ".join(map(str, values.dims)) or "nothing"
+        raise InputError(f"quantity '{name}': runs over {several}; a plot takes one or two, choose with isel")
+    with drawing(ax) as axes:
+        if values.ndim == 1:
+            _curve(axes, trace, values)
+        else:
+            _map(axes, trace, values)
+        return axes
+
+
+def _curve(ax: Axes, trace: xarray.Dataset, values: xarray.DataArray) -> None:
+    path = str(values.dims[0])
+    at, numbers = (np.asarray(part, dtype=float) for part in (values[path].values, values.values))
+    ax.plot(at, numbers, color=COLOURS[0], marker="o" if len(at) <= _MARKED else "", markersize=3)
+    if _geometric(at):
+        ax.set_xscale("log")
+    finite = numbers[np.isfinite(numbers)]
+    if not len(finite):
+        ax.text(0.5, 0.5, "no numbers to draw", transform=ax.transAxes, ha="center", va="center")
+    elif finite.min() > 0 and finite.max() > _WIDE * finite.min():
+        ax.set_yscale("log")
+    label_axis(ax.xaxis, path, swept_units(trace).get(path, ""))
+    label_axis(ax.yaxis, _words(str(values.name)), str(values.attrs.get("units", "")))
+
+
+def _map(ax: Axes, trace: xarray.Dataset, values: xarray.DataArray) -> None:
+    """Draw filled contours with labelled lines between them; the first parameter runs upwards."""
+    up, along = (str(dim) for dim in values.dims)
+    y, x = (np.asarray(values[path].values, dtype=float) for path in (up, along))
+    unit, units = str(values.attrs.get("units", "")), swept_units(trace)
+    numbers = np.ma.masked_invalid(np.asarray(values.values, dtype=float))
+    for path, axis, scale in ((along, x, ax.set_xscale), (up, y, ax.set_yscale)):
+        if _geometric(axis):
+            scale("log")
+        elif len(axis) < 2:
+            raise InputError(f"'{path}': a map needs at least two values")
+    ax.grid(visible=False)
+    levels = _levels(numbers)
+    if levels is None:
+        text = (
+            "no numbers to draw"
+            if not numbers.count()
+            else f"{pretty_quantity(float(numbers.mean()), unit, digits=4)} everywhere"
+        )
+        ax.text(0.5, 0.5, text, transform=ax.transAxes, ha="center", va="center")
+        ax.set_xlim(x.min(), x.max())
+        ax.set_ylim(y.min(), y.max())
+    else:
+        _contours(ax, (x, y, numbers), levels, unit)
+    ax.dataLim.update_from_data_xy(np.column_stack([[x.min(), x.max()], [y.min(), y.max()]]))
+    label_axis(ax.xaxis, along, units.get(along, ""))
+    label_axis(ax.yaxis, up, units.get(up, ""))
+    ax.set_title(_words(str(values.name)) + ("; white: not known" if np.ma.is_masked(numbers) else ""))
+
+
+def _contours(ax: Axes, points: tuple[Any, Any, Any], levels: NDArray[np.float64], unit: str) -> None:
+    from matplotlib.colors import LogNorm, Normalize
+
+    low, high = float(points[2].min()), float(points[2].max())
+    wide = _is_wide(low, high)
+    x, y, z = _finer(points, wide=wide)
+    filled = np.unique(np.concatenate([[low], levels, [high]]))
+    norm = LogNorm(low, high) if wide else Normalize(low, high)
+    ax.contourf(x, y, z, levels=filled, norm=norm, cmap="viridis", alpha=0.55, extend="both")
+    drawn = ax.contour(x, y, z, levels=levels, colors="#222222", linewidths=0.8)
+    places = [place for lines in drawn.allsegs if lines and (place := _middle(ax, lines)) is not None]
+    fmt = {level: pretty_quantity(float(level), unit, digits=3) for level in drawn.levels}
+    ax.clabel(drawn, fmt=fmt, fontsize=7.5, manual=places)
+
+
+def _finer(points: tuple[Any, Any, Any], *, wide: bool) -> tuple[Any, Any, Any]:
+    """Put values between those that were computed, as straight lines on the axes that are drawn."""
+    x, y, z = points
+    (along, finer_x), (up, finer_y) = (_between(axis) for axis in (x, y))
+    known = np.ma.log(z) if wide else z
+    rows = np.array([np.interp(finer_x, along, row) for row in known.filled(np.nan)])
+    values = np.array([np.interp(finer_y, up, column) for column in rows.T]).T
+    drawn_x, drawn_y = (
+        np.exp(finer) if _geometric(axis) else finer for axis, finer in ((x, finer_x), (y, finer_y))
+    )
+    return drawn_x, drawn_y, np.ma.masked_invalid(np.exp(values) if wide else values)
+
+
+def _between(axis: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Give the values of an axis as they are drawn, and more of them."""
+    drawn = np.log(axis) if _geometric(axis) else axis
+    steps = max(1, -(-_FINE // len(axis)))
+    finer = np.interp(np.arange((len(axis) - 1) * steps + 1) / steps, np.arange(len(axis)), drawn)
+    return drawn, finer
+
+
+def _middle(ax: Axes, lines: Any) -> Any:
+    """Give the middle, as it is seen, of the longest line of a level; None where it is too short for a label."""
+    seen = [ax.transData.transform(line) for line in lines]
+    lengths = [np.append(0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T))) for line in seen]
+    longest = int(np.argmax([length[-1] for length in lengths]))
+    if lengths[longest][-1] < _SHORTEST * ax.bbox.width:
+        return None
+    place = int(np.searchsorted(lengths[longest], lengths[longest][-1] / 2))
+    return tuple(lines[longest][min(place, len(lines[longest]) - 1)])
+
+
+def _levels(numbers: Any) -> NDArray[np.float64] | None:
+    """Choose round values for contour lines; None where there is nothing between the smallest and the largest."""
+    from matplotlib.ticker import LogLocator, MaxNLocator
+
+    if not numbers.count():
+        return None
+    low, high = float(numbers.min()), float(numbers.max())
+    if high - low <= _EVEN * max(abs(low), abs(high)):
+        return None
+    if _is_wide(low, high):
+        found = np.asarray(LogLocator(numticks=_LEVELS).tick_values(low, high))
+        if np.count_nonzero((found > low) & (found < high)) < 4:
+            found = np.asarray(LogLocator(subs=(1.0, 2.0, 5.0), numticks=_LEVELS).tick_values(low, high))
+    else:
+        found = np.asarray(MaxNLocator(_LEVELS).tick_values(low, high))
+    inside = found[(found > low) & (found < high)]
+    return inside if len(inside) else np.array([(low + high) / 2])
+
+
+def _is_wide(low: float, high: float) -> bool:
+    return low > 0 and high > _WIDE * low
+
+
+def _geometric(values: NDArray[np.float64]) -> bool:
+    """Tell whether values are evenly spaced in the logarithm rather than evenly."""
+    if len(values) < 3 or np.min(values) <= 0:
+        return False
+    ratios = np.diff(np.log(values))
+    return bool(np.ptp(ratios) < _EVEN * abs(ratios[0]) and abs(ratios[0]) > _EVEN)
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")

@@ -1,0 +1,133 @@
+"""What breaks down, against numbers and derivations that do not come from this code."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.physics import safety
+from electrovib.physics.limits import Limits, broken, limit_lamps
+from electrovib.physics.safety import (
+    air_lamps,
+    breakdown_share,
+    electrowetting_voltage,
+    film_lamp,
+    paschen_voltage,
+    skin_lamp,
+    sweat_lamp,
+)
+
+EPS0 = 8.8541878128e-12
+TABLE = {5: 657, 7.5: 337, 10: 307, 15: 318, 20: 347, 30: 415, 50: 552, 100: 865}
+"""Gap [um] to breakdown voltage [V] of air at 1 atm, computed apart from this code."""
+
+
+@pytest.mark.parametrize(("gap", "expected"), TABLE.items())
+def test_paschen(gap, expected):
+    assert paschen_voltage(gap * 1e-6) == pytest.approx(expected, abs=0.51)
+
+
+@pytest.mark.parametrize("constant", ["PASCHEN_A", "PASCHEN_B"])
+def test_a_constant_that_is_off_by_one_and_a_half_percent_is_seen(monkeypatch, constant):
+    monkeypatch.setattr(safety, constant, 1.014 * getattr(safety, constant))
+    errors = [abs(paschen_voltage(gap * 1e-6) - expected) for gap, expected in TABLE.items()]
+    assert max(errors) > 2
+
+
+def test_paschens_minimum():
+    """e ln(1 + 1/gamma) B/A at A p d = e ln(1 + 1/gamma)."""
+    lowest, product = np.e * np.log(101) * 2737.5 / 112.5, np.e * np.log(101) / 112.5
+    place = product / 101.325 * 1e-2  # kPa cm to m
+    assert paschen_voltage(place) == pytest.approx(lowest, rel=1e-12)
+    assert paschen_voltage(1.01 * place) > lowest < paschen_voltage(0.99 * place)
+    assert paschen_voltage(3e-6) == np.inf
+
+
+def test_electrowetting_is_where_the_films_energy_is_the_surface_tension():
+    """Young-Lippmann: cos(theta) changes by (C V^2/2)/gamma, C = eps0 eps/T; by 1 at this voltage."""
+    voltage = electrowetting_voltage(thickness=2e-6, permittivity=3.0)
+    assert EPS0 * 3.0 / 2e-6 * voltage**2 / 2 == pytest.approx(0.072, rel=1e-12)
+    assert voltage == pytest.approx(104.13, abs=0.01)
+    lamp = sweat_lamp(104.2, 2e-6 / 3.0)
+    assert (lamp.state, lamp.limit) == ("warning", pytest.approx(voltage))
+    assert sweat_lamp(104.1, 2e-6 / 3.0).state == "ok"
+
+
+def test_the_nearest_to_breakdown_is_neither_the_largest_field_nor_the_smallest_gap():
+    """At 1 um nothing is said; 10 um bears 307 V, 100 um 865 V: 200 V there, 800 V here."""
+    fields, gaps = np.array([90e6, -20e6, 8e6, 1e6]), np.array([1e-6, 10e-6, 100e-6, 5e-6])
+    assert breakdown_share(fields, gaps) == pytest.approx([0, 200 / 307, 800 / 865, 5 / 657], rel=2e-3)
+    assert breakdown_share(fields[1:2], gaps[1:2]) == pytest.approx([200 / 307], rel=2e-3)
+
+
+def film(field, *, declared=None, permittivity=3.35, thickness=90e-6):
+    return film_lamp("film", field, declared=declared, permittivity=permittivity, thickness=thickness)
+
+
+def test_a_declared_strength_comes_first():
+    assert film(99e6, declared=100e6).state == "ok"
+    beyond = film(101e6, declared=100e6)
+    assert (beyond.state, beyond.value, beyond.limit, beyond.unit) == ("warning", 101e6, 100e6, "V/m")
+    assert "declared" in beyond.text
+    assert film(130e6, declared=200e6).state == "ok"
+
+
+def test_without_one_a_polymer_film_is_held_against_its_kind():
+    assert film(117e6).state == "ok"
+    lamp = film(119e6)
+    assert lamp.state == "warning"
+    assert "118 to 236 MV/m: Kapton HN and PET" in lamp.text
+    assert "stack.film.breakdown_field" in lamp.text
+
+
+@pytest.mark.parametrize(
+    "other",
+    [{"permittivity": 1.9}, {"permittivity": 4.6}, {"thickness": 7e-6}, {"thickness": 0.13e-3}],
+)
+def test_another_film_is_unknown(other):
+    lamp = film(1e9, **other)
+    assert lamp.state == "unknown"
+    assert lamp.value is None
+    assert "no range is known" in lamp.text
+
+
+def test_skin():
+    assert skin_lamp("stratum_corneum", 9.9).state == "ok"
+    assert skin_lamp("stratum_corneum", 10.1).state == "warning"
+
+
+def test_air():
+    paschen, emission = air_lamps(31e6, 10e-6)  # 310 V, 307 V allowed
+    assert (paschen.state, emission.state) == ("warning", "ok")
+    assert air_lamps(30e6, 10e-6)[0].state == "ok"
+    assert air_lamps(70e6, 4.9e-6)[0].state == "unknown"
+    assert air_lamps(76e6, 4.9e-6)[1].state == "warning"
+    (only,) = air_lamps(76e6, 0.0)
+    assert only.state == "warning"
+    assert "vanishing" in only.text
+    assert air_lamps(float("nan"), 0.0)[0].state == "unknown"
+
+
+REACHED = {"voltage": 100.0, "current": 2e-3, "charge": 3e-9, "stored_energy": 4e-6, "body_current": 5e-4}
+
+
+def test_nothing_that_is_not_declared_is_judged():
+    assert limit_lamps(REACHED, Limits()) == []
+
+
+@pytest.mark.parametrize(("name", "value"), REACHED.items())
+def test_each_limit_judges_its_own(name, value):
+    (lamp,) = limit_lamps(REACHED, Limits(**{name: 1.01 * value}))
+    assert (lamp.name, lamp.state, lamp.value) == (name.replace("_", " "), "ok", value)
+    (lamp,) = limit_lamps(REACHED, Limits(**{name: 0.99 * value}))
+    assert lamp.state == "warning"
+    assert f"limits.{name}" in lamp.text
+    assert broken([lamp, film(1e9)]) == [lamp]
+
+
+def test_the_jump_at_the_start_is_told_apart():
+    reached = {"current": 5.85e-3, "current at switch-on": 0.1}
+    running, jump = limit_lamps(reached, Limits(current=10e-3))
+    assert (running.state, running.value) == ("ok", 5.85e-3)
+    assert (jump.state, jump.value, jump.name) == ("warning", 0.1, "current at switch-on")
+    assert "in the jump at time 0" in jump.text

@@ -1,0 +1,314 @@
+"""Numbers that answer a question, by their names."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from electrovib.core.errors import InputError
+from electrovib.physics.rig import Tribometer
+from electrovib.solve.quantities import DEFAULTS, Named, answer, of_record, read_name, solved
+from electrovib.solve.quantities.pieces import Mesh, extremes, last_value, mean, mean_square, tails
+from electrovib.solve.quantities.resolve import first_mesh, resolve, window
+from electrovib.solve.scenario import load
+from electrovib.solve.simulate import simulate
+from electrovib.solve.solution import Solution
+
+LAYERS = ("insulator", "stratum_corneum")
+PERIODIC = {"time.initial_state": {"model": "PeriodicState"}}
+GAP = load("vezzoli_2014/fig2")
+FILM = load("vezzoli_2014/fig6")
+
+
+def asked(scenario, *names):
+    layers = tuple(scenario.stack.layers)
+    return answer(solved(scenario), [read_name(name, layers) for name in names])
+
+
+def sine(scenario, frequency=125.0, amplitude=100.0):
+    drive = {"model": "Sine", "amplitude": amplitude, "frequency": frequency}
+    return scenario.replace({"drive": drive} | PERIODIC)
+
+
+# names
+
+
+def test_names():
+    assert read_name("mean electrostatic_force", LAYERS) == Named("mean", "electrostatic_force")
+    assert read_name("  mean electrostatic  force ", LAYERS).name == "mean electrostatic_force"
+    layered = read_name("peak field in stratum corneum", LAYERS)
+    assert (layered.name, layered.unit) == ("peak field in stratum_corneum", "V/m")
+    assert "largest magnitude: electric field in a layer 'stratum_corneum'" in layered.meaning
+    assert [read_name(name, LAYERS).name for name in DEFAULTS] == list(DEFAULTS)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("largest current", "Did you mean 'peak current'?"),
+        ("maximal current", "Did you mean 'maximum current'?"),
+        ("lateral force", "Did you mean 'peak lateral_force'?"),
+        ("mean curent", "Did you mean 'current'?"),
+        ("mean impedance", "no signal over time"),
+        ("", "for instance 'mean electrostatic_force'"),
+        ("peak field", "'peak field in insulator'"),
+        ("peak field in gap", "Known: insulator, stratum_corneum"),
+        ("peak current in insulator", "leave 'in insulator' away"),
+    ],
+)
+def test_an_unknown_name_answers_with_the_nearest(name, words):
+    with pytest.raises(InputError) as error:
+        read_name(name, LAYERS)
+    assert words in str(error.value)
+
+
+def test_a_signal_that_the_scenario_does_not_have_is_told():
+    with pytest.raises(InputError, match="has no signal 'skin_displacement'"):
+        asked(FILM, "peak skin_displacement")
+
+
+# polynomials
+
+
+def test_numbers_of_polynomials_are_exact():
+    mesh = Mesh(np.array([0.0, 1.0, 4.0]), 8)
+    time = mesh.times()
+    assert np.all(np.diff(time) > 0)
+    assert (time[0], time[-1], len(time)) == (0.0, 4.0, 19)
+    series = mesh.series((time - 1.5) ** 2 * (4.2 - time))
+    exact = np.polynomial.Polynomial.fromroots([1.5, 1.5, 4.2]) * -1
+    whole, square = exact.integ(), (exact * exact).integ()
+    assert mean(mesh, series) == pytest.approx((whole(4) - whole(0)) / 4, rel=1e-13)
+    assert mean_square(mesh, series) == pytest.approx((square(4) - square(0)) / 4, rel=1e-13)
+    low, high = extremes(series)
+    assert low == pytest.approx(0.0, abs=1e-13)  # between the nodes
+    assert high == pytest.approx(exact(0.0), rel=1e-12)  # at the edge
+    assert last_value(series) == pytest.approx(exact(4.0), rel=1e-12)
+    assert np.all(tails(series) < 1e-13)
+    np.testing.assert_array_equal(mesh.halved(np.array([False, True])).edges, [0, 1, 2.5, 4])
+
+
+def test_an_extreme_between_the_places_looked_at_is_found():
+    mesh = Mesh(np.linspace(0.0, 1.0, 5), 16)
+    values = np.sin(11.0 * mesh.times() + 0.3) + 0.1
+    low, high = extremes(mesh.series(values))
+    assert (low, high) == (pytest.approx(-0.9, rel=1e-11), pytest.approx(1.1, rel=1e-11))
+
+
+def test_nothing_is_known_of_a_signal_with_a_gap():
+    mesh = Mesh(np.array([0.0, 1.0, 2.0]), 8)
+    values = mesh.times().copy()
+    values[3] = np.nan
+    series = mesh.series(values)
+    assert math.isnan(mean(mesh, series))
+    assert math.isnan(mean_square(mesh, series))
+    assert all(math.isnan(value) for value in extremes(series))
+
+
+# numbers of solutions, against formulas
+
+
+def test_numbers_of_one_sine_are_those_of_its_formula():
+    """Without dispersion the displacement is one sine, and the force its square."""
+    scenario = sine(GAP)
+    found = asked(
+        scenario, *(f"{taken} electrostatic_force" for taken in ("mean", "peak", "swing", "rms", "minimum"))
+    )
+    mean_force = simulate(
+        scenario.replace({"frequency": {"low": 125.0, "high": 250.0, "samples": 2}})
+    ).mean_force[0]
+    mean_force = float(mean_force)
+    values = {name.split()[0]: value for name, value in found.values.items()}
+    assert values["mean"] == pytest.approx(mean_force, rel=1e-12)
+    assert values["peak"] == pytest.approx(2 * mean_force, rel=1e-12)
+    assert values["swing"] == pytest.approx(2 * mean_force, rel=1e-12)
+    assert values["rms"] == pytest.approx(mean_force * math.sqrt(1.5), rel=1e-12)
+    assert values["minimum"] == pytest.approx(0.0, abs=1e-12 * mean_force)
+    assert max(found.errors.values()) < 1e-10
+
+
+def test_a_drive_and_its_voltage():
+    scenario = FILM.replace(
+        {"drive": {"model": "Trapezium", "low": -10, "high": 40, "rise": 0.01, "hold": 0.02, "fall": 0.03}}
+    )
+    names = ("peak", "maximum", "minimum", "swing", "mean", "rms", "final")
+    found = asked(scenario, *(f"{taken} drive_voltage" for taken in names)).values
+    assert window(scenario) == (pytest.approx(0.08), "the whole time")
+    ramps = (40**2 - 40 * 10 + 10**2) / 3
+    expected = {"peak": 40, "maximum": 40, "minimum": -10, "swing": 50, "final": -10}
+    expected["mean"] = (15 * 0.04 + 40 * 0.02 - 10 * 0.02) / 0.08
+    expected["rms"] = math.sqrt((ramps * 0.04 + 1600 * 0.02 + 100 * 0.02) / 0.08)
+    for taken, value in expected.items():
+        assert found[f"{taken} drive_voltage"] == pytest.approx(value, rel=1e-12), taken
+
+
+@pytest.mark.parametrize("scenario", [FILM, GAP], ids=["film", "gap"])
+@pytest.mark.parametrize("state", ["AtRest", "PeriodicState"])
+def test_stiff_edges_agree_with_a_record_as_fine_as_it_gets(scenario, state):
+    drive = {"model": "Square", "high": 100, "low": -50, "frequency": 100, "edge": 1e-5}
+    case = scenario.replace({"drive": drive, "time": {"initial_state": {"model": state}}})
+    found = asked(
+        case, "mean electrostatic_force", "rms electrostatic_force", "peak current", "final lateral_force"
+    )
+    end = window(case)[0]
+    time = np.unique(np.concatenate([np.linspace(0, end, 400_001), np.linspace(0, 1e-5, 2001)]))
+    record = simulate(case, time=time)
+    force, current = record.electrostatic_force.values, record.current.values
+    assert found.values["mean electrostatic_force"] == pytest.approx(of_record("mean", time, force), rel=1e-6)
+    assert found.values["rms electrostatic_force"] == pytest.approx(of_record("rms", time, force), rel=1e-6)
+    assert found.values["peak current"] == pytest.approx(np.max(np.abs(current)), rel=1e-5)
+    before_the_end = simulate(case, time=np.array([end * (1 - 1e-12)])).lateral_force.values[0]
+    assert found.values["final lateral_force"] == pytest.approx(before_the_end, rel=1e-8)
+    assert max(found.errors.values()) < 1e-8
+
+
+def test_the_output_grid_does_not_enter():
+    few = FILM.replace({"time": {"samples": 3}})
+    names = ("mean electrostatic_force", "swing lateral_force", "rms current")
+    assert asked(few, *names).values == asked(FILM, *names).values
+
+
+def test_a_duration_is_the_time_that_numbers_are_taken_over():
+    short = FILM.replace({"time": {"duration": 0.036}})
+    assert window(short) == (0.036, "the whole time")
+    assert asked(short, "final drive_voltage").values["final drive_voltage"] == pytest.approx(
+        1000.0, rel=1e-9
+    )
+    square = {"model": "Square", "high": 1, "frequency": 50}
+    assert window(FILM.replace({"drive": square}))[1] == "the whole time from rest"
+    settled = FILM.replace({"drive": square, "time.duration": 0.5} | PERIODIC)
+    assert window(settled) == (0.02, "one period of the periodic state")
+
+
+def test_a_march_is_asked_too_and_its_error_is_stated():
+    lag = FILM.replace(
+        {
+            "drive": {"model": "Square", "high": 100, "frequency": 50, "edge": 1e-3},
+            "motion.speed": 0.05,
+            "finger": {"model": "MassSpringDamper", "mass": 1.5e-4, "stiffness": 1e3, "damping": 1.0},
+        }
+    )
+    found = asked(lag, "swing skin_displacement", "mean lateral_force")
+    record = simulate(lag, time=np.linspace(0, 0.1, 20_001))
+    swing = float(record.skin_displacement.max() - record.skin_displacement.min())
+    assert found.values["swing skin_displacement"] == pytest.approx(swing, rel=1e-4)
+    assert found.how["mechanics_error"] < 1e-5
+
+
+def test_what_a_digitiser_reads_is_taken_at_its_readings():
+    read = FILM.replace({"rig": {"model": "Tribometer"} | dict(Tribometer.example)})
+    found = asked(read, "mean lateral_force_measured", "peak lateral_force_measured", "mean lateral_force")
+    rate = read.rig.digitiser.sampling_rate
+    time = np.arange(int(read.drive.duration * rate * (1 + 1e-12)) + 1) / rate
+    readings = simulate(read, time=time).lateral_force_measured.values
+    assert found.values["mean lateral_force_measured"] == of_record("mean", time, readings)
+    assert found.values["peak lateral_force_measured"] == np.max(np.abs(readings))
+    assert list(found.values) == [
+        "mean lateral_force_measured",
+        "peak lateral_force_measured",
+        "mean lateral_force",
+    ]
+
+
+def test_a_number_that_is_not_known_is_told(monkeypatch):
+    solution, ask = Solution(FILM), Solution.at
+
+    def partly(self, times):
+        record = ask(self, times)
+        record.signals["lateral_force"][1][times > 0.1] = np.nan
+        return record
+
+    monkeypatch.setattr(Solution, "at", partly)
+    found = answer(
+        solution, [read_name(name, LAYERS) for name in ("mean lateral_force", "mean electrostatic_force")]
+    )
+    assert math.isnan(found.values["mean lateral_force"])
+    assert found.values["mean electrostatic_force"] > 0
+    (lamp,) = [lamp for lamp in found.lamps if lamp.name == "quantities"]
+    assert lamp.state == "unknown"
+    assert lamp.text.startswith("mean lateral_force: not known")
+
+
+def test_a_signal_that_cannot_be_followed_is_told(monkeypatch):
+    monkeypatch.setattr("electrovib.solve.quantities.resolve.MOST_VALUES", 1000)
+    drive = {"model": "AmplitudeModulation", "amplitude": 100, "carrier": 50e3, "modulation": 10, "depth": 1}
+    fast = GAP.replace({"drive": drive} | PERIODIC)
+    found = asked(fast, "mean electrostatic_force")
+    (lamp,) = [lamp for lamp in found.lamps if lamp.name == "resolution"]
+    assert lamp.state == "warning"
+    assert lamp.value == found.errors["mean electrostatic_force"] > lamp.limit
+
+
+def test_one_sine_in_its_steady_state_is_looked_at_once():
+    solution = Solution(sine(FILM))
+    assert len(resolve(solution, [("electrostatic_force", "")]).record.times) < 100
+
+
+# numbers of records
+
+
+def test_numbers_of_a_record_are_those_of_the_straight_lines_between_its_samples():
+    time, values = np.array([0.0, 1.0, 3.0]), np.array([0.0, 2.0, -4.0])
+    assert of_record("mean", time, values) == pytest.approx((1.0 - 2.0) / 3)
+    assert of_record("rms", time, values) == pytest.approx(math.sqrt((4 / 3 + 2 * (4 - 8 + 16) / 3) / 3))
+    assert of_record("peak", time, values) == 4.0
+    assert of_record("swing", time, values) == 6.0
+    assert (of_record("maximum", time, values), of_record("minimum", time, values)) == (2.0, -4.0)
+    assert of_record("final", time, values) == -4.0
+    assert math.isnan(of_record("peak", time, np.array([0.0, np.nan, 1.0])))
+    one = np.array([1.0]), np.array([-3.0])
+    assert [of_record(taken, *one) for taken in ("peak", "mean", "rms", "swing")] == [3.0, -3.0, 3.0, 0.0]
+
+
+def test_a_record_of_many_samples_is_followed_with_few_nodes():
+    """Pieces between 60 000 stamps get 4 nodes; the square of a straight line needs 3."""
+    time = np.linspace(0, 0.6, 60_001)
+    drive = {"model": "Sampled", "time_samples": time, "voltage_samples": np.sin(2 * np.pi * 100 * time)}
+    skin = {
+        "model": "Constant",
+        "permittivity": 1560,
+    }  # nothing conducts: the force is the square of the drive
+    plain = GAP.replace({"drive": drive, "time": {}, "stack.stratum_corneum.material": skin})
+    solution = Solution(plain)
+    assert resolve(solution, [("electrostatic_force", "")]).mesh.nodes == 4
+    found = answer(
+        solution, [read_name(f"{t} electrostatic_force", tuple(plain.stack.layers)) for t in ("mean", "peak")]
+    )
+    mean_force, peak = found.values.values()
+    samples = np.sin(2 * np.pi * 100 * time)
+    squares = np.mean(samples[1:] ** 2 + samples[1:] * samples[:-1] + samples[:-1] ** 2) / 3
+    assert mean_force / peak == pytest.approx(
+        squares, rel=2e-4
+    )  # a series resistance of 2 kohm and a skin pole are left
+    assert found.errors["mean electrostatic_force"] < 1e-7
+    assert not [lamp for lamp in found.lamps if lamp.name == "resolution"]
+
+
+def test_what_bends_where_nothing_says_so_is_halved_until_it_is_followed(monkeypatch):
+    """A friction that bends at times of its own: corners of no drive."""
+    ask = Solution.at
+
+    def bent(self, times):
+        record = ask(self, times)
+        record.signals["lateral_force"] = (
+            ("time",),
+            np.abs(np.sin(40 * times)) + np.exp(-((times - 0.1) ** 2) / 2e-6),
+        )
+        return record
+
+    monkeypatch.setattr(Solution, "at", bent)
+    found = asked(FILM, "mean lateral_force", "maximum lateral_force")
+    end = window(FILM)[0]
+    half_turns, rest = divmod(40 * end, np.pi)
+    exact = (2 * half_turns + 1 - math.cos(rest)) / (40 * end) + math.sqrt(2e-6 * np.pi) / end
+    assert found.values["mean lateral_force"] == pytest.approx(exact, rel=1e-8)
+    assert found.errors["mean lateral_force"] < 1e-8
+    assert found.values["maximum lateral_force"] > 1.7
+
+
+def test_of_two_pieces_only_what_is_not_resolved_is_halved():
+    solution = Solution(FILM)
+    once = resolve(solution, [("drive_voltage", "")])
+    assert len(once.record.times) == len(first_mesh(solution).times())

@@ -1,0 +1,382 @@
+"""Every run says what may break down or exceeds a declared limit, whatever output times were asked for."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.core.constants import eps0
+from electrovib.core.errors import InputError
+from electrovib.core.lamps import read_lamps
+from electrovib.solve.diagnostics import solved
+from electrovib.solve.expand import modes
+
+AREA, FILM, SKIN = 1e-4, 90e-6 / 3.35, 200e-6 / 1560
+SHORT = np.linspace(0.0, 1e-3, 3)
+
+
+def lamps(trace):
+    return {lamp.name: lamp for lamp in read_lamps(trace.attrs["lamps"])}
+
+
+@pytest.fixture(scope="module")
+def founding():
+    """Film and skin; nothing conducts, so that everything is a quotient of thicknesses."""
+    return ev.load("vezzoli_2014/fig6").replace({"stack.stratum_corneum.material.conductivity": 0.0})
+
+
+@pytest.fixture(scope="module")
+def with_gap(founding):
+    stack = founding.to_dict()["stack"]
+    names = ["insulator", "gap", "stratum_corneum"]
+    return founding.replace({"stack": {name: stack.get(name, {"thickness": 5e-6}) for name in names}})
+
+
+def test_fifty_kilovolts_on_the_founding_film(founding):
+    found = lamps(ev.simulate(founding.replace({"drive.high": "50 kV"})))
+    film = found["film strength, insulator"]
+    assert film.state == "warning"
+    assert film.value == pytest.approx(50e3 / (FILM + SKIN) / 3.35, rel=1e-4)  # 1 kohm takes the rest
+    assert film.limit == 118e6
+    emission = found["field emission"]
+    assert (emission.state, emission.value) == ("warning", pytest.approx(50e3 / (FILM + SKIN), rel=1e-4))
+    assert "vanishing" in emission.text
+
+
+def test_every_layer_of_the_plate_and_of_the_finger_is_judged(founding):
+    """Two films and two layers of finger, of other names; the declared strength of one comes before its kind's."""
+    film = {"model": "Constant", "permittivity": 3.35}
+    skin = {"model": "Constant", "permittivity": 1560}
+    stack = {
+        "lower": {"thickness": "45 um", "role": "plate", "material": film, "breakdown_field": "10 MV/m"},
+        "upper": {"thickness": "45 um", "role": "plate", "material": film},
+        "outer": {"thickness": "100 um", "role": "finger", "material": skin},
+        "inner": {"thickness": "100 um", "role": "finger", "material": skin, "breakdown_field": "10 kV/m"},
+    }
+    found = lamps(ev.simulate(founding.replace({"stack": stack, "force": {"model": "GapPlane"}})))
+    assert found["film strength, lower"].state == "warning"  # 11.06 MV/m
+    assert found["film strength, upper"].state == "ok"
+    assert found["film strength, inner"].state == "warning"  # 23.7 kV/m
+    assert {"linear skin, outer", "linear skin, inner"} <= set(found)
+    assert found["electrowetting"].limit == pytest.approx(math.sqrt(2 * 0.072 * FILM / eps0), rel=1e-12)
+    assert "Paschen" not in found
+
+
+def test_a_gap_is_judged_by_paschen_and_field_emission(with_gap):
+    found = lamps(ev.simulate(with_gap.replace({"stack.gap.thickness": "28 um", "drive.high": 800.0})))
+    assert found["Paschen"].value == pytest.approx(800 * 28e-6 / (28e-6 + FILM + SKIN), rel=1e-4)
+    assert found["Paschen"].state == "warning"  # from 789 V on, facts of the founding rig
+    assert (
+        lamps(ev.simulate(with_gap.replace({"stack.gap.thickness": "28 um", "drive.high": 780.0})))[
+            "Paschen"
+        ].state
+        == "ok"
+    )
+    thin = lamps(ev.simulate(with_gap.replace({"stack.gap.thickness": "1 um"})))
+    assert (thin["Paschen"].state, thin["field emission"].state) == ("unknown", "ok")
+
+
+DRIVES = {
+    "pulse": {"model": "Trapezium", "high": 300.0, "delay": 2e-3, "rise": 1e-6, "hold": 5e-6, "fall": 1e-6},
+    "sine": {"model": "Sine", "amplitude": 300.0, "frequency": 777.0, "phase": 0.123},
+    "two": {
+        "model": "Sum",
+        "drives": [
+            {"model": "Sine", "amplitude": 200.0, "frequency": 777.0},
+            {"model": "Burst", "amplitude": 150.0, "frequency": 3e3, "cycles": 4, "delay": 1e-3},
+        ],
+    },
+    "square": {"model": "Square", "high": 300.0, "frequency": 400.0, "edge": 2e-6},
+}
+STACKS = {
+    "closed form": {},
+    "behind an amplifier": {"circuit.amplifier": {"gain": 1.0, "bandwidth": 2e4, "stray_capacitance": 1e-10}},
+    "amplifier with limits": {
+        "circuit.amplifier": {"gain": 1.0, "source_current": 1e-4, "stray_capacitance": 1e-10}
+    },
+    "leak": {
+        "stack.gap.leak": {
+            "model": "PolarityConduction",
+            "conductivity_positive": 1e-8,
+            "conductivity_negative": 2e-8,
+        }
+    },
+    "moving gap": {
+        "motion.distance": {
+            "model": "TremblingDistance",
+            "mean": 20e-6,
+            "amplitude": 15e-6,
+            "frequency": 300.0,
+        }
+    },
+}
+CASES = [
+    (stack, drive)
+    for stack in STACKS
+    for drive in DRIVES
+    if stack != "amplifier with limits" or drive == "pulse"
+]
+
+TWO_LEAKS = {
+    "stack.insulator.leak": {
+        "model": "PolarityConduction",
+        "conductivity_positive": 1e-9,
+        "conductivity_negative": 1e-9,
+    },
+} | STACKS["leak"]
+
+
+@pytest.mark.parametrize(("stack", "drive"), CASES)
+def test_checks_do_not_depend_on_the_output_times(with_gap, stack, drive):
+    """Three times that miss everything, and four thousand that do not: the same largest values."""
+    skin = {"stack.stratum_corneum.material.conductivity": 2e-6, "circuit.return_path.resistance": 1e4}
+    limits = {
+        "limits": {
+            "voltage": 100,
+            "current": 1e-4,
+            "charge": 1e-9,
+            "stored_energy": 1e-6,
+            "body_current": 1e-4,
+        }
+    }
+    one = with_gap.replace(skin | limits | STACKS[stack] | {"drive": DRIVES[drive]})
+    end = 4e-3
+    few, many = np.array([0.9 * end, end]), np.linspace(0.0, end, 4001)
+    told = [lamps(ev.simulate(one, time=time)) for time in (few, many)]
+    values = [
+        {name: lamp.value / lamp.limit for name, lamp in each.items() if lamp.value is not None}
+        for each in told
+    ]
+    for each in values:
+        each.pop("sampling", None)
+    assert {"field emission", "current", "voltage", "charge", "stored energy", "body current"} <= set(
+        values[0]
+    )
+    assert values[0] == pytest.approx(values[1], rel=2e-4)
+    # ... and no smaller than what the many times show
+    trace = ev.simulate(one, time=many)
+    largest = float(np.abs(trace.field.sel(layer="gap")).max())
+    assert told[0]["field emission"].value >= largest * (1 - 1e-5)
+    body = max(lamp.value for name, lamp in told[0].items() if name.startswith("body current"))
+    assert body >= float(np.abs(trace.current).max()) * (1 - 1e-5)
+
+
+def test_the_general_reference_too(with_gap):
+    one = with_gap.replace(TWO_LEAKS | {"drive": DRIVES["pulse"], "limits.current": 1e-6})
+    told = [
+        lamps(ev.simulate(one, time=time))["field emission"].value
+        for time in (SHORT * 4, np.linspace(0, 4e-3, 401))
+    ]
+    assert told[0] == pytest.approx(told[1], rel=1e-6)
+    assert told[0] > 5e6
+
+
+def test_a_sines_largest_values_are_met_between_looks(founding):
+    """300 V of 777 Hz from the periodic state: |i| = C V w and E = V/(T eps_film/eps0) to 1e-6."""
+    settled = {"time.initial_state": {"model": "PeriodicState"}, "circuit.return_path.resistance": 0.0}
+    one = founding.replace({"drive": DRIVES["sine"], "force": {"model": "GapPlane"}} | settled)
+    time = np.array([0.0, 1e-9])
+    _, record = solved(one, modes(one, time)[0], time)
+    peaks = record.peaks()
+    assert peaks["interface"] == pytest.approx(300 / (FILM + SKIN), rel=1e-6)
+    capacitance = eps0 * AREA / (FILM + SKIN)
+    assert peaks["current"] == pytest.approx(capacitance * 300 * 2 * np.pi * 777, rel=1e-6)
+    assert peaks["charge"] == pytest.approx(capacitance * 300, rel=1e-6)
+    assert peaks["stored_energy"] == pytest.approx(capacitance * 300**2 / 2, rel=1e-6)
+
+
+def test_each_limit_is_defined(founding):
+    """100 V held: plate 100 V, Q = C V on the plate, C V^2/2 in contact and stray, and 10 us of ramp."""
+    ramp = {"model": "Trapezium", "high": 100.0, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}
+    amplifier = {"gain": 2.0, "stray_capacitance": "50 pF"}
+    limits = {"voltage": 1.0, "current": 1e-9, "charge": 1e-12, "stored_energy": 1e-12, "body_current": 1e-9}
+    changes = {
+        "drive": ramp,
+        "circuit.amplifier": amplifier,
+        "limits": limits,
+        "circuit.return_path.resistance": 0.0,
+    }
+    found = lamps(ev.simulate(founding.replace(changes)))
+    capacitance = eps0 * AREA / (FILM + SKIN)
+    expected = {
+        "voltage": 200.0,
+        "current": (capacitance + 50e-12) * 200e3,
+        "charge": capacitance * 200,
+        "stored energy": (capacitance + 50e-12) * 200**2 / 2,
+        "body current": capacitance * 200e3,
+    }
+    for name, value in expected.items():
+        assert (found[name].state, found[name].value) == ("warning", pytest.approx(value, rel=1e-6)), name
+
+
+def test_the_energy_of_two_contacts_is_that_of_both(founding):
+    """The second contact of half the area is in series: q/C_1 and q/C_2 across, q^2/2 (1/C_1 + 1/C_2) in both."""
+    held = {"drive": {"model": "Trapezium", "high": 100.0, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}}
+    two = {"circuit.return_path": {"model": "SecondElectrode", "area": "0.5 cm2", "resistance": 0.0}}
+    limits = {"limits": {"stored_energy": 1e-12, "charge": 1e-12}}
+    found = lamps(ev.simulate(founding.replace(held | two | limits)))
+    first = eps0 * AREA / (FILM + SKIN)
+    series = 1 / (1 / first + 2 / first)
+    assert found["charge"].value == pytest.approx(series * 100, rel=1e-6)
+    assert found["stored energy"].value == pytest.approx(series * 100**2 / 2, rel=1e-6)
+
+
+def test_nothing_is_said_of_what_is_not_declared(founding):
+    square = {"drive": {"model": "Square", "high": 100.0, "frequency": 200.0}}
+    trace = ev.simulate(founding.replace(square | {"limits": {}}))
+    assert not {"voltage", "current", "charge", "stored energy", "body current"} & set(lamps(trace))
+    for word in ("amplifier", "limits.", "250 uA", "declared"):
+        assert word not in json.dumps(
+            [lamp.text for lamp in lamps(trace).values() if lamp.name != "film strength, insulator"]
+        )
+    assert "100 mA" in lamps(trace)["jump"].text
+
+
+def test_the_jump_at_time_0_is_told_apart(founding):
+    """A cosine of 100 V on 1 kohm: 100 mA as it is switched on, C V w = 5.85 mA in the periodic state at 284 kHz."""
+    capacitance = eps0 * AREA / (FILM + SKIN)
+    frequency = 5.85e-3 / (2 * np.pi * capacitance * 100)
+    cosine = {"drive": {"model": "Sine", "amplitude": 100.0, "frequency": frequency, "phase": np.pi / 2}}
+    found = lamps(
+        ev.simulate(founding.replace(cosine | {"limits": {"current": "10 mA", "body_current": "10 mA"}}))
+    )
+    for name in ("current", "body current"):
+        assert (found[name].state, found[name].value) == ("ok", pytest.approx(5.85e-3, rel=3e-3))
+        switched = found[f"{name} at switch-on"]
+        assert (switched.state, switched.value) == ("warning", pytest.approx(0.1, rel=1e-6))
+    assert "at time 0 alone" in found["jump"].text
+    settled = founding.replace(
+        cosine | {"limits": {"current": "10 mA"}, "time.initial_state": {"model": "PeriodicState"}}
+    )
+    found = lamps(ev.simulate(settled))
+    assert not {"jump", "current at switch-on"} & set(found)
+    assert found["current"].value == pytest.approx(5.85e-3, rel=3e-3)
+
+
+def test_a_drive_that_does_not_repeat_tells_its_jump_apart_too(founding):
+    once = {
+        "drive": {"model": "Trapezium", "low": 20.0, "high": 100.0, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}
+    }
+    found = lamps(ev.simulate(founding.replace(once | {"limits": {"current": "1 mA"}})))
+    assert found["current"].value == pytest.approx(eps0 * AREA / (FILM + SKIN) * 80e3, rel=1e-6)
+    assert found["current at switch-on"].value == pytest.approx(20e-3, rel=1e-9)
+
+
+LATE = {"model": "Trapezium", "high": 100.0, "delay": 1e-3, "rise": 0.0, "hold": 1e-3, "fall": 1e-3}
+
+
+@pytest.mark.parametrize(
+    "drive", [{"model": "Square", "high": 100.0, "frequency": 200.0}, LATE], ids=["square", "late"]
+)
+def test_nothing_in_series_and_a_jump(founding, drive):
+    endless = {"drive": drive, "limits": {"current": "1 A"}, "circuit.return_path.resistance": 0.0}
+    found = lamps(ev.simulate(founding.replace(endless)))
+    assert found["current"].state == "warning"
+    assert "no bound" in found["current"].text
+    assert found["current"].value is None
+
+
+def test_a_current_that_is_largest_just_before_a_corner(founding):
+    """Film and skin conduct so well that the current follows the voltage, C dV/dt turns it at the tip: 1 ms up and down."""
+    triangle = {"model": "Trapezium", "high": 100.0, "rise": 1e-3, "hold": 0.0, "fall": 1e-3}
+    leaky = {
+        f"stack.{name}.material.conductivity": 1e-6 * length
+        for name, length in (("insulator", 90.0), ("stratum_corneum", 200.0))
+    }
+    one = founding.replace(leaky | {"drive": triangle, "limits": {"current": "1 mA"}})
+    told = lamps(ev.simulate(one, time=np.array([0.0, 2e-3])))["current"].value
+    before = np.array([1e-3 * (1 - 1e-9)])
+    assert told == pytest.approx(float(ev.simulate(one, time=before).current[0]), rel=1e-6)
+
+
+def test_equilibrium_judges_too():
+    content = {
+        "drive": {"model": "Constant", "level": "1 kV"},
+        "force": {"model": "GapPlane"},
+        "friction": {"model": "Coulomb", "coefficient": 0.5},
+        "contact": {
+            "model": "FixedArea",
+            "area": "1 cm2",
+            "surface": {"model": "LinearSpring", "stiffness": "1 GPa/m", "free_gap": "40 um"},
+        },
+        "load": {"normal_force": "0.5 N"},
+        "circuit": {"return_path": {"model": "Floating", "capacitance": "100 pF"}},
+        "limits": {"voltage": "500 V", "charge": "1 nC", "stored_energy": "1 nJ", "current": "1 A"},
+        "stack": {
+            "insulator": {"thickness": "90 um", "material": {"model": "Constant", "permittivity": 3.35}},
+            "gap": {"thickness": "5 um"},
+            "stratum_corneum": {
+                "thickness": "200 um",
+                "material": {"model": "Constant", "permittivity": 1560, "conductivity": 1e-6},
+            },
+        },
+    }
+    found = ev.equilibrium(content)
+    told = {lamp.name: lamp for lamp in found.lamps}
+    (state,) = found.states
+    body = eps0 * AREA / 100e-12
+    field = 1000 / (FILM + body + state.gap)
+    assert told["Paschen"].value == pytest.approx(field * state.gap, rel=1e-9)
+    assert told["film strength, insulator"].value == pytest.approx(field / 3.35, rel=1e-9)
+    assert told["field emission"].value == pytest.approx(field, rel=1e-9)
+    assert told["linear skin, stratum_corneum"].value == 0
+    assert (told["voltage"].state, told["voltage"].value) == ("warning", 1000.0)
+    assert told["charge"].value == pytest.approx(eps0 * field * AREA, rel=1e-9)
+    assert told["stored energy"].value == pytest.approx(
+        eps0 * field * AREA * field * (FILM + state.gap) / 2, rel=1e-9
+    )
+    assert "current" not in told
+    near = ev.equilibrium(
+        content
+        | {
+            "stack": content["stack"]
+            | {"insulator": {"thickness": "1 um", "material": {"model": "Constant", "permittivity": 5}}},
+            "circuit": {"return_path": {"model": "Grounded"}},
+        }
+    )
+    worst = {lamp.name: lamp.state for lamp in near.lamps}
+    assert worst["field emission"] == "warning"
+    assert worst["film strength, insulator"] == "unknown"
+    assert len(near.states) == 3
+    assert worst["Paschen"] == "warning"  # of the open state; of the closed one its law says nothing
+
+
+def test_export_refuses_what_breaks_a_limit(founding, tmp_path):
+    place = tmp_path / "circuit.cir"
+    with pytest.raises(InputError, match=r"above 1 nA: the declared limit \(limits.current\)"):
+        ev.export(founding, place, set={"limits.current": "1 nA"})
+    with pytest.raises(InputError, match=r"limits.voltage.*\n.*limits.charge"):
+        ev.export(founding, place, set={"limits": {"voltage": "1 V", "charge": "1 pC"}})
+    assert not place.exists()
+    ev.export(founding, place)
+    assert place.exists()
+
+
+def test_export_refuses_what_run_refuses(founding, tmp_path):
+    leaky = {
+        "stack.insulator.leak": {
+            "model": "PolarityConduction",
+            "conductivity_positive": 1e-9,
+            "conductivity_negative": 2e-9,
+        }
+    }
+    changes = leaky | {"time.initial_state": {"model": "PeriodicState"}, "drive": DRIVES["sine"]}
+    for act in (ev.simulate, lambda one: ev.export(one, tmp_path / "circuit.cir")):
+        with pytest.raises(InputError, match="PeriodicState"):
+            act(founding.replace(changes))
+    lag = {
+        "friction": {
+            "model": "FirstOrderLag",
+            "steady": {"model": "Coulomb", "coefficient": 0.5},
+            "cut_off": 100.0,
+        }
+    }
+    press = {"load.programme": {"model": "Press", "begin": 0.05, "rise": 0.05}}
+    changes = lag | press | {"time.initial_state": {"model": "PeriodicState"}, "drive": DRIVES["sine"]}
+    for act in (ev.simulate, lambda one: ev.export(one, tmp_path / "circuit.cir")):
+        with pytest.raises(InputError, match="Press happens once"):
+            act(founding.replace(changes))

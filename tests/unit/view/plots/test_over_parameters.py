@@ -1,0 +1,87 @@
+"""Quantities over what was swept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.core.errors import InputError
+from electrovib.study.sweep import sweep
+from electrovib.view import plots
+
+FORCE = "peak electrostatic_force"
+
+
+@pytest.fixture(scope="module")
+def plane(scenario):
+    over = {"drive.high": [100.0, 200.0, 300.0, 400.0], "stack.gap.thickness": np.geomspace(1e-7, 1e-4, 6)}
+    return sweep(scenario, over)
+
+
+def texts(ax):
+    return [text.get_text() for text in ax.texts]
+
+
+def test_a_curve_over_one_parameter(swept):
+    ax = plots.quantity(swept, FORCE)
+    (line,) = ax.lines
+    np.testing.assert_array_equal(line.get_ydata(), swept[FORCE].values)
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
+    assert ax.get_xlabel() == "stack.gap.thickness [m]"
+    assert ax.get_ylabel() == "peak electrostatic force [mN]"
+
+
+def test_a_curve_over_decades_has_a_logarithmic_axis(swept):
+    wide = swept.copy(deep=True)
+    wide[FORCE][0] = 100 * float(swept[FORCE].max())
+    assert plots.quantity(wide, FORCE).get_yscale() == "log"
+
+
+def test_even_values_have_an_even_axis(plane):
+    ax = plots.quantity(plane.isel({"stack.gap.thickness": 2}), "swing lateral_force")
+    assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "linear")
+    assert ax.get_xlabel() == "drive.high [V]"
+
+
+def test_a_map_over_two_parameters_has_labelled_lines(plane):
+    ax = plots.quantity(plane, FORCE)
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("stack.gap.thickness [m]", "drive.high [V]")
+    shown = texts(ax)
+    assert len(shown) >= 3
+    assert all(text.endswith("N") for text in shown)
+    assert ax.get_title(loc="left") == "peak electrostatic force"
+    ax.figure.canvas.draw()
+
+
+def test_a_hole_in_a_map_is_white_and_told(plane):
+    holed = plane.copy(deep=True)
+    holed[FORCE][0, 0] = np.nan
+    assert plots.quantity(holed, FORCE).get_title(loc="left").endswith("white: not known")
+
+
+@pytest.mark.parametrize(("value", "words"), [(2e-3, "2 mN everywhere"), (np.nan, "no numbers to draw")])
+def test_a_map_of_one_value_says_it(plane, value, words):
+    flat = plane.copy(deep=True)
+    flat[FORCE][:] = value
+    ax = plots.quantity(flat, FORCE)
+    assert texts(ax) == [words]
+    ax.figure.canvas.draw()
+
+
+def test_a_curve_of_nothing_says_so(swept):
+    empty = swept.copy(deep=True)
+    empty[FORCE][:] = np.nan
+    assert texts(plots.quantity(empty, FORCE)) == ["no numbers to draw"]
+
+
+def test_what_cannot_be_drawn_is_refused(plane, swept, trace, scenario):
+    with pytest.raises(InputError, match="Did you mean 'peak electrostatic_force'"):
+        plots.quantity(plane, "peak electrostatic force")
+    with pytest.raises(InputError, match="does not have it"):
+        plots.quantity(trace, FORCE)
+    with pytest.raises(InputError, match="runs over nothing"):
+        plots.quantity(swept.isel({"stack.gap.thickness": 0}), FORCE)
+    over = {"drive.high": [1.0, 2.0], "drive.rise": [1e-3, 2e-3], "drive.fall": [1e-3, 2e-3]}
+    with pytest.raises(InputError, match="choose with isel"):
+        plots.quantity(sweep(scenario, over), FORCE)
