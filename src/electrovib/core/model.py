@@ -22,6 +22,7 @@ from electrovib.core.errors import InputError, nearest
 from electrovib.core.quantity import Quantity
 
 M = TypeVar("M", bound="Model")
+_MOST_SENTENCES = 100
 
 
 class Model(BaseModel):
@@ -244,7 +245,10 @@ def read_model(kind: type[M], content: object) -> M:
     try:
         return kind.model_validate(content)
     except ValidationError as error:
-        raise InputError(sentence(item) for item in error.errors(include_url=False)) from None
+        found = [sentence(item) for item in error.errors(include_url=False)[:_MOST_SENTENCES]]
+        if (more := error.error_count() - len(found)) > 0:
+            found.append(f"and {more} more mistakes like these")
+        raise InputError(found) from None
 
 
 def sentence(item: Mapping[str, Any]) -> str:
@@ -257,7 +261,10 @@ def sentence(item: Mapping[str, Any]) -> str:
     if isinstance(shown, Mapping):
         named = [f"{key} = {shown[key]!r}, " for key in ("model", "file") if shown.get(key)]
         return f"{path or 'the file'} = {{{''.join(named)}...}}: {item['msg']}"
-    text = repr(shown)
+    try:
+        text = repr(shown)
+    except ValueError:  # Python writes no whole number of thousands of digits
+        text = "a whole number of thousands of digits"
     return f"{path or 'the file'} = {text if len(text) <= 60 else text[:57] + '...'}: {item['msg']}"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import struct
 import subprocess
@@ -173,43 +174,42 @@ class Reading:
         DataFileError
             What the reader says is wrong with the file, or that it ran into a limit or crashed.
         """
-        found: dict[str, Any] = {}
-        for name, value in self._messages():
-            found[name] = value
-        return found
+        return dict(self._items())
 
-    def _messages(self) -> Iterator[tuple[str, Any]]:
+    def _items(self) -> Iterator[tuple[str, Any]]:
+        """Go through what the reader yields until it says that this is all."""
         assert self._process.stdout is not None
         stream, left = self._process.stdout, self._limits.content
         while True:
             size = struct.unpack("<Q", self._exactly(stream, 8))[0]
-            if size > left:
-                raise self._too_much()
+            left = self._less(left, size)
             message = json.loads(self._exactly(stream, size))
-            left -= size
-            match message:
-                case {"end": True}:
-                    return
-                case {"problems": [*problems]}:
-                    raise DataFileError([str(problem) for problem in problems])
-                case {"memory": True}:
-                    raise self._too_much()
-                case {"damaged": str(said)}:
-                    raise damaged(self._path, self._reader.format_name, ValueError(said))
-                case {"name": str(name), "dtype": str(dtype), "shape": [*shape]}:
-                    kind = np.dtype(dtype)
-                    count = 1
-                    for length in shape:
-                        count *= int(length)
-                    if kind.kind not in _KINDS or count * kind.itemsize > left:
-                        raise self._too_much()
-                    array = np.empty(tuple(shape), kind)
-                    if count:
-                        self._fill(stream, array)
-                    left -= array.nbytes
-                    yield name, array
-                case {"name": str(name), "value": value}:
-                    yield name, value
+            if "end" in message:
+                return
+            self._check(message)
+            value = message.get("value")
+            if "dtype" in message:
+                kind, shape = np.dtype(message["dtype"]), tuple(map(int, message["shape"]))
+                left = self._less(left, math.prod(shape) * kind.itemsize)
+                value = np.empty(shape, kind)
+                self._fill(stream, value)
+            yield message["name"], value
+
+    def _less(self, left: int, size: int) -> int:
+        if size > left:
+            raise self._too_much()
+        return left - size
+
+    def _check(self, message: dict[str, Any]) -> None:
+        """Raise what the reader has found wrong."""
+        if "problems" in message:
+            raise DataFileError(message["problems"])
+        if "memory" in message:
+            raise self._too_much()
+        if "damaged" in message:
+            raise damaged(self._path, self._reader.format_name, ValueError(message["damaged"]))
+        if np.dtype(message.get("dtype", float)).kind not in _KINDS:
+            raise damaged(self._path, self._reader.format_name, ValueError("it holds no numbers"))
 
     def _exactly(self, stream: IO[bytes], size: int) -> bytes:
         raw = stream.read(size)
@@ -218,8 +218,8 @@ class Reading:
         return raw
 
     def _fill(self, stream: IO[bytes], array: np.ndarray[Any, Any]) -> None:
-        place = memoryview(array.reshape(-1).view(np.uint8))
-        while len(place):
+        place = memoryview(array.reshape(-1).view(np.uint8)) if array.size else memoryview(b"")
+        while place:
             count = stream.readinto(place)  # type: ignore[attr-defined]  # a buffered reader has it
             if not count:
                 raise self._ended()
@@ -238,7 +238,9 @@ class Reading:
         if self._late.is_set():
             why = f"reading it took more than {self._limits.waiting_time:.0f} s and was stopped."
         elif code in _stopped_by("SIGXCPU", "SIGKILL"):
-            why = f"is damaged: reading it did not end within {self._limits.processor_time:.0f} s of computing."
+            why = (
+                f"is damaged: reading it did not end within {self._limits.processor_time:.0f} s of computing."
+            )
         else:
             why = f"is damaged or not {self._reader.format_name}: its reader crashed (exit code {code})."
         return DataFileError(f"{self._path}: {why} {_ADVICE}")

@@ -160,9 +160,7 @@ class Mat5:
             next(parts)
         return parts
 
-    def _numbers(
-        self, variable: Variable, content: Iterator[tuple[int, memoryview]]
-    ) -> NDArray[np.float64]:
+    def _numbers(self, variable: Variable, content: Iterator[tuple[int, memoryview]]) -> NDArray[np.float64]:
         kind, data = next(content)
         if kind not in _NUMBERS:
             raise self._damaged(f"the numbers of '{variable.name}' are of the unknown type {kind}")

@@ -97,7 +97,11 @@ def load_nc(path: Path) -> xarray.Dataset:
         stored = xarray.Dataset(variables, attrs=attributes)
         return _as_saved(
             xarray.decode_cf(
-                stored, decode_times=False, decode_timedelta=False, mask_and_scale=False, concat_characters=False
+                stored,
+                decode_times=False,
+                decode_timedelta=False,
+                mask_and_scale=False,
+                concat_characters=False,
             )
         )
     except DAMAGE as error:
