@@ -148,6 +148,7 @@ HEADED = "time [s],voltage [V]\n0,1\n"
         ("t [counts],v\n0,1\n1,2\n", {"x": ("t", "s")}, "'counts' is not a known unit"),
         ("t [rad/s],v\n0,1\n1,2\n", {"x": ("t", "Hz")}, "'rad/s' is not a known unit"),
         ("t [rpm],v\n0,1\n1,2\n", {"x": ("t", "Hz")}, "'rpm' is not a known unit"),
+        ("v [kV]\n1\n1e307\n", {"x": ("v", "V")}, "line 3, column 'v .kV.': 1e.307 kV is too large a number"),
         (HEADED + "1,2\n", {"x": ("time", "sekunde")}, "'sekunde' is not a known unit"),
         (b"PK\x03\x04\0\0\0\0", WANTED, "not a text file"),
     ],
@@ -236,6 +237,13 @@ def test_wrong_npy_files_are_refused(tmp_path, array, wanted, words):
     np.save(tmp_path / "rec.npy", array)
     with pytest.raises(DataFileError, match=words):
         read_columns(tmp_path / "rec.npy", wanted)
+
+
+def test_numbers_that_are_none_raise_no_warning(tmp_path):
+    signalling = np.array([1, 0x7FA00000, 3], "u4").view("f4")  # NaN that complains when it is converted
+    np.save(tmp_path / "a.npy", np.array([signalling, signalling]).T)
+    with pytest.raises(DataFileError, match="nan is not a finite number"):
+        read_columns(tmp_path / "a.npy", BY_NUMBER)
 
 
 def test_several_arrays_are_refused(tmp_path):

@@ -60,7 +60,14 @@ class Column:
         factor = self._factor(path, asked)
         inverse = round(1 / factor) if factor < 1 else 0
         # dividing by a whole number gives the float nearest to the decimal number, multiplying does not
-        return self.values / inverse if inverse and 1 / inverse == factor else self.values * factor
+        with np.errstate(all="ignore"):
+            found = self.values / inverse if inverse and 1 / inverse == factor else self.values * factor
+        if not missing and not np.all(np.isfinite(found)):
+            row = int(np.argmin(np.isfinite(found)))
+            raise DataFileError(
+                f"{path}: {self.place(row)}, {self.label}: {self.values[row]:g} {self.unit or asked} is too large a number."
+            )
+        return found
 
     def _factor(self, path: Path, asked: str) -> float:
         expected, own = kind_and_factor(asked), kind_and_factor(self.unit or asked)
@@ -100,4 +107,6 @@ def real_numbers(path: Path, label: str, array: NDArray[Any], unit: str, word: s
         If it has more than one dimension or holds something other than real numbers.
     """
     check_row(path, label, array.ndim, array.dtype)
-    return Column(label, unit, np.asarray(array, dtype=np.float64), lambda row: f"{word} {row} (first is 0)")
+    with np.errstate(all="ignore"):  # what a damaged file holds may be no number at all
+        values = np.asarray(array, dtype=np.float64)
+    return Column(label, unit, values, lambda row: f"{word} {row} (first is 0)")

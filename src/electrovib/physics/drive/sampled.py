@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 _VOLTAGE: Final = Quantity("V", -1e5, 1e5, "voltage of a sample")
-_STEP: Final = Quantity("s", 1e-18, 1e6, "time from a sample to the next")
+_STEP: Final = Quantity("s", 1e-24, 1e6, "time from a sample to the next")
 _DURATION: Final = Quantity("s", 1e-9, 1e6, "time from the first sample to the last")
 
 
