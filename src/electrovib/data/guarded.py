@@ -51,10 +51,10 @@ class Limits:
 
     @classmethod
     def for_file(cls, path: Path) -> Limits:
-        """Ten times the size and 64 MB; 5 s and 1 s for each 10 MB, six times as long by the clock."""
+        """Ten times the size and 64 MB; 3 s and 1 s for each 10 MB, ten times as long by the clock."""
         size = path.stat().st_size
-        seconds = 5 + size / 10e6
-        return cls(memory_allowed(size), content_allowed(size), seconds, 6 * seconds)
+        seconds = 3 + size / 10e6
+        return cls(memory_allowed(size), content_allowed(size), seconds, 10 * seconds)
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 _VOLTAGE: Final = Quantity("V", -1e5, 1e5, "voltage of a sample")
-_STEP: Final = Quantity("s", 1e-24, 1e6, "time from a sample to the next")
+_SHORTEST_STEP: Final = 1e-24
 _DURATION: Final = Quantity("s", 1e-9, 1e6, "time from the first sample to the last")
 
 
@@ -182,6 +182,6 @@ def _check_times(time: Real) -> None:
         why = f"the record lasts {time[-1]:.4g} s, but a drive lasts between {_DURATION.range()}; is time_unit right?"
         raise ValueError(why)
     shortest = int(np.argmin(np.diff(time)))
-    if time[shortest + 1] - time[shortest] < _STEP.low:
-        why = f"samples {shortest} and {shortest + 1} of those kept are less than {_STEP.low:g} s apart; leave one out"
+    if time[shortest + 1] - time[shortest] < _SHORTEST_STEP:
+        why = f"samples {shortest} and {shortest + 1} of those kept are less than {_SHORTEST_STEP:g} s apart; leave one out"
         raise ValueError(why)
