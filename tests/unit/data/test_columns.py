@@ -1,6 +1,7 @@
 """Measured files as SI columns, and every way in which they are wrong."""
 
 import os
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -94,6 +95,43 @@ def test_headings_that_are_numbers_are_found_by_name(tmp_path):
 def test_units(tmp_path, heading, asked, factor):
     found = read_columns(written(tmp_path, f"{heading}\n1\n2\n"), {"x": ("x", asked)})
     np.testing.assert_allclose(found["x"], [factor, 2 * factor], rtol=1e-15)  # one rounding
+
+
+def test_text_takes_less_than_ten_times_its_size(tmp_path):
+    path = written(tmp_path, "# Ω\n" + "1,2\n" * 250_000)
+    tracemalloc.start()
+    try:
+        found = read_columns(path, BY_NUMBER, missing=True)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 10 * path.stat().st_size
+    assert found["volts"].sum() == 500_000
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("a," * 100_000 + "b\n1\n2\n", "has more than 100000 columns; a table has a row per sample"),
+        ("a b\n1 2\n3 4" + " 5" * 500_000, "line 3 has 1000003 characters; a table has a row per sample"),
+        ("9" * 2_000_000, "line 1 has 2000000 characters"),
+        (
+            ",".join(f"heading {i}" + "x" * 500 for i in range(50)) + "\n",
+            r"It has: heading 0x{51}, heading 1x{51}, ",
+        ),
+    ],
+)
+def test_tables_that_are_none(tmp_path, content, words):
+    with pytest.raises(DataFileError, match=words):
+        read_columns(written(tmp_path, content), {"x": ("b" if "heading" not in content else "zork", "V")})
+
+
+def test_headings_of_brackets_take_no_time(tmp_path):
+    """Their time grew with the square of their length: minutes for these."""
+    for heading in ("(" * 300_000, "[" * 300_000 + "]", "a" + " " * 300_000 + "[V", "a [ " * 40_000):
+        path = written(tmp_path, f"{heading}\n1\n2\n")
+        with pytest.raises(DataFileError, match=r"there is no column 'x'|line 2 has 1 fields"):
+            read_columns(path, {"x": ("x", "V")})
 
 
 @given(st.lists(st.integers(-(10**9), 10**9), min_size=2, max_size=5))
