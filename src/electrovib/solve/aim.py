@@ -50,7 +50,7 @@ def aim_pieces(drive: Drive, end: float, amplifier: Amplifier, frequency: float)
     Returns
     -------
     list of Piece
-        Up to the end, and one that stays at the last value.
+        Up to the end, and one that begins there as the drive goes on.
     """
     times = [np.array([0.0, end])]
     for part in drive.parts():
@@ -68,7 +68,9 @@ def aim_pieces(drive: Drive, end: float, amplifier: Amplifier, frequency: float)
         inside = amplifier.gain * drive.voltage(np.array([start + near, stop - near]))
         slope = float(inside[1] - inside[0]) / (stop - start - 2 * near)
         found += _clipped(start, stop, float(inside[0]) - slope * near, slope, amplifier.saturation)
-    found.append(Piece(end, np.inf, float(amplifier.aim(drive.voltage(np.array(end)))), 0.0))
+    voltage, rise = float(drive.voltage(np.array(end))), amplifier.gain * float(drive.slope(np.array(end)))
+    level = float(amplifier.aim(voltage))
+    found.append(Piece(end, np.inf, level, rise if level == amplifier.gain * voltage else 0.0))
     return found
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.physics.drive.parts import Tones
 from electrovib.solve.aim import aim_pieces
 from electrovib.solve.limited import LimitedMarch
 from electrovib.solve.transfer import Transfer
@@ -22,10 +23,11 @@ if TYPE_CHECKING:
 
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
+    from electrovib.physics.drive.parts import Part
     from electrovib.solve.transfer import Real
 
 PIECES = 512
-"""Straight pieces for one period of the fastest oscillation of a drive that is not straight; then twice as many."""
+"""Straight pieces for one period of what bends a drive that is not straight; then twice as many."""
 _SAME_RATE = 1e-8
 """A corner nearer than this to a rate of the stack, relative, is moved away by it."""
 
@@ -140,16 +142,24 @@ def amplified_response(
             "time.initial_state = PeriodicState: behind an amplifier with limits the periodic state is not known"
             " beforehand. Start AtRest and look at a late period, or leave its limits away"
         )
-    fastest = drive.highest_frequency
+    bending = max((_bending(part) for part in drive.parts()), default=0.0)
     march = LimitedMarch(transfers, amplifier)
-    found, changes = march.run(aim_pieces(drive, float(time[-1]), amplifier, fastest * PIECES), time)
+    found, changes = march.run(aim_pieces(drive, float(time[-1]), amplifier, bending * PIECES), time)
     error = 0.0
-    if fastest:
+    if bending:
         coarse = found
-        found, changes = march.run(aim_pieces(drive, float(time[-1]), amplifier, 2 * fastest * PIECES), time)
+        found, changes = march.run(aim_pieces(drive, float(time[-1]), amplifier, 2 * bending * PIECES), time)
         error = max(_distance(row, coarse[name]) for name, row in found.items())
     found["drive_voltage"] = drive.voltage(time)
     return Amplified(found, tuple(changes), error)
+
+
+def _bending(part: Part) -> float:
+    """Frequency of a sine as large as all tones together that bends as they do [Hz]: what straight pieces miss."""
+    if not isinstance(part, Tones):
+        return part.highest_frequency
+    sizes = np.abs(part.amplitudes)
+    return float(np.sqrt(np.sum(sizes * part.frequencies**2) / (np.sum(sizes) or 1.0)))
 
 
 def _distance(fine: Real, coarse: Real) -> float:

@@ -106,14 +106,13 @@ def electrical(
     plain = plain and all(layer.leak is None for layer in scenario.stack.layers.values())
     wanted = functools.partial(_amplitudes if force_alone and plain else linear_quantities, scenario)
     around = Surroundings.of(scenario)
-    found, choice, weights = respond(
+    found, choice, pull = respond(
         scenario, section, wanted, times, element=around.element, second=around.second
     )
     _name_interface(scenario, found)
     given = {key.removeprefix(AMPLITUDE): row for key, row in found.items() if key.startswith(AMPLITUDE)}
-    pull = total_pull(scenario, given)
-    if weights is not None:
-        pull = weights @ pull
+    if pull is None:
+        pull = total_pull(scenario, given)
     return Electrical(found, attraction(scenario, pull, times), choice)
 
 

@@ -146,6 +146,11 @@ def _refuse(scenario: Scenario, why: str) -> None:
         raise InputError(
             "contact.closing and motion.distance: one of them says where the gap is; leave one away"
         )
+    if scenario.contact.closing is not None and scenario.circuit.return_path.second_contact(1.0):
+        raise InputError(
+            "contact.closing: under a SecondElectrode either contact closes by its own pull and its share of the load; use"
+            " Grounded or Floating"
+        )
     if scenario.contact.closing is not None and scenario.contact.surface is None:
         raise InputError(
             "contact.closing needs contact.surface, the relief that the gap closes against, for instance"

@@ -23,7 +23,9 @@ MOST_NODES = 40
 CLEARANCE = 1e-2
 """Distance between poles of two factors, over the residue of this one, with which a product keeps 13 digits."""
 NARROW = 1e-11
-"""Cuts shorter than this, relative, are left out."""
+"""Cuts shorter than this, relative, get one node: beside a strong cut even they count, by up to 1e-9."""
+SHORTEST = 1e-15
+"""Cuts shorter than this, relative, are rounding."""
 ALIKE = 1e-6
 """Rates closer than this, relative, count as one."""
 
@@ -59,7 +61,7 @@ def inverse_root_thickness(
         return Transfer(np.zeros(0), np.zeros(0), infinite**-0.5)
     # in 1/x the equation K(-x) = 0 is again a secular equation with positive weights
     reversed_roots = secular_roots(1 / poles[::-1], (weights / poles**2)[::-1], static)
-    cuts = [cut for cut in _cuts(1 / reversed_roots.values[::-1], poles) if cut.length > NARROW]
+    cuts = [cut for cut in _cuts(1 / reversed_roots.values[::-1], poles) if cut.length > SHORTEST]
     best = (-1.0, np.zeros(0), np.zeros(0))
     for more in range(6):
         nodes = [cut.nodes(tolerance, more) for cut in cuts]
@@ -120,6 +122,8 @@ class _Cut:
 
     def nodes(self, tolerance: float, more: int) -> Real:
         """Quadrature nodes x and weights of |K_inf/K(-x)|^(1/2) dx/pi, shape (2, nodes)."""
+        if self.length < NARROW:
+            return self._middle()
         angles, steps = self._angles(np.log(1 / tolerance), more)
         share = np.sin(angles) ** 2
         x = self.low * np.exp(self.length * share)
@@ -130,6 +134,12 @@ class _Cut:
         )  # K is a product over its poles and zeros
         inverse_root = np.sqrt(to_high / from_low * np.prod(others, axis=1))
         return np.array([x, inverse_root * x * self.length * np.sin(2 * angles) * steps / np.pi])
+
+    def _middle(self) -> Real:
+        """One node, whose weight is the integral where all other factors are constant."""
+        x = self.low * np.exp(self.length / 2)
+        others = np.abs(np.prod((x - self.poles) / (x - self.zeros)))
+        return np.array([[x], [np.sqrt(others) * self.low * np.expm1(self.length) / 2]])
 
     def _angles(self, digits: float, more: int) -> tuple[Real, Real]:
         """Angles from 0 to pi/2 and their steps, so many that the error is exp(-digits)."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 MOST_CHANGES = 1_000_000
 _HYSTERESIS = 1e-10
-"""How far over its limit, relative, a current counts as limited."""
+"""How far over its limit a current, or past its aim a voltage, changes what the amplifier does: noise shall not."""
 _LOOKS = np.unique(np.concatenate([[0.0], np.geomspace(1e-9, 1.0, 40), np.linspace(0.0, 1.0, 33)]))
 """Where in a piece a limit is looked for: two changes between two of them are not seen."""
 
@@ -156,7 +156,7 @@ class LimitedMarch:
         if length <= 0 or not np.isfinite(self.limits[1]):
             return length, None
         if mode:
-            values = self._behind(course, mode, now, piece, _LOOKS * length)
+            values = self._behind(course, mode, now, piece, _LOOKS * length) + _HYSTERESIS * self.scale
             turned = 0
         else:
             currents = self._current(course, now, states, _LOOKS * length)

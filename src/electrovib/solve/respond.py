@@ -9,6 +9,7 @@ from electrovib.physics.circuit import Grounded
 from electrovib.solve import renewal
 from electrovib.solve.branch import leaky_response
 from electrovib.solve.current import REASON, drive_voltage
+from electrovib.solve.expand import total_pull
 from electrovib.solve.general import beyond_modes, solve_beyond, time_section
 from electrovib.solve.leak import leak_alone, leak_section, leaking_layer
 from electrovib.solve.periodic import count_harmonics
@@ -34,16 +35,16 @@ class Response(NamedTuple):
     Parameters
     ----------
     found : dict of str to ndarray
-        Quantities over time; amplitudes of the law over places and time where there are places.
+        Quantities over time, amplitudes of the law among them where the force is theirs.
     choice : dict
-        Solver and reason, and of a march its error.
-    weights : ndarray or None
-        Share of the contact that each place stands for.
+        Solver and reason, and of a march or a mean its error.
+    pull : ndarray or None
+        As from `total_pull`, where it is a mean over places and not that of mean amplitudes.
     """
 
     found: dict[str, Real]
     choice: dict[str, Any]
-    weights: Real | None = None
+    pull: Real | None = None
 
 
 def respond(
@@ -90,7 +91,7 @@ def respond(
         return Response(found | _law(scenario, found), choice)
     name = leaking_layer(layers, second=second)
     _refuse_gaps_of_a_law(scenario, current=current, leak=name)
-    weights = None
+    pull = None
     if scenario.motion.renews_film:
         floating = not isinstance(scenario.circuit.return_path, Grounded)
         amplified = scenario.circuit.amplifier is not None
@@ -102,7 +103,7 @@ def respond(
             amplified=amplified,
             closing=scenario.contact.closing is not None,
         )
-        found, choice, weights = _renewed(scenario, wanted(section), times)
+        found, choice, pull = _renewed(scenario, wanted(section), times)
     elif name is not None:
         found, choice = _leaky(scenario, section, wanted, times, name, element)
     elif scenario.circuit.amplifier is not None:
@@ -128,7 +129,7 @@ def respond(
         )
     else:
         found["drive_voltage"] = drive.voltage(times)
-    return Response(found, choice, weights)
+    return Response(found, choice, pull)
 
 
 def is_marched(scenario: Scenario) -> bool:
@@ -192,13 +193,19 @@ def _linear(drive: Drive, *, settled: bool) -> dict[str, Any]:
 
 
 def _renewed(scenario: Scenario, transfers: dict[str, Transfer], times: Real) -> Response:
-    """Answer at every place under the sliding finger; what is no amplitude of the law is the mean over them."""
+    """Answer at every place under the sliding finger, and give the mean over them."""
     length = scenario.contact.sliding_length(scenario.load.normal_force)
-    over = renewal.Renewal.over(length)
-    found = renewal.renewed(transfers, scenario.drive, times, motion=scenario.motion, renewal=over)
-    kept = {name: rows if name.startswith(AMPLITUDE) else over.weights @ rows for name, rows in found.items()}
-    why = f"linear layers under a finger that slides over fresh film: real modes from rest, {renewal.REASON}"
-    return Response(kept, {"solver": "renewal", "solver_reason": why}, over.weights)
+
+    def read(places: dict[str, Real]) -> dict[str, Real]:
+        amplitudes = {n.removeprefix(AMPLITUDE): row for n, row in places.items() if n.startswith(AMPLITUDE)}
+        kept = {name: row for name, row in places.items() if not name.startswith(AMPLITUDE)}
+        return kept | ({"pull": total_pull(scenario, amplitudes)} if amplitudes else {})
+
+    mean = renewal.mean_over_contact(
+        transfers, scenario.drive, times, motion=scenario.motion, length=length, read=read
+    )
+    choice = {"solver": "renewal", "solver_reason": mean.reason(), "quadrature_error": mean.error}
+    return Response(mean.found, choice, mean.found.pop("pull", None))
 
 
 def _leaky(

@@ -30,6 +30,7 @@ _WORDS: Final = {
     "solver_reason": "why this solver",
     "reduction_error": "largest error of a material reduced to relaxations",
     "transfer_error": "largest error of fields, voltages and attraction through it, in time and over frequency",
+    "quadrature_error": "error of the mean over the contact",
     "dropped_samples": "samples of the measured drive that were dropped",
 }
 _LONGEST: Final = 400

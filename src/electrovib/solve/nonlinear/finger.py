@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
+from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.motion import Distance
 from electrovib.solve.nonlinear.electrics import Electrics
@@ -149,9 +150,7 @@ class FingerOverPlate(System):
         count = self.electrics.size
         gap = float(state[count])
         pull = self.motion.pulling * self.electrics.attraction(time, state[:count], mode, gap=gap)
-        together = self.motion.together
-        pressing = self.motion.load(time) + pull if together is None else together(time, pull)
-        return float(self.motion.surface.pressure(gap)) - pressing
+        return float(self.motion.surface.pressure(gap)) - self._pressing(time, pull)
 
     def _gap(self, time: float, state: Real, mode: Mode | None = None) -> tuple[float | None, float]:
         """Gap [m] and its rate of change [m/s]."""
@@ -182,11 +181,31 @@ class FingerOverPlate(System):
         """
         if self.motion is None:
             return self.electrics.signals(times, solved.states, None, 0.0)
-        pairs = zip(times.tolist(), solved.states.T, solved.modes, strict=True)
-        moved = np.array([self._gap(time, state, mode) for time, state, mode in pairs], dtype=float)
         own = solved.states[: self.electrics.size]
-        found = self.electrics.signals(times, own, moved[:, 0], moved[:, 1])
-        return found | {"gap": moved[:, 0]}
+        gap, closing = self._gaps(times, solved.states)
+        return self.electrics.signals(times, own, gap, closing) | {"gap": gap}
+
+    def _gaps(self, times: Real, states: Real) -> tuple[Real, Real]:
+        """Gap [m] and its rate of change [m/s] at the output times, from the states alone."""
+        if not isinstance(self.motion, Yielding):
+            assert self.motion is not None
+            return self.motion.gap(times), self.motion.rate(times)
+        count, moving = self.electrics.size, self.electrics.space.moving
+        assert moving is not None
+        gap = states[count]
+        if self.motion.mass > 0:
+            return gap, states[count + 1]
+        found = self.electrics.signals(times, states[:count], gap, 0.0)
+        field = found[f"field {self.electrics.space.names[moving]}"]  # whatever the gap's rate of change is
+        pulls = self.motion.pulling * eps0 * field**2 / 2
+        pressing = [self._pressing(*each) for each in zip(times.tolist(), pulls.tolist(), strict=True)]
+        return gap, (self.motion.surface.pressure(gap) - np.array(pressing)) / self.motion.damping
+
+    def _pressing(self, time: float, pull: float) -> float:
+        """Pressure of load and attraction together [Pa]."""
+        assert isinstance(self.motion, Yielding)
+        together = self.motion.together
+        return self.motion.load(time) + pull if together is None else together(time, pull)
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ LARGEST: Final = (
     "reduction_error",
     "transfer_error",
     "step_error",
+    "quadrature_error",
     "mechanics_error",
     "energy_residual",
     "events",

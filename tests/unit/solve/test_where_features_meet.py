@@ -1,0 +1,156 @@
+"""Where two features of a scenario meet: what the product of all of them has found wrong, each by its closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.core.errors import InputError
+from electrovib.solve import limited, renewal
+from electrovib.solve.scenario import load
+from electrovib.solve.simulate import simulate
+
+RELIEF = {"contact.surface": {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}}
+CLOSES = RELIEF | {
+    "motion.distance": None,
+    "contact.closing": {"damping": 1e6},
+    "stack.stratum_corneum.material.conductivity": 0.0,
+}
+BARE = {"circuit.return_path.resistance": 0.0}
+
+
+@pytest.fixture(scope="module")
+def suspended():
+    return load("vezzoli_2014/fig2")
+
+
+@pytest.fixture(scope="module")
+def founding():
+    return load("vezzoli_2014/fig6_gap")
+
+
+def test_bridges_take_their_share_of_the_pull_that_closes_a_gap(suspended):
+    """At rest the relief carries load and attraction, the attraction that the Trace reports."""
+    bridged = {"stack.gap.material": {"model": "BridgedAir", "bridged_share": 0.4, "spot_conductivity": 0.0}}
+    held = {"drive": {"model": "Constant", "level": 400.0}, "load.normal_force": 0.5}
+    trace = simulate(suspended.replace(CLOSES | bridged | held), time=np.linspace(0, 0.05, 11))
+    carried = 1e9 * (10e-6 - trace.gap.values[-1]) * 1e-4
+    pull = float(trace.electrostatic_force[-1])
+    assert pull > 0.01
+    assert carried == pytest.approx(0.5 + pull, rel=1e-9)
+
+
+def test_a_closing_gap_draws_its_current_on_every_stretch_of_the_drive(suspended):
+    """Without resistance the current is the rate of change of the charge, before the last break of the drive too."""
+    steps = {"drive": {"model": "Trapezium", "high": 600.0, "rise": 4e-3, "hold": 3e-3, "fall": 1e-3}}
+    time = np.linspace(0, 12e-3, 1201)
+    trace = simulate(suspended.replace(CLOSES | BARE | steps | {"load.normal_force": 0.5}), time=time)
+    charge = trace.displacement.sel(layer="insulator").values * 1e-4
+    mean = (charge[2:] - charge[:-2]) / (time[2:] - time[:-2])
+    found = trace.current.values[1:-1]
+    smooth = np.min(np.abs(time[1:-1, None] - np.array([4e-3, 7e-3, 8e-3])), axis=1) > 2e-5
+    assert np.max(np.abs(found - mean)[smooth]) < 1e-4 * np.max(np.abs(found))
+
+
+def test_two_contacts_do_not_close_as_one(suspended):
+    second = {"circuit.return_path": {"model": "SecondElectrode", "area": "0.5 cm2"}}
+    with pytest.raises(InputError, match=r"contact\.closing: .*use Grounded or Floating"):
+        simulate(suspended.replace(CLOSES | second))
+
+
+def test_an_amplifier_that_just_cannot_follow_does_not_chatter(founding, monkeypatch):
+    """A chirp that needs the largest current at one moment, within rounding: it used to change without end."""
+    monkeypatch.setattr(limited, "MOST_CHANGES", 1000)
+    changes = {
+        "drive": {"model": "Chirp", "amplitude": 60.0, "first": 50.0, "last": 500.0, "length": 7e-3},
+        "stack.insulator.thickness": 2e-6,
+        "stack.gap": {"thickness": 2e-6, "material": {"model": "Constant", "permittivity": 1.0}},
+        "stack.stratum_corneum.material": {
+            "model": "Debye",
+            "permittivity_high": 100.0,
+            "strength": 900.0,
+            "relaxation_time": 0.5e-3,
+            "conductivity": 1e-5,
+        },
+        "circuit.amplifier": {"gain": 1.5, "source_current": 15e-6, "stray_capacitance": 5e-11},
+        "circuit.return_path.resistance": 2e4,
+    }
+    trace = simulate(founding.replace(changes), time=np.linspace(0, 8e-3, 81))
+    assert "9 changes" in trace.attrs["solver_reason"]
+    assert float(np.abs(trace.amplifier_current).max()) <= 15e-6 * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("end", [2e-3, 2.3e-3])
+def test_the_last_time_of_a_record_is_like_any_other(founding, end):
+    """Behind a limit, the current at the end of a record is that of a longer one."""
+    changes = BARE | {
+        "drive": {"model": "Sine", "amplitude": 60.0, "frequency": 200.0},
+        "circuit.amplifier": {"saturation": 50.0, "stray_capacitance": 5e-11},
+    }
+    time = np.array([0.0, 1e-3, end])
+    ends, goes_on = (
+        simulate(founding.replace(changes), time=each) for each in (time, np.append(time, 2 * end))
+    )
+    for name in ("current", "amplifier_current", "plate_voltage"):
+        size = float(np.abs(goes_on[name]).max())
+        np.testing.assert_allclose(ends[name].values, goes_on[name].values[:3], rtol=0, atol=5e-3 * size)
+    assert abs(float(ends.current[-1])) > 0.01 * float(np.abs(goes_on.current).max())
+
+
+@pytest.mark.parametrize(
+    "amplifier", [{"gain": 2.0}, {"gain": 2.0, "saturation": 1e5}], ids=["gain", "limit"]
+)
+def test_an_amplifier_before_a_single_leak_counts(founding, amplifier):
+    """A gain of 2 before a leak, and twice the drive without an amplifier."""
+    leak = {"model": "PolarityConduction", "conductivity_positive": 4e-9, "conductivity_negative": 1e-9}
+    leaking = {"stack.gap.leak": leak, "drive": {"model": "Sine", "amplitude": 50.0, "frequency": 100.0}}
+    time = np.linspace(0, 10e-3, 21)
+    amplified = simulate(founding.replace(leaking | {"circuit.amplifier": amplifier}), time=time)
+    doubled = simulate(founding.replace(leaking | {"drive.amplitude": 100.0}), time=time)
+    assert "an amplifier before a leak" in amplified.attrs["solver_reason"]
+    for name in ("stack_voltage", "current", "electrostatic_force"):
+        size = float(np.abs(doubled[name]).max())
+        np.testing.assert_allclose(amplified[name].values, doubled[name].values, rtol=0, atol=5e-5 * size)
+
+
+def test_charge_on_fresh_film_counts_once(founding):
+    """Where nothing conducts, film with the same charge comes and goes unseen: the answer is that of a finger at rest."""
+    charged = BARE | {
+        "stack.insulator.initial_charge": 1e-4,
+        "stack.gap.material.conductivity": 0.0,
+        "stack.stratum_corneum.material": {"model": "Constant", "permittivity": 300.0},
+        "motion.speed": 0.1,
+    }
+    time = np.linspace(0, 0.3, 31)
+    rest = simulate(founding.replace(charged), time=time)
+    fresh = simulate(founding.replace(charged | {"motion.renews_film": True}), time=time)
+    assert (rest.attrs["solver"], fresh.attrs["solver"]) == ("transient", "renewal")
+    for name in ("field", "displacement", "electrostatic_force"):
+        size = float(np.abs(rest[name]).max())
+        np.testing.assert_allclose(fresh[name].values, rest[name].values, rtol=0, atol=1e-12 * size)
+    without = simulate(founding.replace(charged | {"stack.insulator.initial_charge": 0.0}), time=time)
+    assert abs(float(rest.electrostatic_force[0] - without.electrostatic_force[0])) > 1e-3
+
+
+@pytest.mark.parametrize(
+    "drive",
+    [
+        {"model": "Square", "high": 300.0, "low": -100.0, "frequency": 30.0},
+        {"model": "Trapezium", "high": 300.0, "rise": 10e-3, "hold": 50e-3, "fall": 10e-3},
+    ],
+    ids=["jumps", "ramps"],
+)
+def test_the_mean_over_the_contact_states_its_error(founding, drive, monkeypatch):
+    """Twenty times as many places: no signal moves by more than what was stated."""
+    scenario = founding.replace({"drive": drive, "motion.speed": 0.3, "motion.renews_film": True})
+    time = np.linspace(0, 0.08, 41)
+    trace = simulate(scenario, time=time)
+    monkeypatch.setattr(renewal, "PANELS", 320)
+    fine = simulate(scenario, time=time)
+    stated = trace.attrs["quadrature_error"]
+    for name in ("electrostatic_force", "current", "stack_voltage"):
+        size = float(np.abs(fine[name]).max())
+        assert float(np.abs(trace[name] - fine[name]).max()) <= (stated + 1e-12) * size
+    assert 1e-12 < stated < 1e-3
+    assert fine.attrs["quadrature_error"] < stated
+    assert f"{stated:.1e} of the largest value" in trace.attrs["solver_reason"]
