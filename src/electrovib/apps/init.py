@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from electrovib.core.files import inputs_noted
 from electrovib.solve.scenario import DEFAULT, load_scenario
 
 
-def init(scenario: str | Path = DEFAULT, *, output: str | Path | None = None) -> str:
+def init(scenario: str | Path = DEFAULT, *, output: str | Path | None = None, force: bool = False) -> str:
     """Give a scenario as a commented TOML file.
 
     Parameters
@@ -16,6 +17,8 @@ def init(scenario: str | Path = DEFAULT, *, output: str | Path | None = None) ->
         A paper's scenario, a TOML file, or a Trace file.
     output : str or Path, optional
         Where to write it.
+    force : bool
+        Whether a file that we did not write may be replaced.
 
     Returns
     -------
@@ -25,23 +28,23 @@ def init(scenario: str | Path = DEFAULT, *, output: str | Path | None = None) ->
     Raises
     ------
     InputError
-        If there is no such scenario.
-    ElectrovibError
-        If the output exists already or cannot be written.
+        If there is no such scenario, or if the output cannot be written or would replace a file that is read, that
+        we did not write, or that was changed since.
     """
     from electrovib.solve.toml import left_away, to_toml
 
-    found = load_scenario(scenario)
+    with inputs_noted() as inputs:
+        found = load_scenario(scenario)
     lines = [f"#   {path}: {what}" for path, what in left_away(found).items()]
     text = to_toml(found) + "".join(
         f"{line}\n"
         for line in ["", "# Parts that can be added; 'electrovib models NAME' tells what each needs:", *lines]
     )
     if output is not None:
-        from electrovib.core.errors import ElectrovibError
-        from electrovib.data.atomic import write_text
+        from electrovib.data.atomic import check_writable, write_text
+        from electrovib.data.marks import Form, unsigned
 
-        if Path(output).exists():
-            raise ElectrovibError(f"{output} exists already: give another name, or remove it first")
-        write_text(Path(output), text)
+        place = Path(output)
+        check_writable({place: Form.SCENARIO}, inputs=inputs, force=force)
+        write_text(place, f"# {unsigned(Form.SCENARIO)}\n{text}", Form.SCENARIO, force=force)
     return text

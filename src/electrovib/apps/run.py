@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from electrovib.apps.changes import readable_changes
 from electrovib.apps.progress import tracked
 from electrovib.core.errors import InputError, gathered
+from electrovib.core.files import inputs_noted
 from electrovib.solve.scenario import DEFAULT, Scenario, load, scenario_of, sweep_of
 from electrovib.solve.simulate import simulate
 
@@ -26,6 +27,7 @@ def run(
     records: bool = False,
     output: str | Path | None = None,
     report: str | Path | None = None,
+    force: bool = False,
 ) -> xarray.Dataset:
     """Simulate a finger on a charged plate and write what came out.
 
@@ -36,7 +38,8 @@ def run(
     set : mapping of str to value, or sequence of str, optional
         Dotted path to value: ``{"drive.high": "150 V"}`` or ``["drive.high=150 V"]``.
     over : sequence of str, or mapping of str to sequence of float
-        ``"path=from:to:n"`` or ``"path=from:to:nlog"``: a sweep, which answers with numbers for each case.
+        ``"path=from:to:n"`` or ``"path=from:to:nlog"``: a sweep, which answers with numbers for each case. A sweep
+        that is repeated keeps its own parameters too; one given again goes over the new values.
     quantities : sequence of str, optional
         Which numbers, as for `electrovib.sweep`; without `over`, those of the one case.
     records : bool
@@ -45,6 +48,8 @@ def run(
         Where the result goes: ``.nc``, ``.csv`` or ``.mat``; of a sweep the CSV has one row for each case.
     report : str or Path, optional
         Where the HTML report goes.
+    force : bool
+        Whether files that we did not write may be replaced; a file that is read never is.
 
     Returns
     -------
@@ -56,7 +61,7 @@ def run(
     ElectrovibError
         For anything a user can mend, all at once as far as it can be told; nothing has been written then.
     """
-    experiment, wanted = _prepared(scenario, set, over, quantities, records, (output, report))
+    experiment, wanted = _prepared(scenario, set, over, quantities, records, (output, report), force=force)
     with tracked("simulating") as progress:
         if wanted is None:
             trace = simulate(experiment)
@@ -73,12 +78,12 @@ def run(
     if output is not None:
         from electrovib.export.save import save
 
-        save(trace, Path(output))
+        save(trace, Path(output), force=force)
     if report is not None:
         from electrovib.view.report import report as write_report
 
         with tracked("drawing the report"):
-            write_report(_named(trace, scenario), Path(report))
+            write_report(_named(trace, scenario), Path(report), force=force)
     return trace
 
 
@@ -112,28 +117,44 @@ def _prepared(
     quantities: Sequence[str],
     records: bool,
     outputs: tuple[str | Path | None, str | Path | None],
+    *,
+    force: bool,
 ) -> tuple[Scenario, _Wanted | None]:
     """Find scenario and sweep; list what is wrong with file, options and outputs at once."""
     found, problems = readable_changes(changes)
     experiment: Scenario | None = None
     earlier = _Wanted({}, (), records=False)
-    with gathered(problems):
+    with inputs_noted() as inputs, gathered(problems):
         experiment, earlier = _experiment(scenario, found)
     axes, names = earlier.axes, quantities or earlier.quantities
     if experiment is not None:
         with gathered(problems):
-            axes = _axes(experiment, over) if over else axes
+            axes = {**axes, **_axes(experiment, over)} if over else axes
         with gathered(problems):
             _check_names(experiment, names)
+    problems += _set_and_swept(found, axes, earlier.axes, scenario)
     if records and not axes:
         problems.append("--records: keeps the records of a sweep; give --over too")
     wanted = _Wanted(axes, names, records or earlier.records) if axes or names else None
     with gathered(problems):
         dimensions = ["time", "frequency", "layer"] if wanted is None else wanted.dimensions
-        _check_outputs(*outputs, dimensions)
+        _check_outputs(*outputs, dimensions, inputs, force=force)
     if problems or experiment is None:
         raise InputError(problems)
     return experiment, wanted
+
+
+def _set_and_swept(
+    changes: Mapping[str, Any], axes: Mapping[str, Any], earlier: Mapping[str, Any], source: object
+) -> list[str]:
+    """Say which parameters are set although each case of the sweep has a value of its own for them."""
+    return [
+        f"{path}: is set, but swept {f'in {source}' if path in earlier else 'with --over'} as well, so what is set"
+        " would not count; leave one of the two out"
+        + (f", or take the scenario without its sweep: 'electrovib init {source}'" if path in earlier else "")
+        for path in changes
+        if path in axes
+    ]
 
 
 def _check_names(experiment: Scenario, names: Sequence[str]) -> None:
@@ -143,20 +164,26 @@ def _check_names(experiment: Scenario, names: Sequence[str]) -> None:
         read_quantities(experiment, names)
 
 
-def _check_outputs(output: str | Path | None, report: str | Path | None, dimensions: Sequence[str]) -> None:
-    """Find out before the work whether its results can be written."""
-    from electrovib.data.atomic import check_writable
+def _check_outputs(
+    output: str | Path | None,
+    report: str | Path | None,
+    dimensions: Sequence[str],
+    inputs: Sequence[Path],
+    *,
+    force: bool,
+) -> None:
+    """Find out before the work whether its results can be written, and whether they would replace the user's."""
     from electrovib.export.save import check_output
 
     problems: list[str] = []
     if output is not None:
         with gathered(problems):
-            check_output(Path(output), dict.fromkeys(dimensions, 1))
-    if report is not None and Path(report).suffix not in {".html", ".htm"}:
-        problems.append(f"--report {report}: a report is an .html file")
-    elif report is not None:
+            check_output(Path(output), dict.fromkeys(dimensions, 1), inputs=inputs, force=force)
+    if report is not None:
+        from electrovib.view.pages import check_page
+
         with gathered(problems):
-            check_writable([Path(report)])
+            check_page(Path(report), inputs=inputs, force=force)
     if problems:
         raise InputError(problems)
 

@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import difflib
+import unicodedata
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
+
+
+LONGEST_QUOTED: Final = 60
+"""Signs of what is quoted from a file."""
+_LONGEST_PROBLEM: Final = 1200
+_LONGEST_LIST: Final = 600
+_LONGEST_NAME: Final = 100
+_MOST_NAMES: Final = 2000
 
 
 class ElectrovibError(Exception):
@@ -20,11 +29,13 @@ class InputError(ElectrovibError):
     Parameters
     ----------
     problems : iterable of str
-        One sentence each, naming the dotted path, the value, what is allowed and the nearest name.
+        One sentence each, naming the dotted path, the value, what is allowed and the nearest name. What is quoted in it
+        may come from a file: control characters are shown as their codes, and the middle of a long one is left out.
     """
 
     def __init__(self, problems: str | Iterable[str]) -> None:
-        self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
+        given = (problems,) if isinstance(problems, str) else problems
+        self.problems = tuple(shortened(printable(problem), _LONGEST_PROBLEM) for problem in given)
         super().__init__("\n".join(self.problems))
 
 
@@ -72,9 +83,41 @@ def nearest(word: str, known: Iterable[str]) -> str:
         A sentence that starts with a blank, or an empty text when nothing is known.
     """
     names = sorted(known)
-    close = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
+    close = difflib.get_close_matches(word[:_LONGEST_NAME], names[:_MOST_NAMES], n=1, cutoff=0.6)
     if not close:  # a difference in capitals only is the commonest slip
         close = [name for name in names if name.lower() == word.lower()][:1]
     if close:
         return f" Did you mean '{close[0]}'?"
-    return f" Known: {', '.join(names)}." if names else ""
+    return f" Known: {shortened(', '.join(names), _LONGEST_LIST)}." if names else ""
+
+
+def printable(text: str) -> str:
+    """Show control characters, and others that a terminal would obey or hide, as their codes.
+
+    Parameters
+    ----------
+    text : str
+        From anywhere.
+
+    Returns
+    -------
+    str
+        One line of signs that can be seen.
+    """
+    if text.isprintable():
+        return text
+    return "".join(sign if sign.isprintable() else _code(sign) for sign in text)
+
+
+def _code(sign: str) -> str:
+    if unicodedata.category(sign) == "Zs":
+        return " "
+    return sign.encode("unicode_escape").decode("ascii")
+
+
+def shortened(text: str, room: int) -> str:
+    """Leave out the middle of a text that is longer than this many signs."""
+    if len(text) <= room:
+        return text
+    end = room // 3
+    return f"{text[: room - end - 5]} ... {text[-end:]}"

@@ -19,6 +19,31 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _folder: ContextVar[Path] = ContextVar("folder", default=Path())
+_inputs: ContextVar[list[Path] | None] = ContextVar("inputs", default=None)
+
+
+@contextmanager
+def inputs_noted() -> Iterator[list[Path]]:
+    """Collect the files that are read in the block, so that no output replaces one of them.
+
+    Yields
+    ------
+    list of Path
+        Grows while files are read.
+    """
+    found: list[Path] = []
+    token = _inputs.set(found)
+    try:
+        yield found
+    finally:
+        _inputs.reset(token)
+
+
+def note_input(path: Path) -> None:
+    """Tell `inputs_noted` that a file is read."""
+    found = _inputs.get()
+    if found is not None:
+        found.append(path)
 
 
 @contextmanager
@@ -52,6 +77,7 @@ def read_columns(name: str, wanted: Mapping[str, tuple[str | int, str]]) -> dict
         So that the message joins the scenario's other mistakes.
     """
     reader = importlib.import_module("electrovib.data.columns")  # found late: models know no files
+    note_input(_folder.get() / name)
     try:
         columns: dict[str, NDArray[np.float64]] = reader.read_columns(_folder.get() / name, wanted)
     except InputError as error:

@@ -18,11 +18,10 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from electrovib.core.errors import InputError, nearest
+from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
 from electrovib.core.quantity import Quantity
 
 M = TypeVar("M", bound="Model")
-_MOST_SENTENCES = 100
 
 
 class Model(BaseModel):
@@ -112,7 +111,8 @@ class Model(BaseModel):
         kind, loc, shown = item["type"], item["loc"], item["input"]
         if kind == "extra_forbidden" and len(loc) == 1:
             known = nearest(str(loc[0]), cls.model_fields)
-            kind, why = "unknown", f"unknown parameter '{loc[0]}' of {cls.__name__}.{known}"
+            name = shortened(str(loc[0]), LONGEST_QUOTED)
+            kind, why = "unknown", f"unknown parameter '{name}' of {cls.__name__}.{known}"
         elif kind == "missing" and len(loc) == 1:
             kind, why = "missing_parameter", f"missing: {cls._describe(str(loc[0]))}"
         else:
@@ -153,7 +153,7 @@ class Model(BaseModel):
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         members = find_members(cls, wanted=name)
         if name not in members:
-            why = f"unknown {cls.__name__} model '{name}'.{nearest(name, members)}"
+            why = f"unknown {cls.__name__} model '{shortened(name, LONGEST_QUOTED)}'.{nearest(name, members)}"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         return members[name]
 
@@ -245,27 +245,28 @@ def read_model(kind: type[M], content: object) -> M:
     try:
         return kind.model_validate(content)
     except ValidationError as error:
-        found = [sentence(item) for item in error.errors(include_url=False)[:_MOST_SENTENCES]]
-        if (more := error.error_count() - len(found)) > 0:
-            found.append(f"and {more} more mistakes like these")
-        raise InputError(found) from None
+        raise InputError(sentence(item) for item in error.errors(include_url=False)) from None
 
 
 def sentence(item: Mapping[str, Any]) -> str:
     """Write one validation error as ``path = value: why``."""
-    path = ".".join(str(part) for part in item["loc"])
+    path = ".".join(shortened(str(part), LONGEST_QUOTED) for part in item["loc"])
     item = {**item, "msg": item["msg"].removeprefix("Value error, ")}
     if item["type"] in {"missing_parameter", "unknown"}:
         return f"{path}: {item['msg']}"
     shown = item["input"]
     if isinstance(shown, Mapping):
-        named = [f"{key} = {shown[key]!r}, " for key in ("model", "file") if shown.get(key)]
+        named = [
+            f"{key} = {shortened(repr(shown[key]), LONGEST_QUOTED)}, "
+            for key in ("model", "file")
+            if shown.get(key)
+        ]
         return f"{path or 'the file'} = {{{''.join(named)}...}}: {item['msg']}"
     try:
         text = repr(shown)
     except ValueError:  # Python writes no whole number of thousands of digits
         text = "a whole number of thousands of digits"
-    return f"{path or 'the file'} = {text if len(text) <= 60 else text[:57] + '...'}: {item['msg']}"
+    return f"{path or 'the file'} = {shortened(text, LONGEST_QUOTED)}: {item['msg']}"
 
 
 def _plain(value: Any) -> Any:

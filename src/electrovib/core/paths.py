@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from electrovib.core.errors import InputError, nearest
@@ -9,7 +10,7 @@ from electrovib.core.model import Model, quantity_of
 from electrovib.core.samples import Samples
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from electrovib.core.quantity import Quantity
 
@@ -43,20 +44,47 @@ def put(content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = T
     content : dict
         Nested tables.
     changes : mapping of str to value
-        Dotted path to new value. A new ``model`` comes first and takes nothing over from the former one, so
-        its own parameters can be given along with it.
+        Dotted path to new value. A table comes before what is set in it. A new ``model`` comes first and takes nothing
+        over from the former one, so its own parameters can be given along with it.
     strict : bool
         Refuse paths that are not there; else trust that validation follows, and make what is missing.
 
     Returns
     -------
     list of str
-        One sentence for each path that does not exist.
+        One sentence for each path that does not exist, or is set twice.
     """
-    ordered = sorted(changes, key=lambda path: not path.endswith(".model"))
+    ordered = sorted(changes, key=lambda path: (path.count("."), not path.endswith(".model")))
     fresh: list[Any] = []
-    problems = (_put(content, path, changes[path], fresh, strict=strict) for path in ordered)
-    return [problem for problem in problems if problem]
+    problems = [_put(content, path, changes[path], fresh, strict=strict) for path in ordered]
+    return _set_twice(changes) + [problem for problem in problems if problem]
+
+
+def _set_twice(changes: Mapping[str, Any]) -> list[str]:
+    """Say which parameters are given by themselves and in a table too, where only one of the two could count."""
+    return [
+        f"{path}: is set twice, by itself and in '{table}'; give one of the two"
+        for table, content in changes.items()
+        for path in changes
+        if path.startswith(f"{table}.") and _holds(content, path[len(table) + 1 :].split("."))
+    ]
+
+
+def _holds(table: Any, keys: Sequence[str]) -> bool:
+    for key in keys:
+        if isinstance(table, Mapping) and key in table:
+            table = table[key]
+        elif isinstance(table, (list, tuple)) and (place := _place(table, key)) is not None:
+            table = table[place]
+        else:
+            return False
+    return True
+
+
+def _place(table: Sequence[Any], key: str) -> int | None:
+    """Read the number of an entry; only as it is usually written, so that each has one path."""
+    known = key.isascii() and key.isdecimal() and len(key) < 10 and str(int(key)) == key
+    return int(key) if known and int(key) < len(table) else None
 
 
 def _put(content: dict[str, Any], path: str, value: Any, fresh: list[Any], *, strict: bool) -> str | None:
@@ -77,7 +105,7 @@ def _put(content: dict[str, Any], path: str, value: Any, fresh: list[Any], *, st
 def _inner(table: Any, key: str, *, strict: bool, optional: bool) -> list[Any] | None:
     """Step into a table; an optional model that is absent so far begins as an empty one."""
     if isinstance(table, list):
-        return [table[int(key)]] if key.isdigit() and int(key) < len(table) else None
+        return None if (place := _place(table, key)) is None else [table[place]]
     if not isinstance(table, dict) or (strict and key not in table):
         return None
     if key not in table or (optional and table[key] is None):
@@ -88,9 +116,9 @@ def _inner(table: Any, key: str, *, strict: bool, optional: bool) -> list[Any] |
 def _set(table: Any, key: str, value: Any, fresh: list[Any], *, strict: bool) -> bool:
     """Set an item; tell whether there is such a place."""
     if isinstance(table, list):
-        if not key.isdigit() or int(key) >= len(table):
+        if (place := _place(table, key)) is None:
             return False
-        table[int(key)] = value
+        table[place] = _own(value, fresh)
         return True
     if not isinstance(table, dict):
         return False
@@ -99,8 +127,16 @@ def _set(table: Any, key: str, value: Any, fresh: list[Any], *, strict: bool) ->
         fresh.append(table)
     elif strict and key not in table and not _among(table, fresh):
         return False
-    table[key] = value
+    table[key] = _own(value, fresh)
     return True
+
+
+def _own(value: Any, fresh: list[Any]) -> Any:
+    """Copy given tables, in which more can then be set; what was given stays as it is."""
+    if isinstance(value, Mapping):
+        fresh.append({key: _own(item, fresh) for key, item in value.items()})
+        return fresh[-1]
+    return [_own(item, fresh) for item in value] if isinstance(value, (list, tuple)) else value
 
 
 def _among(table: Any, tables: list[Any]) -> bool:
@@ -150,8 +186,8 @@ def value_at(model: Model, path: str) -> Any:
     for depth, key in enumerate(parts := path.split(".")):
         if isinstance(table, dict) and key in table:
             table = table[key]
-        elif isinstance(table, list) and key.isdigit() and int(key) < len(table):
-            table = table[int(key)]
+        elif isinstance(table, list) and (place := _place(table, key)) is not None:
+            table = table[place]
         else:
             raise InputError(_unknown(table, ".".join(parts[:depth]), key, path))
     return table

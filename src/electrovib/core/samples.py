@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import zlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
@@ -20,7 +20,7 @@ _MARK = "zlib+base64:"
 
 
 class Samples:
-    """A read-only one-dimensional float64 array.
+    """A read-only one-dimensional float64 array, a value: its content counts, and nothing changes it.
 
     Parameters
     ----------
@@ -28,15 +28,36 @@ class Samples:
         Copied; one dimension.
     """
 
-    __slots__ = ("values",)
+    __slots__ = ("_raw",)
+    _raw: bytes
 
     def __init__(self, values: ArrayLike) -> None:
         array = np.array(values, dtype=np.float64)
         if array.ndim != 1:
             msg = f"samples have one dimension, not {array.ndim}"
             raise ValueError(msg)
-        array.setflags(write=False)
-        self.values: NDArray[np.float64] = array
+        object.__setattr__(self, "_raw", array.tobytes())
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The numbers; an array on bytes, which cannot be made writeable."""
+        return np.frombuffer(self._raw, np.float64)
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        """Refuse: samples stay what they are."""
+        raise AttributeError(f"samples are read-only: '{name}' cannot be set")
+
+    def __reduce__(self) -> tuple[type[Samples], tuple[NDArray[np.float64]]]:
+        """Pickle and copy through the constructor, so that a copy is read-only too."""
+        return type(self), (self.values,)
+
+    def __eq__(self, other: object) -> bool:
+        """Compare every bit."""
+        return isinstance(other, Samples) and self._raw == other._raw
+
+    def __hash__(self) -> int:
+        """Hash the content."""
+        return hash(self._raw)
 
     def __len__(self) -> int:
         """Count the samples."""

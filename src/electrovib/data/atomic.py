@@ -1,4 +1,4 @@
-"""Files that are either whole or not there: written beside their place and moved into it at the end."""
+"""Files that are either whole or not there, and that replace nothing but what we wrote ourselves."""
 
 from __future__ import annotations
 
@@ -7,58 +7,101 @@ import secrets
 import shutil
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import InputError
+from electrovib.data.marks import Form, is_ours, sign
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
+
+_UNFINISHED: Final = ".partial"
 
 
 @contextmanager
-def writing(path: Path) -> Iterator[Path]:
-    """Give a temporary file beside the output and put it in place once it is complete.
+def writing(outputs: Mapping[Path, Form | None], *, force: bool = False) -> Iterator[dict[Path, Path]]:
+    """Give temporary files beside the outputs and put them in place once all of them are complete.
 
     Parameters
     ----------
-    path : Path
-        The output; an older file there stays untouched until the new one is complete.
+    outputs : mapping of Path to Form or None
+        The outputs, each with what it is, or None for what carries no mark; older files there stay untouched until
+        all new ones are complete. They are replaced in this order, so what tells which files belong together comes first.
+    force : bool
+        Whether files that we did not write may be replaced.
 
     Yields
     ------
-    Path
-        An empty file in the same folder, ``*.partial``, to be overwritten; it is removed after any failure.
+    dict of Path to Path
+        For each output an empty file in the same folder, ``*.partial``, to be overwritten; it is removed after any
+        failure.
 
     Raises
     ------
     InputError
-        If the output cannot be written.
+        If an output cannot be written, or would replace a file that is not ours.
     """
-    check_writable([path])
-    place = Path(os.path.realpath(path))  # a link keeps pointing to its file
-    temporary = place.with_name(f".{place.name[:40]}.{secrets.token_hex(4)}.partial")
+    check_writable(outputs, force=force)
+    places = {path: Path(os.path.realpath(path)) for path in outputs}  # a link keeps pointing to its file
+    temporaries = {
+        path: place.with_name(f"{_hidden(place)}{secrets.token_hex(4)}{_UNFINISHED}")
+        for path, place in places.items()
+    }
     try:
-        temporary.touch(exist_ok=False)
-        yield temporary
-        _finish(temporary, place)
+        for temporary in temporaries.values():
+            temporary.touch(exist_ok=False)
+        yield temporaries
+        for path, form in outputs.items():
+            _complete(temporaries[path], places[path], form)
+        _take_places({temporaries[path]: place for path, place in places.items()})
     except OSError as error:
-        if error.filename is None or str(error.filename) == str(temporary):
-            raise InputError(f"{path}: cannot be written: {error.strerror or error}.") from error
+        named = [path for path, temporary in temporaries.items() if str(error.filename) == str(temporary)]
+        if error.filename is None or named:
+            whose = ", ".join(map(str, named or outputs))
+            raise InputError(f"{whose}: cannot be written: {error.strerror or error}.") from error
         raise
     finally:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
+        for temporary in temporaries.values():
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
 
 
-def _finish(temporary: Path, place: Path) -> None:
+def _hidden(place: Path) -> str:
+    return f".{place.name[:40]}."
+
+
+def left_by_a_kill(path: Path) -> list[Path]:
+    """Find what a process that was killed while writing this output has left beside it, complete or not."""
+    place = Path(os.path.realpath(path))
+    return sorted(
+        other
+        for other in place.parent.iterdir()
+        if other.name.startswith(_hidden(place)) and other.name.endswith(_UNFINISHED)
+    )
+
+
+def _complete(temporary: Path, place: Path, form: Form | None) -> None:
+    if form is not None:
+        sign(temporary, form)
     if place.exists():
         shutil.copymode(place, temporary)
     with temporary.open("r+b") as written:  # else a power cut can leave the new name on an empty file
         os.fsync(written.fileno())
-    temporary.replace(place)
 
 
-def write_text(path: Path, text: str) -> None:
+def _take_places(moves: Mapping[Path, Path]) -> None:
+    """Replace all older files; an interrupt between two of them waits, so that they stay of one save."""
+    try:
+        for temporary, place in moves.items():
+            temporary.replace(place)
+    except KeyboardInterrupt:
+        for temporary, place in moves.items():
+            if temporary.exists():
+                temporary.replace(place)
+        raise
+
+
+def write_text(path: Path, text: str, form: Form, *, force: bool = False) -> None:
     """Write a whole text file, or leave the older one.
 
     Parameters
@@ -66,33 +109,67 @@ def write_text(path: Path, text: str) -> None:
     path : Path
         The output.
     text : str
-        Its content, written as UTF-8 with the line ends it has.
+        Its content, with the mark of its form; written as UTF-8 with the line ends it has.
+    form : Form
+        What it is.
+    force : bool
+        Whether a file that we did not write may be replaced.
 
     Raises
     ------
     InputError
-        If the output cannot be written.
+        If the output cannot be written, or would replace a file that is not ours.
     """
-    with writing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="")
+    with writing({path: form}, force=force) as temporaries:
+        temporaries[path].write_text(text, encoding="utf-8", newline="")
 
 
-def check_writable(paths: Iterable[Path]) -> None:
+def check_writable(
+    outputs: Mapping[Path, Form | None], *, inputs: Iterable[Path] = (), force: bool = False
+) -> None:
     """Tell, before a long computation, whether its outputs can be written.
 
     Parameters
     ----------
-    paths : iterable of Path
-        The outputs; nothing is created.
+    outputs : mapping of Path to Form or None
+        The outputs, each with what it is; nothing is created.
+    inputs : iterable of Path
+        Files that are read; none of them is ever replaced, whatever `force` says.
+    force : bool
+        Whether files that we did not write may be replaced.
 
     Raises
     ------
     InputError
         With one sentence for each output that cannot be written.
     """
-    problems = [f"{path}: {why}" for path in paths if (why := _obstacle(path))]
+    read = list(inputs)
+    problems = []
+    taken: dict[str, Path] = {}
+    for path, form in outputs.items():
+        why = _obstacle(path) or _input_of(path, read) or ("" if force else _not_ours(path, form))
+        if not why and (first := taken.setdefault(os.path.realpath(path), path)) != path:
+            why = f"is the same file as the output '{first}'; give two names."
+        problems += [f"{path}: {why}"] if why else []
     if problems:
         raise InputError(problems)
+
+
+def _input_of(path: Path, inputs: Iterable[Path]) -> str:
+    """Say in a sentence that this output is read, or nothing."""
+    for source in inputs:
+        with suppress(OSError):
+            if path.samefile(source):
+                return f"is an input, read as '{source}'; an output never replaces it: give another name."
+    return ""
+
+
+def _not_ours(path: Path, form: Form | None) -> str:
+    """Say in a sentence that this output would replace a file of the user's, or nothing."""
+    if not path.exists() or (form is not None and is_ours(path, form)):
+        return ""
+    what = f"no {form} that electrovib wrote, or it was changed since" if form else "may be somebody else's"
+    return f"exists already and is {what}; give another name, or replace it with --force (force=True)."
 
 
 def _obstacle(path: Path) -> str:

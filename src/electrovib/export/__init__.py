@@ -21,11 +21,12 @@ class _Callable(ModuleType):
         path: str | Path,
         *,
         set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+        force: bool = False,
     ) -> Path:
         """Write a scenario for a circuit simulator; see `electrovib.export.scenario.export`."""
         from electrovib.export.scenario import export
 
-        return export(scenario, path, set=set)
+        return export(scenario, path, set=set, force=force)
 
 
 sys.modules[__name__].__class__ = _Callable

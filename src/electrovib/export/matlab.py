@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import struct
@@ -9,10 +10,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.allowance import content_allowed
 from electrovib.core.errors import InputError
 from electrovib.core.trace import FORMAT
 from electrovib.data.atomic import writing
 from electrovib.data.columns import DAMAGE, check_file, damaged
+from electrovib.data.marks import Form, unsigned
 from electrovib.data.readers.mat5 import Mat5, Variable
 from electrovib.data.traces import not_a_trace, prepared, rebuilt, structure_of
 
@@ -28,9 +31,11 @@ _KEYWORDS: Final = re.compile(
     "break|case|catch|classdef|continue|else|elseif|end|for|function|global|if|otherwise|parfor|persistent"
     "|return|spmd|switch|try|while"
 )
+_VERSION_5: Final = "MATLAB 5.0 MAT-file"
+_HEADER: Final = 116  # bytes of text that a file begins with
 
 
-def save_mat(trace: xarray.Dataset, path: Path) -> list[Path]:
+def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
     """Write a Trace for MATLAB, one variable per signal.
 
     Parameters
@@ -38,7 +43,9 @@ def save_mat(trace: xarray.Dataset, path: Path) -> list[Path]:
     trace : xarray.Dataset
         Any Trace; units are stamped again.
     path : Path
-        The output, version 5 of the format, compressed; replaced as a whole.
+        The output, version 5 of the format, compressed unless that would be too tight; replaced as a whole.
+    force : bool
+        Whether a file that we did not write may be replaced.
 
     Returns
     -------
@@ -48,7 +55,8 @@ def save_mat(trace: xarray.Dataset, path: Path) -> list[Path]:
     Raises
     ------
     InputError
-        If the file cannot be written, or the Trace is too large for the format (4 GB a variable).
+        If the file cannot be written, would replace one that is not ours, or the Trace is too large for the format
+        (4 GB a variable).
 
     Notes
     -----
@@ -72,14 +80,21 @@ def save_mat(trace: xarray.Dataset, path: Path) -> list[Path]:
     content["dimensions"] = {names[entry["name"]]: ", ".join(entry["dims"]) for entry in entries}
     about = {"format": FORMAT, "attributes": stored.attrs, "structure": structure, "names": names}
     content["trace_json"] = json.dumps(about)
-    with writing(path) as temporary:
-        try:
-            with temporary.open("wb") as file:
-                scipy.io.savemat(file, content, do_compression=True, long_field_names=True, oned_as="column")
-        except (ValueError, TypeError, struct.error, OverflowError, scipy.io.matlab.MatWriteError) as error:
-            raise InputError(
-                f"{path}: this Trace does not fit into a .mat file ({error}); save as .nc."
-            ) from error
+    file = io.BytesIO()
+    try:
+        for packed in (True, False):
+            scipy.io.savemat(file, content, do_compression=packed, long_field_names=True, oned_as="column")
+            if stored.nbytes <= content_allowed(file.tell()):
+                break
+            file = io.BytesIO()  # numbers that are all alike, packed more tightly than a reader lets pass
+    except (ValueError, TypeError, struct.error, OverflowError, scipy.io.matlab.MatWriteError) as error:
+        raise InputError(
+            f"{path}: this Trace does not fit into a .mat file ({error}); save as .nc."
+        ) from error
+    header = f"{_VERSION_5}, {unsigned(Form.MATLAB)}"
+    file.getbuffer()[:_HEADER] = header.ljust(_HEADER).encode()
+    with writing({path: Form.MATLAB}, force=force) as temporaries:
+        temporaries[path].write_bytes(file.getbuffer())
     return [path]
 
 

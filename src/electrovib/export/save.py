@@ -7,23 +7,25 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import InputError, nearest
 from electrovib.data.atomic import check_writable
-from electrovib.data.traces import csv_files, save_csv, save_nc
+from electrovib.data.marks import Form
+from electrovib.data.traces import csv_files, csv_forms, save_csv, save_nc
 from electrovib.export.matlab import save_mat
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     import xarray
 
-FORMATS: Final[dict[str, Callable[[xarray.Dataset, Path], list[Path]]]] = {
+FORMATS: Final[dict[str, Callable[..., list[Path]]]] = {
     ".nc": save_nc,
     ".csv": save_csv,
     ".mat": save_mat,
 }
 """Suffix to writer."""
+_FORMS: Final = {".nc": Form.NETCDF, ".mat": Form.MATLAB}
 
 
-def save(trace: xarray.Dataset, path: str | Path) -> list[Path]:
+def save(trace: xarray.Dataset, path: str | Path, *, force: bool = False) -> list[Path]:
     """Write a Trace.
 
     Parameters
@@ -32,6 +34,8 @@ def save(trace: xarray.Dataset, path: str | Path) -> list[Path]:
         Any Trace; units are stamped again.
     path : str or Path
         The output: ``.nc`` (everything, netCDF), ``.csv`` (one dimension a file) or ``.mat`` (MATLAB).
+    force : bool
+        Whether a file that we did not write may be replaced.
 
     Returns
     -------
@@ -41,13 +45,16 @@ def save(trace: xarray.Dataset, path: str | Path) -> list[Path]:
     Raises
     ------
     InputError
-        If the suffix is unknown, the file cannot be written, or the format cannot hold this Trace.
+        If the suffix is unknown, the file cannot be written or would replace one that we did not write in this
+        form, or the format cannot hold this Trace.
     """
     path = Path(path)
-    return _writer(path)(trace, path)
+    return _writer(path)(trace, path, force=force)
 
 
-def check_output(path: str | Path, sizes: Mapping[str, int]) -> None:
+def check_output(
+    path: str | Path, sizes: Mapping[str, int], *, inputs: Iterable[Path] = (), force: bool = False
+) -> None:
     """Tell, before a long computation, whether `save` will work.
 
     Parameters
@@ -56,18 +63,24 @@ def check_output(path: str | Path, sizes: Mapping[str, int]) -> None:
         The output.
     sizes : mapping of str to int
         The dimensions that the Trace will have; the sizes do not matter.
+    inputs : iterable of Path
+        Files that are read; none of them is ever replaced.
+    force : bool
+        As for `save`.
 
     Raises
     ------
     InputError
-        As `save` would.
+        As `save` would, and if the output is one of the inputs.
     """
     path = Path(path)
     _writer(path)
-    check_writable(csv_files(sizes, path) if path.suffix.lower() == ".csv" else [path])
+    suffix = path.suffix.lower()
+    forms = csv_forms(csv_files(sizes, path)) if suffix == ".csv" else {path: _FORMS[suffix]}
+    check_writable(forms, inputs=inputs, force=force)
 
 
-def _writer(path: Path) -> Callable[[xarray.Dataset, Path], list[Path]]:
+def _writer(path: Path) -> Callable[..., list[Path]]:
     writer = FORMATS.get(path.suffix.lower())
     if writer is None:
         near = nearest(path.suffix.lower(), FORMATS) if path.suffix else ""

@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import InputError
+from electrovib.core.files import inputs_noted
 from electrovib.core.lamps import read_lamps
 from electrovib.data.atomic import check_writable, write_text
+from electrovib.data.marks import Form
 from electrovib.export.spice.netlist import netlist
 from electrovib.physics.limits import broken
 from electrovib.solve.scenario import Scenario, load, scenario_of
@@ -26,6 +28,7 @@ def export(
     path: str | Path,
     *,
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+    force: bool = False,
 ) -> Path:
     """Write a scenario for another circuit simulator.
 
@@ -37,6 +40,8 @@ def export(
         The output: ``.cir``, a netlist that ``ngspice -b`` runs as it is.
     set : mapping of str to value, optional
         Dotted path to value: ``{"drive.high": "150 V"}``.
+    force : bool
+        Whether a file that we did not write may be replaced.
 
     Returns
     -------
@@ -46,8 +51,9 @@ def export(
     Raises
     ------
     InputError
-        If the suffix is unknown, the file cannot be written, something of the scenario has no exact form there,
-        `simulate` refuses the scenario, or it exceeds one of its declared `limits`.
+        If the suffix is unknown, the file cannot be written or would replace one that is read or not ours,
+        something of the scenario has no exact form there, `simulate` refuses the scenario, or it exceeds one of its
+        declared `limits`.
     NotCausalError
         If the force law has no form in time.
     """
@@ -56,11 +62,12 @@ def export(
     if writer is None:
         allowed = ", ".join(WRITERS)
         raise InputError(f"{place}: a scenario is exported as {allowed}, not as '{place.suffix}'.")
-    check_writable([place])
-    found = _found(scenario, set or {})
+    with inputs_noted() as inputs:
+        found = _found(scenario, set or {})
+    check_writable({place: Form.NETLIST}, inputs=inputs, force=force)
     text = writer(found, name=place.stem)
     _refuse_what_breaks_a_limit(found)
-    write_text(place, text)
+    write_text(place, text, Form.NETLIST, force=force)
     return place
 
 

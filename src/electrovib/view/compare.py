@@ -17,6 +17,7 @@ def compare(
     models: Sequence[str] | None = None,
     over: Sequence[str] | Mapping[str, Sequence[float]] = (),
     output: str | Path | None = None,
+    force: bool = False,
 ) -> Comparison:
     """Run every force law on the same finger and plate, and say why they differ.
 
@@ -30,6 +31,8 @@ def compare(
         ``"path=from:to:n"`` or ``"path=from:to:nlog"``: a figure of the static force over this parameter.
     output : str or Path, optional
         An HTML file with tables, figures and explanations.
+    force : bool
+        Whether a file that we did not write may be replaced.
 
     Returns
     -------
@@ -41,32 +44,32 @@ def compare(
     InputError
         For a scenario, a law or a range that does not fit; nothing has been written then.
     """
+    from electrovib.core.errors import InputError, gathered
+    from electrovib.core.files import inputs_noted
     from electrovib.solve.scenario import load_scenario
     from electrovib.study.compare import compare as run_all
     from electrovib.study.sweep import parse_over
+    from electrovib.view.pages import check_page
 
+    problems: list[str] = []
+    with inputs_noted() as inputs, gathered(problems):
+        experiment = load_scenario(scenario)
+        axes = over if isinstance(over, Mapping) else parse_over(experiment, over)
     if output is not None:
-        _check(Path(output))
-    experiment = load_scenario(scenario)
-    axes = over if isinstance(over, Mapping) else parse_over(experiment, over)
+        with gathered(problems):
+            check_page(Path(output), inputs=inputs, force=force)
+    if problems:
+        raise InputError(problems)
     found = run_all(experiment, models=models, over=axes)
     if output is not None:
-        _write(found, Path(output))
+        _write(found, Path(output), force=force)
     return found
 
 
-def _check(path: Path) -> None:
-    from electrovib.core.errors import InputError
-    from electrovib.data.atomic import check_writable
-
-    if path.suffix not in {".html", ".htm"}:
-        raise InputError(f"--output {path}: a comparison is an .html file")
-    check_writable([path])
-
-
-def _write(found: Comparison, path: Path) -> None:
+def _write(found: Comparison, path: Path, *, force: bool) -> None:
     from electrovib.core.discovery import find_members, paper_of, papers
     from electrovib.data.atomic import write_text
+    from electrovib.data.marks import Form
     from electrovib.physics.force import ForceLaw
     from electrovib.study.reproduction import Reproduction
     from electrovib.view.reproduce import _drawn as drawn
@@ -94,4 +97,4 @@ def _write(found: Comparison, path: Path) -> None:
         cited,
         f"Force laws compared: {title}",
     )
-    write_text(path, page_of(content, drawings))
+    write_text(path, page_of(content, drawings), Form.PAGE, force=force)

@@ -5,9 +5,15 @@ from __future__ import annotations
 import functools
 from typing import TYPE_CHECKING, Any
 
+from electrovib.core.errors import InputError
+from electrovib.data.atomic import check_writable
+from electrovib.data.marks import Form, unsigned
 from electrovib.view.units import typeset
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
     from jinja2 import Environment
     from markupsafe import Markup
 
@@ -27,7 +33,29 @@ def page(template: str, **content: Any) -> str:
     str
         A whole HTML file.
     """
-    return _environment().get_template(template).render(**content)
+    return _environment().get_template(template).render(mark=unsigned(Form.PAGE), **content)
+
+
+def check_page(path: Path, *, inputs: Iterable[Path] = (), force: bool = False) -> None:
+    """Tell, before the work, whether a page can be written.
+
+    Parameters
+    ----------
+    path : Path
+        The output.
+    inputs : iterable of Path
+        Files that are read; none of them is ever replaced.
+    force : bool
+        Whether a file that we did not write may be replaced.
+
+    Raises
+    ------
+    InputError
+        If it is not named as an HTML file, cannot be written, or would replace an input or a file that is not ours.
+    """
+    if path.suffix.lower() not in {".html", ".htm"}:
+        raise InputError(f"{path}: a report or a comparison is an .html file, not '{path.suffix}'")
+    check_writable({path: Form.PAGE}, inputs=inputs, force=force)
 
 
 def breakable(path: str) -> Markup:

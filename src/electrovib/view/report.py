@@ -6,8 +6,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.data.atomic import check_writable, write_text
+from electrovib.core.errors import ElectrovibError, InputError, gathered
+from electrovib.core.files import inputs_noted
+from electrovib.data.atomic import write_text
+from electrovib.data.marks import Form
+from electrovib.view.pages import check_page
 from electrovib.view.report_figures import figures
 
 if TYPE_CHECKING:
@@ -19,7 +22,11 @@ Source: TypeAlias = "xarray.Dataset | Scenario | str | Path"
 
 
 def report(
-    traces: Source | Sequence[Source] | Mapping[str, Source], path: str | Path, *, title: str | None = None
+    traces: Source | Sequence[Source] | Mapping[str, Source],
+    path: str | Path,
+    *,
+    title: str | None = None,
+    force: bool = False,
 ) -> Path:
     """Write a report: what was assumed, what came out, and how far it can be believed.
 
@@ -31,6 +38,8 @@ def report(
         The HTML file; replaced as a whole.
     title : str, optional
         Of the page; by default that of the Trace.
+    force : bool
+        Whether a file that we did not write may be replaced.
 
     Returns
     -------
@@ -40,26 +49,39 @@ def report(
     Raises
     ------
     InputError
-        If something is not a Trace, or if the file cannot be written; nothing has been written then.
+        If something is not a Trace, or if the file cannot be written or would replace one that is read or not ours;
+        nothing has been written then.
     """
     output = Path(path)
-    check_writable([output])
-    known = collect(traces)
-    write_text(output, page_of(known, title=title))
+    problems: list[str] = []
+    found: dict[str, Any] = {}
+    with inputs_noted() as inputs, gathered(problems):
+        found = _loaded(traces)
+    with gathered(problems):
+        check_page(output, inputs=inputs, force=force)
+    if problems:
+        raise InputError(problems)
+    known = _simulated(found)
+    write_text(output, page_of(known, title=title), Form.PAGE, force=force)
     return output
 
 
 def collect(traces: Any) -> dict[str, xarray.Dataset]:
-    """Load what is named and give each Trace a label: the caller's, its title, or its file name.
+    """Load or simulate what is named and give each Trace a label: the caller's, its title, or its file name.
 
     Raises
     ------
     InputError
         For everything that cannot be loaded, all at once.
     """
+    return _simulated(_loaded(traces))
+
+
+def _loaded(traces: Any) -> dict[str, Any]:
+    """Load what is named; label to Trace or Scenario."""
     import xarray
 
-    from electrovib.view.lines import labelled
+    from electrovib.solve.scenario import load
 
     if isinstance(traces, Mapping) and not isinstance(traces, xarray.Dataset):  # a Dataset is a mapping too
         named = {str(label): item for label, item in traces.items()}
@@ -69,32 +91,38 @@ def collect(traces: Any) -> dict[str, xarray.Dataset]:
         for number, item in enumerate(items, start=1):
             label = _label(item) or f"Trace {number}"
             named[label if label not in named else f"{label} ({number})"] = item
-    found: dict[str, xarray.Dataset] = {}
+    found: dict[str, Any] = {}
     problems: list[str] = []
     for label, item in named.items():
+        with gathered(problems):
+            found[label] = load(item) if isinstance(item, (str, Path)) else item
+    if problems:
+        raise InputError(problems)
+    return found
+
+
+def _simulated(found: Mapping[str, Any]) -> dict[str, xarray.Dataset]:
+    """Simulate the scenarios among what was loaded; Traces stay what they are."""
+    from electrovib.solve.scenario import Scenario
+    from electrovib.solve.simulate import simulate
+    from electrovib.view.lines import labelled
+
+    traces: dict[str, xarray.Dataset] = {}
+    problems: list[str] = []
+    for label, item in found.items():
         try:
-            found[label] = _trace(item)
+            traces[label] = simulate(item) if isinstance(item, Scenario) else item
         except ElectrovibError as error:
             problems += getattr(error, "problems", [str(error)])
     if problems:
         raise InputError(problems)
-    return labelled(found)
+    return labelled(traces)
 
 
 def _label(item: Any) -> str:
     if isinstance(item, (str, Path)):
         return Path(item).stem
     return str(getattr(item, "title", "") or getattr(item, "attrs", {}).get("title", ""))
-
-
-def _trace(item: Any) -> xarray.Dataset:
-    """Load a file name and simulate a scenario; a Trace stays what it is."""
-    from electrovib.solve.scenario import Scenario, load
-    from electrovib.solve.simulate import simulate
-
-    found = load(item) if isinstance(item, (str, Path)) else item
-    trace: xarray.Dataset = simulate(found) if isinstance(found, Scenario) else found
-    return trace
 
 
 def page_of(traces: Mapping[str, xarray.Dataset], *, title: str | None = None) -> str:

@@ -2,26 +2,35 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
-from contextlib import ExitStack, suppress
+import re
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.core.errors import InputError
-from electrovib.data.atomic import writing
+from electrovib.core.errors import InputError, gathered
+from electrovib.core.files import inputs_noted
+from electrovib.data.atomic import check_writable, left_by_a_kill, writing
+from electrovib.data.marks import Form, is_ours
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from matplotlib.figure import Figure
 
     from electrovib.study.reproduction import Panel, Reproduction, Row
 
 _PANEL_SIZE: Final = (8.2, 4.3)
+_PAGE: Final = "report.html"
 
 
 def reproduce(
-    paper: str = "vezzoli_2014", output: str | Path = "reproduction", *, skin: str | None = None
+    paper: str = "vezzoli_2014",
+    output: str | Path = "reproduction",
+    *,
+    skin: str | None = None,
+    force: bool = False,
 ) -> Reproduction:
     """Compute everything a paper states and write it beside what the paper prints.
 
@@ -30,9 +39,11 @@ def reproduce(
     paper : str
         ``author_year``.
     output : str or Path
-        Folder; made if it is not there. Files of the same names in it are replaced, others are left.
+        Folder; made if it is not there. Files of an earlier reproduction in it are replaced, others are left.
     skin : str, optional
         File with a table of one's own skin, for papers that can use one.
+    force : bool
+        Whether files of the same names that we did not write, or that were changed since, may be replaced.
 
     Returns
     -------
@@ -42,13 +53,16 @@ def reproduce(
     Raises
     ------
     InputError
-        If there is no such paper, if it has nothing to reproduce, if the table cannot be used, or if the folder
-        cannot be written; nothing has been written then.
+        If there is no such paper, if it has nothing to reproduce, if the table cannot be used, if the folder
+        cannot be written, or if a file in it would be replaced that is read or not ours; nothing has been written then.
     """
     folder = Path(output)
     _check(folder)
-    found = _found(paper, skin)
-    _write(found, folder)
+    if folder.exists():
+        check_writable({folder / _PAGE: Form.PAGE}, force=force)
+    with inputs_noted() as inputs:
+        found = _found(paper, skin)
+    _write(found, folder, inputs=inputs, force=force)
     return found
 
 
@@ -71,24 +85,62 @@ def _found(paper: str, skin: str | None) -> Reproduction:
     return found
 
 
-def _write(found: Reproduction, folder: Path) -> None:
+def _write(found: Reproduction, folder: Path, *, inputs: Sequence[Path] = (), force: bool = False) -> None:
     """Write all files of a reproduction, or none of them."""
     contents = contents_of(found)
+    if folder.exists():
+        _refuse_to_replace(contents, folder, inputs, force=force)
     made = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror or error}.") from error
     try:
-        with ExitStack() as stack:
-            places = {name: stack.enter_context(writing(folder / name)) for name in contents}
-            for name, place in places.items():
-                place.write_bytes(contents[name])
+        forms = {folder / name: Form.PAGE if name == _PAGE else None for name in contents}
+        with writing(forms, force=True) as temporaries:
+            for place, temporary in temporaries.items():
+                temporary.write_bytes(contents[place.name])
     except BaseException:
         if made:
             with suppress(OSError):
                 folder.rmdir()
         raise
+
+
+def _refuse_to_replace(
+    contents: Mapping[str, bytes], folder: Path, inputs: Sequence[Path], *, force: bool
+) -> None:
+    """Refuse to replace what is read, and what an earlier reproduction did not write here."""
+    problems: list[str] = []
+    with gathered(problems):
+        check_writable({folder / _PAGE: Form.PAGE}, inputs=inputs, force=force)
+    others = {folder / name: content for name, content in contents.items() if name != _PAGE}
+    with gathered(problems):
+        check_writable(dict.fromkeys(others), inputs=inputs, force=True)
+    page = folder / _PAGE  # a process that was killed has left its page beside that of an earlier one
+    earlier = {entry for one in (page, *left_by_a_kill(page)) for entry in _listed(one).items()}
+    for place, content in others.items():
+        if place.is_file() and not force:
+            there = place.read_bytes()
+            if there != content and (place.name, _checksum(there)) not in earlier:
+                problems.append(
+                    f"{place}: exists already and is not of an earlier reproduction, or was changed since; give another"
+                    " folder, or replace it with --force (force=True)."
+                )
+    if problems:
+        raise InputError(problems)
+
+
+def _listed(page: Path) -> dict[str, str]:
+    """Give the checksums of the files that were written beside a page of ours."""
+    if not is_ours(page, Form.PAGE):
+        return {}
+    found = re.search(r"<!-- beside this page: (\{.*\}) -->", page.read_text(encoding="utf-8"))
+    return dict(json.loads(found[1])) if found else {}
+
+
+def _checksum(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:32]
 
 
 def contents_of(found: Reproduction) -> dict[str, bytes]:
@@ -118,7 +170,9 @@ def contents_of(found: Reproduction) -> dict[str, bytes]:
         drawings[panel.id] = to_svg(figure)
     numbers = json.dumps([row.to_dict() for row in found.rows], indent=2, ensure_ascii=False)
     contents["numbers.json"] = f"{numbers}\n".encode()
-    contents["report.html"] = page_of(found, drawings, curves=True).encode()
+    beside = json.dumps({name: _checksum(content) for name, content in contents.items()})
+    page = page_of(found, drawings, curves=True)
+    contents[_PAGE] = f"{page}\n<!-- beside this page: {beside} -->\n".encode()
     return contents
 
 

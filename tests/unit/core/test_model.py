@@ -139,7 +139,10 @@ def test_all_mistakes_are_told_at_once():
         ({"thickness": True}, "thickness = True: expected a length, for instance '90 um'"),
         ({"thickness": -1}, "thickness = -1: must lie between 1 nm and 1 m"),
         ({"thickness": "9**9**9"}, "thickness = '9**9**9': expected a length, for instance '90 um'"),
-        ({"thickness": "x" * 500}, f"thickness = '{'x' * 56}...: expected a length, for instance '90 um'"),
+        (
+            {"thickness": "x" * 500},
+            f"thickness = '{'x' * 34} ... {'x' * 19}': expected a length, for instance '90 um'",
+        ),
         ({"thickness": 1, "count": 13}, "the file = {...}: 13 slabs {never} hold"),
         ({"thickness": 1, "count": 2.5}, "count = 2.5: Input should be a valid integer, got a number with a"),
         (

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -34,6 +37,39 @@ def test_numbers_are_read_only_and_a_copy():
         samples.values[0] = 1
     with pytest.raises(AttributeError):
         samples.more = 1
+
+
+COPIES = {
+    "pickle": lambda value: pickle.loads(pickle.dumps(value)),
+    "oldest pickle": lambda value: pickle.loads(pickle.dumps(value, protocol=0)),
+    "copy": copy.copy,
+    "deep copy": copy.deepcopy,
+}
+
+
+@pytest.mark.parametrize("way", COPIES)
+def test_a_copy_is_the_same_value_and_as_read_only(way):
+    samples = Samples([1.0, np.nan, -0.0])
+    record = read_model(Record, {"values": samples})
+    for again in (COPIES[way](samples), COPIES[way](record).values):
+        assert again == samples
+        assert hash(again) == hash(samples)
+        assert again.values.tobytes() == samples.values.tobytes()
+        with pytest.raises(ValueError, match="read-only"):
+            again.values[0] = 1
+        with pytest.raises(ValueError, match="cannot set WRITEABLE"):
+            again.values.setflags(write=True)
+    assert COPIES[way](record) == record
+    assert hash(COPIES[way](record)) == hash(record)
+
+
+def test_every_bit_counts():
+    assert Samples([0.0]) != Samples([-0.0])
+    assert Samples([np.nan]) == Samples([np.nan])
+    assert Samples([1.0]) != Samples([1.0, 1.0])
+    assert Samples([1.0]) != [1.0]
+    with pytest.raises(AttributeError, match="read-only"):
+        Samples([1.0]).values = np.zeros(1)
 
 
 @pytest.mark.parametrize("given", [[1, 2], (1.0, 2.0), np.array([1, 2]), np.array([1.0, 2.0], ">f4")])

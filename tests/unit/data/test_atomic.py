@@ -2,13 +2,23 @@
 
 import errno
 import os
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.data import atomic
-from electrovib.data.atomic import check_writable, write_text, writing
+from electrovib.data.atomic import check_writable, write_text
+from electrovib.data.atomic import writing as writing_all
+from electrovib.data.marks import Form
+
+
+@contextmanager
+def writing(place):
+    """One output without a mark, which may replace anything."""
+    with writing_all({place: None}, force=True) as temporaries:
+        yield temporaries[place]
 
 
 def test_new_file_takes_its_place_only_when_complete(tmp_path):
@@ -61,9 +71,9 @@ def test_several_outputs_change_together(tmp_path):
     first.write_text("old")
 
     def second_fails() -> None:
-        with writing(first) as one, writing(second) as two:
-            one.write_text("new")
-            two.write_text("new")
+        with writing_all({first: None, second: None}, force=True) as temporaries:
+            for temporary in temporaries.values():
+                temporary.write_text("new")
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -77,20 +87,20 @@ def test_link_and_mode_survive(tmp_path):
     target.write_text("old")
     target.chmod(0o640)
     link.symlink_to(target)
-    write_text(link, "µ\n")
+    write_text(link, "µ\n", Form.PAGE, force=True)
     assert link.is_symlink()
     assert target.read_bytes() == "µ\n".encode()
     assert target.stat().st_mode & 0o777 == 0o640
 
 
 def test_text_keeps_its_line_ends(tmp_path):
-    write_text(tmp_path / "x", "a\r\nb\n")
+    write_text(tmp_path / "x", "a\r\nb\n", Form.PAGE)
     assert (tmp_path / "x").read_bytes() == b"a\r\nb\n"
 
 
 def test_long_names_are_no_trouble(tmp_path):
     place = tmp_path / ("µ" * 120)
-    write_text(place, "x")
+    write_text(place, "x", Form.PAGE)
     assert list(tmp_path.iterdir()) == [place]
 
 
@@ -110,7 +120,7 @@ def test_unwritable_outputs_are_told_beforehand(tmp_path, name, words):
     (tmp_path / "file").write_text("")
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(InputError, match=words) as caught:
-        check_writable([tmp_path / name])
+        check_writable({tmp_path / name: None})
     assert len(caught.value.problems) == 1
     with pytest.raises(InputError, match=words), writing(tmp_path / name):
         pytest.fail("must not start")
@@ -120,16 +130,16 @@ def test_missing_permission(tmp_path, monkeypatch):
     place = tmp_path / "out.nc"
     monkeypatch.setattr(atomic.os, "access", lambda path, _: Path(path) != tmp_path)
     with pytest.raises(InputError, match="no permission to write"):
-        check_writable([place])
+        check_writable({place: None}, force=True)
     place.write_text("")
     monkeypatch.setattr(atomic.os, "access", lambda path, _: Path(path) != place)
     with pytest.raises(InputError, match="write-protected"):
-        check_writable([place])
+        check_writable({place: None}, force=True)
 
 
 def test_all_problems_at_once_and_none(tmp_path):
     with pytest.raises(InputError) as caught:
-        check_writable([tmp_path / "no" / "a", tmp_path / "b", tmp_path])
+        check_writable(dict.fromkeys([tmp_path / "no" / "a", tmp_path / "b", tmp_path]))
     assert len(caught.value.problems) == 2
-    check_writable([tmp_path / "a", tmp_path / "b"])
+    check_writable(dict.fromkeys([tmp_path / "a", tmp_path / "b"]))
     assert not list(tmp_path.iterdir())

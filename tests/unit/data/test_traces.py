@@ -162,7 +162,7 @@ def test_csv_is_made_for_reading(tmp_path):
     save_csv(small(), tmp_path / "a.csv")
     lines = (tmp_path / "a.csv").read_text().splitlines()
     assert lines[0] == f"# {FORMAT}"
-    assert json.loads(lines[1].removeprefix("# attributes: "))["tau"] == 0.1
+    assert json.loads(lines[2].removeprefix("# attributes: "))["tau"] == 0.1
     rows = [line for line in lines if line[0] != "#"]
     assert rows[0].startswith(
         "time [s],field[insulator] [V/m],field[gap] [V/m],field[stratum_corneum] [V/m],"
@@ -171,7 +171,7 @@ def test_csv_is_made_for_reading(tmp_path):
     assert len(rows) == 6
     assert rows[4].startswith("0.30000000000000004,")
     frequency = (tmp_path / "a.frequency.csv").read_text().splitlines()
-    assert ",impedance.real [ohm],impedance.imag [ohm]" in frequency[2]
+    assert ",impedance.real [ohm],impedance.imag [ohm]" in frequency[3]
     found = read_columns(tmp_path / "a.csv", {"t": ("time", "ms"), "e": ("field[gap]", "V/m")})
     np.testing.assert_array_equal(found["e"], small().field.values[1])
 
@@ -224,7 +224,7 @@ def test_interrupted_save_leaves_the_older_files(tmp_path, monkeypatch, stop):
         raise stop
 
     write_table = comma_separated._write_table
-    monkeypatch.setattr(xarray.Dataset, "to_netcdf", stopped)
+    monkeypatch.setattr(xarray.Dataset, "dump_to_store", stopped)
     monkeypatch.setattr(
         comma_separated,
         "_write_table",
@@ -278,8 +278,8 @@ def test_netcdf_cut_short(tmp_path, part):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("0.1,", "0.1x,", r"line 7, column 'time \[s\]': '0.1x' is not a number"),
-        (",-inf\n", "\n", "line 8 has 7 fields, but the headings have 8"),
+        ("0.1,", "0.1x,", r"line 8, column 'time \[s\]': '0.1x' is not a number"),
+        (",-inf\n", "\n", "line 9 has 7 fields, but the headings have 8"),
         ("time [s],", "t [s],", "its columns are not those that were saved"),
         ("# attributes: {", "# attributes: {{", "damaged or not a Trace"),
         ('"sizes": ', '"size": ', "damaged or not a Trace"),
@@ -309,7 +309,7 @@ def test_csv_cut_short(tmp_path):
     path.write_text("".join(lines[:-1]))
     with pytest.raises(DataFileError, match="holds 4 rows over time, but 5 were saved"):
         load_csv(path)
-    path.write_text("".join(lines[:4]))
+    path.write_text("".join(lines[:5]))
     with pytest.raises(DataFileError, match="holds no rows"):
         load_csv(path)
     path.write_text("".join(lines[:1]))

@@ -196,7 +196,7 @@ def test_an_interrupted_report_leaves_the_older_one(tmp_path, monkeypatch, trace
 
     monkeypatch.setattr(Path, "write_text", half)
     with pytest.raises(KeyboardInterrupt):
-        report(trace, path)
+        report(trace, path, force=True)
     monkeypatch.undo()
     assert path.read_text(encoding="utf-8") == "older"
     assert [file.name for file in tmp_path.iterdir()] == ["r.html"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from xml.etree import ElementTree as ET
@@ -153,6 +154,35 @@ def test_writing_twice_gives_the_same_bytes_and_leaves_other_files(tmp_path, fou
     assert set(first) == FILES | {"mine.txt"}
 
 
+def test_what_it_did_not_write_is_kept(tmp_path, found):
+    _write(found, tmp_path)
+    (tmp_path / "fig1.csv").write_text("changed since", encoding="utf-8")
+    (tmp_path / "report.html").write_text("another page", encoding="utf-8")
+    (tmp_path / "numbers.json").write_text("[]", encoding="utf-8")
+    before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    with pytest.raises(InputError, match="--force") as caught:
+        _write(found, tmp_path)
+    told = {Path(problem.partition(":")[0]).name for problem in caught.value.problems}
+    assert told == {"fig1.csv", "report.html", "numbers.json"}
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
+    _write(found, tmp_path, force=True)
+    _write(found, tmp_path)
+
+
+def test_an_earlier_reproduction_is_replaced_by_one_with_other_numbers(tmp_path, found):
+    _write(found, tmp_path)
+    before = (tmp_path / "numbers.json").read_bytes()
+    _write(replace(found, rows=found.rows[:1]), tmp_path)
+    assert (tmp_path / "numbers.json").read_bytes() != before
+
+
+def test_the_table_of_the_own_skin_is_not_replaced(tmp_path, found):
+    skin = tmp_path / "fig1.csv"
+    skin.write_text("frequency,permittivity", encoding="utf-8")
+    with pytest.raises(InputError, match=r"fig1\.csv: is an input"):
+        _write(found, tmp_path, inputs=[skin], force=True)
+
+
 @pytest.mark.parametrize("there", [False, True])
 @pytest.mark.parametrize("at", [1, 4, 6])
 def test_an_interruption_leaves_nothing_half_done(tmp_path, monkeypatch, found, there, at):
@@ -172,7 +202,7 @@ def test_an_interruption_leaves_nothing_half_done(tmp_path, monkeypatch, found, 
 
     monkeypatch.setattr(Path, "write_bytes", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        _write(found, folder)
+        _write(found, folder, force=True)
     if there:
         assert {file.name: file.read_text(encoding="utf-8") for file in folder.iterdir()} == {
             "numbers.json": "older"

@@ -19,8 +19,10 @@ from electrovib.apps.cli import (
     run,
     version,
 )
+from electrovib.apps.cli.terminal import complain, prepare
 from electrovib.core.errors import ElectrovibError, InputError
 
+_MOST: Final = 50  # mistakes told at once
 INTERRUPTED: Final = 130
 """Exit code after Ctrl-C: 128 and the number of the signal."""
 
@@ -40,12 +42,13 @@ for _command in (run, compare, equilibrium, perceive, reproduce, models, report,
 
 def main() -> None:
     """Run the command line; a user's mistake gives one line each and exit code 2."""
+    prepare()
     try:
         app()
     except InputError as error:
         _stop(*error.problems)
     except ElectrovibError as error:
-        _stop(str(error))
+        _stop(*str(error).split("\n"))
     except KeyboardInterrupt:
         _interrupted()
     except SystemExit as stop:  # the library turns an interrupt into this code, without a word
@@ -57,11 +60,12 @@ def main() -> None:
 
 
 def _interrupted() -> NoReturn:
-    print("electrovib: interrupted, nothing was left half written", file=sys.stderr)
+    complain("interrupted, nothing was left half written")
     sys.exit(INTERRUPTED)
 
 
 def _stop(*lines: str) -> None:
-    for line in lines:
-        print(f"electrovib: {line}", file=sys.stderr)
+    complain(*lines[:_MOST])
+    if len(lines) > _MOST:
+        complain(f"and {len(lines) - _MOST} more mistakes")
     sys.exit(2)

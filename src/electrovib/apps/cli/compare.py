@@ -6,6 +6,9 @@ from typing import Annotated
 
 import typer
 
+from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.terminal import say, show
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -25,6 +28,7 @@ def command(
         typer.Option(metavar="PATH=FROM:TO:N[log]", help="Draw the static force over this; repeatable."),
     ] = None,
     output: Annotated[str | None, typer.Option("--output", "-o", help="Write an HTML page.")] = None,
+    force: Force = False,
 ) -> None:
     """Run every force law on one stack, and say why they differ."""
     from electrovib.apps.cli.table import as_text
@@ -33,7 +37,7 @@ def command(
         from electrovib.study.truth_table import truth_table
 
         _refuse_without_scenario({"--models": models, "--over": over, "--output": output})
-        print(as_text(truth_table()))
+        show(as_text(truth_table()))
         return
     from electrovib.apps.progress import tracked
     from electrovib.view.compare import compare
@@ -42,14 +46,14 @@ def command(
     if models is not None:
         names = list(dict.fromkeys(name.strip() for name in models.split(",") if name.strip()))
     with tracked("comparing force laws"):
-        found = compare(scenario, models=names, over=over or [], output=output)
+        found = compare(scenario, models=names, over=over or [], output=output, force=force)
     for table in found.tables:
-        print(as_text(table))
+        show(as_text(table))
     for page in found.pages:
-        print(f"{page.title}\n")
-        print("\n\n".join(page.paragraphs) + "\n")
+        show(f"{page.title}\n")
+        show("\n\n".join(page.paragraphs) + "\n")
     if output:
-        print(f"written: {output}")
+        say(f"written: {output}")
 
 
 def _refuse_without_scenario(options: dict[str, object]) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from electrovib.apps.cli.terminal import say
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def command(
             held = parse_quantity(voltage, "V")
         except ValueError as error:
             raise InputError(f"--voltage {voltage}: {error}") from None
-    print("\n".join([*summary(equilibrium(found, voltage=held)), *chosen(found, scenario)]))
+    say(*summary(equilibrium(found, voltage=held)), *chosen(found, scenario))
 
 
 def summary(found: Balance) -> list[str]:

@@ -6,6 +6,9 @@ from typing import Annotated
 
 import typer
 
+from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.terminal import say
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -20,11 +23,12 @@ def command(
     changes: Annotated[
         list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a parameter; repeatable.")
     ] = None,
+    force: Force = False,
 ) -> None:
     """Write a scenario as a netlist: drive, layers, body and force, for ngspice."""
     from electrovib.apps.changes import read_changes
     from electrovib.export.scenario import export
 
-    written = export(scenario, output, set=read_changes(changes or []))
-    print(f"written: {written}")
-    print(f"run it:  ngspice -b {written}")
+    written = export(scenario, output, set=read_changes(changes or []), force=force)
+    say(f"written: {written}")
+    say(f"run it:  ngspice -b {written}")

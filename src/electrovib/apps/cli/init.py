@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Annotated
 
 import typer
+
+from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.terminal import say
 
 
 def register(app: typer.Typer) -> None:
@@ -15,9 +19,27 @@ def register(app: typer.Typer) -> None:
 def command(
     scenario: Annotated[str, typer.Argument(help="A paper's scenario, or a file.")] = "vezzoli_2014/fig6",
     output: Annotated[str | None, typer.Option("--output", "-o", help="The TOML file to write.")] = None,
+    force: Force = False,
 ) -> None:
     """Print a scenario as a commented TOML file to start from."""
     from electrovib.apps.init import init
 
-    text = init(scenario, output=output)
-    print(text if output is None else f"written: {output}", end="" if output is None else "\n")
+    text = init(scenario, output=output, force=force)
+    if output is None:
+        print(as_toml(text, sys.stdout.encoding), end="")
+    else:
+        say(f"written: {output}")
+
+
+def as_toml(text: str, encoding: str | None) -> str:
+    """Write signs that an encoding does not have as TOML escapes, so that a file made of it reads back equal."""
+    codes = ((sign, f"\\U{ord(sign):08x}") for sign in dict.fromkeys(text) if not _has(encoding, sign))
+    return text.translate({ord(sign): code for sign, code in codes})
+
+
+def _has(encoding: str | None, sign: str) -> bool:
+    try:
+        sign.encode(encoding or "utf-8")
+    except UnicodeError:
+        return False
+    return True

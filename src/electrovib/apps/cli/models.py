@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from electrovib.apps.cli.terminal import say, show
+
 if TYPE_CHECKING:
     from electrovib.core.checks import Check
     from electrovib.core.model import Model
@@ -32,12 +34,12 @@ def command(
         _print_bibtex(name)
     elif not name:
         for table in catalogue.tables():
-            print(as_text(table))
-        print("recalled: nobody here has read the source; such a number is never a check.")
+            show(as_text(table))
+        say("recalled: nobody here has read the source; such a number is never a check.")
     else:
         found = catalogue.find(name)
         lines = paper_lines(found, name) if isinstance(found, ModuleType) else model_lines(found)
-        print("\n".join(lines))
+        show("\n".join(lines))
 
 
 def _print_bibtex(name: str) -> None:
@@ -52,7 +54,7 @@ def _print_bibtex(name: str) -> None:
         if wanted == [""]:
             raise InputError(f"'{name}' belongs to no paper; its reference: {found.reference or 'none'}")
     for key in wanted:
-        print(catalogue.bibtex(papers()[key], key))
+        show(catalogue.bibtex(papers()[key], key))
 
 
 def model_lines(model: type[Model]) -> list[str]:

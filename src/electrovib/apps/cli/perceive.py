@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from electrovib.apps.cli.terminal import say
+
 if TYPE_CHECKING:
     from electrovib.study.percept import Percept
 
@@ -40,8 +42,7 @@ def command(
     with tracked("perceiving"):
         found = perceive(scenario, set=wanted)
     drawn = {path: value for path, value in wanted.items() if not path.startswith("perception")}
-    for line in [*summary(found), *chosen(load_scenario(scenario).replace(drawn), scenario)]:
-        print(line)
+    say(*summary(found), *chosen(load_scenario(scenario).replace(drawn), scenario))
 
 
 def summary(found: Percept) -> list[str]:

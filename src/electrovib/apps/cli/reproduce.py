@@ -6,6 +6,9 @@ from typing import Annotated
 
 import typer
 
+from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.terminal import say
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -19,22 +22,23 @@ def command(
         str | None,
         typer.Option(help="A table of your own skin: frequency, permittivity, resistivity (.csv)."),
     ] = None,
+    force: Force = False,
 ) -> None:
     """Compute everything a paper states: report.html, numbers.json and figures."""
     from electrovib.apps.progress import tracked
     from electrovib.view.reproduce import reproduce
 
     with tracked(f"reproducing {paper}"):
-        found = reproduce(paper, output, skin=skin)
-    print(f"{paper}: {found.count()}")
+        found = reproduce(paper, output, skin=skin, force=force)
+    say(f"{paper}: {found.count()}")
     for number, finding in enumerate(found.findings, 1):
-        print(f"{number}. {finding}")
+        say(f"{number}. {finding}")
     for row in sorted(found.rows, key=lambda row: row.verdict == "check"):
         unit = "" if row.unit == "1" else f" {row.unit}"
         printed = row.stated if row.stated and row.paper is None else shown(row.paper)
         held = "" if row.verdict == "check" else f" (paper: {printed})"
-        print(f"{row.verdict:<11} {row.what}: {shown(row.ours)}{unit}{held}")
-    print(f"written: {output}/report.html")
+        say(f"{row.verdict:<11} {row.what}: {shown(row.ours)}{unit}{held}")
+    say(f"written: {output}/report.html")
 
 
 def shown(value: float | tuple[float, float] | None) -> str:

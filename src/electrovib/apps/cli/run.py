@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.terminal import say
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -50,6 +53,7 @@ def command(
         str | None, typer.Option("--output", "-o", help="Write the result: .nc, .csv or .mat.")
     ] = None,
     report: Annotated[str | None, typer.Option(help="Write a self-contained HTML report.")] = None,
+    force: Force = False,
 ) -> None:
     """Simulate a scenario, or sweep it; write its Trace, or a table of numbers, and a report."""
     from electrovib.apps.run import run
@@ -62,9 +66,9 @@ def command(
         records=records,
         output=output,
         report=report,
+        force=force,
     )
-    for line in summary(trace, output, report, source=scenario):
-        print(line)
+    say(*summary(trace, output, report, source=scenario))
 
 
 def summary(trace: Any, output: str | None, report: str | None, *, source: str = "") -> list[str]:

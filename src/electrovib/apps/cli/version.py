@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from electrovib.apps.cli.terminal import say
+
 
 def register(app: typer.Typer) -> None:
     """Add the option."""
@@ -17,7 +19,7 @@ def _show(wanted: bool) -> None:
         from electrovib.core.versions import versions
 
         for name, number in versions().items():
-            print(f"{name} {number}")
+            say(f"{name} {number}")
         raise typer.Exit
 
 

@@ -90,6 +90,7 @@ class Mat5:
                 f"{path}: is not a MATLAB file of version 5 or 7.3; in MATLAB save it with -v7."
             )
         self.path, self.raw, self.order = path, memoryview(raw), order
+        self.unfolded = 0
 
     def variables(self) -> list[Variable]:
         """List what the file holds."""
@@ -185,13 +186,14 @@ class Mat5:
         )
         if kind != _MATRIX:
             raise self._damaged(f"'{variable.name}' unpacks to an element of type {kind}")
-        self._check_size(variable, size, content_allowed(len(self.raw)))
+        self.unfolded += size
+        self._check_size(variable, self.unfolded, content_allowed(len(self.raw)))
         return memoryview(self._inflated(variable.start, variable.size, size + 8, whole=True))[8:]
 
     def _check_size(self, variable: Variable, size: int, allowed: int) -> None:
         if size > allowed:
             raise DataFileError(
-                f"{self.path}: is damaged, or packed too tightly: '{variable.name}' would unfold to"
+                f"{self.path}: is damaged, or packed too tightly: with '{variable.name}' it would unfold to"
                 f" {megabytes(size)} from a file of {megabytes(len(self.raw))}. If it is whole, save it with -v6."
             )
 

@@ -2,6 +2,7 @@
 
 from electrovib.data.traces.comma_separated import TABLES as TABLES
 from electrovib.data.traces.comma_separated import csv_files as csv_files
+from electrovib.data.traces.comma_separated import csv_forms as csv_forms
 from electrovib.data.traces.comma_separated import load_csv as load_csv
 from electrovib.data.traces.comma_separated import save_csv as save_csv
 from electrovib.data.traces.netcdf import load_nc as load_nc

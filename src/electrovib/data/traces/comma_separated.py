@@ -7,19 +7,21 @@ import hashlib
 import itertools
 import json
 import math
-from contextlib import ExitStack
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
 import numpy as np
 
 from electrovib.core.errors import DataFileError, InputError
+from electrovib.core.files import note_input
 from electrovib.core.trace import FORMAT
-from electrovib.data.atomic import writing
+from electrovib.data.atomic import left_by_a_kill, writing
 from electrovib.data.columns import DAMAGE, Table, check_file, damaged, read_table
+from electrovib.data.marks import WRITTEN_BY, Form, unsigned
 from electrovib.data.traces.structure import not_a_trace, prepared, rebuilt, structure_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
     from pathlib import Path
 
     import xarray
@@ -55,7 +57,12 @@ def csv_files(sizes: Mapping[Any, int], path: Path) -> dict[Path, str]:
     return {path.with_suffix(f".{name}{path.suffix}") if i else path: name for i, name in enumerate(tables)}
 
 
-def save_csv(trace: xarray.Dataset, path: Path) -> list[Path]:
+def csv_forms(files: Iterable[Path]) -> dict[Path, Form]:
+    """Tell what each of the files of `csv_files` is: the first has what is needed to read the other."""
+    return {file: Form.CSV_PART if number else Form.CSV for number, file in enumerate(files)}
+
+
+def save_csv(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
     """Write a Trace as CSV: one file over time, another over frequency; a sweep as one row for each case.
 
     Parameters
@@ -64,6 +71,8 @@ def save_csv(trace: xarray.Dataset, path: Path) -> list[Path]:
         A Trace, or a sweep without records; units are stamped again.
     path : Path
         The main file, over time where there is time.
+    force : bool
+        Whether files that we did not write may be replaced.
 
     Returns
     -------
@@ -73,7 +82,7 @@ def save_csv(trace: xarray.Dataset, path: Path) -> list[Path]:
     Raises
     ------
     InputError
-        If the Trace has records of a sweep, or a file cannot be written.
+        If the Trace has records of a sweep, or a file cannot be written or would replace one that is not ours.
 
     Notes
     -----
@@ -97,12 +106,13 @@ def save_csv(trace: xarray.Dataset, path: Path) -> list[Path]:
     key = hashlib.sha256(said.encode())
     for name in sorted(inside):
         key.update(stored[name].values.tobytes())
-    with ExitStack() as complete:
+    forms = csv_forms(files)
+    with writing(forms, force=force) as temporaries:
         for file, over in files.items():
             about = f"# table: {_json({'over': over, 'key': key.hexdigest()[:16]})}\n"
-            temporary = complete.enter_context(writing(file))
-            with temporary.open("w", encoding="utf-8", newline="") as out:
-                out.write(f"# {FORMAT}\n{said if file == path else ''}{about}")
+            mark = f"# {WRITTEN_BY}: {json.dumps(unsigned(forms[file]))}\n"
+            with temporaries[file].open("w", encoding="utf-8", newline="") as out:
+                out.write(f"# {FORMAT}\n{mark}{said if file == path else ''}{about}")
                 _write_table(out, stored, structure, over)
     return list(files)
 
@@ -182,9 +192,12 @@ def load_csv(path: Path) -> xarray.Dataset:
     arrays: dict[str, NDArray[Any]] = {}
     try:
         for file, over in csv_files(structure["sizes"], path).items():
-            part, belongs = (table, about) if file == path else _read_other(file, path)
-            _check_same_save(file, belongs["table"], {"over": over, "key": about["table"]["key"]})
-            arrays |= _read_arrays(part, structure, over)
+            same_save = {"over": over, "key": about["table"]["key"]}
+            if file != path:
+                table = _read_other(file, path, same_save)
+            elif about["table"] != same_save:
+                raise _of_another_save(file)
+            arrays |= _read_arrays(table, structure, over)
         return rebuilt(structure, about["attributes"], arrays)
     except DataFileError:
         raise
@@ -192,10 +205,21 @@ def load_csv(path: Path) -> xarray.Dataset:
         raise damaged(path, "a Trace", error) from None
 
 
-def _read_other(file: Path, main: Path) -> tuple[Table, dict[str, Any]]:
-    if not file.exists():
-        raise DataFileError(f"{file}: there is no such file, but {main.name} was saved together with it.")
-    return _read_part(file)
+def _read_other(file: Path, main: Path, same_save: object) -> Table:
+    """Read the file that was saved together with the main one, or what a process killed in between left of it."""
+    note_input(file)
+    if file.exists():
+        table, about = _read_part(file)
+        if about["table"] == same_save:
+            return table
+    for left in left_by_a_kill(file):
+        with suppress(DataFileError):
+            table, about = _read_part(left)
+            if about["table"] == same_save:
+                return table
+    if file.exists():
+        raise _of_another_save(file)
+    raise DataFileError(f"{file}: there is no such file, but {main.name} was saved together with it.")
 
 
 def _read_part(path: Path) -> tuple[Table, dict[str, Any]]:
@@ -215,11 +239,10 @@ def _read_part(path: Path) -> tuple[Table, dict[str, Any]]:
         raise damaged(path, "a Trace", error) from None
 
 
-def _check_same_save(file: Path, found: object, expected: object) -> None:
-    if found != expected:
-        raise DataFileError(
-            f"{file}: is of another save than the file over time; the two do not belong together."
-        )
+def _of_another_save(file: Path) -> DataFileError:
+    return DataFileError(
+        f"{file}: is of another save than the file over time; the two do not belong together."
+    )
 
 
 def _read_arrays(table: Table, structure: Mapping[str, Any], over: str) -> dict[str, NDArray[Any]]:

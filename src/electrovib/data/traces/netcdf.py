@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -11,6 +12,7 @@ from electrovib.core.trace import FORMAT
 from electrovib.data.atomic import writing
 from electrovib.data.columns import DAMAGE, check_file, damaged
 from electrovib.data.guarded import Reading
+from electrovib.data.marks import WRITTEN_BY, Form, unsigned
 from electrovib.data.readers.netcdf import reader
 from electrovib.data.traces.structure import not_a_trace, prepared
 
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 _LONG_TEXT: Final = 8000  # HDF5 refuses attributes beyond 64 kB, and keeps smaller ones together in one block
 
 
-def save_nc(trace: xarray.Dataset, path: Path) -> list[Path]:
+def save_nc(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
     """Write a Trace as netCDF.
 
     Parameters
@@ -31,6 +33,8 @@ def save_nc(trace: xarray.Dataset, path: Path) -> list[Path]:
         Any Trace; units are stamped again.
     path : Path
         The output; replaced as a whole.
+    force : bool
+        Whether a file that we did not write may be replaced.
 
     Returns
     -------
@@ -40,26 +44,38 @@ def save_nc(trace: xarray.Dataset, path: Path) -> list[Path]:
     Raises
     ------
     InputError
-        If the file cannot be written, or the Trace holds what netCDF cannot.
+        If the file cannot be written, would replace one that is not ours, or the Trace holds what netCDF cannot.
 
     Notes
     -----
-    Texts too long for an attribute become scalar variables ``long_attribute_0``, ... .
+    Texts too long for an attribute become scalar variables ``long_attribute_0``, ... . The file is made in memory:
+    the HDF5 library ends the interpreter where a disk is full.
     """
     stored = prepared(trace, path).drop_encoding()
-    attributes, stored.attrs = stored.attrs, {}
+    attributes, stored.attrs = stored.attrs, {WRITTEN_BY: unsigned(Form.NETCDF)}
     for name, value in attributes.items():
         if isinstance(value, str) and len(value) > _LONG_TEXT:
             stored[f"long_attribute_{len(stored.variables)}"] = ((), value, {"attribute": name})
         else:
             stored.attrs[name] = int(value) if isinstance(value, bool) else value  # netCDF knows no booleans
     no_fill: dict[Any, Any] = {name: {"_FillValue": None} for name in stored.variables}
-    with writing(path) as temporary:
-        try:
-            stored.to_netcdf(temporary, engine="h5netcdf", encoding=no_fill)
-        except (ValueError, TypeError) as error:
-            raise InputError(f"{path}: this Trace cannot be written as netCDF: {error}") from error
+    try:
+        content = _in_memory(stored, no_fill)
+    except (ValueError, TypeError) as error:
+        raise InputError(f"{path}: this Trace cannot be written as netCDF: {error}") from error
+    with writing({path: Form.NETCDF}, force=force) as temporaries:
+        temporaries[path].write_bytes(content.getbuffer())
     return [path]
+
+
+def _in_memory(stored: xarray.Dataset, encoding: dict[Any, Any]) -> io.BytesIO:
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
+    content = io.BytesIO()
+    with h5netcdf.File(content, "w") as file:
+        stored.dump_to_store(H5NetCDFStore(file), encoding=encoding)
+    return content
 
 
 def load_nc(path: Path) -> xarray.Dataset:
@@ -111,6 +127,7 @@ def load_nc(path: Path) -> xarray.Dataset:
 def _as_saved(loaded: xarray.Dataset) -> xarray.Dataset:
     """Undo what netCDF does to texts among the attributes."""
     trace = loaded.drop_encoding()
+    trace.attrs.pop(WRITTEN_BY, None)
     for name, variable in list(trace.variables.items()):
         if str(name).startswith("long_attribute_"):
             trace.attrs[variable.attrs["attribute"]] = str(variable.values)

@@ -7,6 +7,7 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 from electrovib.core.errors import InputError, NotCausalError
+from electrovib.data.marks import Form, unsigned
 from electrovib.export.spice.analyses import analyses, results, saved
 from electrovib.export.spice.circuit import Circuit
 from electrovib.export.spice.force import force_sources
@@ -115,5 +116,6 @@ def _header(scenario: Scenario, timing: Timing, name: str) -> list[str]:
         f"ngspice -b of this file writes {name}.time.txt and {name}.frequency.txt into the working folder.",
         f"Over time: steps of at most {timing.step:.6g} s; a jump of the drive takes {timing.edge:.6g} s.",
         "Over frequency: small signals; permittivities are those of the sums below, not the declared ones.",
+        unsigned(Form.NETLIST),
     ]
     return [remark(text) for text in texts]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError, nearest
-from electrovib.core.files import relative_to
+from electrovib.core.files import note_input, relative_to
 from electrovib.core.model import read_model
 from electrovib.core.parsing import read_json, read_toml
 from electrovib.core.paths import put
@@ -50,6 +50,7 @@ def load(source: str | Path | Mapping[str, Any], *, changes: Mapping[str, Any] |
     if isinstance(source, Mapping):
         return _read({"schema": SCHEMA} | dict(source), changes, Path())
     path = Path(source)
+    note_input(path)
     if path.suffix in _TRACES:
         trace = _load_trace(path)
         return scenario_of(trace).replace(changes) if changes else trace

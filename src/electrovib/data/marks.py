@@ -1,0 +1,102 @@
+"""Which files are ours: each holds a checksum of its own content, so no other file is taken for one."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from enum import StrEnum
+from typing import TYPE_CHECKING, BinaryIO, Final
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+class Form(StrEnum):
+    """What a file of ours is."""
+
+    NETCDF = "Trace as netCDF"
+    CSV = "Trace as CSV"
+    CSV_PART = "part of a Trace as CSV"
+    MATLAB = "Trace as MATLAB file"
+    PAGE = "HTML page"
+    NETLIST = "netlist"
+    SCENARIO = "scenario"
+
+
+WRITTEN_BY: Final = "written_by"
+"""Name of the mark where a format wants one."""
+
+_EMPTY: Final = "0" * 32
+_HEAD: Final = 1 << 16  # every format has its mark in its first 64 kB
+_BLOCK: Final = 1 << 20
+
+
+def unsigned(form: Form) -> str:
+    """Give the mark that a writer puts near the beginning of its content, once; `sign` completes it.
+
+    Parameters
+    ----------
+    form : Form
+        What is written.
+
+    Returns
+    -------
+    str
+        ``electrovib netlist, checksum 000...``, of letters, digits, blanks and a comma.
+    """
+    return f"electrovib {form}, checksum {_EMPTY}"
+
+
+def sign(path: Path, form: Form) -> None:
+    """Put the checksum of a complete file into its mark.
+
+    Parameters
+    ----------
+    path : Path
+        With the mark of `unsigned` in it; without one it stays as it is, and is not ours.
+    form : Form
+        What it is.
+    """
+    with path.open("r+b") as file:
+        start = file.read(_HEAD).find(unsigned(form).encode())
+        if start >= 0:
+            place = start + len(unsigned(form)) - len(_EMPTY)
+            checksum = _checksum(file, place)
+            file.seek(place)
+            file.write(checksum)
+
+
+def is_ours(path: Path, form: Form) -> bool:
+    """Tell whether we wrote a file in this form, and nobody has changed it since.
+
+    Parameters
+    ----------
+    path : Path
+        An existing file.
+    form : Form
+        What it would have to be.
+
+    Returns
+    -------
+    bool
+        Whether its mark holds the checksum of its content; never by its name.
+    """
+    mark = re.escape(unsigned(form).removesuffix(_EMPTY).encode()) + b"([0-9a-f]{%d})" % len(_EMPTY)
+    try:
+        with path.open("rb") as file:
+            found = re.search(mark, file.read(_HEAD))
+            return found is not None and _checksum(file, found.start(1)) == found[1]
+    except OSError:
+        return False
+
+
+def _checksum(file: BinaryIO, place: int) -> bytes:
+    """Hash a file with zeros in place of its checksum."""
+    hashed = hashlib.sha256()
+    file.seek(0)
+    hashed.update(file.read(place))
+    hashed.update(_EMPTY.encode())
+    file.seek(place + len(_EMPTY))
+    while block := file.read(_BLOCK):
+        hashed.update(block)
+    return hashed.hexdigest()[: len(_EMPTY)].encode()

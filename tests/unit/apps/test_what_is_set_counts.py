@@ -1,0 +1,116 @@
+"""What is set counts, or it is refused: nothing is dropped without a word."""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.apps.cli import main
+from electrovib.core.errors import InputError
+
+QUICK = {"time.samples": 51, "frequency.samples": 3}
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    """A sweep of two values on disk."""
+    path = tmp_path_factory.mktemp("swept") / "swept.nc"
+    ev.run(
+        set=QUICK, over={"drive.high": [500.0, 1000.0]}, quantities=["mean electrostatic_force"], output=path
+    )
+    return path
+
+
+def test_a_parameter_is_set_or_swept(tmp_path, capsys, monkeypatch):
+    command = [
+        "run",
+        "--set",
+        "drive.high=5 V",
+        "--over",
+        "drive.high=1V:10V:3",
+        "-o",
+        str(tmp_path / "a.nc"),
+    ]
+    monkeypatch.setattr(sys, "argv", ["electrovib", *command])
+    with pytest.raises(SystemExit, match="2"):
+        main()
+    err = capsys.readouterr().err
+    assert err.startswith("electrovib: drive.high: is set, but swept with --over as well")
+    assert len(err.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_parameter_that_a_repeated_sweep_goes_over_is_not_set(swept):
+    with pytest.raises(
+        InputError, match=r"drive\.high: is set, but swept in .*swept\.nc as well.*electrovib init"
+    ):
+        ev.run(swept, set={"drive.high": "5 V"})
+
+
+def test_another_parameter_of_a_repeated_sweep_counts(swept):
+    thick = ev.run(swept, set={"stack.insulator.thickness": "180 um"})
+    first = ev.load(swept)
+    name = "mean electrostatic_force"
+    assert np.all(thick[name].values < first[name].values)
+    np.testing.assert_array_equal(thick["drive.high"], first["drive.high"])
+    again = ev.scenario_of(thick)
+    assert again.stack.insulator.thickness == pytest.approx(180e-6, rel=1e-12)
+
+
+def test_a_further_parameter_joins_a_repeated_sweep(swept):
+    both = ev.run(swept, over=["stack.insulator.thickness=90um:180um:2"])
+    assert dict(both.sizes) == {"drive.high": 2, "stack.insulator.thickness": 2}
+    assert list(json.loads(both.attrs["over"])) == ["drive.high", "stack.insulator.thickness"]
+    name = "mean electrostatic_force"
+    np.testing.assert_allclose(both[name].values[:, 0], ev.load(swept)[name].values, rtol=1e-9)
+
+
+def test_a_parameter_swept_again_goes_over_the_new_values(swept):
+    again = ev.run(swept, over=["drive.high=100V:300V:3"])
+    np.testing.assert_allclose(again["drive.high"], [100, 200, 300])
+
+
+def test_new_values_of_a_repeated_sweep_are_not_set_either(swept):
+    with pytest.raises(InputError, match=r"drive\.high: is set, but swept"):
+        ev.run(swept, set={"drive.high": 1.0}, over=["drive.high=100V:300V:3"])
+
+
+FILM = {"thickness": "50 um", "material": {"model": "Constant", "permittivity": 2}}
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_table_and_what_is_set_in_it_both_count_in_any_order(order):
+    changes = {"stack.insulator": FILM, "stack.insulator.initial_charge": 1e-6}
+    changed = ev.load("vezzoli_2014/fig6").replace(dict(list(changes.items())[::order]))
+    assert changed.stack.insulator.thickness == pytest.approx(50e-6, rel=1e-12)
+    assert changed.stack.insulator.initial_charge == 1e-6
+    assert "initial_charge" not in FILM
+
+
+@pytest.mark.parametrize(
+    ("path", "value"), [("stack.insulator.thickness", 1e-6), ("stack.insulator.material.permittivity", 3)]
+)
+@pytest.mark.parametrize("order", [1, -1])
+def test_what_is_in_a_table_is_not_set_again(order, path, value):
+    changes = {"stack.insulator": FILM, path: value}
+    with pytest.raises(InputError, match=rf"{path}: is set twice, by itself and in 'stack\.insulator'"):
+        ev.load("vezzoli_2014/fig6").replace(dict(list(changes.items())[::order]))
+
+
+def test_a_new_model_and_its_table_are_not_both_set():
+    table = {"model": "Constant", "level": 5}
+    with pytest.raises(InputError, match=r"drive\.model: is set twice"):
+        ev.load("vezzoli_2014/fig6").replace({"drive": table, "drive.model": "Square"})
+
+
+@pytest.mark.parametrize("number", ["00", "²", "+0", "1" * 5000])
+def test_an_entry_of_a_list_has_one_path(number):
+    parts = [{"model": "Constant", "level": level} for level in (1, 2)]
+    scenario = ev.load("vezzoli_2014/fig6").replace({"drive": {"model": "Sum", "drives": parts}})
+    assert scenario.replace({"drive.drives.0.level": 3}).drive.drives[0].level == 3
+    with pytest.raises(InputError, match="has entries 0 to 1"):
+        scenario.replace({f"drive.drives.{number}.level": 3})
