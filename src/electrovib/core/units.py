@@ -142,6 +142,7 @@ def format_quantity(value: float, unit: str, *, digits: int = 6) -> str:
         return f"{value:.{digits}g}"
     if value == 0 or not math.isfinite(value):
         return f"{value:g} {unit}"
+    value = float(f"{value:.{digits}g}")  # first: 999.96 with three digits is 1 k
     stem, shift = _STEM.get(unit, (unit, 0))
     power = int(_first_symbol(unit)[1] or 1)
     prefixes = SHOWN_PREFIXES if power == 1 else ("u", "m", "c", "")

@@ -28,6 +28,10 @@ if TYPE_CHECKING:
 
 PIECES = 512
 """Straight pieces for one period of what bends a drive that is not straight; then twice as many."""
+_LOOKING_BACK = 0.9
+"""Share of a time from which on a response is looked at for what is left of it."""
+_TAIL = 1e-4
+"""Share of the largest below which nothing is held against what is left."""
 _SAME_RATE = 1e-8
 """A corner nearer than this to a rate of the stack, relative, is moved away by it."""
 
@@ -43,7 +47,8 @@ class Amplified:
     changes : tuple of float
         When [s] the amplifier changed between its voltage and one of its largest currents.
     error : float
-        Error of the worst response over its largest, by halving the straight pieces; 0 where they are exact.
+        Error of the worst response over the largest that it reaches from about then on, by halving the straight
+        pieces; 0 where they are exact.
     """
 
     found: dict[str, Real]
@@ -55,7 +60,7 @@ class Amplified:
         how = "straight pieces and exponentials exactly"
         if self.error:
             how = "the drive as straight pieces, by halving them the error of the worst response is"
-            how += f" {self.error:.1e} of its largest"
+            how += f" {self.error:.1e} of the largest that it reaches from then on"
         return (
             "linear layers behind an amplifier with limits: real modes at its voltage and at its largest current, from"
             f" rest, {len(self.changes)} changes between them located; {how}"
@@ -149,7 +154,7 @@ def amplified_response(
     if bending:
         coarse = found
         found, changes = march.run(aim_pieces(drive, float(time[-1]), amplifier, 2 * bending * PIECES), time)
-        error = max(_distance(row, coarse[name]) for name, row in found.items())
+        error = max(_distance(row, coarse[name], time) for name, row in found.items())
     found["drive_voltage"] = drive.voltage(time)
     return Amplified(found, tuple(changes), error)
 
@@ -162,8 +167,12 @@ def _bending(part: Part) -> float:
     return float(np.sqrt(np.sum(sizes * part.frequencies**2) / (np.sum(sizes) or 1.0)))
 
 
-def _distance(fine: Real, coarse: Real) -> float:
-    return float(np.max(np.abs(fine - coarse))) / (float(np.max(np.abs(fine))) or 1.0)
+def _distance(fine: Real, coarse: Real, time: Real) -> float:
+    """Hold a difference against what is still to come: the current of a jump shall not hide it."""
+    size = np.abs(fine)
+    left = np.maximum.accumulate(size[::-1])[::-1][np.searchsorted(time, _LOOKING_BACK * time)]
+    told = left > _TAIL * np.max(size)
+    return float(np.max((np.abs(fine - coarse)[told] / left[told]), initial=0.0))
 
 
 def _unlimited(

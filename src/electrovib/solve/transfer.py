@@ -58,7 +58,10 @@ class Transfer:
         driven = self.gains != 0
         rates, gains = self.rates[driven], self.gains[driven]
         parts = (rates if self.static is None else -s[..., None]) / (s[..., None] + rates)
-        return np.asarray(level + self.slope * s + parts @ gains, dtype=complex)
+        summed = np.sum(
+            parts * gains, axis=-1
+        )  # no matrix product: its threads cost more than it for so little
+        return np.asarray(level + self.slope * s + summed, dtype=complex)
 
     def free_at(self, frequency: ArrayLike) -> Complex:
         """Evaluate the Laplace transform of the free part at j w, frequencies [Hz] above 0, any shape."""

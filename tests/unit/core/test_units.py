@@ -236,3 +236,16 @@ def test_numbers_are_shown_with_prefixes(value, unit, text):
 def test_prefixes_shown_are_prefixes_read():
     assert set(SHOWN_PREFIXES) <= set(PREFIXES)
     assert all(Decimal(10).scaleb(PREFIXES[prefix]) > 0 for prefix in SHOWN_PREFIXES)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "shown"),
+    [
+        (999.9996, "V", "1 kV"),
+        (9.999999977e8, "V/m", "1 GV/m"),
+        (-0.99999, "A", "-1 A"),
+        (999.4, "V", "999 V"),
+    ],
+)
+def test_a_number_that_rounds_up_takes_the_next_prefix(value, unit, shown):
+    assert format_quantity(value, unit, digits=3) == shown
