@@ -285,6 +285,25 @@ def test_a_kill_between_the_two_files_of_a_trace_leaves_the_newer_one(tmp_path):
     xarray.testing.assert_identical(ev.load(path), trace(50, 3))
 
 
+def test_a_reproduction_that_was_killed_between_its_files_is_replaced_by_the_next(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write("out", 50, 1)
+    child = os.fork()
+    if child == 0:
+        replace = Path.replace
+        Path.replace = lambda self, target: (
+            replace(self, target),
+            os._exit(7) if target.name == "fig1.csv" else 0,
+        )
+        write("out", 50, 2)
+        os._exit(3)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+    write("out", 50, 3)
+    (tmp_path / "out" / "fig1.csv").write_text("mine")
+    with pytest.raises(InputError, match=r"fig1\.csv: exists already"):
+        write("out", 50, 4)
+
+
 @pytest.mark.parametrize("at", [1, 2, 3])
 def test_an_interrupt_between_two_files_of_one_save_waits(at, tmp_path, monkeypatch):
     """Ctrl-C never leaves one file of the older save beside one of the newer."""

@@ -22,14 +22,15 @@ def test_what_is_written_in_a_form_is_ours_in_this_form_only(tmp_path, form):
     assert path.read_text().startswith(f"first\n# electrovib {form}, checksum ")
 
 
-@pytest.mark.parametrize("place", [0, 5, 60, -1])
-def test_one_changed_sign_makes_it_the_users(tmp_path, place):
+def test_one_changed_sign_makes_it_the_users(tmp_path):
     path = tmp_path / "x"
     write_text(path, marked(Form.PAGE), Form.PAGE)
-    content = bytearray(path.read_bytes())
-    content[place] ^= 1
-    path.write_bytes(content)
-    assert not is_ours(path, Form.PAGE)
+    whole = path.read_bytes()
+    for place in range(len(whole)):
+        changed = bytearray(whole)
+        changed[place] ^= 1
+        path.write_bytes(changed)
+        assert not is_ours(path, Form.PAGE)
 
 
 def test_added_and_cut_content_makes_it_the_users(tmp_path):
