@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from electrovib.core.errors import InputError
+from electrovib.core.parsing import read_toml
 
 
 def read_changes(texts: Iterable[str]) -> dict[str, Any]:
@@ -60,7 +60,7 @@ def readable_changes(changes: Mapping[str, Any] | Iterable[str]) -> tuple[dict[s
             problems.append(f"--set {text}: '{path}' is set twice")
         else:
             try:
-                found[path] = tomllib.loads(f"value = {value}")["value"] if value[:1] in {"{", "["} else value
-            except tomllib.TOMLDecodeError as error:
+                found[path] = read_toml(f"value = {value}")["value"] if value[:1] in {"{", "["} else value
+            except ValueError as error:
                 problems.append(f"--set {text}: not valid TOML: {error}")
     return found, problems

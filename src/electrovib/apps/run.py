@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,7 @@ from electrovib.apps.changes import readable_changes
 from electrovib.apps.progress import tracked
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
-from electrovib.solve.scenario import DEFAULT, Scenario, load, scenario_of
+from electrovib.solve.scenario import DEFAULT, Scenario, load, scenario_of, sweep_of
 from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:
@@ -210,8 +209,6 @@ def _experiment(
         return found, nothing
     trace = load(source)
     experiment = scenario_of(trace)
-    axes, names = (
-        json.loads(trace.attrs.get(key, empty)) for key, empty in (("over", "{}"), ("quantities", "[]"))
-    )
+    axes, names = sweep_of(trace)
     swept = _Wanted(axes, names, records=bool(trace.attrs.get("records", 0)))
     return experiment.replace(changes) if changes else experiment, swept

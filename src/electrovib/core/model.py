@@ -262,7 +262,11 @@ def sentence(item: Mapping[str, Any]) -> str:
             if shown.get(key)
         ]
         return f"{path or 'the file'} = {{{''.join(named)}...}}: {item['msg']}"
-    return f"{path or 'the file'} = {shortened(repr(shown), LONGEST_QUOTED)}: {item['msg']}"
+    try:
+        text = repr(shown)
+    except ValueError:  # Python writes no whole number of thousands of digits
+        text = "a whole number of thousands of digits"
+    return f"{path or 'the file'} = {shortened(text, LONGEST_QUOTED)}: {item['msg']}"
 
 
 def _plain(value: Any) -> Any:

@@ -67,7 +67,10 @@ class Quantity:
                 raise PydanticCustomError("quantity", "{why}", {"why": str(error)}) from None
         if isinstance(value, bool) or not isinstance(value, numbers.Real):
             raise PydanticCustomError("quantity", "{why}", {"why": expected(self.unit)})
-        number = float(value) + 0.0  # one zero, not two
+        try:
+            number = float(value) + 0.0  # one zero, not two
+        except OverflowError:  # a whole number of hundreds of digits
+            number = math.inf
         if not math.isfinite(number):
             why = f"must be a finite number; {expected(self.unit)}"
             raise PydanticCustomError("quantity", "{why}", {"why": why})

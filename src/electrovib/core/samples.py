@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from electrovib.core.allowance import content_allowed, megabytes
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from pydantic import GetCoreSchemaHandler
@@ -71,9 +73,12 @@ class Samples:
         return {"size": len(self), "sha256": hashlib.sha256(little_endian).hexdigest()}
 
     def packed(self) -> str:
-        """Write the numbers without loss as short text."""
+        """Write the numbers without loss as short text that `read` accepts."""
         raw = self.values.astype("<f8").tobytes()
-        return _MARK + base64.b64encode(zlib.compress(raw, 6)).decode()
+        packed = zlib.compress(raw, 6)
+        if len(raw) > content_allowed(len(packed)):  # numbers that are all alike
+            packed = zlib.compress(raw, 0)
+        return _MARK + base64.b64encode(packed).decode()
 
     @classmethod
     def read(cls, value: object) -> Samples:
@@ -82,11 +87,10 @@ class Samples:
             return value
         try:
             if isinstance(value, str) and value.startswith(_MARK):
-                raw = zlib.decompress(base64.b64decode(value[len(_MARK) :], validate=True))
-                return cls(np.frombuffer(raw, dtype="<f8"))
+                return cls(np.frombuffer(_unpacked(value[len(_MARK) :]), dtype="<f8"))
             if isinstance(value, (list, tuple, np.ndarray)):
                 return cls(np.asarray(value, dtype=np.float64))
-        except (ValueError, TypeError, zlib.error) as error:
+        except (ValueError, TypeError, OverflowError, zlib.error) as error:
             raise PydanticCustomError("samples", "{why}", {"why": f"not numbers: {error}"}) from None
         raise PydanticCustomError("samples", "{why}", {"why": "expected a list of numbers"})
 
@@ -95,3 +99,17 @@ class Samples:
         """Validate through `read`."""
         del source, handler
         return core_schema.no_info_plain_validator_function(cls.read)
+
+
+def _unpacked(text: str) -> bytes:
+    """Unpack no more than so much text may unfold to."""
+    packed = base64.b64decode(text, validate=True)
+    allowed = content_allowed(len(packed))
+    unpacking = zlib.decompressobj()
+    raw = unpacking.decompress(packed, allowed + 1)
+    if len(raw) > allowed:
+        msg = f"they would unfold to more than {megabytes(allowed)}"
+        raise ValueError(msg)
+    if not unpacking.eof:
+        raise ValueError("they are cut short")
+    return raw

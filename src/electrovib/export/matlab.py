@@ -6,16 +6,17 @@ import io
 import json
 import re
 import struct
-import zlib
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import DataFileError, InputError
+from electrovib.core.allowance import content_allowed
+from electrovib.core.errors import InputError
 from electrovib.core.trace import FORMAT
 from electrovib.data.atomic import writing
 from electrovib.data.columns import DAMAGE, check_file, damaged
 from electrovib.data.marks import Form, unsigned
+from electrovib.data.readers.mat5 import Mat5, Variable
 from electrovib.data.traces import not_a_trace, prepared, rebuilt, structure_of
 
 if TYPE_CHECKING:
@@ -30,7 +31,6 @@ _KEYWORDS: Final = re.compile(
     "break|case|catch|classdef|continue|else|elseif|end|for|function|global|if|otherwise|parfor|persistent"
     "|return|spmd|switch|try|while"
 )
-_COMPRESSED: Final = 15  # element type of the format
 _VERSION_5: Final = "MATLAB 5.0 MAT-file"
 _HEADER: Final = 116  # bytes of text that a file begins with
 
@@ -43,7 +43,7 @@ def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
     trace : xarray.Dataset
         Any Trace; units are stamped again.
     path : Path
-        The output, version 5 of the format, compressed; replaced as a whole.
+        The output, version 5 of the format, compressed unless that would be too tight; replaced as a whole.
     force : bool
         Whether a file that we did not write may be replaced.
 
@@ -82,7 +82,11 @@ def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
     content["trace_json"] = json.dumps(about)
     file = io.BytesIO()
     try:
-        scipy.io.savemat(file, content, do_compression=True, long_field_names=True, oned_as="column")
+        for packed in (True, False):
+            scipy.io.savemat(file, content, do_compression=packed, long_field_names=True, oned_as="column")
+            if stored.nbytes <= content_allowed(file.tell()):
+                break
+            file = io.BytesIO()  # numbers that are all alike, packed more tightly than a reader lets pass
     except (ValueError, TypeError, struct.error, OverflowError, scipy.io.matlab.MatWriteError) as error:
         raise InputError(
             f"{path}: this Trace does not fit into a .mat file ({error}); save as .nc."
@@ -134,53 +138,37 @@ def load_mat(path: Path) -> xarray.Dataset:
     Raises
     ------
     DataFileError
-        If the file is damaged, is not a Trace, or is not of the compressed version 5.
+        If the file is damaged, is not a Trace, or is not of version 5.
 
     Notes
     -----
-    The reader beneath can crash the interpreter at a malformed file. Every element is therefore checked first
-    against the checksum that compression carries: accidental damage is caught. A file forged with right
-    checksums is not, so open files of strangers elsewhere first.
+    Compressed variables carry a checksum, which is compared.
     """
-    import scipy.io
-
     check_file(path)
     try:
-        _check_elements(path, path.read_bytes())
-        names = [name for name, _, _ in scipy.io.whosmat(path, appendmat=False)]
-        if "trace_json" not in names:
-            raise not_a_trace(path)
-        content = scipy.io.loadmat(path, appendmat=False)
-        text = content["trace_json"]
-        about = json.loads(str(text.item())) if text.size == 1 and text.dtype.kind == "U" else {}
+        file = Mat5(path, path.read_bytes())
+        variables = {variable.name: variable for variable in file.variables()}
+        text = file.text(variables["trace_json"]) if _is_text(variables.get("trace_json")) else "{}"
+        about = json.loads(text)
         if not isinstance(about, dict) or about.get("format") != FORMAT:
             raise not_a_trace(path)
-        return rebuilt(about["structure"], about["attributes"], _arrays(about, content))
-    except (*DAMAGE, zlib.error, scipy.io.matlab.MatReadError) as error:
+        return rebuilt(about["structure"], about["attributes"], _arrays(file, variables, about))
+    except DAMAGE as error:
         raise damaged(path, "a MATLAB file", error) from None
 
 
-def _arrays(about: dict[str, Any], content: dict[str, Any]) -> dict[str, NDArray[Any]]:
+def _is_text(variable: Variable | None) -> bool:
+    return variable is not None and variable.kind == "char"
+
+
+def _arrays(file: Mat5, variables: dict[str, Variable], about: dict[str, Any]) -> dict[str, NDArray[Any]]:
     arrays: dict[str, NDArray[Any]] = {}
     for entry in about["structure"]["variables"]:
         if "values" not in entry:
-            kind = np.complex128 if entry["kind"] == "complex" else np.float64
-            arrays[entry["name"]] = content[about["names"][entry["name"]]].astype(kind)
+            variable = variables[about["names"][entry["name"]]]
+            if variable.kind.startswith("complex"):
+                arrays[entry["name"]] = file.complex_values(variable)
+            else:
+                values = file.values(variable)
+                arrays[entry["name"]] = values.astype(np.complex128) if entry["kind"] == "complex" else values
     return arrays
-
-
-def _check_elements(path: Path, raw: bytes) -> None:
-    """Walk over the elements; all must be compressed, whole, and right in their checksum."""
-    if not raw.startswith(_VERSION_5.encode()) or raw[124:128] not in (b"\x00\x01IM", b"\x01\x00MI"):
-        newer = " of version 7.3; save it with -v7" if b"MATLAB 7.3" in raw[:116] else ""
-        raise DataFileError(f"{path}: is not a MATLAB file of version 5{newer}.")
-    order = "<" if raw[126:128] == b"IM" else ">"
-    place = 128
-    while place < len(raw):
-        kind, size = struct.unpack_from(f"{order}II", raw, place)
-        place += 8 + size
-        if kind != _COMPRESSED:
-            raise DataFileError(f"{path}: is not a compressed MATLAB file; was it saved with -v6? Use -v7.")
-        if place > len(raw):
-            raise DataFileError(f"{path}: is cut short: {place - len(raw)} bytes are missing.")
-        zlib.decompress(memoryview(raw)[place - size : place])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import platform
 import re
 from importlib.metadata import version
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.core.parsing import read_json
 from electrovib.core.signals import signal
 from electrovib.core.units import KINDS, format_quantity
 from electrovib.view.lines import shown_value, swept_paths, swept_units
@@ -45,7 +45,7 @@ def lamps(trace: xarray.Dataset) -> list[dict[str, str]]:
         ``name``, ``state`` and ``text`` of each; empty where there are none.
     """
     try:
-        found = json.loads(trace.attrs.get("lamps", "[]"))
+        found = read_json(trace.attrs.get("lamps", "[]"))
         return [{key: str(lamp[key]) for key in ("name", "state", "text")} for lamp in found]
     except (TypeError, ValueError, KeyError):
         return []
@@ -117,7 +117,10 @@ def is_sweep(trace: xarray.Dataset) -> bool:
 
 def quantities_of(trace: xarray.Dataset) -> list[str]:
     """List the quantities of a sweep, in the order asked for."""
-    return [str(name) for name in json.loads(trace.attrs.get("quantities", "[]"))]
+    try:
+        return [str(name) for name in read_json(trace.attrs.get("quantities", "[]"))]
+    except (TypeError, ValueError):
+        return []
 
 
 def quantity_ranges(trace: xarray.Dataset, *, plain: bool = False) -> dict[str, str]:

@@ -1,6 +1,7 @@
 """Measured files as SI columns, and every way in which they are wrong."""
 
 import os
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -96,6 +97,43 @@ def test_units(tmp_path, heading, asked, factor):
     np.testing.assert_allclose(found["x"], [factor, 2 * factor], rtol=1e-15)  # one rounding
 
 
+def test_text_takes_less_than_ten_times_its_size(tmp_path):
+    path = written(tmp_path, "# Ω\n" + "1,2\n" * 250_000)
+    tracemalloc.start()
+    try:
+        found = read_columns(path, BY_NUMBER, missing=True)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 10 * path.stat().st_size
+    assert found["volts"].sum() == 500_000
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("a," * 100_000 + "b\n1\n2\n", "has more than 100000 columns; a table has a row per sample"),
+        ("a b\n1 2\n3 4" + " 5" * 500_000, "line 3 has 1000003 characters; a table has a row per sample"),
+        ("9" * 2_000_000, "line 1 has 2000000 characters"),
+        (
+            ",".join(f"heading {i}" + "x" * 500 for i in range(50)) + "\n",
+            r"It has: heading 0x{51}, heading 1x{51}, ",
+        ),
+    ],
+)
+def test_tables_that_are_none(tmp_path, content, words):
+    with pytest.raises(DataFileError, match=words):
+        read_columns(written(tmp_path, content), {"x": ("b" if "heading" not in content else "zork", "V")})
+
+
+def test_headings_of_brackets_take_no_time(tmp_path):
+    """Their time grew with the square of their length: minutes for these."""
+    for heading in ("(" * 300_000, "[" * 300_000 + "]", "a" + " " * 300_000 + "[V", "a [ " * 40_000):
+        path = written(tmp_path, f"{heading}\n1\n2\n")
+        with pytest.raises(DataFileError, match=r"there is no column 'x'|line 2 has 1 fields"):
+            read_columns(path, {"x": ("x", "V")})
+
+
 @given(st.lists(st.integers(-(10**9), 10**9), min_size=2, max_size=5))
 @settings(deadline=None, max_examples=30)
 def test_scaled_numbers_are_the_nearest_floats(tmp_path_factory, numbers):
@@ -148,6 +186,7 @@ HEADED = "time [s],voltage [V]\n0,1\n"
         ("t [counts],v\n0,1\n1,2\n", {"x": ("t", "s")}, "'counts' is not a known unit"),
         ("t [rad/s],v\n0,1\n1,2\n", {"x": ("t", "Hz")}, "'rad/s' is not a known unit"),
         ("t [rpm],v\n0,1\n1,2\n", {"x": ("t", "Hz")}, "'rpm' is not a known unit"),
+        ("v [kV]\n1\n1e307\n", {"x": ("v", "V")}, "line 3, column 'v .kV.': 1e.307 kV is too large a number"),
         (HEADED + "1,2\n", {"x": ("time", "sekunde")}, "'sekunde' is not a known unit"),
         (b"PK\x03\x04\0\0\0\0", WANTED, "not a text file"),
     ],
@@ -236,6 +275,13 @@ def test_wrong_npy_files_are_refused(tmp_path, array, wanted, words):
     np.save(tmp_path / "rec.npy", array)
     with pytest.raises(DataFileError, match=words):
         read_columns(tmp_path / "rec.npy", wanted)
+
+
+def test_numbers_that_are_none_raise_no_warning(tmp_path):
+    signalling = np.array([1, 0x7FA00000, 3], "u4").view("f4")  # NaN that complains when it is converted
+    np.save(tmp_path / "a.npy", np.array([signalling, signalling]).T)
+    with pytest.raises(DataFileError, match="nan is not a finite number"):
+        read_columns(tmp_path / "a.npy", BY_NUMBER)
 
 
 def test_several_arrays_are_refused(tmp_path):

@@ -226,3 +226,31 @@ def test_equality_and_hash_see_the_last_digit():
 def test_samples_cannot_be_changed():
     with pytest.raises(ValueError, match="read-only"):
         sampled().voltage_samples.values[0] = 1.0
+
+
+# ------------------------------------------------------------------ the range of the other drives
+
+
+@pytest.mark.parametrize(
+    ("time", "voltage", "words"),
+    [
+        ([0, 1e-3, 2e-3], [0, 1e200, 0], "the voltage of sample 1 is 1e+200 V, but a drive lies between -100 kV and 100 kV"),
+        ([0, 1e-3, 2e-3], [0, 0, -100_001], "the voltage of sample 2 is -100001 V"),
+        ([0, 1e-310, 2e-310], [0, 1, 0], "the record lasts 2e-310 s, but a drive lasts between 1 ns and 1 Ms"),
+        ([0, 1e-10, 9e-10], [0, 1, 0], "the record lasts 9e-10 s"),
+        ([0, 1, 1.1e6], [0, 1, 0], "the record lasts 1.1e+06 s"),
+        ([-1.7e308, 0, 1.7e308], [0, 1, 0], "the record lasts inf s"),
+        ([0, 1e-3, 2e-3, 2e-3], [0, 1, 2, 3], "must increase"),
+        ([0, 9e-25, 1e-3], [0, 1, 0], "samples 0 and 1 of those kept are less than 1e-24 s apart"),
+    ],
+)  # fmt: skip
+def test_records_out_of_the_range_of_drives(time, voltage, words):
+    assert words in refusal(time_samples=time, voltage_samples=voltage)
+
+
+@pytest.mark.parametrize(
+    ("time", "voltage"),
+    [([0, 1e-9], [1e5, -1e5]), ([0, 1e6], [0, 1]), ([0, 1e-24, 1], [0, 1, 0]), ([1.7e9, 1.7e9 + 1], [0, 1])],
+)
+def test_records_at_the_ends_of_the_range(time, voltage):
+    assert sampled(time=time, voltage=voltage).duration == pytest.approx(time[-1] - time[0])

@@ -5,5 +5,4 @@ from electrovib.data.columns.delimited import read_table as read_table
 from electrovib.data.columns.faults import DAMAGE as DAMAGE
 from electrovib.data.columns.faults import check_file as check_file
 from electrovib.data.columns.faults import damaged as damaged
-from electrovib.data.columns.netcdf import check_hdf5 as check_hdf5
 from electrovib.data.columns.read import read_columns as read_columns

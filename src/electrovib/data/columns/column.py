@@ -60,7 +60,14 @@ class Column:
         factor = self._factor(path, asked)
         inverse = round(1 / factor) if factor < 1 else 0
         # dividing by a whole number gives the float nearest to the decimal number, multiplying does not
-        return self.values / inverse if inverse and 1 / inverse == factor else self.values * factor
+        with np.errstate(all="ignore"):
+            found = self.values / inverse if inverse and 1 / inverse == factor else self.values * factor
+        if not missing and not np.all(np.isfinite(found)):
+            row = int(np.argmin(np.isfinite(found)))
+            raise DataFileError(
+                f"{path}: {self.place(row)}, {self.label}: {self.values[row]:g} {self.unit or asked} is too large a number."
+            )
+        return found
 
     def _factor(self, path: Path, asked: str) -> float:
         expected, own = kind_and_factor(asked), kind_and_factor(self.unit or asked)
@@ -78,6 +85,19 @@ class Column:
         return own[1]
 
 
+def check_row(path: Path, label: str, dimensions: int, dtype: np.dtype[Any]) -> None:
+    """Refuse what is not a row of real numbers.
+
+    Raises
+    ------
+    DataFileError
+        If it has more than one dimension or holds something other than real numbers.
+    """
+    if dimensions != 1 or dtype.kind not in "fiu":
+        kind = f"{dimensions} dimensions" if dimensions != 1 else f"'{dtype}'"
+        raise DataFileError(f"{path}: {label} holds {kind}, but a row of real numbers is needed.")
+
+
 def real_numbers(path: Path, label: str, array: NDArray[Any], unit: str, word: str) -> Column:
     """Take an array that a binary file holds as a column.
 
@@ -86,7 +106,7 @@ def real_numbers(path: Path, label: str, array: NDArray[Any], unit: str, word: s
     DataFileError
         If it has more than one dimension or holds something other than real numbers.
     """
-    if array.ndim != 1 or array.dtype.kind not in "fiu":
-        kind = f"{array.ndim} dimensions" if array.ndim != 1 else f"'{array.dtype}'"
-        raise DataFileError(f"{path}: {label} holds {kind}, but a row of real numbers is needed.")
-    return Column(label, unit, np.array(array, dtype=np.float64), lambda row: f"{word} {row} (first is 0)")
+    check_row(path, label, array.ndim, array.dtype)
+    with np.errstate(all="ignore"):  # what a damaged file holds may be no number at all
+        values = np.asarray(array, dtype=np.float64)
+    return Column(label, unit, values, lambda row: f"{word} {row} (first is 0)")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import io
+import itertools
 import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -19,26 +21,37 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-_WORD_WITH_UNIT = re.compile(r"\S+(?:\s+[\[(][^\])]*[\])])?")
+_WORD_WITH_UNIT = re.compile(r"\S+(?:\s{1,9}[\[(][^\])]{0,40}[\])])?")
+_LONGEST_ROW = 1_000_000
+_MOST_COLUMNS = 100_000
 
 
 @dataclass(frozen=True)
 class Table:
-    """Delimited text, split into lines but not yet into numbers."""
+    """Delimited text, of which only the beginning has been looked at.
+
+    Notes
+    -----
+    The text stays as it is in the file and is gone through line by line: a list of its lines would take many times
+    its size.
+    """
 
     path: Path
-    lines: list[str]
+    raw: bytes
+    encoding: str
     delimiter: str | None
     headings: tuple[str, ...]
     units: tuple[str, ...]
     width: int
 
+    def lines(self) -> Iterator[str]:
+        """Go through all lines, comments included."""
+        return _lines(self.raw, self.encoding)
+
     def rows(self) -> Iterator[tuple[int, str]]:
         """Go through the rows of numbers, each with its line in the file, 1 first."""
-        numbered = ((i, line) for i, line in enumerate(self.lines, 1) if _is_row(line))
-        for _ in range(bool(self.headings) + bool(self.units)):
-            next(numbered, None)
-        return numbered
+        numbered = _rows(self.path, self.raw, self.encoding)
+        return itertools.islice(numbered, bool(self.headings) + bool(self.units), None)
 
     def label(self, index: int) -> str:
         """Name a column in a message."""
@@ -59,30 +72,33 @@ class Table:
         ndarray, shape (rows, indices)
             In the units of the file.
         """
-        rows = [line for _, line in self.rows()]
-        if not rows:
+        if next(self.rows(), None) is None:
             return np.empty((0, len(indices)))
-        quote = '"' if any('"' in row for row in rows) else None
-        if quote or self.delimiter is None:
-            widths = {len(_split(row, self.delimiter)) for row in rows}
-        else:
-            widths = {row.count(self.delimiter) + 1 for row in rows}
-        said = "rows of unequal length"
+        said = ""
         # fields that may be empty take a function of Python for each, so only where the fast way has failed
-        for converters in (None, _number_or_missing)[: 2 if missing else 1] * (widths == {self.width}):
+        for converters in (None, _number_or_missing)[: 2 if missing else 1]:
             try:
                 return np.loadtxt(
-                    rows,
+                    self._even_rows(),
                     delimiter=self.delimiter,
                     comments=None,
                     usecols=indices,
                     ndmin=2,
-                    quotechar=quote,
+                    quotechar='"' if b'"' in self.raw else None,
                     converters=converters,
                 )
             except ValueError as error:
                 said = str(error)
         raise DataFileError(f"{self.path}: {self._fault(indices, missing) or said}.")
+
+    def _even_rows(self) -> Iterator[str]:
+        """Go through the rows of numbers as long as they have the same number of fields."""
+        delimiter, width = self.delimiter, self.width
+        for _, row in self.rows():
+            simple = delimiter is not None and '"' not in row
+            if (row.count(delimiter) + 1 if simple else len(_split(row, delimiter))) != width:
+                raise ValueError("rows of unequal length")
+            yield row
 
     def _fault(self, indices: Sequence[int], missing: bool) -> str:
         """Look for the first fault, row by row."""
@@ -122,11 +138,12 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
     DataFileError
         If the file holds no rows.
     """
-    lines = _text(path).replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    first = [line for line, _ in zip(filter(_is_row, lines), range(12), strict=False)]
+    raw, encoding = _text(path)
+    first = [line for _, line in itertools.islice(_rows(path, raw, encoding), 12)]
     if not first:
         raise DataFileError(f"{path}: holds no rows, only comments or blank lines.")
     delimiter = delimiter or _delimiter(first)
+    _check_width(path, first[0], delimiter)
     top = _split(first[0], delimiter, headings=True)
     second = _split(first[1], delimiter) if len(first) > 1 else []
     known = {name for cell in top for name in (cell, name_and_unit(cell)[0])}
@@ -137,24 +154,50 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
                     f"{path}: the first row has '{above[:40]}' above a number and is neither headings nor"
                     " data; mend it or begin it with '#'."
                 )
-        return Table(path, lines, delimiter, (), (), len(_split(first[0], delimiter)))
+        return Table(path, raw, encoding, delimiter, (), (), len(_split(first[0], delimiter)))
     while not top[-1] and len(top) > max(1, len(second)):
         top.pop()  # a delimiter after the last heading
     has_units = any(second) and all(not cell or re.fullmatch(r"[\[(].*[\])]", cell) for cell in second)
     units = tuple(cell[1:-1].strip() for cell in second) if has_units else ()
-    return Table(path, lines, delimiter, tuple(top), units, len(top))
+    return Table(path, raw, encoding, delimiter, tuple(top), units, len(top))
 
 
-def _text(path: Path) -> str:
+def _text(path: Path) -> tuple[bytes, str]:
+    """Read the bytes and find how they are written."""
     raw = path.read_bytes()
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return raw.decode("utf-16", errors="replace")
+        return raw, "utf-16"
     if b"\0" in raw:
         raise DataFileError(f"{path}: is not a text file; it holds zero bytes.")
     try:
-        return raw.decode("utf-8-sig")
+        raw.decode("utf-8-sig")
     except UnicodeDecodeError:  # instruments write the micro sign in Latin-1
-        return raw.decode("latin-1")
+        return raw, "latin-1"
+    return raw, "utf-8-sig"
+
+
+def _lines(raw: bytes, encoding: str) -> Iterator[str]:
+    with io.TextIOWrapper(io.BytesIO(raw), encoding, errors="replace") as text:
+        for line in text:
+            yield line.rstrip("\n")
+
+
+def _rows(path: Path, raw: bytes, encoding: str) -> Iterator[tuple[int, str]]:
+    for number, line in enumerate(_lines(raw, encoding), 1):
+        if _is_row(line):
+            if len(line) > _LONGEST_ROW:
+                raise DataFileError(
+                    f"{path}: line {number} has {len(line)} characters; a table has a row per sample."
+                )
+            yield number, line
+
+
+def _check_width(path: Path, line: str, delimiter: str | None) -> None:
+    width = len(line.split(delimiter, _MOST_COLUMNS))
+    if width > _MOST_COLUMNS:
+        raise DataFileError(
+            f"{path}: has more than {_MOST_COLUMNS} columns; a table has a row per sample and a column per signal."
+        )
 
 
 def _is_row(line: str) -> bool:
@@ -218,5 +261,5 @@ def from_text(path: Path, columns: Sequence[str | int], *, missing: bool = False
     for column, index, values in zip(columns, indices, numbers.T, strict=True):
         own = name_and_unit(table.headings[index])[1] if table.headings else ""
         own = own or (table.units[index] if index < len(table.units) else "")
-        found[column] = Column(table.label(index), own, values.copy(), line)
+        found[column] = Column(table.label(index), own, values, line)
     return found

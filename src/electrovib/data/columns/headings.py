@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 from electrovib.core.errors import DataFileError
@@ -13,16 +12,19 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-_HEADING = re.compile(r"(.*\S)(\s*)([\[(])([^\[\]()]*)[\])]")
+_CLOSING = "])"
 
 
 def name_and_unit(heading: str) -> tuple[str, str]:
     """Split ``time [us]``; brackets that are round or stand close may belong to the name instead."""
-    match = _HEADING.fullmatch(heading)
-    if match is None or not match[4].strip():
+    start = max(heading.rfind("["), heading.rfind("("))
+    if start < 1 or heading[-1:] not in _CLOSING:
         return heading, ""
-    is_unit = match[2] and match[3] == "["
-    return (match[1], match[4].strip()) if is_unit or kind_and_factor(match[4].strip()) else (heading, "")
+    name, unit = heading[:start].rstrip(), heading[start + 1 : -1]
+    if not name or not unit.strip() or "]" in unit or ")" in unit:
+        return heading, ""
+    is_unit = len(name) < start and heading[start] == "["
+    return (name, unit.strip()) if is_unit or kind_and_factor(unit.strip()) else (heading, "")
 
 
 def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -> int:
@@ -39,7 +41,7 @@ def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -
             raise DataFileError(f"{path}: more than one column is called '{column}'; give its number.")
         if column in known:
             return known.index(column)
-    listed = ", ".join([name for name in names if name][:20]) + (", ..." if len(names) > 20 else "")
+    listed = ", ".join([name[:60] for name in names if name][:20]) + (", ..." if len(names) > 20 else "")
     raise DataFileError(
         f"{path}: there is no column '{column}'.{suggestion(column, names)} It has: {listed}."
     )

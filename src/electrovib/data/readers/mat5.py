@@ -1,4 +1,4 @@
-"""The elements of a MATLAB file of version 5 (saved with -v6 or -v7): real numeric arrays, every length checked.
+"""The elements of a MATLAB file of version 5 (saved with -v6 or -v7): numbers and texts, every length checked.
 
 Written after the published description of the format, because the common reader can crash the interpreter at a
 damaged file: here nothing is taken for an offset or a size before it has been compared with the bytes there are.
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.core.allowance import content_allowed, megabytes, memory_allowed
 from electrovib.core.errors import DataFileError
 
 if TYPE_CHECKING:
@@ -31,13 +32,16 @@ _CLASSES: Final = {
     1: "cell", 2: "struct", 3: "object", 4: "char", 5: "sparse", 6: "double", 7: "single", 8: "int8", 9: "uint8",
     10: "int16", 11: "uint16", 12: "int32", 13: "uint32", 14: "int64", 15: "uint64", 16: "function handle", 17: "object",
 }  # fmt: skip
-_STRUCT, _OPAQUE = 2, 17
+_STRUCT, _CHAR, _OPAQUE = 2, 4, 17
 _FIRST_NUMERIC, _LAST_NUMERIC = 6, 15
 _COMPLEX: Final = 0x0800
 _PEEK: Final = 4096
 """Bytes in which flags, sizes and name of a variable must lie."""
 _LONGEST_NAME: Final = 4096
 """Bytes that a field's name may be said to need."""
+_MOST_FIELDS: Final = 100_000
+_TEXTS: Final = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
+"""Element types that hold characters, and how they are written."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +90,7 @@ class Mat5:
                 f"{path}: is not a MATLAB file of version 5 or 7.3; in MATLAB save it with -v7."
             )
         self.path, self.raw, self.order = path, memoryview(raw), order
+        self.unfolded = 0
 
     def variables(self) -> list[Variable]:
         """List what the file holds."""
@@ -113,7 +118,7 @@ class Mat5:
         lengths = np.frombuffer(body[start : start + size - size % 4], f"{self.order}i4")
         kind, start, size = next(parts)
         length = int(lengths[0]) if len(lengths) == 1 else 0
-        if kind != 1 or not 0 < length <= _LONGEST_NAME or size % length:
+        if kind != 1 or not 0 < length <= _LONGEST_NAME or size % length or size > length * _MOST_FIELDS:
             raise self._damaged(f"the names of the fields of '{variable.name}' are not where they belong")
         names = bytes(body[start : start + size])
         found = []
@@ -131,10 +136,33 @@ class Mat5:
 
     def values(self, variable: Variable) -> NDArray[np.float64]:
         """Read a numeric variable or field, shaped as MATLAB shows it."""
+        return self._numbers(variable, self._content(variable))
+
+    def complex_values(self, variable: Variable) -> NDArray[np.complex128]:
+        """Read a complex variable, shaped as MATLAB shows it."""
+        content = self._content(variable)
+        whole = np.empty(variable.shape, np.complex128, order="F")
+        whole.real, whole.imag = self._numbers(variable, content), self._numbers(variable, content)
+        return whole
+
+    def text(self, variable: Variable) -> str:
+        """Read a row of characters."""
+        kind, data = next(self._content(variable))
+        encoding = _TEXTS.get(kind)
+        if variable.kind != _CLASSES[_CHAR] or encoding is None:
+            raise self._damaged(f"'{variable.name}' holds no text")
+        order = {"<": "-le", ">": "-be"}[self.order] if encoding in ("utf-16", "utf-32") else ""
+        return bytes(data).decode(encoding + order)
+
+    def _content(self, variable: Variable) -> Iterator[tuple[int, memoryview]]:
+        """Go through the parts of a variable that follow its flags, sizes and name."""
         parts = self._parts(self._body(variable))
         for _ in range(3):
             next(parts)
-        kind, data = next(parts)
+        return parts
+
+    def _numbers(self, variable: Variable, content: Iterator[tuple[int, memoryview]]) -> NDArray[np.float64]:
+        kind, data = next(content)
         if kind not in _NUMBERS:
             raise self._damaged(f"the numbers of '{variable.name}' are of the unknown type {kind}")
         values = np.frombuffer(
@@ -142,6 +170,8 @@ class Mat5:
         )
         if values.size != (count := _product(variable.shape)):
             raise self._damaged(f"'{variable.name}' should hold {count} numbers and holds {values.size}")
+        # small whole numbers take a byte each in the file and eight as floats
+        self._check_size(variable, 8 * count, memory_allowed(len(self.raw)))
         return values.astype(np.float64).reshape(variable.shape, order="F")
 
     def _body(self, variable: Variable) -> memoryview:
@@ -156,7 +186,16 @@ class Mat5:
         )
         if kind != _MATRIX:
             raise self._damaged(f"'{variable.name}' unpacks to an element of type {kind}")
+        self.unfolded += size
+        self._check_size(variable, self.unfolded, content_allowed(len(self.raw)))
         return memoryview(self._inflated(variable.start, variable.size, size + 8, whole=True))[8:]
+
+    def _check_size(self, variable: Variable, size: int, allowed: int) -> None:
+        if size > allowed:
+            raise DataFileError(
+                f"{self.path}: is damaged, or packed too tightly: with '{variable.name}' it would unfold to"
+                f" {megabytes(size)} from a file of {megabytes(len(self.raw))}. If it is whole, save it with -v6."
+            )
 
     def _peek(
         self,

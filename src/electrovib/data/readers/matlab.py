@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.core.allowance import content_allowed, megabytes
 from electrovib.core.errors import DataFileError
 from electrovib.data.columns.column import Column, real_numbers
 from electrovib.data.columns.faults import DAMAGE, check_file, damaged, suggestion
@@ -21,9 +23,6 @@ if TYPE_CHECKING:
 
 _COLUMN: Final = re.compile(r"(([A-Za-z]\w*(?:\.[A-Za-z]\w*)*)(?:\[(\d{1,9})\])?)(?:\s+\[([^\[\]]+)\])?")
 _NUMERIC: Final = "double|single|u?int(?:8|16|32|64)"
-_SMALLEST: Final = 1100
-"""The packing of these files makes nothing smaller than by this factor."""
-
 Known = dict[str, tuple[str, tuple[int, ...], bool]]
 """Name of a variable or path of a field to its kind, its shape and whether it is a real numeric array."""
 
@@ -134,6 +133,15 @@ def _version_5(path: Path, wanted: str) -> NDArray[np.float64]:
 
 
 def _version_73(path: Path, wanted: str) -> NDArray[np.float64]:
+    from electrovib.data.guarded import Reader, read_guarded
+
+    hdf5 = Reader(f"{__name__}:array_of_version_73", ("h5py",), "a MATLAB file")
+    values: NDArray[np.float64] = read_guarded(hdf5, path, wanted=wanted)["values"]
+    return values.T  # MATLAB counts along columns, HDF5 along rows
+
+
+def array_of_version_73(path: Path, wanted: str) -> Iterator[tuple[str, NDArray[np.float64]]]:
+    """Yield the array of a file of version 7.3 as HDF5 has it; to be called in a guarded process."""
     import h5py
 
     with h5py.File(path, "r") as file:
@@ -143,12 +151,13 @@ def _version_73(path: Path, wanted: str) -> NDArray[np.float64]:
             if known[name][0] == "struct":
                 known |= _members(file[name.replace(".", "/")], f"{name}.")
         entry = file[_chosen(path, wanted, known).replace(".", "/")]
-        if entry.size * entry.dtype.itemsize > _SMALLEST * path.stat().st_size:
+        count, size = math.prod(entry.shape), path.stat().st_size
+        if count * np.dtype(np.float64).itemsize > content_allowed(size):
             raise DataFileError(
-                f"{path}: is damaged: it is too small for the {entry.size} numbers of '{wanted}'."
+                f"{path}: is damaged, or packed too tightly: {megabytes(size)} are too small for the {count} numbers of"
+                f" '{wanted}'. If it is whole, save it with -v6 or -nocompression."
             )
-        # MATLAB counts along columns, HDF5 along rows
-        return np.array(entry[()], dtype=np.float64).T
+        yield "values", np.asarray(entry[()], dtype=np.float64)
 
 
 def _on_the_way(wanted: str, known: Mapping[str, object]) -> Iterator[str]:

@@ -34,6 +34,7 @@ CASES: Final = "case"
 """What the table of a sweep runs over: every combination of its parameters."""
 
 _BLOCK: Final = 65536
+_MOST_LAYERS: Final = 1000
 
 
 def csv_files(sizes: Mapping[Any, int], path: Path) -> dict[Path, str]:
@@ -134,7 +135,8 @@ def _headings(structure: Mapping[str, Any], entry: Mapping[str, Any]) -> list[st
     labels = [""]
     if "layer" in entry["dims"]:
         listed = [e["values"][0] for e in structure["variables"] if e["name"] == "layer" and "values" in e]
-        labels = [f"[{label}]" for label in (listed[0] if listed else range(structure["sizes"]["layer"]))]
+        count = min(structure["sizes"]["layer"], _MOST_LAYERS)  # which a damaged file can give as any number
+        labels = [f"[{label}]" for label in (listed[0] if listed else range(count))]
     parts = (".real", ".imag") if entry["kind"] == "complex" else ("",)
     unit = f" [{entry['attributes']['units']}]" if "units" in entry["attributes"] else ""
     return [f"{entry['name']}{label}{part}{unit}" for label in labels for part in parts]
@@ -228,7 +230,7 @@ def _read_part(path: Path) -> tuple[Table, dict[str, Any]]:
             raise not_a_trace(path)
     table = read_table(path, delimiter=",")
     comments = [
-        line[2:].partition(": ") for line in itertools.takewhile(lambda line: line[:1] == "#", table.lines)
+        line[2:].partition(": ") for line in itertools.takewhile(lambda line: line[:1] == "#", table.lines())
     ]
     try:
         about = {name: json.loads(content) for name, _, content in comments[1:]}

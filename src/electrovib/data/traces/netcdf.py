@@ -10,8 +10,10 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.core.trace import FORMAT
 from electrovib.data.atomic import writing
-from electrovib.data.columns import DAMAGE, check_file, check_hdf5, damaged
+from electrovib.data.columns import DAMAGE, check_file, damaged
+from electrovib.data.guarded import Reading
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
+from electrovib.data.readers.netcdf import reader
 from electrovib.data.traces.structure import not_a_trace, prepared
 
 if TYPE_CHECKING:
@@ -94,31 +96,40 @@ def load_nc(path: Path) -> xarray.Dataset:
     DataFileError
         If the file is damaged or is not a Trace.
     """
-    import xarray
-
     check_file(path)
+    with Reading(reader(path, "everything"), path) as reading:
+        import xarray  # while the other process reads
+
+        content = reading.content()
+    attributes = content.pop("attributes")
+    if attributes.get("format") != FORMAT:
+        raise not_a_trace(path)
     try:
-        check_hdf5(path)
-        with xarray.open_dataset(
-            path, engine="h5netcdf", decode_times=False, decode_timedelta=False, mask_and_scale=False
-        ) as opened:
-            if opened.attrs.get("format") != FORMAT:
-                raise not_a_trace(path)
-            return _as_saved(opened.load())
+        variables = {}
+        for name in [key.removeprefix("about ") for key in content if key.startswith("about ")]:
+            about, values = content[f"about {name}"], content.pop(f"values {name}")
+            array = np.array(values, dtype=str).reshape(about["shape"]) if about["text"] else values
+            variables[name] = xarray.Variable(about["dims"], array, about["attributes"])
+        stored = xarray.Dataset(variables, attrs=attributes)
+        return _as_saved(
+            xarray.decode_cf(
+                stored,
+                decode_times=False,
+                decode_timedelta=False,
+                mask_and_scale=False,
+                concat_characters=False,
+            )
+        )
     except DAMAGE as error:
         raise damaged(path, "a netCDF file", error) from None
 
 
 def _as_saved(loaded: xarray.Dataset) -> xarray.Dataset:
-    """Undo what netCDF does to texts and to numbers among the attributes."""
+    """Undo what netCDF does to texts among the attributes."""
     trace = loaded.drop_encoding()
     trace.attrs.pop(WRITTEN_BY, None)
     for name, variable in list(trace.variables.items()):
         if str(name).startswith("long_attribute_"):
             trace.attrs[variable.attrs["attribute"]] = str(variable.values)
             trace = trace.drop_vars(str(name))
-        elif variable.dtype.kind not in "fc":
-            trace[name] = variable.astype(str if variable.dtype.kind in "OT" else variable.dtype)
-    for attrs in (trace.attrs, *(variable.attrs for variable in trace.variables.values())):
-        attrs.update({name: value.item() for name, value in attrs.items() if isinstance(value, np.generic)})
     return trace

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 from electrovib.core.column_unit import column_unit, is_unit_of
 from electrovib.core.files import read_columns
 from electrovib.core.model import Model
+from electrovib.core.quantity import Quantity
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.parts import Linear, Real
@@ -21,6 +22,11 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
+
+
+_VOLTAGE: Final = Quantity("V", -1e5, 1e5, "voltage of a sample")
+_SHORTEST_STEP: Final = 1e-24
+_DURATION: Final = Quantity("s", 1e-9, 1e6, "time from the first sample to the last")
 
 
 class StampTreatment(Model, family=True):
@@ -104,32 +110,20 @@ class Sampled(Drive):
     @model_validator(mode="after")
     def _is_a_record(self) -> Self:
         time, voltage = self.time_samples.values, self.voltage_samples.values
-        why = ""
-        if not len(time) and not len(voltage):
-            why = 'holds no samples: name the record, for instance file = "record.csv"'
-        elif len(time) != len(voltage):
-            why = f"{len(time)} time stamps but {len(voltage)} voltages"
-        elif len(time) < 2:
-            why = f"a drive needs at least 2 samples, not {len(time)}"
-        for name, values in (("time", time), ("voltage", voltage)):
-            if not why and not np.all(np.isfinite(values)):
-                why = f"the {name} of sample {int(np.argmin(np.isfinite(values)))} is not a finite number"
-        if not why:
-            try:
-                if np.count_nonzero(self.stamps.keep(time)) < 2:
-                    why = "fewer than 2 samples are left"
-                else:
-                    self._record()
-            except ValueError as error:
-                why = str(error)
-        if why:
-            raise PydanticCustomError("samples", "{why}", {"why": why})
+        try:
+            _check_numbers(time, voltage)
+            if np.count_nonzero(self.stamps.keep(time)) < 2:
+                raise ValueError("fewer than 2 samples are left")  # noqa: TRY301  # one place says all that is wrong
+            _check_times(self._record()[0])
+        except ValueError as error:
+            raise PydanticCustomError("samples", "{why}", {"why": str(error)}) from None
         return self
 
     def _record(self) -> tuple[Real, Real]:
         kept = self.stamps.keep(self.time_samples.values)
         time = self.time_samples.values[kept]
-        time = time - time[0]
+        with np.errstate(over="ignore"):  # of times that no record has, which are refused
+            time = time - time[0]
         return time, self.readback.driving(time, self.voltage_samples.values[kept])
 
     @property
@@ -157,3 +151,37 @@ class Sampled(Drive):
     def time_stamps(self) -> Real:
         """Times of the samples, counted from the first."""
         return self._record()[0]
+
+
+def _check_numbers(time: Real, voltage: Real) -> None:
+    """Refuse what is not a voltage at two times or more."""
+    why = ""
+    if not len(time) and not len(voltage):
+        why = 'holds no samples: name the record, for instance file = "record.csv"'
+    elif len(time) != len(voltage):
+        why = f"{len(time)} time stamps but {len(voltage)} voltages"
+    elif len(time) < 2:
+        why = f"a drive needs at least 2 samples, not {len(time)}"
+    for name, values in (("time", time), ("voltage", voltage)):
+        if not why and not np.all(np.isfinite(values)):
+            why = f"the {name} of sample {int(np.argmin(np.isfinite(values)))} is not a finite number"
+    beyond = np.abs(voltage) > _VOLTAGE.high
+    if not why and np.any(beyond):
+        first = int(np.argmax(beyond))
+        why = (
+            f"the voltage of sample {first} is {voltage[first]:.9g} V, but a drive lies between {_VOLTAGE.range()};"
+            " is voltage_unit right?"
+        )
+    if why:
+        raise ValueError(why)
+
+
+def _check_times(time: Real) -> None:
+    """Refuse stamps, counted from the first, that no recording has."""
+    if not _DURATION.low <= time[-1] <= _DURATION.high:
+        why = f"the record lasts {time[-1]:.4g} s, but a drive lasts between {_DURATION.range()}; is time_unit right?"
+        raise ValueError(why)
+    shortest = int(np.argmin(np.diff(time)))
+    if time[shortest + 1] - time[shortest] < _SHORTEST_STEP:
+        why = f"samples {shortest} and {shortest + 1} of those kept are less than {_SHORTEST_STEP:g} s apart; leave one out"
+        raise ValueError(why)

@@ -9,6 +9,7 @@ from electrovib.solve.scenario.reading import (
     paper_of_preset,
     paper_scenario,
     scenario_of,
+    sweep_of,
 )
 from electrovib.solve.scenario.sources import is_default, not_in_paper
 
@@ -28,4 +29,5 @@ __all__ = [
     "paper_of_preset",
     "paper_scenario",
     "scenario_of",
+    "sweep_of",
 ]

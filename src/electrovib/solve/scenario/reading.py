@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,6 +12,7 @@ from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.files import note_input, relative_to
 from electrovib.core.model import read_model
+from electrovib.core.parsing import read_json, read_toml
 from electrovib.core.paths import put
 from electrovib.solve.scenario.experiment import SCHEMA, Scenario
 
@@ -108,10 +108,52 @@ def scenario_of(trace: xarray.Dataset) -> Scenario:
     """
     if "scenario" not in trace.attrs:
         raise InputError("this Trace carries no scenario: it is a measurement, or was made by something else")
-    content = _without_schema(json.loads(trace.attrs["scenario"]))
-    for parameter in DROPPED:
-        content.get("contact", {}).pop(parameter, None)
+    content = _without_schema(dict(structured(trace, "scenario", Mapping)))
+    if isinstance(contact := content.get("contact"), dict):
+        for parameter in DROPPED:
+            contact.pop(parameter, None)
     return read_model(Scenario, content)
+
+
+def sweep_of(trace: xarray.Dataset) -> tuple[dict[str, list[Any]], list[str]]:
+    """Give back the values that a swept Trace runs over, by dotted path, and its quantities; both empty for a run.
+
+    Raises
+    ------
+    InputError
+        If what it carries is damaged.
+    """
+    axes = structured(trace, "over", Mapping) if "over" in trace.attrs else {}
+    names = structured(trace, "quantities", list) if "quantities" in trace.attrs else []
+    if not all(isinstance(values, list) and values for values in axes.values()):
+        raise _damaged_attribute("over", "it lists no values")
+    if not all(isinstance(name, str) for name in names):
+        raise _damaged_attribute("quantities", "it lists no names")
+    return dict(axes), names
+
+
+def structured(trace: xarray.Dataset, name: str, kind: type[Any]) -> Any:
+    """Read an attribute of a Trace that is written as JSON.
+
+    Raises
+    ------
+    InputError
+        If it is damaged or holds something of another kind.
+    """
+    try:
+        found = read_json(trace.attrs[name])
+    except ValueError as error:
+        raise _damaged_attribute(name, str(error)) from None
+    if not isinstance(found, kind):
+        raise _damaged_attribute(name, f"it holds a {type(found).__name__}")
+    return found
+
+
+def _damaged_attribute(name: str, why: str) -> InputError:
+    return InputError(
+        f"the attribute '{name}' of this Trace is damaged: {why[:120]}. Its numbers can still be used; to compute"
+        " again, start from the scenario file"
+    )
 
 
 def _load_trace(path: Path) -> xarray.Dataset:
@@ -125,21 +167,22 @@ def _load_trace(path: Path) -> xarray.Dataset:
 
 
 def _tables(path: Path) -> dict[str, Any]:
-    import tomllib
-
     try:
-        text = path.read_text(encoding="utf-8")
+        if path.exists() and not path.is_file():
+            what = "a folder" if path.is_dir() else "not an ordinary file"
+            raise InputError(f"{path}: is {what}; give a .toml file or a paper, for instance {DEFAULT}")
+        text = path.read_bytes().decode("utf-8-sig")  # editors of Windows begin with a byte-order mark
     except OSError as error:
         raise InputError(
             f"{path}: {error.strerror or error}. Give a .toml file or a paper, for instance {DEFAULT}"
         ) from None
     except UnicodeDecodeError:
-        raise InputError(f"{path}: not a text file; a scenario is TOML") from None
+        raise InputError(f"{path}: not a text in UTF-8; a scenario is TOML, saved as UTF-8") from None
     if not text.strip():
         raise InputError(f"{path}: the file is empty. 'electrovib init {DEFAULT}' prints one to start from")
     try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        return read_toml(text)
+    except ValueError as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
 
 
@@ -147,7 +190,7 @@ def _without_schema(content: dict[str, Any]) -> dict[str, Any]:
     schema = content.pop("schema", None)
     if schema != SCHEMA:
         raise InputError(
-            f"schema = {schema!r}: this version reads 'schema = {SCHEMA}'; write it as the first line"
+            f"schema = {repr(schema)[:60]}: this version reads 'schema = {SCHEMA}'; write it as the first line"
         )
     return content
 

@@ -1,0 +1,79 @@
+"""TOML and JSON from outside: whatever is in the text, it is read or refused with a reason."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+_DEEPEST: Final = 50
+"""Levels of tables and lists: a scenario needs about ten."""
+
+
+def read_toml(text: str) -> dict[str, Any]:
+    """Read TOML.
+
+    Raises
+    ------
+    ValueError
+        With the reason, if it is not valid or nested too deeply.
+    """
+    import tomllib
+
+    try:
+        content = tomllib.loads(text)
+    except RecursionError:
+        raise _too_deep() from None
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError:
+        raise _too_long() from None
+    _check_depth(content)
+    return content
+
+
+def read_json(text: object) -> Any:
+    """Read JSON.
+
+    Raises
+    ------
+    ValueError
+        With the reason, if it is no text, not valid or nested too deeply.
+    """
+    import json
+
+    if not isinstance(text, str):
+        msg = f"it is of type {type(text).__name__}, not a text"
+        raise ValueError(msg)  # noqa: TRY004  # one kind of error for one kind of mistake
+    try:
+        content = json.loads(text)
+    except RecursionError:
+        raise _too_deep() from None
+    except json.JSONDecodeError:
+        raise
+    except ValueError:
+        raise _too_long() from None
+    _check_depth(content)
+    return content
+
+
+def _check_depth(content: Any) -> None:
+    """Refuse what the recursions of everything that follows could not get through."""
+    level = [content]
+    for _ in range(_DEEPEST):
+        level = [
+            inner
+            for item in level
+            if isinstance(item, (dict, list))
+            for inner in (item.values() if isinstance(item, dict) else item)
+            if isinstance(inner, (dict, list))
+        ]
+        if not level:
+            return
+    raise _too_deep()
+
+
+def _too_long() -> ValueError:
+    return ValueError("it has a whole number of thousands of digits")
+
+
+def _too_deep() -> ValueError:
+    return ValueError(f"its tables and lists are nested more than {_DEEPEST} deep")

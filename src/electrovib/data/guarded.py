@@ -1,0 +1,277 @@
+"""A reader of a foreign binary format, run in a process of its own that may neither hang, crash nor fill the memory."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import struct
+import subprocess
+import sys
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Self
+
+import numpy as np
+
+from electrovib.core.allowance import content_allowed, megabytes, memory_allowed
+from electrovib.core.errors import DataFileError
+from electrovib.data.columns.faults import check_file, damaged
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from types import TracebackType
+    from typing import IO
+
+_CHILD: Final = Path(__file__).with_name("guarded_child.py")
+_ONE_THREAD: Final = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+_KINDS: Final = "fiucb"
+_ADVICE: Final = "Copy it again from where it was made, or export it there as .csv."
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a reader may use.
+
+    Parameters
+    ----------
+    memory : int
+        Of its own beyond what its libraries need [bytes].
+    content : int
+        Of what it hands over [bytes].
+    processor_time, waiting_time : float
+        Computing, and by the clock [s].
+    """
+
+    memory: int
+    content: int
+    processor_time: float
+    waiting_time: float
+
+    @classmethod
+    def for_file(cls, path: Path) -> Limits:
+        """Ten times the size and 64 MB; 3 s and 1 s for each 10 MB, ten times as long by the clock."""
+        size = path.stat().st_size
+        seconds = 3 + size / 10e6
+        return cls(memory_allowed(size), content_allowed(size), seconds, 10 * seconds)
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A reader by name.
+
+    Parameters
+    ----------
+    function : str
+        ``"module:name"`` of a generator that takes the path, and further arguments by name, and yields pairs of a name
+        and an array or what JSON can hold. It may raise DataFileError with a sentence for the user.
+    needs : tuple of str
+        Modules that it imports; they are loaded before the memory is limited.
+    format_name : str
+        What the file should be, for the message: ``"a netCDF file"``.
+    """
+
+    function: str
+    needs: tuple[str, ...]
+    format_name: str
+
+
+class Reading:
+    """A file being read by another process; use it in a ``with`` statement, which leaves no process behind.
+
+    Parameters
+    ----------
+    reader : Reader
+        Starts at once, so that the caller can do something else before it asks for the content.
+    path : Path
+        The file.
+    limits : Limits, optional
+        Those that fit the size of the file, if not given.
+    **arguments
+        For the reader; what JSON can hold.
+
+    Raises
+    ------
+    DataFileError
+        If it is no ordinary file.
+    """
+
+    def __init__(self, reader: Reader, path: Path, *, limits: Limits | None = None, **arguments: Any) -> None:
+        check_file(path)
+        self._reader, self._path = reader, path
+        self._limits = limits or Limits.for_file(path)
+        self._late = threading.Event()
+        request = {
+            "search": [place or os.getcwd() for place in sys.path],  # noqa: PTH109  # a text, as the list has
+            "function": reader.function,
+            "needs": reader.needs,
+            "path": str(path),
+            "arguments": arguments,
+            "memory": self._limits.memory,
+            "processor_time": self._limits.processor_time,
+        }
+        try:
+            self._process = subprocess.Popen(  # noqa: S603  # this interpreter and a file of this package
+                [sys.executable, "-P", str(_CHILD)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                env=os.environ | _ONE_THREAD,
+                creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+            )
+        except OSError as error:
+            raise DataFileError(f"{path}: no process could be started to read it: {error}.") from None
+        self._clock = threading.Timer(self._limits.waiting_time, self._stop_late)
+        self._clock.daemon = True
+        try:
+            self._clock.start()
+            self._ask(request)
+        except BaseException:
+            self.close()
+            raise
+
+    def _ask(self, request: dict[str, Any]) -> None:
+        assert self._process.stdin is not None
+        try:
+            with self._process.stdin as stream:
+                stream.write(json.dumps(request).encode())
+        except OSError:  # it has ended already; its end is told when the content is asked for
+            pass
+
+    def _stop_late(self) -> None:
+        self._late.set()
+        self._process.kill()
+
+    def __enter__(self) -> Self:
+        """Give itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End the process."""
+        self.close()
+
+    def close(self) -> None:
+        """End the process, whatever it does."""
+        self._clock.cancel()
+        self._process.kill()
+        if self._process.stdout is not None:
+            self._process.stdout.close()
+        self._process.wait()
+
+    def content(self) -> dict[str, Any]:
+        """Wait for the reader.
+
+        Returns
+        -------
+        dict of str to array or JSON content
+            What it yielded, in that order.
+
+        Raises
+        ------
+        DataFileError
+            What the reader says is wrong with the file, or that it ran into a limit or crashed.
+        """
+        return dict(self._items())
+
+    def _items(self) -> Iterator[tuple[str, Any]]:
+        """Go through what the reader yields until it says that this is all."""
+        assert self._process.stdout is not None
+        stream, left = self._process.stdout, self._limits.content
+        while True:
+            size = struct.unpack("<Q", self._exactly(stream, 8))[0]
+            left = self._less(left, size)
+            message = json.loads(self._exactly(stream, size))
+            if "end" in message:
+                return
+            self._check(message)
+            value = message.get("value")
+            if "dtype" in message:
+                kind, shape = np.dtype(message["dtype"]), tuple(map(int, message["shape"]))
+                left = self._less(left, math.prod(shape) * kind.itemsize)
+                value = np.empty(shape, kind)
+                self._fill(stream, value)
+            yield message["name"], value
+
+    def _less(self, left: int, size: int) -> int:
+        if size > left:
+            raise self._too_much()
+        return left - size
+
+    def _check(self, message: dict[str, Any]) -> None:
+        """Raise what the reader has found wrong."""
+        if "problems" in message:
+            raise DataFileError(message["problems"])
+        if "memory" in message:
+            raise self._too_much()
+        if "damaged" in message:
+            raise damaged(self._path, self._reader.format_name, ValueError(message["damaged"]))
+        if np.dtype(message.get("dtype", float)).kind not in _KINDS:
+            raise damaged(self._path, self._reader.format_name, ValueError("it holds no numbers"))
+
+    def _exactly(self, stream: IO[bytes], size: int) -> bytes:
+        raw = stream.read(size)
+        if len(raw) < size:
+            raise self._ended()
+        return raw
+
+    def _fill(self, stream: IO[bytes], array: np.ndarray[Any, Any]) -> None:
+        place = memoryview(array.reshape(-1).view(np.uint8)) if array.size else memoryview(b"")
+        while place:
+            count = stream.readinto(place)  # type: ignore[attr-defined]  # a buffered reader has it
+            if not count:
+                raise self._ended()
+            place = place[count:]
+
+    def _too_much(self) -> DataFileError:
+        content, size = megabytes(self._limits.content), megabytes(self._path.stat().st_size)
+        return DataFileError(
+            f"{self._path}: is damaged, or packed too tightly: {size} would unfold to more than {content}."
+            " If it is whole, save it without compression."
+        )
+
+    def _ended(self) -> DataFileError:
+        """Say why the process ended without having said so itself."""
+        code = self._process.wait()
+        if self._late.is_set():
+            why = f"reading it took more than {self._limits.waiting_time:.0f} s and was stopped."
+        elif code in _stopped_by("SIGXCPU", "SIGKILL"):
+            why = (
+                f"is damaged: reading it did not end within {self._limits.processor_time:.0f} s of computing."
+            )
+        else:
+            why = f"is damaged or not {self._reader.format_name}: its reader crashed (exit code {code})."
+        return DataFileError(f"{self._path}: {why} {_ADVICE}")
+
+
+def _stopped_by(*names: str) -> set[int]:
+    """Exit codes of a process that was ended by one of these signals, where the system has them."""
+    import signal
+
+    return {-getattr(signal, name) for name in names if hasattr(signal, name)}
+
+
+def read_guarded(
+    reader: Reader, path: Path, *, limits: Limits | None = None, **arguments: Any
+) -> dict[str, Any]:
+    """Read a file in a process of its own, and wait for it.
+
+    Parameters
+    ----------
+    reader, path, limits, **arguments
+        As for `Reading`.
+
+    Returns
+    -------
+    dict of str to array or JSON content
+        What the reader yielded.
+
+    Raises
+    ------
+    DataFileError
+        In one sentence, whatever is wrong with the file.
+    """
+    with Reading(reader, path, limits=limits, **arguments) as reading:
+        return reading.content()
