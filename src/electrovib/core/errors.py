@@ -16,7 +16,7 @@ LONGEST_QUOTED: Final = 60
 _LONGEST_PROBLEM: Final = 1200
 _LONGEST_LIST: Final = 600
 _LONGEST_NAME: Final = 100
-_MOST_NAMES: Final = 2000
+_MOST_NAMES: Final = 1000
 
 
 class ElectrovibError(Exception):

@@ -162,3 +162,10 @@ def test_the_terminal_of_the_c_locale_gets_ascii(name, value, ascii_only, tmp_pa
     shown = os.read(ours, 100).decode().strip()
     os.close(ours)
     assert shown == ("5 um" if ascii_only else "5 µm")
+
+
+def test_commands_print_through_one_door():
+    """`init` alone prints a file as it is."""
+    folder = Path(ev.__file__).parent / "apps"
+    printing = {path.name for path in folder.rglob("*.py") if "print(" in path.read_text(encoding="utf-8")}
+    assert printing == {"terminal.py", "init.py"}
