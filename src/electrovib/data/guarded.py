@@ -218,7 +218,7 @@ class Reading:
         return raw
 
     def _fill(self, stream: IO[bytes], array: np.ndarray[Any, Any]) -> None:
-        place = memoryview(array.reshape(-1).view(np.uint8)) if array.size else memoryview(b"")
+        place = array.reshape(-1).view(np.uint8).data if array.size else memoryview(b"")
         while place:
             count = stream.readinto(place)  # type: ignore[attr-defined]  # a buffered reader has it
             if not count:

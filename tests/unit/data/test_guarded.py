@@ -328,7 +328,7 @@ def test_damaged_files(count, kinds):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("count", "kinds"), [(600, TEXTS), (200, "scenario.toml,plain.toml"), (100, NATIVE)])
+@pytest.mark.parametrize(("count", "kinds"), [(800, TEXTS), (200, "scenario.toml,plain.toml"), (20, NATIVE)])
 def test_many_damaged_files(count, kinds):
     damage(count, kinds, seed=2)
 

@@ -95,8 +95,8 @@ class Table:
         """Go through the rows of numbers as long as they have the same number of fields."""
         delimiter, width = self.delimiter, self.width
         for _, row in self.rows():
-            simple = delimiter is not None and '"' not in row
-            if (row.count(delimiter) + 1 if simple else len(_split(row, delimiter))) != width:
+            simple = '"' not in row
+            if (row.count(delimiter) + 1 if delimiter and simple else len(_split(row, delimiter))) != width:
                 raise ValueError("rows of unequal length")
             yield row
 

@@ -126,17 +126,14 @@ def _classic(path: Path) -> Iterator[tuple[dict[str, Variable], dict[str, Any]]]
     import scipy.io
 
     with scipy.io.netcdf_file(path, "r", mmap=False, maskandscale=False) as file:
-        found = {
-            name: Variable(
-                tuple(entry.shape),
-                np.dtype(object) if entry.data.dtype.kind == "S" else entry.data.dtype,
-                {key: _plain(value) for key, value in entry._attributes.items()},  # noqa: SLF001  # its only way
-                lambda entry=entry: list(entry.dimensions),
-                lambda entry=entry: entry.data,
-            )
-            for name, entry in file.variables.items()
-        }
+        found = {name: _of_classic(entry) for name, entry in file.variables.items()}
         yield found, {key: _plain(value) for key, value in file._attributes.items()}  # noqa: SLF001
+
+
+def _of_classic(entry: Any) -> Variable:
+    dtype = np.dtype(object) if entry.data.dtype.kind == "S" else entry.data.dtype
+    attributes = {key: _plain(value) for key, value in entry._attributes.items()}  # noqa: SLF001  # its only way
+    return Variable(tuple(entry.shape), dtype, attributes, lambda: list(entry.dimensions), lambda: entry.data)
 
 
 @contextmanager
