@@ -304,7 +304,8 @@ def test_conductivity_has_to_be_declared():
         read_model(Material, {"model": "Tabulated"} | ROWS)
 
 
-def test_faults_of_a_file_are_told_once(tmp_path):
+def test_faults_of_a_file_are_told_once(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # a long path would be shortened
     write(tmp_path / "up.csv", "frequency,permittivity,loss", [4.0, 3, 2, 1], FOUR, FOUR)
     cases = {
         "up.csv": {"words": "row 1 (first is 0), 3 Hz, comes after 4 Hz"},
@@ -312,10 +313,10 @@ def test_faults_of_a_file_are_told_once(tmp_path):
     }
     for file, case in cases.items():
         with pytest.raises(InputError) as caught:
-            read_model(Material, {"model": "Tabulated", "file": str(tmp_path / file), "conductivity": 0})
+            read_model(Material, {"model": "Tabulated", "file": file, "conductivity": 0})
         assert len(caught.value.problems) == 1
         assert case["words"] in str(caught.value)
-        assert f"{{model = 'Tabulated', file = '{tmp_path / file}', ...}}: " in str(caught.value)
+        assert f"{{model = 'Tabulated', file = '{file}', ...}}: " in str(caught.value)
     wrong = {"file": str(tmp_path / "up.csv"), "loss": {"model": "LossFactor", "colum": "loss"}}
     with pytest.raises(InputError) as caught:
         read_model(Material, {"model": "Tabulated", "conductivity": 0} | wrong)
