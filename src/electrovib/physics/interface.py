@@ -75,10 +75,11 @@ def role_problems(layers: Mapping[str, Layer]) -> tuple[dict[str, str], dict[str
     for name, layer in layers.items():
         role = layer.role or IMPLIED.get(name)
         if role is None:
-            known = nearest(name, IMPLIED)
+            meant = nearest(name, IMPLIED)
+            meant = meant if "mean" in meant else ""
             problems[name] = (
                 "is missing: say on which side of the interface between plate and finger the layer lies, role = 'plate',"
-                f" 'gap' or 'finger'. Only these names tell it by themselves: {', '.join(IMPLIED)}.{known}"
+                f" 'gap' or 'finger'. Only these names tell it by themselves: {', '.join(IMPLIED)}.{meant}"
             )
             continue
         if role != IMPLIED.get(name, role):

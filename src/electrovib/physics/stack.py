@@ -107,7 +107,9 @@ class Stack(Model):
         if problems:
             details = [
                 InitErrorDetails(
-                    type=PydanticCustomError("role", "{why}", {"why": why}),
+                    type=PydanticCustomError(
+                        "role" if self.layers[name].role else "missing_parameter", "{why}", {"why": why}
+                    ),
                     loc=(name, "role"),
                     input=self.layers[name].role,
                 )
