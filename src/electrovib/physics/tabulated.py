@@ -94,7 +94,10 @@ class Tabulated(Material):
             loss = LossColumn.model_validate(default["loss"])
         except ValidationError:  # told when the field itself is read
             return content
-        if not is_unit_of("Hz", default["frequency_unit"]):
+        columns = (default["frequency_column"], default["permittivity_column"])
+        if not is_unit_of("Hz", default["frequency_unit"]) or not all(
+            isinstance(c, str | int) for c in columns
+        ):
             return content
         wanted = {
             "frequency_samples": (default["frequency_column"], default["frequency_unit"]),

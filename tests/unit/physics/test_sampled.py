@@ -254,3 +254,10 @@ def test_records_out_of_the_range_of_drives(time, voltage, words):
 )
 def test_records_at_the_ends_of_the_range(time, voltage):
     assert sampled(time=time, voltage=voltage).duration == pytest.approx(time[-1] - time[0])
+
+
+def test_a_column_is_a_name_or_a_whole_number(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "d.csv").write_text("time,voltage\n0,0\n1,10\n", encoding="utf-8")
+    with pytest.raises(InputError, match="time_column"):
+        read_model(Drive, {"model": "Sampled", "file": "d.csv", "time_column": 1.5})

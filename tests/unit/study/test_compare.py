@@ -290,3 +290,16 @@ def test_a_filled_gap_is_accounted_for(law):
         assert same == pytest.approx(
             static_force(scenario, 100.0), rel=0.1
         )  # two digits of the gap are printed
+
+
+def test_a_drive_at_0_volts_is_told_and_a_swipe_is_compared_under_its_full_load():
+    scenario = load("vezzoli_2014/fig6_gap")
+    with pytest.raises(InputError, match="drive = Trapezium: it stays at 0 V"):
+        compare(scenario.replace({"drive.high": 0.0}))
+    growing = {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.5}
+    pressed = scenario.replace({"contact": growing})
+    swiped = pressed.replace({"load.programme": {"model": "Swipe", "rise": 0.1, "hold": 0.5, "fall": 0.1}})
+    ours, theirs = (
+        compare(each, models=["GapPlane", "InsulatorPlane"]).entries for each in (swiped, pressed)
+    )
+    assert [entry.static for entry in ours] == [entry.static for entry in theirs]

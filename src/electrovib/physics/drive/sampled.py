@@ -101,6 +101,8 @@ class Sampled(Drive):
         default = {name: cls.model_fields[name].default for name in cls.model_fields} | content
         if not (is_unit_of("s", default["time_unit"]) and is_unit_of("V", default["voltage_unit"])):
             return content  # told when the field itself is read
+        if not all(isinstance(default[name], str | int) for name in ("time_column", "voltage_column")):
+            return content
         wanted = {
             "time_samples": (default["time_column"], default["time_unit"]),
             "voltage_samples": (default["voltage_column"], default["voltage_unit"]),

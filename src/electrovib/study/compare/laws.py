@@ -11,6 +11,7 @@ import numpy as np
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError, NotCausalError, nearest
 from electrovib.physics.force import ForceLaw
+from electrovib.physics.programme import Steady
 from electrovib.solve.expand import mean_force, phasors
 from electrovib.solve.scenario import Scenario
 from electrovib.solve.simulate import simulate
@@ -55,15 +56,27 @@ def compare(
     Raises
     ------
     InputError
-        For a name that is not a force law, a drive that prescribes the current, or if no law can run here.
+        For a name that is not a force law, a drive that prescribes the current or stays at 0 V, or if no law can run
+        here.
+
+    Notes
+    -----
+    The finger is pressed with the full load all the time, whatever `load.programme` says.
     """
     if scenario.drive.quantity == "current":
         raise InputError(
             f"drive = {type(scenario.drive).__name__}: laws are compared at one voltage, and this drive prescribes the"
             " current. Take a drive in volts, for instance Sine"
         )
-    cases, left_out = _cases(scenario, models)
     voltage = scenario.drive.largest()
+    if voltage == 0:
+        raise InputError(
+            f"drive = {type(scenario.drive).__name__}: it stays at 0 V, where no law attracts and none differs; give it a"
+            " voltage"
+        )
+    if not isinstance(scenario.load.programme, Steady):
+        scenario = scenario.replace({"load.programme": {"model": "Steady"}})
+    cases, left_out = _cases(scenario, models)
     frequency = scenario.frequency.frequencies()
     time = np.concatenate([[0.0], np.geomspace(1e-6, STEP, 400)])
     entries = []
