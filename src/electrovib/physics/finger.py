@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from electrovib.core.errors import InputError
-from electrovib.core.model import Model
+from electrovib.core.model import Model, read_model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.stages import Resonance
 
@@ -151,4 +151,12 @@ class MassSpringDamper(Finger):
                 f"finger.growth: at {speed:g} m/s the mass would be {mass:.3g} kg and the stiffness {stiffness:.3g}"
                 " N/m. Both must stay positive: give them at a speed nearer to this one."
             )
-        return MassSpringDamper(mass=mass, stiffness=stiffness, damping=self.damping)
+        try:
+            return read_model(
+                MassSpringDamper, {"mass": mass, "stiffness": stiffness, "damping": self.damping}
+            )
+        except InputError as error:
+            raise InputError(
+                f"finger.growth: at {speed:g} m/s {problem}. Give mass and stiffness at a speed nearer to this one."
+                for problem in error.problems
+            ) from None

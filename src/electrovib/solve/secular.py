@@ -9,6 +9,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from electrovib.core.errors import InputError
+
 Floats: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.intp]
 Numbers: TypeAlias = NDArray[Any]  # float64, or objects that are all Decimal
@@ -22,6 +24,16 @@ _ILL_CONDITIONED = 50.0  # above it rounding alone costs the offset more than ab
 _SLACK = 8 * _ROUNDING
 _LONG = decimal.Context(prec=150, Emin=-9999, Emax=9999, traps=[decimal.InvalidOperation])
 _TINY = decimal.Decimal("1e-25")
+
+
+class BeyondReachError(InputError, ValueError):
+    """Rates of a stack that no solution in double precision holds."""
+
+    def __init__(self, why: str) -> None:
+        super().__init__(
+            f"stack: its rates lie too far apart to be computed ({why}, in 1/s). Give its layers longer relaxation times,"
+            " smaller conductivities or larger resistances in series"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,18 +173,23 @@ def _checked(nodes: ArrayLike, weights: ArrayLike, constant: float) -> tuple[Flo
         message = f"nodes and weights: shapes {node.shape} and {weight.shape}, expected the same (count,)"
         raise ValueError(message)
     if not (np.isfinite(node).all() and node[0] >= 0 and node[-1] <= _LARGEST_NODE):
-        raise ValueError(f"nodes: expected numbers from 0 to {_LARGEST_NODE:g}, got {node}")
+        raise BeyondReachError(
+            f"nodes: expected numbers from 0 to {_LARGEST_NODE:g}, got up to {node.max():.3g}"
+        )
     gap = np.diff(node)
     if not (gap >= _SMALLEST_GAP).all():
         where = int(np.argmin(gap))
-        raise ValueError(
+        raise BeyondReachError(
             f"nodes[{where}] = {node[where]!r} and nodes[{where + 1}] = {node[where + 1]!r}: expected "
             f"strictly increasing nodes {_SMALLEST_GAP:g} apart; merge equal nodes by adding their weights"
         )
     if not ((weight >= 1 / _LARGEST_WEIGHT) & (weight <= _LARGEST_WEIGHT)).all():
-        raise ValueError(f"weights: expected {1 / _LARGEST_WEIGHT:g} to {_LARGEST_WEIGHT:g}, got {weight}")
+        worst = weight[np.argmax(np.abs(np.log(np.abs(weight) + 1e-300)))]
+        raise BeyondReachError(
+            f"weights: expected {1 / _LARGEST_WEIGHT:g} to {_LARGEST_WEIGHT:g}, got {worst:.3g}"
+        )
     if not (constant == 0 or 1 / _LARGEST_WEIGHT <= constant <= _LARGEST_WEIGHT):
-        raise ValueError(
+        raise BeyondReachError(
             f"constant = {constant!r}: expected 0, or {1 / _LARGEST_WEIGHT:g} to {_LARGEST_WEIGHT:g}"
         )
     return node, weight

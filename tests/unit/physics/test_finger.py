@@ -57,3 +57,10 @@ def test_a_mass_that_would_vanish_is_refused():
     growing.at_speed(0.0455)
     with pytest.raises(InputError, match="must stay positive"):
         growing.at_speed(0.045)
+
+
+def test_a_growth_that_leaves_the_range_is_told():
+    growth = {"known_at": 0.02, "mass_slope": 0.0, "stiffness_slope": 1e6}
+    finger = MassSpringDamper(mass=1e-4, stiffness=1e3, damping=1.0, growth=growth)
+    with pytest.raises(InputError, match=r"finger\.growth: at 100 m/s stiffness = .* must lie between"):
+        finger.at_speed(100.0)

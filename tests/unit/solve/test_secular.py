@@ -12,7 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from electrovib.core.errors import InputError
+from electrovib.solve.scenario import load
 from electrovib.solve.secular import Roots, secular_roots
+from electrovib.solve.simulate import simulate
 
 # rounding of the sums, 2e-16, times the worst conditioning that is left to 53 bits, with room
 TOLERANCE = 1e-13
@@ -317,3 +320,18 @@ def test_check_refuses_a_shifted_offset():
             assert brackets_root(case, origin, offset)
             assert not brackets_root(case, origin, offset * (1 + 3 * TOLERANCE))
             assert not brackets_root(case, origin, offset * (1 - 3 * TOLERANCE))
+
+
+def test_a_stack_beyond_reach_is_told_in_a_sentence():
+    skin = {
+        "model": "Debye",
+        "permittivity_high": 1.0,
+        "strength": 1e6,
+        "relaxation_time": 1e-15,
+        "conductivity": 1e-6,
+    }
+    scenario = load("vezzoli_2014/fig6").replace({"stack.stratum_corneum.material": skin})
+    with pytest.raises(
+        InputError, match=r"stack: its rates lie too far apart.*1e\+21.*longer relaxation times"
+    ):
+        simulate(scenario)
