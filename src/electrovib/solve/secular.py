@@ -31,8 +31,9 @@ class BeyondReachError(InputError, ValueError):
 
     def __init__(self, why: str) -> None:
         super().__init__(
-            f"stack: its rates lie too far apart to be computed ({why}, in 1/s). Give its layers longer relaxation times,"
-            " smaller conductivities or larger resistances in series"
+            "stack: the rates or impedances of layers and circuit lie too far apart to be computed. Give the layers longer"
+            " relaxation times or smaller conductivities, or take an extreme resistance or thickness away (in the secular"
+            f" equation, {why})"
         )
 
 
