@@ -159,7 +159,8 @@ def refuse_beyond(works: Sequence[Work], *, what: str = "this run") -> None:
     time, memory = sum(work.time for work in works), max((work.memory for work in works), default=0.0)
     if time <= limit.time and memory <= limit.memory:
         return
-    over = max(works, key=lambda work: max(work.time / limit.time, work.memory / limit.memory))
+    late, large = time > limit.time, memory > limit.memory
+    over = max(works, key=lambda work: max(late * work.time / limit.time, large * work.memory / limit.memory))
     raise BudgetError(
         f"{what} would take about {duration(time)} and {megabytes(memory)}, for {over.what}; allowed are"
         f" {duration(limit.time)} and {megabytes(limit.memory)}. {_advice(over.remedy, time, memory)}"
