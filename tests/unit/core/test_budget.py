@@ -93,8 +93,19 @@ def test_a_march_ends_when_its_steps_take_too_long():
     with pytest.raises(BudgetError) as told:
         meter.count(1.0)
     assert str(told.value).startswith(
-        "the march took 1001 steps, about 1 s of computing time, up to 50.0% of 2 s; the whole would take about 2 s,"
+        "the march took 1001 steps, about 1 s of computing time, up to 50.0% of 2 s; the whole would take about 2 s; allowed"
     )
+
+
+def test_a_march_that_is_known_beforehand_is_refused_before_it():
+    with budget(time=1.0):
+        meter = Meter("the march", end=2.0, each=1e-3, remedy="march less")
+    meter.expect(400)
+    meter.expect(600)
+    with pytest.raises(
+        BudgetError, match=r"the march needs 1200 steps up to 2 s to be accurate, about 1.2 s of comp"
+    ):
+        meter.expect(200)
 
 
 def test_a_march_tells_how_far_it_is():

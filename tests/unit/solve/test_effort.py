@@ -83,7 +83,7 @@ def test_an_adaptive_march_ends_within_its_budget(monkeypatch):
     """Where the estimate is too low, the count of the steps ends the march."""
     monkeypatch.setattr(effort, "works", lambda *_: [])
     leaks = {"stack.insulator.leak": LEAK, "drive": SQUARE | {"frequency": 1e3}, "time.duration": 0.01}
-    with budget(time=0.3), pytest.raises(BudgetError, match="the leaking layer took"):
+    with budget(time=0.3), pytest.raises(BudgetError, match="the leaking layer needs"):
         ev.simulate(ev.load(PLATE, changes=leaks))
     with budget(time=0.3), pytest.raises(BudgetError, match=r"Radau's method on . equations took"):
         ev.simulate(ev.load(PLATE, changes=leaks | {"circuit.amplifier": AMPLIFIER}))
