@@ -17,6 +17,7 @@ from electrovib.solve.costs import (
     leak_step,
     radau_step,
 )
+from electrovib.solve.diagnostics.looks import count_looks
 from electrovib.solve.general import beyond_modes
 from electrovib.solve.respond import is_marched
 from electrovib.solve.scenario import PeriodicState
@@ -101,12 +102,18 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
     samples = grid.count(drive) if times is None else len(times)
     end = (grid.duration or drive.duration) if times is None else float(times[-1])
     corners = drive.count_corners(end)
+    looked = samples + count_looks(drive, end, settled=_settled(scenario))
     each = SAMPLE + SAMPLE_OF_MODE * _modes(scenario)
+    held: float = BYTES * (SIGNALS + SIGNALS_OF_LAYER * len(scenario.stack.layers))
     if scenario.motion.renews_film:
-        each *= PLACES
-    held = BYTES * (SIGNALS + SIGNALS_OF_LAYER * len(scenario.stack.layers))
+        each, held = PLACES * each, PLACES * held / 2
     found = [
-        Work(f"{samples:.3g} output times", samples * each, samples * held, FEWER_SAMPLES),
+        Work(
+            f"{samples:.3g} output times and {looked - samples:.3g} looks between them",
+            looked * each,
+            looked * held,
+            FEWER_SAMPLES if 2 * samples > looked else SHORTER,
+        ),
         Work(
             f"{corners:.3g} corners of the drive up to {end:.6g} s",
             corners * CORNER,
@@ -119,14 +126,17 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
 
 def _less(scenario: Scenario) -> str:
     """Say what makes a drive shorter."""
-    settled = isinstance(scenario.time.initial_state, PeriodicState)
     period = scenario.drive.period
-    if period is None or settled or is_marched(scenario):
+    if period is None or _settled(scenario) or is_marched(scenario):
         return SHORTER
     return (
         f"{SHORTER}, or ask for one period of the periodic state: time.duration = {period:.6g} with"
         ' time.initial_state = { model = "PeriodicState" }'
     )
+
+
+def _settled(scenario: Scenario) -> bool:
+    return isinstance(scenario.time.initial_state, PeriodicState)
 
 
 def _modes(scenario: Scenario) -> int:
