@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import collections
+import contextlib
 import multiprocessing.pool
 import os
 import re
@@ -32,8 +33,13 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=10_000, help="seed of the first")
     given = parser.parse_args()
     ev.simulate(ev.load("vezzoli_2014/fig6"))  # everything is imported once
-    with multiprocessing.pool.ThreadPool(os.cpu_count()) as pool:
-        found = list(pool.imap_unordered(outcome_of, range(given.first, given.first + given.count)))
+    found: list[Outcome] = []
+    seeds = range(given.first, given.first + given.count)
+    with multiprocessing.pool.ThreadPool(os.cpu_count()) as pool, contextlib.suppress(KeyboardInterrupt):
+        for outcome in pool.imap_unordered(outcome_of, seeds):
+            found.append(outcome)
+            if outcome.what in WRONG or outcome.memory > HELD:
+                print(outcome, flush=True)
     report(found)
     sys.exit(any(each.what in WRONG or each.memory > HELD for each in found))
 
@@ -52,9 +58,6 @@ def report(found: list[Outcome]) -> None:
     reasons = collections.Counter(reason(each) for each in found if each.what not in ("ran", *WRONG))
     for text, count in reasons.most_common():
         print(f"{count / len(found):6.1%}  {text}")
-    for each in found:
-        if each.what in WRONG:
-            print(each)
 
 
 def reason(outcome: Outcome) -> str:
