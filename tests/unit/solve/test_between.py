@@ -25,7 +25,7 @@ def test_it_is_the_force_to_its_stated_error():
 
 
 def test_a_corner_that_is_not_named_is_seen_in_the_error():
-    unnamed = Between(kinked, np.array([0.0, 1.0]), np.array([]))
+    unnamed = Between(kinked, np.array([0.0, 1.0]), np.array([]), once=True)
     assert unnamed.error() > 1e-3
 
 
@@ -36,7 +36,7 @@ def test_it_asks_once():
         asked.append(len(time))
         return np.cos(time)
 
-    between = Between(force, np.linspace(0, 2, 11), np.array([0.7]))
+    between = Between(force, np.linspace(0, 2, 11), np.array([0.7]), once=True)
     between(np.linspace(0, 2, 100))
     between.error()
     assert len(asked) == 1

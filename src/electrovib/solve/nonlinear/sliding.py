@@ -26,8 +26,10 @@ TOLERANCE = 1e-8
 """Local error of a step: the energy then closes to some 1e-8 of the work."""
 SMALLEST = 1e-9
 """Strength of a lifted finger over the largest: its bristles let go at once, and nothing is divided by zero."""
-_DEAD_BAND = 1e-10
+DEAD_BAND = 1e-10
 """By how much the bristles must pass the strength before that counts: rounding alone does not."""
+EVENTS = ("turns", "passes the strength")
+"""What the switches of a slide tell."""
 _LOOKS = 4096
 
 
@@ -115,7 +117,7 @@ class Sliding(System):
         if self.skin.law.yields_smoothly:
             return np.array([along])
         left = self.skin.left(state, float(self.strength_of(time)), direction)
-        return np.array([along, side * left + _DEAD_BAND])
+        return np.array([along, side * left + DEAD_BAND])
 
     def following(self, index: int, time: float, state: Real, mode: Mode) -> Mode:
         """Turn the direction, or the side of the strength, at a time [s]."""
@@ -225,13 +227,8 @@ def sliding(
     """
     looks = _looks(times, breaks)
     strengths = np.asarray(strength(looks), dtype=float) + np.zeros(len(looks))
-    wrong = np.flatnonzero(~(strengths >= 0))
-    if len(wrong):
-        raise InputError(
-            f"friction.steady: its strength is {strengths[wrong[0]]:.6g} N at {looks[wrong[0]]:.6g} s; a contact "
-            "that slips needs 0 or above, so check load, attraction and contact"
-        )
-    skin = _skin(law, mass, stiffness, damping)
+    not_negative(looks, strengths)
+    skin = skin_of(law, mass, stiffness, damping)
     fastest = float(np.max(np.abs(speed(looks))))
     largest_strength = float(strengths.max()) or skin.natural_force(fastest) or 1.0
     largest_speed = fastest or skin.natural_speed(largest_strength)
@@ -247,7 +244,6 @@ def sliding(
     deflection = skin.deflection(solved.states)
     rate = law.deflection_rate(deflection, over_plate, system.strength_of(times), directions)
     energies = skin.energies(solved.states)
-    names = ("turns", "passes the strength")
     return Slide(
         skin_displacement=skin.displacement(solved.states),
         skin_speed=speeds - over_plate,
@@ -255,7 +251,7 @@ def sliding(
         bristle_deflection=deflection,
         energies=energies,
         energy_residual=energies.residual,
-        events=tuple((when, names[index]) for when, index in solved.events),
+        events=tuple((when, EVENTS[index]) for when, index in solved.events),
         steps=solved.steps,
         evaluations=solved.evaluations,
     )
@@ -268,8 +264,30 @@ def _looks(times: Real, breaks: Sequence[float]) -> Real:
     return np.unique([0.0, *times[::every], float(times[-1]), *inside])
 
 
-def _skin(law: BristleFriction, mass: float | None, stiffness: float | None, damping: float | None) -> Skin:
-    """Rigid without finger; a finger needs all three numbers."""
+def not_negative(times: Real, strengths: Real) -> None:
+    """Refuse a strength [N] that is negative or not a number at one of some times [s].
+
+    Raises
+    ------
+    InputError
+        With the first such time.
+    """
+    wrong = np.flatnonzero(~(strengths >= 0))
+    if len(wrong):
+        raise InputError(
+            f"friction.steady: its strength is {strengths[wrong[0]]:.6g} N at {times[wrong[0]]:.6g} s; a contact "
+            "that slips needs 0 or above, so check load, attraction and contact"
+        )
+
+
+def skin_of(law: BristleFriction, mass: float | None, stiffness: float | None, damping: float | None) -> Skin:
+    """Give the skin of a finger with mass [kg], stiffness [N/m] and damping [N s/m], or a rigid one without all three.
+
+    Raises
+    ------
+    InputError
+        If some of them are there and not all, or one has no meaning.
+    """
     if mass is None and stiffness is None and damping is None:
         return RigidSkin(law)
     if mass is None or stiffness is None or damping is None:

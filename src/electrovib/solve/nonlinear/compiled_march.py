@@ -1,0 +1,224 @@
+"""The march of a skin with bristles in compiled steps, with every reversal located."""
+
+from __future__ import annotations
+
+import inspect
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.physics.friction import bristle
+from electrovib.solve.nonlinear import compiled_step
+from electrovib.solve.nonlinear.compiled_step import (
+    STAGES,
+    collocate,
+    compiled,
+    error_of,
+    state_at,
+    strength_in,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+AT_ONCE = 100_000
+"""Steps in one call, some tenths of a second: between calls Python can be interrupted."""
+DONE, UNSOLVED, CHATTERS, GOES_ON = range(4)
+"""How a call ends."""
+NOW, STRETCH, FILLED, WANTED, DIRECTION, SIDE, STEPS, ASKED, EVENTS, STATUS = range(10)
+"""What one call hands to the next: time [s], place among stretches and outputs, next step [s], mode, counts."""
+_MOST_LANDINGS = 8
+_CLOSED_IN = 200  # halvings of a share of a step: beyond the last bit
+_ENOUGH = 1e-13
+_SMALLEST_STEP = 1e-15
+_LOOKS = np.array([0.2, 0.4, 0.6, 0.8, 1.0])
+
+
+@compiled
+def _switch(kind, state, strength, direction, side, law, sizes):  # type: ignore[no-untyped-def]
+    """What stays above 0 as long as the mode holds: the speed along its direction, what is left to the strength."""
+    if kind == 0:
+        return direction * state[2] + sizes.turned
+    return side * (1 - direction * law.stiffness * state[0] / strength) + sizes.passed
+
+
+@compiled
+def _at_share(kind, share, start, size, before, stages, moment, side, sizes, method, state):  # type: ignore[no-untyped-def]
+    """A switch on the polynomial of a step."""
+    course, place, stretch, direction, law, _ = moment
+    state_at(before, stages, share, method, state)
+    strength = strength_in(course, place, course.last[stretch], start + share * size)
+    return _switch(kind, state, strength, direction, side, law, sizes)
+
+
+@compiled
+def _first_fall(start, size, before, stages, moment, kinds, side, sizes, method):  # type: ignore[no-untyped-def]
+    """Share of a step at which a switch first falls through 0, and which; 2 and -1 if none does."""
+    state, low = np.empty(6), 0.0
+    best, which = 2.0, -1
+    for look in _LOOKS:
+        for kind in kinds:
+            step = (start, size, before, stages, moment, side, sizes, method, state)
+            if _at_share(kind, look, *step) >= 0:
+                continue
+            above, below = low, look
+            for _ in range(_CLOSED_IN):
+                middle = (above + below) / 2
+                if middle in (above, below):
+                    break
+                if _at_share(kind, middle, *step) < 0:
+                    below = middle
+                else:
+                    above = middle
+            if below < best:
+                best, which = below, kind
+        if which >= 0:
+            break
+        low = look
+    return best, which
+
+
+@compiled
+def _land(kind, start, size, whole, before, count, moment, side, sizes, method, stages):  # type: ignore[no-untyped-def]
+    """Solve a shortened step again until its own end is the root of a switch; its length, and rates asked."""
+    state, asked, enough = np.empty(6), 0, _ENOUGH * moment[0].stops[-1]
+    for _ in range(_MOST_LANDINGS):
+        converged, more = collocate(start, size, before, count, moment, sizes, method, stages)
+        asked += more
+        if not converged:
+            return -1.0, asked
+        step = (start, size, before, stages, moment, side, sizes, method, state)
+        end = _at_share(kind, 1.0, *step)
+        slope = (end - _at_share(kind, 0.875, *step)) / (0.125 * size)
+        if end == 0 or not slope < 0:
+            break
+        corrected = min(size - end / slope, whole)
+        if corrected <= 0 or abs(corrected - size) <= enough:
+            break
+        size = corrected
+    return size, asked
+
+
+@compiled
+def _turned(kind, state, strength, direction, side, law):  # type: ignore[no-untyped-def]
+    """Direction and side after a switch has fallen."""
+    if kind == 1:
+        return direction, -side
+    left = 1 + direction * law.stiffness * state[0] / strength
+    return -direction, 1.0 if left >= 0 else -1.0
+
+
+@compiled
+def _hold(state, moment, now, kinds, memory, sizes, moments, which):  # type: ignore[no-untyped-def]
+    """Change the mode where a stretch begins, once for each switch at most, until it holds."""
+    course, place, stretch, direction, law, _ = moment
+    side = memory[SIDE]
+    strength = strength_in(course, place, course.last[stretch], now)
+    for _ in range(2):
+        for kind in kinds:
+            if _switch(kind, state, strength, direction, side, law, sizes) < 0:
+                moments.append(now)
+                which.append(kind)
+                direction, side = _turned(kind, state, strength, direction, side, law)
+                break
+    memory[DIRECTION], memory[SIDE] = direction, side
+
+
+@compiled
+def _put_out(times, reached, now, size, before, stages, method, memory, states, directions):  # type: ignore[no-untyped-def]
+    """States at the output times inside a step."""
+    state, filled = np.empty(6), int(memory[FILLED])
+    while filled < len(times) and times[filled] < reached:
+        state_at(before, stages, (times[filled] - now) / size, method, state)
+        states[:, filled], directions[filled] = state, memory[DIRECTION]
+        filled += 1
+    memory[FILLED] = filled
+
+
+def _marching(source: str) -> Callable[..., Any]:
+    """Compile the march, which numba keeps on disk for this text of all it calls: it sees changes of this file alone."""
+
+    @_kept
+    def march(times, state, course, law, skin, smooth, sizes, method, memory, states, directions):  # type: ignore[no-untyped-def]
+        count = (3 if skin[0] > 0 else 1) if len(source) else 0
+        kinds = np.array([kind for kind in range(2) if (count == 3 if kind == 0 else not smooth)])
+        moments, which = [0.0 for _ in range(0)], [0 for _ in range(0)]
+        stages, place, stretches = np.empty((STAGES, 6)), np.zeros(2, np.int64), len(course.stops) - 1
+        until, smallest = memory[STEPS] + AT_ONCE, _SMALLEST_STEP * times[-1]
+        memory[STATUS] = GOES_ON
+        while memory[STRETCH] < stretches and memory[STEPS] < until:
+            now, stretch = memory[NOW], int(memory[STRETCH])
+            stop = course.stops[stretch + 1]
+            place[1] = course.first[stretch]
+            place[0] = max(place[0], place[1])
+            if now == course.stops[stretch]:
+                moment = (course, place, stretch, memory[DIRECTION], law, skin)
+                _hold(state, moment, now, kinds, memory, sizes, moments, which)
+            moment = (course, place, stretch, memory[DIRECTION], law, skin)
+            strength_in(course, place, course.last[stretch], now)
+            knot = course.knots[
+                place[0] + 1
+            ]  # what a step spans is seen: it ends at the next knot at the latest
+            size = max(memory[WANTED], smallest)
+            reaches = now + size >= knot - _ENOUGH * times[-1]
+            if reaches:
+                size = knot - now
+            converged, asked = collocate(now, size, state, count, moment, sizes, method, stages)
+            memory[ASKED] += asked
+            if not converged:
+                if size <= smallest:
+                    memory[STATUS] = UNSOLVED
+                    break
+                memory[WANTED] = size / 2
+                continue
+            norm, asked = error_of(now, size, state, count, moment, sizes, stages)
+            memory[ASKED] += asked
+            factor = min(10.0, max(0.2, 0.9 * max(norm, 1e-10) ** -0.25))
+            if norm > 1 and size > smallest:
+                memory[WANTED] = size * factor
+                continue
+            side = memory[SIDE]
+            share, kind = _first_fall(now, size, state, stages, moment, kinds, side, sizes, method)
+            if kind >= 0:
+                landing = (now, share * size, size, state, count, moment, side, sizes, method, stages)
+                size, asked = _land(kind, *landing)
+                memory[ASKED] += asked
+                if size < 0:
+                    memory[STATUS] = UNSOLVED
+                    break
+                reaches = knot - (now + size) <= _ENOUGH * times[-1]
+            elif not reaches or factor < 1 or memory[WANTED] <= size:
+                memory[WANTED] = size * factor
+            reached = knot if reaches else now + size
+            _put_out(times, reached, now, size, state, stages, method, memory, states, directions)
+            state += stages[-1]
+            memory[NOW] = reached
+            memory[STEPS] += 1
+            if reached >= stop:
+                memory[STRETCH] += 1
+            if kind >= 0:
+                moments.append(reached)
+                which.append(kind)
+                strength = strength_in(course, place, course.last[stretch], reached)
+                memory[DIRECTION], memory[SIDE] = _turned(kind, state, strength, moment[3], side, law)
+                if memory[EVENTS] + len(moments) > sizes.most_events:
+                    memory[STATUS] = CHATTERS
+                    break
+        if memory[STRETCH] == stretches:
+            memory[STATUS] = DONE
+        memory[EVENTS] += len(moments)
+        return np.array(moments), np.array(which)
+
+    return march  # type: ignore[no-any-return]
+
+
+def _kept(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile, and keep it on disk where numba finds a folder to write to."""
+    try:
+        return compiled(function, cache=True)  # type: ignore[no-any-return]
+    except RuntimeError:
+        return compiled(function)  # type: ignore[no-any-return]
+
+
+march = _marching(inspect.getsource(bristle) + inspect.getsource(compiled_step))
+"""March from where `memory` stands, at most `AT_ONCE` steps; moments [s] and kinds of events."""
