@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,14 +13,17 @@ from electrovib.solve.filters.follow import finite, march_through
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
     from electrovib.physics.drive.parts import Indices
     from electrovib.solve.filters.filter import Filter, Real
 
 FAINT = 1e-9
 """Outputs are compared with no less than this share of what the filter could put out: below is rounding."""
-_Outputs: TypeAlias = "dict[str, tuple[Real, float]]"
+FORGOTTEN = 25.0
+"""Time constants after which nothing is left of a force: 1e-11 of it."""
+TOGETHER = 64
+"""Outputs that are followed until all of them stand still."""
 
 
 def respond_mechanically(
@@ -74,24 +77,43 @@ def respond_mechanically(
     -----
     The force is taken as straight between the points of a grid, on which the modes are followed exactly, however
     stiff. What is left is the bend of the force in a piece, of second order in its length; from two grids it is
-    known and taken away (Richardson), which leaves the fourth order. Outputs that two grids agree on are not looked at
-    again.
+    known and taken away (Richardson), which leaves the fourth order. What no output remembers any more is not looked
+    at, and no more than once what only outputs remember that stand still already.
     """
     stamps = increasing(times)
-    grid = Grid.over(stamps, np.asarray(jumps, dtype=float).ravel())
-    divisions = grid.first_divisions(shortest, most)
-    coarse = before = _on_grid(force_at, filters, grid, divisions, held)
+    grid = Grid.over(stamps, np.asarray(jumps, dtype=float).ravel(), FORGOTTEN / _slowest(filters))
+    density, halvings = grid.density(shortest, most), 0
+    remaining, moved = np.ones(len(stamps), bool), np.zeros(len(stamps))
+    divisions = grid.divisions(density, halvings, grid.counts(remaining))
+    coarse, possible = _on_grid(force_at, filters, grid, divisions, held)
+    found = before = {name: row.copy() for name, row in coarse.items()}
     while True:
-        divisions = 2 * divisions
-        fine = _on_grid(force_at, filters, grid, divisions, held)
-        found = {name: (_extrapolated(coarse[name][0], output), size) for name, (output, size) in fine.items()}
-        moved = [
-            min(_moved(before[name], found[name]), _moved(coarse[name], fine[name])) for name in filters
-        ]
-        error = max(moved, default=0.0)
-        if error <= tolerance or 2 * divisions.sum() > most or grid.is_point:
-            return {name: output for name, (output, _) in found.items()}, error
-        coarse, before = fine, found
+        halvings += 1
+        divisions = grid.divisions(density, halvings, grid.counts(remaining))
+        fine, possible = _on_grid(force_at, filters, grid, divisions, held)
+        now = {name: np.where(remaining, _extrapolated(coarse[name], fine[name]), found[name]) for name in found}
+        moved[remaining] = 0.0
+        for name, output in now.items():
+            scale = max(float(np.max(np.abs(output))), FAINT * possible[name]) or 1.0
+            change = np.minimum(np.abs(output - before[name]), np.abs(fine[name] - coarse[name])) / scale
+            moved = np.where(remaining, np.maximum(moved, change), moved)
+        found = before = now
+        remaining = _with_neighbours(moved > tolerance)
+        more = grid.divisions(density, halvings + 1, grid.counts(remaining)).sum()
+        if not np.any(remaining) or more > most or grid.is_point:
+            return found, float(np.max(moved, initial=0.0)) if filters else 0.0
+        coarse = fine
+
+
+def _slowest(filters: Mapping[str, Filter]) -> float:
+    """Slowest rate of all filters [1/s]; 1e9 if none has a memory."""
+    return min((float(np.min(-each.poles.real, initial=1e9)) for each in filters.values()), default=1e9)
+
+
+def _with_neighbours(moved: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Mark whole groups of outputs, in which no single one stands still by chance."""
+    groups = np.arange(len(moved)) // TOGETHER
+    return np.isin(groups, groups[moved])
 
 
 def _extrapolated(coarse: Real, fine: Real) -> Real:
@@ -105,8 +127,8 @@ def _on_grid(
     grid: Grid,
     divisions: Indices,
     held: float,
-) -> _Outputs:
-    """Follow all filters on one grid; beside each output the largest one the filter could give."""
+) -> tuple[dict[str, Real], dict[str, float]]:
+    """Follow all filters on one grid; and the largest output that each could give."""
     begins, lengths = grid.points(divisions)
     force = finite(force_at(np.append(begins, grid.knots[-1])))
     starts, ends = force[:-1], force[1:]
@@ -117,7 +139,8 @@ def _on_grid(
         back = np.maximum(1e-6 * lengths[last], 64 * np.finfo(float).eps * np.abs(moments))
         ends[last] = finite(force_at(moments - back))
     even = grid.step is not None and divisions.min() == divisions.max()
-    found: _Outputs = {}
+    found: dict[str, Real] = {}
+    largest: dict[str, float] = {}
     for name, filter_ in filters.items():
         state = filter_.state(float(force[0]), held)
         if grid.is_point:
@@ -130,11 +153,6 @@ def _on_grid(
         if grid.jumps.size and grid.jumps[-1] == len(grid.knots) - 1:
             output[-1] += filter_.direct * (force[-1] - ends[-1])
         possible = (abs(filter_.direct) + 2 * np.abs(filter_.gains).sum()) * np.abs(force).max()
-        found[name] = output[grid.wanted], float(possible)
-    return found
+        found[name], largest[name] = output[grid.wanted], float(possible)
+    return found, largest
 
-
-def _moved(coarse: tuple[Real, float], fine: tuple[Real, float]) -> float:
-    """Largest change of an output, as a share of its largest value."""
-    scale = max(float(np.max(np.abs(fine[0]))), FAINT * fine[1])
-    return float(np.max(np.abs(fine[0] - coarse[0]))) / scale if scale else 0.0
