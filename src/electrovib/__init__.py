@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from electrovib.apps.init import init as init
     from electrovib.apps.run import run as run
+    from electrovib.core.budget import budget as budget
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
     from electrovib.solve.equilibrium import equilibrium as equilibrium
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
 _PLACES = {
     "Scenario": "electrovib.solve.scenario",
+    "budget": "electrovib.core.budget",
     "compare": "electrovib.view.compare",
     "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",

@@ -1,6 +1,6 @@
 """``python -m electrovib``."""
 
-from electrovib.apps.cli import main
+from electrovib.apps.start import main
 
 if __name__ == "__main__":
     main()

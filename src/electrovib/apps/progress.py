@@ -8,8 +8,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from electrovib.core.budget import listening
+
 PATIENCE = 1.0
 """Seconds before anything is shown."""
+_PARTS = 1000
 
 
 @contextmanager
@@ -53,7 +56,8 @@ def tracked(title: str) -> Iterator[Callable[[int, int], None]]:
     if sys.stderr.isatty():
         timer.start()
     try:
-        yield update
+        with listening(lambda share: update(round(_PARTS * share), _PARTS)):
+            yield update
     finally:
         timer.cancel()
         with lock:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from electrovib.apps.changes import readable_changes
 from electrovib.apps.progress import tracked
+from electrovib.core.budget import listening
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.solve.scenario import DEFAULT, Scenario, load, scenario_of, sweep_of
@@ -68,13 +69,14 @@ def run(
         else:
             from electrovib.study.sweep import sweep
 
-            trace = sweep(
-                experiment,
-                wanted.axes,
-                quantities=wanted.quantities or None,
-                records=wanted.records,
-                progress=progress,
-            )
+            with listening(None):  # progress is told in cases
+                trace = sweep(
+                    experiment,
+                    wanted.axes,
+                    quantities=wanted.quantities or None,
+                    records=wanted.records,
+                    progress=progress,
+                )
     if output is not None:
         from electrovib.export.save import save
 

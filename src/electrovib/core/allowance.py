@@ -18,17 +18,19 @@ def content_allowed(size: int) -> int:
     return memory_allowed(size) // 2
 
 
-def megabytes(size: int) -> str:
+def megabytes(size: float) -> str:
     """Write a number of bytes for a person.
 
     Parameters
     ----------
-    size : int
+    size : float
         Bytes.
 
     Returns
     -------
     str
-        In MB, GB from a thousand of them on.
+        In MB, GB from a thousand of them on, TB from a million.
     """
+    if size >= 1e12:
+        return f"{size / 1e12:.3g} TB"
     return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"

@@ -13,6 +13,7 @@ from electrovib.data.atomic import check_writable, write_text
 from electrovib.data.marks import Form
 from electrovib.export.spice.netlist import netlist
 from electrovib.physics.limits import broken
+from electrovib.solve.effort import refuse_large
 from electrovib.solve.scenario import Scenario, load, scenario_of
 from electrovib.solve.simulate import simulate
 
@@ -65,6 +66,7 @@ def export(
     with inputs_noted() as inputs:
         found = _found(scenario, set or {})
     check_writable({place: Form.NETLIST}, inputs=inputs, force=force)
+    refuse_large(found)
     text = writer(found, name=place.stem)
     _refuse_what_breaks_a_limit(found)
     write_text(place, text, Form.NETLIST, force=force)

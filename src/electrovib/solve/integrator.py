@@ -112,8 +112,30 @@ def settled_integral(drive: Drive, time: Real) -> Real:
     return total
 
 
+def refuse_unrepeated(drive: Drive) -> None:
+    """Refuse the periodic state of a drive that neither repeats nor is held.
+
+    Parameters
+    ----------
+    drive : Drive
+        Any.
+
+    Raises
+    ------
+    InputError
+        With what to do instead.
+    """
+    steady = all(isinstance(part, Linear) and part.is_step for part in drive.parts())
+    if drive.period is None and not steady:
+        raise InputError(
+            f"time.initial_state = PeriodicState: {type(drive).__name__} does not repeat. Give it a period,"
+            " or start from rest: AtRest"
+        )
+
+
 def drive_mean(drive: Drive) -> float:
     """Give the mean of a repeating drive over a period, 0 where it is rounding [its unit]."""
+    refuse_unrepeated(drive)
     mean = sum(_mean(part) for part in drive.parts())
     return mean if abs(mean) > _NO_MEAN * sum(part.bound() for part in drive.parts()) else 0.0
 

@@ -44,6 +44,8 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
         If the force law has no response in time but the drive is not one sine in its steady state.
     InputError
         If the force law does not find the layers it needs, or models do not go together.
+    BudgetError
+        If it would take more time or memory than `electrovib.budget` allows; told before anything is computed.
 
     Notes
     -----
@@ -51,10 +53,9 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     exactly. A layer with a leak: one nonlinear branch with its error in `step_error`; over frequency the leak
     counts as the conductivity that a vanishing sine sees.
     """
-    times = scenario.time.times(scenario.drive) if time is None else np.asarray(time, dtype=float)
-    frequency = scenario.frequency.frequencies()
+    solution = Solution(scenario, None if time is None else np.asarray(time, dtype=float))
+    times, frequency = solution.times, scenario.frequency.frequencies()
     at_frequency = phasors(scenario, frequency)
-    solution = Solution(scenario, times)
     record = solution.at(times, closely=True)
     spoken, errors = solution.judge(record)
     attributes = provenance(scenario) | errors | record.how

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.solve.diagnostics import diagnostics, solved, watched
+from electrovib.solve.effort import refuse_large
 from electrovib.solve.electrical import Electrical, electrical
 from electrovib.solve.expand import modes, phasors
 from electrovib.solve.known import known_band, memory_lamps, worst_of
@@ -74,9 +75,15 @@ class Solution:
         The stack as modes.
     reduction_error : float
         Largest error of a polarisation reduced to Debye terms.
+
+    Raises
+    ------
+    BudgetError
+        If a run would take more time or memory than is allowed; nothing has been computed then.
     """
 
     def __init__(self, scenario: Scenario, times: Real | None = None) -> None:
+        refuse_large(scenario, times)
         self.scenario = scenario
         self.times = scenario.time.times(scenario.drive) if times is None else times
         self.section, self.reduction_error = modes(scenario, self.times)

@@ -6,9 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Linear, Part, Smooth, Tones
-from electrovib.solve.integrator import integral_weight, settled_integral, without_integrators
+from electrovib.solve.break_states import BreakStates, periodic_state
+from electrovib.solve.integrator import (
+    integral_weight,
+    refuse_unrepeated,
+    settled_integral,
+    without_integrators,
+)
 from electrovib.solve.recursion import hold_weights, march
 from electrovib.solve.smooth import smooth_states
 
@@ -59,11 +64,8 @@ def transient(
     is then not the difference of two large ones. From rest an integrator is exact as one more slow mode; in the
     periodic state its charge is counted from its own mean, because a constant charge is not known from the drive.
     """
-    if settled and drive.period is None and not _is_steady(drive):
-        raise InputError(
-            f"time.initial_state = PeriodicState: {type(drive).__name__} does not repeat. Give it a period,"
-            " or start from rest: AtRest"
-        )
+    if settled:
+        refuse_unrepeated(drive)
     weights = {name: integral_weight(transfer) for name, transfer in transfers.items()} if settled else {}
     if any(weights.values()):
         integral = settled_integral(drive, time)
@@ -107,10 +109,6 @@ def _groups(transfers: Mapping[str, Transfer]) -> list[tuple[list[str], Real, bo
     return groups
 
 
-def _is_steady(drive: Drive) -> bool:
-    return all(isinstance(part, Linear) and part.is_step for part in drive.parts())
-
-
 def _part_response(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
     if isinstance(part, Tones):
         return _tones(part, rates, gains, time, settled=settled)
@@ -134,42 +132,6 @@ def _part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool
     return straight_lag(part, rates, gains, time, start)
 
 
-def periodic_state(part: Linear, rates: Real) -> Real:
-    """State of each mode at the beginning of a period of a drive that has been repeating for ever.
-
-    Parameters
-    ----------
-    part : Linear
-        Straight pieces with a period.
-    rates : ndarray, shape (modes,)
-        1/s, > 0.
-
-    Returns
-    -------
-    ndarray, shape (modes,)
-        V.
-
-    Notes
-    -----
-    x0 = (state after one period from rest)/(1 - exp(-rate period)).
-    """
-    assert part.period is not None
-    one = part.until(part.period)
-    end = _break_states(one, rates, np.zeros(len(rates)))[:, -1]
-    state: Real = end / -np.expm1(-rates * part.period)
-    return state
-
-
-def _break_states(part: Linear, rates: Real, state: Real) -> Real:
-    """States at the breaks, shape (modes, breaks)."""
-    if part.is_step:
-        return state[:, None]
-    identity = np.eye(len(rates))
-    steps = np.diff(part.times)
-    states, _ = march(-rates, identity, np.zeros(len(rates)), part.after[:-1], part.before[1:], steps, state)
-    return states
-
-
 def straight_response(part: Linear, rates: Real, gains: Real, time: Real, state: Real) -> Real:
     """Response of modes to straight pieces at any times.
 
@@ -191,21 +153,21 @@ def straight_response(part: Linear, rates: Real, gains: Real, time: Real, state:
     ndarray, shape (outputs, n)
         Without the direct part.
     """
-    pieces = part.until(float(time[-1]))
-    even = _even_step(pieces, time)
+    even = _even_step(part, time)
     if even is not None:
-        before, after = _sides(pieces, time)
+        before, after = _sides(part.until(float(time[-1])), time)
         zero = np.zeros(len(gains))
         output, _ = march(-rates, gains, zero, after[:-1], before[1:], even, state)
         return output
-    states = _break_states(pieces, rates, state)
-    index, elapsed = pieces.locate(time)
-    now = pieces.value(time)
+    states = BreakStates(part, rates, state)
+    index, elapsed = part.locate(time)
+    now = part.value(time)
     result = np.empty((len(gains), len(time)))
     for piece in _chunks(len(time), len(rates)):
         decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
-        began = pieces.after[index[piece]]
-        result[:, piece] = gains @ (decay * states[:, index[piece]] + begin * began + end * now[piece])
+        began = part.after[index[piece]]
+        known = states.at(index[piece], part.count_periods(time[piece]))
+        result[:, piece] = gains @ (decay * known + begin * began + end * now[piece])
     return result
 
 
@@ -227,25 +189,29 @@ def straight_lag(part: Linear, rates: Real, gains: Real, time: Real, state: Real
     x - v = exp(-rate t) (x_0 - v_0) - v' (1 - exp(-rate t))/rate since the beginning of a piece. At a break
     the piece before it is used, less the jump: a fast mode has forgotten the rounding of x_0 - v_0 by then.
     """
-    pieces = part.until(float(time[-1]))
-    even = _even_step(pieces, time)
+    even = _even_step(part, time)
     slow = rates * (even or 0.0) < 1 if even else np.zeros(len(rates), bool)
     result = np.zeros((len(gains), len(time)))
     if np.any(slow):
         result += straight_response(part, rates[slow], gains[:, slow], time, state[slow])
-        result -= np.outer(gains[:, slow].sum(axis=1), pieces.value(time))
+        result -= np.outer(gains[:, slow].sum(axis=1), part.value(time))
     if np.all(slow):
         return result
     rates, gains, state = rates[~slow], gains[:, ~slow], state[~slow]
-    states, slopes = _break_states(pieces, rates, state), pieces.slopes()
-    index, elapsed = pieces.locate(time)
-    back = (elapsed == 0) & (index > 0)
-    before = index - back
-    elapsed = np.where(back, pieces.times[index] - pieces.times[before], elapsed)
-    jump = np.where(back, pieces.after[index] - pieces.before[index], 0.0)
+    states, slopes = BreakStates(part, rates, state), part.slopes()
+    index, elapsed = part.locate(time)
+    periods = part.count_periods(time)
+    first = (index == 0) & (periods == 0)
+    back = (elapsed == 0) & ~first
+    last = max(len(part.times) - 2, 0) if part.period is not None else 0
+    before = np.where(back, np.where(index > 0, index - 1, last), index)
+    periods = periods - (back & (index == 0))
+    elapsed = np.where(back, part.lengths()[before], elapsed)
+    reached = part.before[np.where(index > 0, index, -1)]
+    jump = np.where(back, part.after[index] - reached, 0.0)
     for piece in _chunks(len(time), len(rates)):
         fallen = np.expm1(-rates[:, None] * elapsed[piece])
-        since = states[:, before[piece]] - pieces.after[before[piece]]
+        since = states.at(before[piece], periods[piece]) - part.after[before[piece]]
         lag = (1 + fallen) * since + slopes[before[piece]] * fallen / rates[:, None] - jump[piece]
         result[:, piece] += gains @ lag
     return result
@@ -261,8 +227,11 @@ def _even_step(part: Linear, time: Real) -> float | None:
     if len(time) < MANY_SAMPLES or time[0] != 0:
         return None
     end = float(time[-1])
+    if part.count_breaks(end) > len(time):
+        return None
     step, rounding = end / (len(time) - 1), ROUNDING * end
-    breaks = part.times[part.times <= end + rounding]
+    times = part.until(end).times
+    breaks = times[times <= end + rounding]
     off = np.max(np.abs(breaks - step * np.round(breaks / step)))
     uneven = np.max(np.abs(time - step * np.arange(len(time))))
     return step if max(off, uneven) <= rounding else None
@@ -290,16 +259,19 @@ def _tones(part: Tones, rates: Real, gains: Real, time: Real, *, settled: bool, 
     for tone, amplitude in enumerate(part.amplitudes):
         wave = amplitude * np.exp(1j * angular[tone] * time)
         steady += np.where(on, ((gains @ steady_response[:, tone])[:, None] * wave).real, 0.0)
-    if np.isfinite(start):
-        steady -= gains @ _fading(part, response, rates, time, start)
-    if np.isfinite(part.stop):
-        steady += gains @ _fading(part, response, rates, time, part.stop)
+    for switched, sign in ((start, -1.0), (part.stop, 1.0)):
+        if np.isfinite(switched):
+            steady += sign * _fading(part, response, rates, gains, time, switched)
     return steady
 
 
-def _fading(part: Tones, response: Complex, rates: Real, time: Real, switched: float) -> Real:
-    """Steady state at a switching time, decaying since then."""
+def _fading(part: Tones, response: Complex, rates: Real, gains: Real, time: Real, switched: float) -> Real:
+    """What modes make of the steady state at a switching time, decaying since then."""
     phasors = part.amplitudes * np.exp(2j * np.pi * part.frequencies * switched)
-    then = (response @ phasors).real
-    since = np.maximum(time - switched, 0.0)
-    return np.where(time >= switched, then[:, None] * np.exp(-rates[:, None] * since), 0.0)
+    then = gains * (response @ phasors).real
+    first = int(np.searchsorted(time, switched))
+    found = np.zeros((len(gains), len(time)))
+    for piece in _chunks(len(time) - first, len(rates)):
+        since = time[first:][piece] - switched
+        found[:, first:][:, piece] = then @ np.exp(-rates[:, None] * since)
+    return found

@@ -17,14 +17,13 @@ from electrovib.apps.cli import (
     report,
     reproduce,
     run,
-    version,
+    settings,
 )
 from electrovib.apps.cli.terminal import complain, prepare
+from electrovib.apps.start import INTERRUPTED
 from electrovib.core.errors import ElectrovibError, InputError
 
 _MOST: Final = 50  # mistakes told at once
-INTERRUPTED: Final = 130
-"""Exit code after Ctrl-C: 128 and the number of the signal."""
 
 app = typer.Typer(
     name="electrovib",
@@ -36,7 +35,7 @@ app = typer.Typer(
 )
 
 
-for _command in (run, compare, equilibrium, perceive, reproduce, models, report, export, init, version):
+for _command in (run, compare, equilibrium, perceive, reproduce, models, report, export, init, settings):
     _command.register(app)
 
 

@@ -32,6 +32,7 @@ def command(
     """Find every state of gap and attraction under a held voltage, stable or not."""
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.chosen import chosen
+    from electrovib.apps.progress import tracked
     from electrovib.core.units import parse_quantity
     from electrovib.solve.equilibrium import equilibrium
     from electrovib.solve.scenario import Scenario, load
@@ -45,7 +46,9 @@ def command(
             held = parse_quantity(voltage, "V")
         except ValueError as error:
             raise InputError(f"--voltage {voltage}: {error}") from None
-    say(*summary(equilibrium(found, voltage=held)), *chosen(found, scenario))
+    with tracked("looking for equilibria"):
+        balance = equilibrium(found, voltage=held)
+    say(*summary(balance), *chosen(found, scenario))
 
 
 def summary(found: Balance) -> list[str]:

@@ -27,8 +27,10 @@ def command(
 ) -> None:
     """Write a scenario as a netlist: drive, layers, body and force, for ngspice."""
     from electrovib.apps.changes import read_changes
+    from electrovib.apps.progress import tracked
     from electrovib.export.scenario import export
 
-    written = export(scenario, output, set=read_changes(changes or []), force=force)
+    with tracked("solving and writing"):
+        written = export(scenario, output, set=read_changes(changes or []), force=force)
     say(f"written: {written}")
     say(f"run it:  ngspice -b {written}")

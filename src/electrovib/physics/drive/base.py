@@ -137,6 +137,10 @@ class Drive(Model, family=True):
         """Shortest straight piece, or time for which a tone or formula is on up to an end [s]; infinite for a step."""
         return min((part.shortest_piece(end) for part in self.parts()), default=math.inf)
 
+    def count_corners(self, end: float) -> int:
+        """Count about how often the drive bends, jumps or is switched up to an end [s], without writing it out."""
+        return sum(part.count_breaks(end) for part in self.parts())
+
     def corners(self, end: float) -> tuple[Real, Real]:
         """Times at which the drive bends, jumps or is switched, and by how much it jumps.
 

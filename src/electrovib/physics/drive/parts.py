@@ -57,7 +57,8 @@ class Linear:
             inside = np.mod(time, self.period)
             inside = np.where(inside > self.period - slack, 0.0, inside)
         index = np.clip(np.searchsorted(self.times, inside + slack, side="right") - 1, 0, len(self.times) - 1)
-        return index, np.maximum(inside - self.times[index], 0.0)
+        elapsed = np.maximum(inside - self.times[index], 0.0)
+        return index, elapsed if self.period is None else np.where(elapsed > slack, elapsed, 0.0)
 
     def value(self, time: Real) -> Real:
         """Voltage [V] at these times [s]; at a jump the later value; NaN passes."""
@@ -87,11 +88,32 @@ class Linear:
         """Rate of change after each break, 0 after the last one [V/s]."""
         return np.append((self.before[1:] - self.after[:-1]) / np.diff(self.times), 0.0)
 
+    def lengths(self) -> Real:
+        """How long each piece lasts [s]; infinite for the last."""
+        return np.append(np.diff(self.times), np.inf)
+
+    def count_periods(self, time: Real) -> Indices:
+        """Count the whole periods that are over at each time [s], as `locate` has it; 0 without a period."""
+        if self.period is None:
+            return np.zeros(np.shape(time), np.intp)
+        return np.asarray(np.floor((time + _SLACK * np.abs(time)) / self.period), np.intp)
+
+    def _written_out(self, end: float) -> int:
+        """Count the periods that are written out up to a time [s]."""
+        assert self.period is not None
+        return max(1, math.ceil(end / self.period * (1 - _SLACK)))
+
+    def count_breaks(self, end: float) -> int:
+        """Count the breaks up to a time [s] without writing them out."""
+        if self.period is None:
+            return len(self.times)
+        return self._written_out(end) * (len(self.times) - 1) + 1
+
     def until(self, end: float) -> Linear:
         """Write the repeated pieces out up to a time [s]; without a period, the same pieces."""
         if self.period is None:
             return self
-        count = max(1, math.ceil(end / self.period * (1 - _SLACK)))
+        count = self._written_out(end)
         starts = np.arange(count) * self.period
         times = (starts[:, None] + self.times[:-1]).ravel()
         before = np.tile(self.before[:-1], count)
@@ -147,6 +169,10 @@ class _Gated(ABC):
         gates = np.array([gate for gate in (self.start, self.stop) if -math.inf < gate <= end])
         values = self.whenever(gates)
         return gates, np.where(gates == self.start, values, -values)
+
+    def count_breaks(self, end: float) -> int:
+        """Count the times up to an end [s] at which it is switched."""
+        return len(self.corners(end)[0])
 
     def shortest_piece(self, end: float) -> float:
         """For how long it is on up to an end [s]; infinite if never."""

@@ -60,6 +60,8 @@ def land(
         last = landed[-1]
         value = float(system.switches(last.end, last.state, mode)[index])
         early = last.start + 0.875 * last.size
+        if early >= last.end:  # no time can be told from another in so short a step
+            break
         slope = (value - float(system.switches(early, last(np.asarray(early)), mode)[index])) / (
             last.end - early
         )

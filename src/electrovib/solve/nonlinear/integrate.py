@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 
+from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
+from electrovib.solve.costs import RADAU_STEP, SHORTER
 from electrovib.solve.nonlinear.collocation import Piece, adaptive_steps, even_steps
 from electrovib.solve.nonlinear.events import first_fall, land
 
@@ -173,6 +175,8 @@ def integrate(
     ------
     ElectrovibError
         If a step cannot be made small enough, or events do not end.
+    BudgetError
+        If the steps take longer than is allowed.
 
     Notes
     -----
@@ -185,12 +189,13 @@ def integrate(
     states, modes = np.empty((len(state), len(times))), [mode] * len(times)
     stops = np.unique([0.0, *(b for b in system.breaks(end) if 0 < b < end), end])
     now, filled, steps, evaluations = 0.0, 0, 0, 0
+    meter = Meter(f"Radau's method on {len(state)} equations", end=end, each=RADAU_STEP, remedy=SHORTER)
     events: list[tuple[float, int]] = []
     state = system.jump(0.0, np.array(state, dtype=float))
     for stop in stops[1:].tolist():
         mode = _mode_after_jump(system, now, state, mode, events)
         while now < stop:
-            leg = _leg(system, now, stop, state, mode, tolerance, step)
+            leg = _leg(system, now, stop, state, mode, meter, tolerance, step)
             steps, evaluations = steps + leg.steps, evaluations + leg.evaluations
             last = int(np.searchsorted(times, leg.end, side="left" if leg.end == stop else "right"))
             if last > filled:
@@ -247,7 +252,14 @@ class _Leg:
 
 
 def _leg(
-    system: System, start: float, stop: float, state: Real, mode: Mode, tolerance: float, step: float | None
+    system: System,
+    start: float,
+    stop: float,
+    state: Real,
+    mode: Mode,
+    meter: Meter,
+    tolerance: float,
+    step: float | None,
 ) -> _Leg:
     """Integrate until a break or the first event."""
     asked, latest = 0, np.nextafter(stop, start)
@@ -265,6 +277,7 @@ def _leg(
         else even_steps(rate, start, stop, state, system.scale, step)
     )
     for after, end_state, piece in taken:
+        meter.count(after)
         before, before_state = bounds[-1], state
         fall = first_fall(system, piece, before, after, end_state, mode)
         if fall is None:

@@ -18,6 +18,7 @@ HIGH_FLOOR = 1e-6
 COINCIDENT = 1e-4
 # A relative error below this is that of arithmetic, not of the number of terms.
 EXACT = 1e-9
+_FAR_OFF = 1e100
 
 
 @dataclass(frozen=True)
@@ -88,8 +89,16 @@ def least_squares(
 
     parameters = LogParameters(spectrum)
     roots = np.sqrt(np.ones(spectrum.angular.size) if weights is None else weights)
+
+    def residuals(vector: Real) -> Real:
+        if not np.all(
+            np.isfinite(vector)
+        ):  # a step from a matrix without an inverse: refused as one that is far off
+            return np.full(2 * roots.size, _FAR_OFF)
+        return stacked(parameters.error(vector) * roots)
+
     found = scipy.optimize.least_squares(
-        lambda vector: stacked(parameters.error(vector) * roots),
+        residuals,
         parameters.pack(terms),
         lambda vector: stacked(parameters.jacobian(vector) * roots[:, np.newaxis]),
         method="lm",

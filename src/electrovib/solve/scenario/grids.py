@@ -45,6 +45,23 @@ class TimeGrid(Model):
             raise ValueError("samples must be a whole number from 2 to 1e8")
         return self
 
+    def count(self, drive: Drive) -> int:
+        """Count the times at which the result is wanted; at most so many where a measured drive has more stamps.
+
+        Parameters
+        ----------
+        drive : Drive
+            Of the scenario.
+
+        Returns
+        -------
+        int
+            As many as `times` gives, or a few more.
+        """
+        if self.samples is not None or drive.time_stamps is None:
+            return self.samples or FORMULA_SAMPLES
+        return len(drive.time_stamps) + FORMULA_SAMPLES
+
     def times(self, drive: Drive) -> Real:
         """Give the times at which the result is wanted [s].
 

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import functools
 import itertools
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.budget import Work, refuse_beyond
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
+from electrovib.solve.costs import CASE, CASE_MEMORY
+from electrovib.solve.effort import works
 from electrovib.solve.quantities import DEFAULTS, Named, answer, read_name, solved
 from electrovib.solve.sampling import sampling
 from electrovib.solve.simulate import simulate
@@ -66,6 +70,8 @@ def sweep(
     ------
     InputError
         For every value out of range and every unknown quantity; for a case that cannot be solved, with its values.
+    BudgetError
+        If all cases would take more time or memory than `electrovib.budget` allows; told before the first.
 
     Notes
     -----
@@ -74,6 +80,7 @@ def sweep(
     """
     asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
     axes = {path: np.asarray(values, dtype=float) for path, values in over.items()}
+    _refuse_large(scenario, axes, records=records)
     words = functools.partial(_words, {path: quantity_at(scenario, path).unit for path in axes})
     points = [
         {path: float(value) for path, value in zip(axes, values, strict=True)}
@@ -91,6 +98,18 @@ def sweep(
             where = f" (at {words(point)})" if point else ""
             raise InputError(f"{problem}{where}" for problem in problems) from None
     return dataset(scenario, axes, cases, asked.units, records=records, words=words)
+
+
+def _refuse_large(scenario: Scenario, axes: Mapping[str, Real], *, records: bool) -> None:
+    """Refuse more cases than the budget allows, before the first is made."""
+    each, count = works(scenario), math.prod(len(values) for values in axes.values())
+    held = CASE_MEMORY + (max(work.memory for work in each) if records else 0.0)
+    time = CASE + sum(work.time for work in each)
+    what = " x ".join(f"{len(values)} values of {path}" for path, values in axes.items())
+    refuse_beyond(
+        [Work(f"{count:.3g} cases, {what}", count * time, count * held, "sweep fewer values")],
+        what="this sweep",
+    )
 
 
 @dataclass(frozen=True)

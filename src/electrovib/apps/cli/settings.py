@@ -1,4 +1,4 @@
-"""``electrovib --version``."""
+"""What goes before a command: ``electrovib --version``, ``electrovib --budget '1 h, 8 GB' run ...``."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from electrovib.apps.cli.terminal import say
 
 
 def register(app: typer.Typer) -> None:
-    """Add the option."""
+    """Add the options."""
     app.callback()(command)
 
 
@@ -24,12 +24,25 @@ def _show(wanted: bool) -> None:
 
 
 def command(
+    context: typer.Context,
     version: Annotated[
         bool,
         typer.Option(
             "--version", help="Show the versions of electrovib and its parts.", callback=_show, is_eager=True
         ),
     ] = False,
+    budget: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME,MEMORY",
+            envvar="ELECTROVIB_BUDGET",
+            help="What a computation may take, '1 h, 8 GB'; more is refused before it begins. By default 10 min, 4 GB.",
+        ),
+    ] = None,
 ) -> None:
     """Electrovibration: the force between a finger and a charged plate, from drive voltage to friction."""
     del version
+    if budget is not None:
+        from electrovib.core import budget as budgets
+
+        context.with_resource(budgets.budget(**budgets.read_budget(budget)))

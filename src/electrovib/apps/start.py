@@ -1,0 +1,47 @@
+"""The entry of the command line: imports nothing at first, so that Ctrl-C is answered from the first moment on."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from typing import TYPE_CHECKING, Final, NoReturn
+
+if TYPE_CHECKING:
+    from types import FrameType
+
+INTERRUPTED: Final = 130
+"""Exit code after Ctrl-C: 128 and the number of the signal."""
+_AGAIN: Final = 1.0
+"""Seconds after which an interrupt that Python has lost is raised once more: in a callback it only prints it."""
+
+
+def main() -> None:
+    """Run the command line."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _interrupt)
+    try:
+        from electrovib.apps.cli import main as command_line
+
+        command_line()
+    except KeyboardInterrupt:
+        sys.stderr.write("electrovib: interrupted before anything was done\n")
+        sys.exit(INTERRUPTED)
+    finally:
+        _be_silent()
+
+
+def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
+    """Raise KeyboardInterrupt, and again until the command has ended by it."""
+    del number, frame
+    if hasattr(signal, "setitimer"):
+        signal.signal(signal.SIGALRM, _interrupt)
+        signal.setitimer(signal.ITIMER_REAL, _AGAIN)
+    raise KeyboardInterrupt
+
+
+def _be_silent() -> None:
+    """Stop raising, and let a further Ctrl-C end the process without a word: nothing is left to be cleaned up."""
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+    if signal.getsignal(signal.SIGINT) is _interrupt:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)

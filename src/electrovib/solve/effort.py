@@ -1,0 +1,168 @@
+"""What a run will take, counted before it begins: output times, corners and cycles of the drive, steps, readings."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from electrovib.core.budget import Work, refuse_beyond
+from electrovib.physics.drive.parts import Linear
+from electrovib.physics.motion import Distance
+from electrovib.solve.costs import (
+    CORNER,
+    FEWER_SAMPLES,
+    GAP_STEP,
+    LEAK_STEP,
+    RADAU_STEP,
+    SAMPLE,
+    SAMPLE_OF_MODE,
+    SHORTER,
+)
+from electrovib.solve.general import beyond_modes
+from electrovib.solve.respond import is_marched
+from electrovib.solve.scenario import PeriodicState
+
+if TYPE_CHECKING:
+    from electrovib.solve.scenario import Scenario
+    from electrovib.solve.transfer import Real
+
+BYTES: Final = 8
+SIGNALS: Final = 24
+"""Numbers held for each output time, beside those of the layers."""
+SIGNALS_OF_LAYER: Final = 14
+NUMBERS_AT_CORNER: Final = 14
+NUMBERS_AT_STEP: Final = 14
+MODES_OF_LAYER: Final = 2
+MODES_OF_DISPERSION: Final = 16
+PLACES: Final = 120
+"""Under a sliding finger, each of which takes as long as a stack."""
+
+
+class March(NamedTuple):
+    """What a solver that goes from step to step needs.
+
+    Parameters
+    ----------
+    name : str
+        What is marched, for people.
+    step : float
+        Computing time of a step [s].
+    at_corner, in_cycle, for_sample : float
+        Steps after a corner of the drive, in a cycle of what oscillates, and for an output time.
+    """
+
+    name: str
+    step: float
+    at_corner: float
+    in_cycle: float
+    for_sample: float
+
+
+LEAK: Final = March("the leaking layer", LEAK_STEP, 500, 400, 7)
+MOVING_GAP: Final = March("the moving gap", GAP_STEP, 1000, 400, 1)
+NONLINEAR: Final = March("the nonlinear equations", RADAU_STEP, 300, 25, 0)
+
+
+def refuse_large(scenario: Scenario, times: Real | None = None) -> None:
+    """Refuse a run that would take more than the budget, before anything is computed.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    times : ndarray, shape (n,), optional
+        Output times [s]; by default those of the scenario, which are not written out.
+
+    Raises
+    ------
+    BudgetError
+        With the estimate, what it is for, and what would help.
+    """
+    refuse_beyond(works(scenario, times))
+
+
+def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
+    """Count what a run consists of.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    times : ndarray, shape (n,), optional
+        Output times [s]; by default those of the scenario, which are not written out.
+
+    Returns
+    -------
+    list of Work
+        With computing times that are right within a factor of about two where they are long.
+    """
+    grid, drive = scenario.time, scenario.drive
+    samples = grid.count(drive) if times is None else len(times)
+    end = (grid.duration or drive.duration) if times is None else float(times[-1])
+    corners = drive.count_corners(end)
+    each = SAMPLE + SAMPLE_OF_MODE * _modes(scenario)
+    if scenario.motion.renews_film:
+        each *= PLACES
+    held = BYTES * (SIGNALS + SIGNALS_OF_LAYER * len(scenario.stack.layers))
+    found = [
+        Work(f"{samples:.3g} output times", samples * each, samples * held, FEWER_SAMPLES),
+        Work(
+            f"{corners:.3g} corners of the drive up to {end:.6g} s",
+            corners * CORNER,
+            corners * BYTES * NUMBERS_AT_CORNER,
+            _less(scenario),
+        ),
+    ]
+    return [*found, *_marched(scenario, end, samples, corners)]
+
+
+def _less(scenario: Scenario) -> str:
+    """Say what makes a drive shorter."""
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    period = scenario.drive.period
+    if period is None or settled or is_marched(scenario):
+        return SHORTER
+    return (
+        f"{SHORTER}, or ask for one period of the periodic state: time.duration = {period:.6g} with"
+        ' time.initial_state = { model = "PeriodicState" }'
+    )
+
+
+def _modes(scenario: Scenario) -> int:
+    """About how many relaxations the stack has."""
+    materials = [layer.material for layer in scenario.stack.layers.values()]
+    dispersive = sum(material.debye() is None for material in materials)
+    return MODES_OF_LAYER * len(materials) + MODES_OF_DISPERSION * dispersive
+
+
+def _marched(scenario: Scenario, end: float, samples: int, corners: int) -> list[Work]:
+    """Count the steps of a solver that goes from step to step."""
+    if not is_marched(scenario):
+        return []
+    march = _march(scenario)
+    if march is None:
+        return []
+    steps = (
+        march.at_corner * (corners + 1) + march.in_cycle * _cycles(scenario, end) + march.for_sample * samples
+    )
+    what = f"about {steps:.2g} steps of {march.name} up to {end:.6g} s"
+    return [Work(what, steps * march.step, steps * BYTES * NUMBERS_AT_STEP, SHORTER)]
+
+
+def _march(scenario: Scenario) -> March | None:
+    """Tell which march runs; none behind an amplifier with limits before linear layers."""
+    leaks = any(layer.leak is not None for layer in scenario.stack.layers.values())
+    amplifier = scenario.circuit.amplifier
+    if not beyond_modes(scenario):
+        return LEAK if leaks else None
+    alone = isinstance(scenario.motion.distance, Distance) and scenario.contact.closing is None
+    return MOVING_GAP if alone and not leaks and not (amplifier and amplifier.is_limited) else NONLINEAR
+
+
+def _cycles(scenario: Scenario, end: float) -> float:
+    """Cycles of everything that oscillates, up to an end [s]."""
+    found = 0.0
+    for part in scenario.drive.parts():
+        if not isinstance(part, Linear):
+            found += max(min(part.stop, end) - max(part.start, 0.0), 0.0) * part.highest_frequency
+    distance = scenario.motion.distance
+    return found + (end * distance.fastest if isinstance(distance, Distance) else 0.0)
