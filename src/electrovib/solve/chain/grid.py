@@ -123,7 +123,9 @@ class Grid:
         lengths = np.diff(self.knots)
         if 2 * len(lengths) > most:
             raise InputError(
-                f"most = {most}: {len(lengths)} times need twice as many pieces. Raise it, or ask for fewer times."
+                f"the force on finger and rig has {len(lengths)} corners and output times up to {self.knots[-1]:.6g} s, which"
+                f" take twice as many pieces, more than {most}. Ask for a shorter time.duration, fewer time.samples or a slower"
+                " drive"
             )
         span = float(np.sum(lengths[self.counts(np.ones(len(self.wanted), bool))]))
         if span == 0.0:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.solve.chain.grid import Grid, increasing
+from electrovib.solve.chain.grid import PER_CHANGE, Grid, increasing
 from electrovib.solve.filters.follow import finite, march_through
 
 if TYPE_CHECKING:
@@ -22,6 +24,10 @@ FAINT = 1e-9
 """Outputs are compared with no less than this share of what the filter could put out: below is rounding."""
 FORGOTTEN = 25.0
 """Time constants after which nothing is left of a force: 1e-11 of it."""
+PIECES = 250_000
+"""Pieces of a first grid that are followed at once: more takes memory, less takes time for what comes before."""
+EXTRAPOLATIONS = 2
+"""Powers of the length of a piece that are taken away."""
 TOGETHER = 64
 """Outputs that are followed until all of them stand still."""
 
@@ -76,33 +82,79 @@ def respond_mechanically(
     Notes
     -----
     The force is taken as straight between the points of a grid, on which the modes are followed exactly, however
-    stiff. What is left is the bend of the force in a piece, of second order in its length; from two grids it is
-    known and taken away (Richardson), which leaves the fourth order. What no output remembers any more is not looked
+    stiff. What is left is the bend of the force in a piece, of second order in its length; from grids that halve each
+    other's pieces two orders are known and taken away (Romberg), which leaves the sixth. What no output remembers any more is not looked
     at, and no more than once what only outputs remember that stand still already.
     """
-    stamps = increasing(times)
-    grid = Grid.over(stamps, np.asarray(jumps, dtype=float).ravel(), FORGOTTEN / _slowest(filters))
+    stamps, marks = increasing(times), np.asarray(jumps, dtype=float).ravel()
+    memory = FORGOTTEN / _slowest(filters)
+    found = {name: np.empty(len(stamps)) for name in filters}
+    sizes = {name: _Size() for name in filters}
+    for group in _groups(stamps, marks, memory, shortest):
+        begins = max(stamps[group.start] - memory, stamps[0])
+        early = begins < stamps[group.start]
+        grid = Grid.over(np.append(begins, stamps[group]) if early else stamps[group], marks, memory)
+        before = held if begins == stamps[0] else math.inf
+        rows = _settled(force_at, filters, grid, before, shortest, most, tolerance, sizes)
+        for name, row in rows.items():
+            found[name][group] = row[int(early) :]
+    return found, max((size.moved / (size.largest or 1.0) for size in sizes.values()), default=0.0)
+
+
+@dataclass
+class _Size:
+    """Largest value of an output so far, and by how much the last halving of its grid moved it."""
+
+    largest: float = 0.0
+    moved: float = 0.0
+
+
+def _groups(stamps: Real, jumps: Real, memory: float, shortest: float) -> list[slice]:
+    """Outputs that are followed together: as many as `PIECES` of a first grid show, if that is long against the memory."""
+    lengths = np.append(0.0, np.minimum(np.diff(stamps), memory))
+    pieces = np.cumsum(lengths * PER_CHANGE / shortest) + np.searchsorted(np.sort(jumps), stamps)
+    together = max(PIECES, 4 * memory * PER_CHANGE / shortest)
+    edges = np.flatnonzero(np.diff(np.floor(pieces / together), prepend=0.0))
+    bounds = [0, *edges[edges > 0].tolist(), len(stamps)]
+    return [slice(first, last) for first, last in itertools.pairwise(bounds)]
+
+
+def _settled(
+    force_at: Callable[[Real], Real],
+    filters: Mapping[str, Filter],
+    grid: Grid,
+    held: float,
+    shortest: float,
+    most: int,
+    tolerance: float,
+    sizes: dict[str, _Size],
+) -> dict[str, Real]:
+    """Halve the pieces of a grid where outputs move, until they stand still or `most` pieces are used up."""
     density, halvings = grid.density(shortest, most), 0
-    remaining, moved = np.ones(len(stamps), bool), np.zeros(len(stamps))
+    remaining = np.ones(len(grid.wanted), bool)
     divisions = grid.divisions(density, halvings, grid.counts(remaining))
     coarse, possible = _on_grid(force_at, filters, grid, divisions, held)
-    found = before = {name: row.copy() for name, row in coarse.items()}
+    found, moved = dict(coarse), {name: np.zeros(len(remaining)) for name in filters}
+    tables = {name: [row] for name, row in coarse.items()}
     while True:
         halvings += 1
         divisions = grid.divisions(density, halvings, grid.counts(remaining))
         fine, possible = _on_grid(force_at, filters, grid, divisions, held)
-        now = {name: np.where(remaining, _extrapolated(coarse[name], fine[name]), found[name]) for name in found}
-        moved[remaining] = 0.0
-        for name, output in now.items():
-            scale = max(float(np.max(np.abs(output))), FAINT * possible[name]) or 1.0
-            change = np.minimum(np.abs(output - before[name]), np.abs(fine[name] - coarse[name])) / scale
-            moved = np.where(remaining, np.maximum(moved, change), moved)
-        found = before = now
-        remaining = _with_neighbours(moved > tolerance)
+        moves = np.zeros(len(remaining), bool)
+        for name, size in sizes.items():
+            row = _extrapolated(tables[name], fine[name])
+            changes = [np.abs(now - before) for now, before in zip(row, tables[name], strict=False)]
+            moved[name] = np.where(remaining, np.min(changes, axis=0), moved[name])
+            found[name] = np.where(remaining, row[-1], found[name])
+            tables[name] = row
+            size.largest = max(size.largest, float(np.max(np.abs(found[name]))), FAINT * possible[name])
+            moves |= moved[name] > tolerance * size.largest
+        remaining = _with_neighbours(moves)
         more = grid.divisions(density, halvings + 1, grid.counts(remaining)).sum()
         if not np.any(remaining) or more > most or grid.is_point:
-            return found, float(np.max(moved, initial=0.0)) if filters else 0.0
-        coarse = fine
+            for name, size in sizes.items():
+                size.moved = max(size.moved, float(np.max(moved[name])))
+            return found
 
 
 def _slowest(filters: Mapping[str, Filter]) -> float:
@@ -116,9 +168,12 @@ def _with_neighbours(moved: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.isin(groups, groups[moved])
 
 
-def _extrapolated(coarse: Real, fine: Real) -> Real:
-    """Output for a force without bends in its pieces, from two grids of which one halves the other's pieces."""
-    return fine + (fine - coarse) / 3
+def _extrapolated(before: list[Real], fine: Real) -> list[Real]:
+    """Next row of Romberg's table: each grid halves the pieces, and the error goes in even powers of their length."""
+    row = [fine]
+    for order, coarse in zip(range(1, EXTRAPOLATIONS + 1), before, strict=False):
+        row.append(row[-1] + (row[-1] - coarse) / (4**order - 1))
+    return row
 
 
 def _on_grid(
