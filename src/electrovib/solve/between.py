@@ -131,7 +131,7 @@ class Between:
         if np.ndim(time) == 0:
             if self._listed is None:
                 self._listed = tuple(each.tolist() for each in pieces)
-            return _one(*self._listed, float(time))
+            return _one(self._listed, float(time))
         return pieces.at(self._place(np.asarray(time)), np.asarray(time))
 
     def error(self) -> float:
@@ -225,8 +225,9 @@ class Between:
         return Cubics(knots, values, slopes)
 
 
-def _one(knots: list[float], values: list[float], slopes: list[float], time: float) -> float:
+def _one(pieces: tuple[list[float], ...], time: float) -> float:
     """The same as `Cubics.at`, for one time in plain numbers: many times quicker than with an array."""
+    knots, values, slopes = pieces
     place = min(max(bisect_right(knots, time) - 1, 0), len(knots) - 2)
     length = knots[place + 1] - knots[place]
     share = (time - knots[place]) / length

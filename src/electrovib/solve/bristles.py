@@ -81,8 +81,16 @@ def slide(
         if law.bristles is not None:
             return slide_quickly(law, motion=motion, strength=strength, times=wanted, **skin)
         settled = float(motion.speeds(0.0)) > 0
-        touch = {"touches": motion.touches, "breaks": breaks.tolist(), "settled": settled}
-        return sliding(law, speed=motion.speeds, strength=strength, times=wanted, **touch, **skin)
+        return sliding(
+            law,
+            speed=motion.speeds,
+            strength=strength,
+            times=wanted,
+            breaks=breaks.tolist(),
+            touches=motion.touches,
+            settled=settled,
+            **skin,
+        )
 
     found = march(asked)
     why = (

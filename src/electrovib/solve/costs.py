@@ -18,6 +18,8 @@ LEAK_STEP: Final = 2.5e-5
 """Of the march of a leaking layer [s]."""
 GAP_STEP: Final = 4e-6
 """Of the march beneath a gap that is moved [s]."""
+BRISTLE_STEP: Final = 5e-6
+"""Of Radau's method on bristles, compiled, with or without a skin [s]."""
 RADAU_STEP: Final = 7e-4
 """Of Radau's method on up to about ten equations [s]."""
 CASE: Final = 5e-3

@@ -68,9 +68,7 @@ def test_sixth_order_in_the_step():
             pieces.append(len(time) - 1)
             return np.sin(40 * OMEGA * time)
 
-        outputs, error = respond_mechanically(
-            counted, slow, EVEN, tolerance=tolerance, held=0.0, shortest=1 / 4800
-        )
+        _, error = respond_mechanically(counted, slow, EVEN, tolerance=tolerance, held=0.0, shortest=1 / 4800)
         assert error <= tolerance
         counts[tolerance] = pieces[-1]
     assert 2 <= counts[1e-10] / counts[1e-5] <= 8
@@ -244,7 +242,10 @@ def test_noise_is_as_declared_and_repeats():
     [
         (lambda: respond_mechanically(squared, FILTERS, [0.0, 0.0]), "times that increase"),
         (lambda: respond_mechanically(squared, FILTERS, []), "at least one"),
-        (lambda: respond_mechanically(squared, FILTERS, EVEN, most=500), "Ask for a shorter time.duration, fewer"),
+        (
+            lambda: respond_mechanically(squared, FILTERS, EVEN, most=500),
+            "Ask for a shorter time.duration, fewer",
+        ),
         (lambda: respond_mechanically(lambda time: time / 0.0 * 0, FILTERS, EVEN), "is nan"),
         (lambda: measured(RIG, EVEN, np.ones(4), np.ones(4)), "normal_force: 4 samples for 301 times"),
         (

@@ -83,8 +83,8 @@ def respond_mechanically(
     -----
     The force is taken as straight between the points of a grid, on which the modes are followed exactly, however
     stiff. What is left is the bend of the force in a piece, of second order in its length; from grids that halve each
-    other's pieces two orders are known and taken away (Romberg), which leaves the sixth. What no output remembers any more is not looked
-    at, and no more than once what only outputs remember that stand still already.
+    other's pieces two orders are known and taken away (Romberg), which leaves the sixth. What no output remembers any
+    more is not looked at, and what only outputs remember that stand still is not looked at more finely.
     """
     stamps, marks = increasing(times), np.asarray(jumps, dtype=float).ravel()
     memory = FORGOTTEN / _slowest(filters)
@@ -110,7 +110,7 @@ class _Size:
 
 
 def _groups(stamps: Real, jumps: Real, memory: float, shortest: float) -> list[slice]:
-    """Outputs that are followed together: as many as `PIECES` of a first grid show, if that is long against the memory."""
+    """Outputs that are followed together: some `PIECES` of a first grid, if that is long against the memory [s]."""
     lengths = np.append(0.0, np.minimum(np.diff(stamps), memory))
     pieces = np.cumsum(lengths * PER_CHANGE / shortest) + np.searchsorted(np.sort(jumps), stamps)
     together = max(PIECES, 4 * memory * PER_CHANGE / shortest)
@@ -210,4 +210,3 @@ def _on_grid(
         possible = (abs(filter_.direct) + 2 * np.abs(filter_.gains).sum()) * np.abs(force).max()
         found[name], largest[name] = output[grid.wanted], float(possible)
     return found, largest
-

@@ -10,9 +10,12 @@ import numpy as np
 from electrovib.physics.friction import bristle
 from electrovib.solve.nonlinear import compiled_step
 from electrovib.solve.nonlinear.compiled_step import (
+    DEFLECTION,
+    FRICTION,
     STAGES,
     collocate,
     compiled,
+    compiled_for_python,
     error_of,
     state_at,
     strength_in,
@@ -21,8 +24,6 @@ from electrovib.solve.nonlinear.compiled_step import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-AT_ONCE = 100_000
-"""Steps in one call, some tenths of a second: between calls Python can be interrupted."""
 DONE, UNSOLVED, CHATTERS, GOES_ON = range(4)
 """How a call ends."""
 NOW, STRETCH, FILLED, WANTED, DIRECTION, SIDE, STEPS, ASKED, EVENTS, STATUS = range(10)
@@ -35,7 +36,7 @@ _LOOKS = np.array([0.2, 0.4, 0.6, 0.8, 1.0])
 
 
 @compiled
-def _switch(kind, state, strength, direction, side, law, sizes):  # type: ignore[no-untyped-def]
+def _switch(kind: Any, state: Any, strength: Any, direction: Any, side: Any, law: Any, sizes: Any) -> Any:
     """What stays above 0 as long as the mode holds: the speed along its direction, what is left to the strength."""
     if kind == 0:
         return direction * state[2] + sizes.turned
@@ -43,7 +44,19 @@ def _switch(kind, state, strength, direction, side, law, sizes):  # type: ignore
 
 
 @compiled
-def _at_share(kind, share, start, size, before, stages, moment, side, sizes, method, state):  # type: ignore[no-untyped-def]
+def _at_share(
+    kind: Any,
+    share: Any,
+    start: Any,
+    size: Any,
+    before: Any,
+    stages: Any,
+    moment: Any,
+    side: Any,
+    sizes: Any,
+    method: Any,
+    state: Any,
+) -> Any:
     """A switch on the polynomial of a step."""
     course, place, stretch, direction, law, _ = moment
     state_at(before, stages, share, method, state)
@@ -52,7 +65,17 @@ def _at_share(kind, share, start, size, before, stages, moment, side, sizes, met
 
 
 @compiled
-def _first_fall(start, size, before, stages, moment, kinds, side, sizes, method):  # type: ignore[no-untyped-def]
+def _first_fall(
+    start: Any,
+    size: Any,
+    before: Any,
+    stages: Any,
+    moment: Any,
+    kinds: Any,
+    side: Any,
+    sizes: Any,
+    method: Any,
+) -> Any:
     """Share of a step at which a switch first falls through 0, and which; 2 and -1 if none does."""
     state, low = np.empty(6), 0.0
     best, which = 2.0, -1
@@ -79,7 +102,19 @@ def _first_fall(start, size, before, stages, moment, kinds, side, sizes, method)
 
 
 @compiled
-def _land(kind, start, size, whole, before, count, moment, side, sizes, method, stages):  # type: ignore[no-untyped-def]
+def _land(
+    kind: Any,
+    start: Any,
+    size: Any,
+    whole: Any,
+    before: Any,
+    count: Any,
+    moment: Any,
+    side: Any,
+    sizes: Any,
+    method: Any,
+    stages: Any,
+) -> Any:
     """Solve a shortened step again until its own end is the root of a switch; its length, and rates asked."""
     state, asked, enough = np.empty(6), 0, _ENOUGH * moment[0].stops[-1]
     for _ in range(_MOST_LANDINGS):
@@ -100,7 +135,7 @@ def _land(kind, start, size, whole, before, count, moment, side, sizes, method, 
 
 
 @compiled
-def _turned(kind, state, strength, direction, side, law):  # type: ignore[no-untyped-def]
+def _turned(kind: Any, state: Any, strength: Any, direction: Any, side: Any, law: Any) -> Any:
     """Direction and side after a switch has fallen."""
     if kind == 1:
         return direction, -side
@@ -109,9 +144,14 @@ def _turned(kind, state, strength, direction, side, law):  # type: ignore[no-unt
 
 
 @compiled
-def _hold(state, moment, now, kinds, memory, sizes, moments, which):  # type: ignore[no-untyped-def]
-    """Change the mode where a stretch begins, once for each switch at most, until it holds."""
+def _hold(
+    state: Any, moment: Any, now: Any, kinds: Any, memory: Any, sizes: Any, moments: Any, which: Any
+) -> Any:
+    """Let bristles off the plate go where a stretch begins, and change the mode until it holds."""
     course, place, stretch, direction, law, _ = moment
+    if course.touches[stretch] == 0:
+        state[FRICTION] += law.stiffness * state[DEFLECTION] ** 2 / 2
+        state[DEFLECTION] = 0.0
     side = memory[SIDE]
     strength = strength_in(course, place, course.last[stretch], now)
     for _ in range(2):
@@ -125,7 +165,18 @@ def _hold(state, moment, now, kinds, memory, sizes, moments, which):  # type: ig
 
 
 @compiled
-def _put_out(times, reached, now, size, before, stages, method, memory, states, directions):  # type: ignore[no-untyped-def]
+def _put_out(
+    times: Any,
+    reached: Any,
+    now: Any,
+    size: Any,
+    before: Any,
+    stages: Any,
+    method: Any,
+    memory: Any,
+    states: Any,
+    directions: Any,
+) -> Any:
     """States at the output times inside a step."""
     state, filled = np.empty(6), int(memory[FILLED])
     while filled < len(times) and times[filled] < reached:
@@ -135,90 +186,125 @@ def _put_out(times, reached, now, size, before, stages, method, memory, states, 
     memory[FILLED] = filled
 
 
+@compiled
+def _accepted(
+    size: Any,
+    state: Any,
+    moment: Any,
+    count: Any,
+    sizes: Any,
+    method: Any,
+    memory: Any,
+    stages: Any,
+    smallest: Any,
+) -> Any:
+    """Try a step from where the march stands; tells whether its error is allowed, and says how long the next may be."""
+    now = memory[NOW]
+    converged, asked = collocate(now, size, state, count, moment, sizes, method, stages)
+    memory[ASKED] += asked
+    if not converged:
+        memory[WANTED] = size / 2
+        if size <= smallest:
+            memory[STATUS] = UNSOLVED
+        return False
+    norm, asked = error_of(now, size, state, count, moment, sizes, stages)
+    memory[ASKED] += asked
+    factor = min(10.0, max(0.2, 0.9 * max(norm, 1e-10) ** -0.25))
+    if norm > 1 and size > smallest:
+        memory[WANTED] = size * factor
+        return False
+    if factor < 1 or memory[WANTED] <= size:  # a step cut short at a knot says nothing of the next
+        memory[WANTED] = size * factor
+    return True
+
+
+@compiled
+def _step(
+    times: Any,
+    state: Any,
+    course: Any,
+    law: Any,
+    skin: Any,
+    kinds: Any,
+    sizes: Any,
+    method: Any,
+    memory: Any,
+    place: Any,
+    events: Any,
+    out: Any,
+) -> Any:
+    """Go one step on, to the next knot or event at the furthest, or make the next one shorter."""
+    now, stretch, side = memory[NOW], int(memory[STRETCH]), memory[SIDE]
+    moment = (course, place, stretch, memory[DIRECTION], law, skin)
+    count, enough, smallest = 3 if skin[0] > 0 else 1, _ENOUGH * times[-1], _SMALLEST_STEP * times[-1]
+    stages = np.empty((STAGES, 6))
+    strength_in(course, place, course.last[stretch], now)
+    knot = course.knots[place[0] + 1]  # what a step spans is seen: it ends at the next knot at the latest
+    size = max(memory[WANTED], smallest)
+    if now + size >= knot - enough:
+        size = knot - now
+    if not _accepted(size, state, moment, count, sizes, method, memory, stages, smallest):
+        return
+    share, kind = _first_fall(now, size, state, stages, moment, kinds, side, sizes, method)
+    if kind >= 0:
+        landing = (now, share * size, size, state, count, moment, side, sizes, method, stages)
+        size, asked = _land(kind, *landing)
+        memory[ASKED] += asked
+        if size < 0:
+            memory[STATUS] = UNSOLVED
+            return
+    reached = now + size if knot - (now + size) > enough else knot
+    _put_out(times, reached, now, size, state, stages, method, memory, *out)
+    state += stages[-1]
+    memory[NOW] = reached
+    memory[STEPS] += 1
+    if kind >= 0:
+        events[0].append(reached)
+        events[1].append(kind)
+        strength = strength_in(course, place, course.last[stretch], reached)
+        memory[DIRECTION], memory[SIDE] = _turned(kind, state, strength, moment[3], side, law)
+    if reached >= course.stops[stretch + 1]:
+        memory[STRETCH] += 1
+
+
 def _marching(source: str) -> Callable[..., Any]:
     """Compile the march, which numba keeps on disk for this text of all it calls: it sees changes of this file alone."""
 
-    @_kept
-    def march(times, state, course, law, skin, smooth, sizes, method, memory, states, directions):  # type: ignore[no-untyped-def]
-        count = (3 if skin[0] > 0 else 1) if len(source) else 0
-        kinds = np.array([kind for kind in range(2) if (count == 3 if kind == 0 else not smooth)])
+    @compiled_for_python
+    def march(
+        times: Any,
+        state: Any,
+        course: Any,
+        law: Any,
+        skin: Any,
+        smooth: Any,
+        sizes: Any,
+        method: Any,
+        memory: Any,
+        out: Any,
+    ) -> Any:
+        kinds = np.array([kind for kind in range(2) if (skin[0] > 0 if kind == 0 else not smooth)])
         moments, which = [0.0 for _ in range(0)], [0 for _ in range(0)]
-        stages, place, stretches = np.empty((STAGES, 6)), np.zeros(2, np.int64), len(course.stops) - 1
-        until, smallest = memory[STEPS] + AT_ONCE, _SMALLEST_STEP * times[-1]
+        place, until = np.zeros(2, np.int64), memory[STEPS] + sizes.at_once * min(len(source), 1)
         memory[STATUS] = GOES_ON
-        while memory[STRETCH] < stretches and memory[STEPS] < until:
-            now, stretch = memory[NOW], int(memory[STRETCH])
-            stop = course.stops[stretch + 1]
+        while memory[STATUS] == GOES_ON and memory[STEPS] < until:
+            stretch = int(memory[STRETCH])
+            if stretch == len(course.stops) - 1:
+                memory[STATUS] = DONE
+                break
             place[1] = course.first[stretch]
             place[0] = max(place[0], place[1])
-            if now == course.stops[stretch]:
+            if memory[NOW] == course.stops[stretch]:
                 moment = (course, place, stretch, memory[DIRECTION], law, skin)
-                _hold(state, moment, now, kinds, memory, sizes, moments, which)
-            moment = (course, place, stretch, memory[DIRECTION], law, skin)
-            strength_in(course, place, course.last[stretch], now)
-            knot = course.knots[
-                place[0] + 1
-            ]  # what a step spans is seen: it ends at the next knot at the latest
-            size = max(memory[WANTED], smallest)
-            reaches = now + size >= knot - _ENOUGH * times[-1]
-            if reaches:
-                size = knot - now
-            converged, asked = collocate(now, size, state, count, moment, sizes, method, stages)
-            memory[ASKED] += asked
-            if not converged:
-                if size <= smallest:
-                    memory[STATUS] = UNSOLVED
-                    break
-                memory[WANTED] = size / 2
-                continue
-            norm, asked = error_of(now, size, state, count, moment, sizes, stages)
-            memory[ASKED] += asked
-            factor = min(10.0, max(0.2, 0.9 * max(norm, 1e-10) ** -0.25))
-            if norm > 1 and size > smallest:
-                memory[WANTED] = size * factor
-                continue
-            side = memory[SIDE]
-            share, kind = _first_fall(now, size, state, stages, moment, kinds, side, sizes, method)
-            if kind >= 0:
-                landing = (now, share * size, size, state, count, moment, side, sizes, method, stages)
-                size, asked = _land(kind, *landing)
-                memory[ASKED] += asked
-                if size < 0:
-                    memory[STATUS] = UNSOLVED
-                    break
-                reaches = knot - (now + size) <= _ENOUGH * times[-1]
-            elif not reaches or factor < 1 or memory[WANTED] <= size:
-                memory[WANTED] = size * factor
-            reached = knot if reaches else now + size
-            _put_out(times, reached, now, size, state, stages, method, memory, states, directions)
-            state += stages[-1]
-            memory[NOW] = reached
-            memory[STEPS] += 1
-            if reached >= stop:
-                memory[STRETCH] += 1
-            if kind >= 0:
-                moments.append(reached)
-                which.append(kind)
-                strength = strength_in(course, place, course.last[stretch], reached)
-                memory[DIRECTION], memory[SIDE] = _turned(kind, state, strength, moment[3], side, law)
-                if memory[EVENTS] + len(moments) > sizes.most_events:
-                    memory[STATUS] = CHATTERS
-                    break
-        if memory[STRETCH] == stretches:
-            memory[STATUS] = DONE
+                _hold(state, moment, memory[NOW], kinds, memory, sizes, moments, which)
+            _step(times, state, course, law, skin, kinds, sizes, method, memory, place, (moments, which), out)
+            if memory[EVENTS] + len(moments) > sizes.most_events:
+                memory[STATUS] = CHATTERS
         memory[EVENTS] += len(moments)
         return np.array(moments), np.array(which)
 
-    return march  # type: ignore[no-any-return]
-
-
-def _kept(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile, and keep it on disk where numba finds a folder to write to."""
-    try:
-        return compiled(function, cache=True)  # type: ignore[no-any-return]
-    except RuntimeError:
-        return compiled(function)  # type: ignore[no-any-return]
+    return march
 
 
 march = _marching(inspect.getsource(bristle) + inspect.getsource(compiled_step))
-"""March from where `memory` stands, at most `AT_ONCE` steps; moments [s] and kinds of events."""
+"""March from where `memory` stands, some steps; moments [s] and kinds of events."""

@@ -2,18 +2,38 @@
 
 from __future__ import annotations
 
-import functools
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from electrovib.physics.friction.bristle import strength_at_speed, yielding_rate
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from electrovib.solve.transfer import Real
 
-compiled = functools.partial(njit, error_model="numpy")
+
+def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function of numbers and arrays for others that are compiled; a division by 0 is infinite, as in arrays."""
+    from numba import njit
+
+    # without the doors for Python, which take most of the compiler's time
+    alone = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    return njit(function, error_model="numpy", **alone)  # type: ignore[no-any-return]
+
+
+def compiled_for_python(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function that Python calls, and keep it on disk where numba finds a folder to write to."""
+    from numba import njit
+
+    options = {"error_model": "numpy", "no_cfunc_wrapper": True}
+    try:
+        return njit(function, cache=True, **options)  # type: ignore[no-any-return]
+    except RuntimeError:
+        return njit(function, **options)  # type: ignore[no-any-return]
+
+
 _level_at = compiled(strength_at_speed)
 _deflection_rate = compiled(yielding_rate)
 
@@ -78,6 +98,8 @@ class Sizes(NamedTuple):
         How far a speed must pass 0 [m/s], the bristles the strength [1], before that counts.
     most_events : int
         Beyond it the march gives up.
+    at_once : int
+        Steps in one call of the march.
     """
 
     tolerance: float
@@ -85,10 +107,11 @@ class Sizes(NamedTuple):
     turned: float
     passed: float
     most_events: int
+    at_once: int
 
 
 @compiled
-def strength_in(course, place, last, time):  # type: ignore[no-untyped-def]
+def strength_in(course: Any, place: Any, last: Any, time: Any) -> Any:
     """Strength [N] and how it changes [N/s] at a time [s]; `place` remembers the interval."""
     knots, values, slopes = course.knots, course.values, course.slopes
     index = min(place[0], last - 1)
@@ -106,14 +129,16 @@ def strength_in(course, place, last, time):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _rates(state, strength, speed, touch, direction, law, skin, rates):  # type: ignore[no-untyped-def]
+def _rates(
+    state: Any, strength: Any, speed: Any, touch: Any, direction: Any, law: Any, skin: Any, rates: Any
+) -> Any:
     """Rates of all six rows, as in `skin.ElasticSkin` and, where the mass is 0, `skin.RigidSkin`."""
     mass, stiffness, damping = skin
     deflection = state[0]
     over_plate = state[2] if mass > 0 else speed
     level = _level_at(over_plate, strength, law.excess, law.stribeck_speed)
     numbers = law.stiffness, law.exponent, law.nearest
-    rate = _deflection_rate(deflection, over_plate, level, direction, *numbers)
+    rate = touch * _deflection_rate(deflection, over_plate, level, direction, *numbers)
     held = law.stiffness * deflection
     friction = touch * (held + law.bristle_damping * rate + law.viscous_damping * over_plate)
     relative = speed - over_plate
@@ -125,7 +150,7 @@ def _rates(state, strength, speed, touch, direction, law, skin, rates):  # type:
 
 
 @compiled
-def _factor(matrix, pivots):  # type: ignore[no-untyped-def]
+def _factor(matrix: Any, pivots: Any) -> Any:
     """Triangular factors in place."""
     size = len(pivots)
     for column in range(size):
@@ -145,7 +170,7 @@ def _factor(matrix, pivots):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _solve(matrix, pivots, right):  # type: ignore[no-untyped-def]
+def _solve(matrix: Any, pivots: Any, right: Any) -> Any:
     """Solve in place with these factors."""
     size = len(pivots)
     for row in range(size):
@@ -161,7 +186,7 @@ def _solve(matrix, pivots, right):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _jacobian(state, count, base, given, scale, work, matrix):  # type: ignore[no-untyped-def]
+def _jacobian(state: Any, count: Any, base: Any, given: Any, scale: Any, work: Any, matrix: Any) -> Any:
     """Slopes of the solved rates in the solved states, by differences forward."""
     for index in range(count):
         kept = state[index]
@@ -174,7 +199,7 @@ def _jacobian(state, count, base, given, scale, work, matrix):  # type: ignore[n
 
 
 @compiled
-def given_at(time, course, place, stretch, direction, law, skin):  # type: ignore[no-untyped-def]
+def given_at(time: Any, course: Any, place: Any, stretch: Any, direction: Any, law: Any, skin: Any) -> Any:
     """Arguments of the rates at a time [s] that do not depend on the state."""
     begin, length = course.stops[stretch], course.stops[stretch + 1] - course.stops[stretch]
     rise = course.speeds[stretch + 1] - course.speeds[stretch]
@@ -184,63 +209,87 @@ def given_at(time, course, place, stretch, direction, law, skin):  # type: ignor
 
 
 @compiled
-def collocate(start, size, before, count, moment, sizes, method, stages):  # type: ignore[no-untyped-def]
+def _rates_of_stages(
+    start: Any,
+    size: Any,
+    before: Any,
+    count: Any,
+    moment: Any,
+    scale: Any,
+    method: Any,
+    stages: Any,
+    rates: Any,
+    slopes: Any,
+) -> Any:
+    """Rates at the stages, and how those that are solved for depend on the states."""
+    state, work = np.zeros(6), np.empty(6)
+    for stage in range(STAGES):
+        given = given_at(start + size * method.nodes[stage], *moment)
+        for index in range(count):
+            state[index] = before[index] + stages[stage, index]
+        _rates(state, *given, rates[stage])
+        _jacobian(state, count, rates[stage], given, scale, work, slopes[stage])
+
+
+@compiled
+def _newton(
+    size: Any, count: Any, method: Any, rates: Any, slopes: Any, stages: Any, matrix: Any, right: Any
+) -> Any:
+    """Matrix and right-hand side of one of Newton's iterations on all stages."""
+    for stage in range(STAGES):
+        for index in range(count):
+            row = stage * count + index
+            right[row] = -stages[stage, index]
+            for other in range(STAGES):
+                weight = size * method.weights[stage, other]
+                right[row] += weight * rates[other, index]
+                for column in range(count):
+                    matrix[row, other * count + column] = -weight * slopes[other, index, column]
+            matrix[row, row] += 1.0
+
+
+@compiled
+def _moved(count: Any, right: Any, before: Any, scale: Any, stages: Any) -> Any:
+    """Correct the stages; by how much at most, over the size of each state."""
+    moved = 0.0
+    for row in range(len(right)):
+        stage, index = row // count, row % count
+        stages[stage, index] += right[row]
+        moved = max(moved, abs(right[row]) / (scale[index] + abs(before[index])))
+    return moved
+
+
+@compiled
+def collocate(
+    start: Any, size: Any, before: Any, count: Any, moment: Any, sizes: Any, method: Any, stages: Any
+) -> Any:
     """Solve the stages of one step by Newton's iteration; tells whether it converged, and how often rates were asked."""
     total, asked = STAGES * count, 0
     matrix, pivots, right = np.empty((total, total)), np.empty(total, np.int64), np.empty(total)
     rates, slopes = np.empty((STAGES, 6)), np.empty((STAGES, count, count))
-    state, work = np.zeros(6), np.empty(6)
     stages[:] = 0.0
-    earlier, found = np.inf, False
+    moved = np.inf
     for _ in range(_MOST_ITERATIONS):
-        for stage in range(STAGES):
-            given = given_at(start + size * method.nodes[stage], *moment)
-            for index in range(count):
-                state[index] = before[index] + stages[stage, index]
-            _rates(state, *given, rates[stage])
-            asked += 1
-            if not found:
-                _jacobian(state, count, rates[stage], given, sizes.scale, work, slopes[stage])
-                asked += count
-        if found:
+        _rates_of_stages(start, size, before, count, moment, sizes.scale, method, stages, rates, slopes)
+        asked += STAGES * (1 + count)
+        if moved <= _SETTLED * sizes.tolerance:
             break
-        for stage in range(STAGES):
-            for index in range(count):
-                row = stage * count + index
-                right[row] = -stages[stage, index]
-                for other in range(STAGES):
-                    weight = size * method.weights[stage, other]
-                    right[row] += weight * rates[other, index]
-                    for column in range(count):
-                        matrix[row, other * count + column] = -weight * slopes[other, index, column]
-                matrix[row, row] += 1.0
+        _newton(size, count, method, rates, slopes, stages, matrix, right)
         _factor(matrix, pivots)
         _solve(matrix, pivots, right)
-        moved = 0.0
-        for stage in range(STAGES):
-            for index in range(count):
-                change = right[stage * count + index]
-                stages[stage, index] += change
-                moved = max(moved, abs(change) / (sizes.scale[index] + abs(before[index])))
-        if not moved < np.inf:
+        earlier, moved = moved, _moved(count, right, before, sizes.scale, stages)
+        if not moved < np.inf or moved > 2 * earlier:
             return False, asked
-        if moved <= _SETTLED * sizes.tolerance:
-            found = True  # the rates are asked once more, for the energies
-        elif moved > 2 * earlier:
-            return False, asked
-        earlier = moved
-    if not found:
-        return False, asked
     for stage in range(STAGES):
         for row in range(3, 6):
             stages[stage, row] = 0.0
             for other in range(STAGES):
                 stages[stage, row] += size * method.weights[stage, other] * rates[other, row]
-    return True, asked
+    return moved <= _SETTLED * sizes.tolerance, asked
 
 
 @compiled
-def state_at(before, stages, share, method, state):  # type: ignore[no-untyped-def]
+def state_at(before: Any, stages: Any, share: Any, method: Any, state: Any) -> Any:
     """State at a share of a step, on the polynomial through its stages."""
     for row in range(6):
         state[row] = before[row]
@@ -252,7 +301,7 @@ def state_at(before, stages, share, method, state):  # type: ignore[no-untyped-d
 
 
 @compiled
-def error_of(start, size, before, count, moment, sizes, stages):  # type: ignore[no-untyped-def]
+def error_of(start: Any, size: Any, before: Any, count: Any, moment: Any, sizes: Any, stages: Any) -> Any:
     """Embedded error of a step over what is allowed; a second look damps it where it is stiff. And rates asked."""
     rates, work, near = np.empty(6), np.empty(6), before.copy()
     matrix, pivots, error = np.empty((count, count)), np.empty(count, np.int64), np.empty(count)

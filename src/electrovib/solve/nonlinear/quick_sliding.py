@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
+from electrovib.solve.costs import BRISTLE_STEP, SHORTER
 from electrovib.solve.nonlinear.collocation import COEFFICIENTS, NODES, WEIGHTS
 from electrovib.solve.nonlinear.integrate import MOST_EVENTS
 from electrovib.solve.nonlinear.skin import ElasticSkin
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
     from electrovib.solve.between import Between
     from electrovib.solve.transfer import Real
 
+AT_ONCE = 100_000
+"""Steps in one call, some tenths of a second: between calls the march can be interrupted, and tells how far it is."""
 STILL = 1e-12
 """Speed against the motion, over the largest, at which a skin counts as turned: rounding alone does not turn it."""
 
@@ -69,6 +73,8 @@ def slide_quickly(
     ------
     InputError
         As `sliding`.
+    BudgetError
+        If the steps take longer than is allowed.
     ElectrovibError
         If a step cannot be made small enough, or events do not end.
     """
@@ -100,7 +106,7 @@ def slide_quickly(
     body = (skin.mass, skin.stiffness, skin.damping) if isinstance(skin, ElasticSkin) else (0.0, 0.0, 0.0)
     scale = skin.scale(largest, largest_speed)
     scale = scale[[2, 0, 1]] if is_elastic else np.array([scale[0], 1.0, 1.0])
-    sizes = compiled_step.Sizes(tolerance, scale, STILL * largest_speed, DEAD_BAND, MOST_EVENTS)
+    sizes = compiled_step.Sizes(tolerance, scale, STILL * largest_speed, DEAD_BAND, MOST_EVENTS, AT_ONCE)
     states, directions, moments, kinds, memory = _marched(
         times, state, (course, law.bristles, body, law.yields_smoothly, sizes)
     )
@@ -136,8 +142,11 @@ def _marched(
     memory[march.DIRECTION] = memory[march.SIDE] = 1.0
     method = compiled_step.Method(NODES, WEIGHTS, COEFFICIENTS)
     memory[march.STATUS] = march.GOES_ON
+    meter = Meter("a friction with bristles", end=float(times[-1]), each=BRISTLE_STEP, remedy=SHORTER)
     while memory[march.STATUS] == march.GOES_ON:
-        when, which = march.march(times, state, *given, method, memory, states, directions)
+        steps = int(memory[march.STEPS])
+        when, which = march.march(times, state, *given, method, memory, (states, directions))
+        meter.count(float(memory[march.NOW]), int(memory[march.STEPS]) - steps)
         moments += when.tolist()
         kinds += which.tolist()
     if memory[march.STATUS] == march.UNSOLVED:

@@ -47,11 +47,15 @@ class Lifted:
     """
 
     def __init__(self, law: BristleFriction) -> None:
-        self.stiffness, self.deflection_rate = law.stiffness, law.deflection_rate
+        self.stiffness = law.stiffness
 
     def strength_at(self, speed: Any, strength: Any) -> Any:
         """Give none [N], whatever speed [m/s] and strength [N]."""
         return 0 * (speed + strength)
+
+    def deflection_rate(self, deflection: Any, speed: Any, strength: Any, direction: Any) -> Any:
+        """Give none [m/s], whatever deflection [m], speed [m/s], strength [N] and direction."""
+        return 0 * (deflection + speed + strength + direction)
 
     def force(self, deflection: Any, rate: Any, speed: Any) -> Any:
         """Give none [N], whatever deflection [m], rate [m/s] and speed [m/s]."""
@@ -101,9 +105,8 @@ class Sliding(System):
         return [corner for corner in self.corners if 0 < corner < end]
 
     def jump(self, time: float, state: Real) -> Real:
-        """State as it is: nothing jumps, at no time [s]."""
-        del time
-        return state
+        """State just after a time [s]: bristles that leave the plate let go."""
+        return state if self.touches(time) else self.skin.let_go(state)
 
     def rate(self, time: float, state: Real, mode: Mode) -> Real:
         """Rate of change of each state at a time [s]."""
@@ -265,7 +268,12 @@ def _looks(times: Real, breaks: Sequence[float]) -> Real:
 
 
 def not_negative(times: Real, strengths: Real) -> None:
-    """Refuse a strength [N] that is negative or not a number at one of some times [s].
+    """Refuse a strength that is negative or not a number.
+
+    Parameters
+    ----------
+    times, strengths : ndarray, shape (n,)
+        s, N.
 
     Raises
     ------
@@ -281,7 +289,19 @@ def not_negative(times: Real, strengths: Real) -> None:
 
 
 def skin_of(law: BristleFriction, mass: float | None, stiffness: float | None, damping: float | None) -> Skin:
-    """Give the skin of a finger with mass [kg], stiffness [N/m] and damping [N s/m], or a rigid one without all three.
+    """Give the skin of a finger, or a rigid one.
+
+    Parameters
+    ----------
+    law : BristleFriction
+        Friction of the contact.
+    mass, stiffness, damping : float or None
+        Of the skin against the bone [kg], [N/m], [N s/m]; all None for a rigid finger.
+
+    Returns
+    -------
+    Skin
+        What slides.
 
     Raises
     ------
