@@ -142,16 +142,16 @@ def test_short_pulses_over_a_long_time(base, finger):
     trace = ev.simulate(scenario)
     assert trace.attrs["mechanics_error"] < 1e-6
     assert trace.lateral_force.values[1:] == pytest.approx(0.25, rel=1e-6)
-    near = np.array([0.0, 1e-6, 100.0, 100.0 + 5e-7, 100.0 + 1e-6, 100.0 + 1e-3])
-    steady = ev.simulate(scenario.replace({"friction": DAHL["steady"]}), time=near).lateral_force.values
-    assert steady[3] > 0.2501  # of a pulse Coulomb's friction knows, bristles of 1/100 s hardly
+    near = np.array([0.0, 1e-6, 100.0, 100.0 + 5e-7, 100.0 + 1e-6])
     assert np.all(np.diff(ev.simulate(scenario, time=near).lateral_force.values)[2:4] > 0)
 
 
 def test_more_changes_than_can_be_looked_at_are_refused(base):
-    pulses = {"model": "PulseTrain", "high": 300.0, "width": 1e-6, "frequency": 1e4}
-    with pytest.raises(InputError, match=r"time\.duration = 900 s: .* corners"):
-        ev.simulate(base.replace({"drive": pulses, "friction": DAHL, "time.duration": 900.0}))
-    sine = SINE | {"frequency": 1e5}
-    with pytest.raises(InputError, match=r"changes 2e\+07 times"):
-        ev.simulate(base.replace({"drive": sine, "friction": DAHL, "time.duration": 100.0}))
+    with pytest.raises(
+        InputError, match=r"time\.duration = 100 s: .* changes 2e\+07 times and has 0 corners"
+    ):
+        ev.simulate(
+            base.replace({"drive": SINE | {"frequency": 1e5}, "friction": DAHL, "time.duration": 100.0})
+        )
+    with pytest.raises(InputError, match="the force on the finger has 1999999 corners"):
+        Between(np.cos, np.array([0.0, 100.0]), np.linspace(0, 100, 2_000_001))

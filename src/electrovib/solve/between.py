@@ -99,10 +99,11 @@ class Between:
         self._just = self.ends[1:] - early
         count = math.ceil(max((4 if once else 1) * KNOTS, PER_CHANGE * end / shortest))
         if (needed := count + len(times) + 3 * len(self.ends)) > MOST:
+            changes = f"changes {end / shortest:.4g} times and " if end / shortest > 1 else ""
             raise InputError(
-                f"time.duration = {format_quantity(end, 's')}: in that time the force on the finger changes"
-                f" {end / shortest:.4g} times, with {len(inside)} corners, and a friction that is marched has to look at it"
-                f" at {needed} times, more than {MOST}. Ask for a shorter time, or a slower drive"
+                f"time.duration = {format_quantity(end, 's')}: in that time the force on the finger {changes}has"
+                f" {len(inside)} corners, and what is marched with it has to look at it at {needed} times, more than {MOST}."
+                " Ask for a shorter time, or a slower drive"
             )
         even = np.linspace(0.0, end, count + 1)
         asked = np.unique(np.concatenate([even, times, self.ends]))

@@ -19,15 +19,15 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     from numba import njit
 
     # without the doors for Python, which take most of the compiler's time
-    alone = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    return njit(function, error_model="numpy", **alone)  # type: ignore[no-any-return]
+    alone: dict[str, Any] = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    return njit(function, **alone)  # type: ignore[no-any-return]
 
 
 def compiled_for_python(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function that Python calls, and keep it on disk where numba finds a folder to write to."""
     from numba import njit
 
-    options = {"error_model": "numpy", "no_cfunc_wrapper": True}
+    options: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
     try:
         return njit(function, cache=True, **options)  # type: ignore[no-any-return]
     except RuntimeError:
