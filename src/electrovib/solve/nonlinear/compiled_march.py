@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import zlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -144,9 +145,15 @@ def _turned(kind: Any, state: Any, strength: Any, direction: Any, side: Any, law
 
 
 @compiled
-def _hold(
-    state: Any, moment: Any, now: Any, kinds: Any, memory: Any, sizes: Any, moments: Any, which: Any
-) -> Any:
+def _note(when: Any, kind: Any, memory: Any, events: Any) -> Any:
+    """Write an event down."""
+    count = int(memory[EVENTS])
+    events[0][count], events[1][count] = when, kind
+    memory[EVENTS] = count + 1
+
+
+@compiled
+def _hold(state: Any, moment: Any, now: Any, kinds: Any, memory: Any, sizes: Any, events: Any) -> Any:
     """Let bristles off the plate go where a stretch begins, and change the mode until it holds."""
     course, place, stretch, direction, law, _ = moment
     if course.touches[stretch] == 0:
@@ -157,8 +164,7 @@ def _hold(
     for _ in range(2):
         for kind in kinds:
             if _switch(kind, state, strength, direction, side, law, sizes) < 0:
-                moments.append(now)
-                which.append(kind)
+                _note(now, kind, memory, events)
                 direction, side = _turned(kind, state, strength, direction, side, law)
                 break
     memory[DIRECTION], memory[SIDE] = direction, side
@@ -181,7 +187,9 @@ def _put_out(
     state, filled = np.empty(6), int(memory[FILLED])
     while filled < len(times) and times[filled] < reached:
         state_at(before, stages, (times[filled] - now) / size, method, state)
-        states[:, filled], directions[filled] = state, memory[DIRECTION]
+        for row in range(6):
+            states[row, filled] = state[row]
+        directions[filled] = memory[DIRECTION]
         filled += 1
     memory[FILLED] = filled
 
@@ -255,20 +263,20 @@ def _step(
             return
     reached = now + size if knot - (now + size) > enough else knot
     _put_out(times, reached, now, size, state, stages, method, memory, *out)
-    state += stages[-1]
+    for row in range(6):
+        state[row] += stages[-1, row]
     memory[NOW] = reached
     memory[STEPS] += 1
     if kind >= 0:
-        events[0].append(reached)
-        events[1].append(kind)
+        _note(reached, kind, memory, events)
         strength = strength_in(course, place, course.last[stretch], reached)
         memory[DIRECTION], memory[SIDE] = _turned(kind, state, strength, moment[3], side, law)
     if reached >= course.stops[stretch + 1]:
         memory[STRETCH] += 1
 
 
-def _marching(source: str) -> Callable[..., Any]:
-    """Compile the march, which numba keeps on disk for this text of all it calls: it sees changes of this file alone."""
+def _marching(stamp: int) -> Callable[..., Any]:
+    """Compile the march, which numba keeps on disk for this stamp of all it calls: it sees changes of this file alone."""
 
     @compiled_for_python
     def march(
@@ -277,15 +285,14 @@ def _marching(source: str) -> Callable[..., Any]:
         course: Any,
         law: Any,
         skin: Any,
-        smooth: Any,
+        kinds: Any,
         sizes: Any,
         method: Any,
         memory: Any,
+        events: Any,
         out: Any,
     ) -> Any:
-        kinds = np.array([kind for kind in range(2) if (skin[0] > 0 if kind == 0 else not smooth)])
-        moments, which = [0.0 for _ in range(0)], [0 for _ in range(0)]
-        place, until = np.zeros(2, np.int64), memory[STEPS] + sizes.at_once * min(len(source), 1)
+        place, until = np.zeros(2, np.int64), memory[STEPS] + sizes.at_once + 0 * stamp
         memory[STATUS] = GOES_ON
         while memory[STATUS] == GOES_ON and memory[STEPS] < until:
             stretch = int(memory[STRETCH])
@@ -296,15 +303,13 @@ def _marching(source: str) -> Callable[..., Any]:
             place[0] = max(place[0], place[1])
             if memory[NOW] == course.stops[stretch]:
                 moment = (course, place, stretch, memory[DIRECTION], law, skin)
-                _hold(state, moment, memory[NOW], kinds, memory, sizes, moments, which)
-            _step(times, state, course, law, skin, kinds, sizes, method, memory, place, (moments, which), out)
-            if memory[EVENTS] + len(moments) > sizes.most_events:
+                _hold(state, moment, memory[NOW], kinds, memory, sizes, events)
+            _step(times, state, course, law, skin, kinds, sizes, method, memory, place, events, out)
+            if memory[EVENTS] >= sizes.most_events:
                 memory[STATUS] = CHATTERS
-        memory[EVENTS] += len(moments)
-        return np.array(moments), np.array(which)
 
     return march
 
 
-march = _marching(inspect.getsource(bristle) + inspect.getsource(compiled_step))
-"""March from where `memory` stands, some steps; moments [s] and kinds of events."""
+march = _marching(zlib.crc32((inspect.getsource(bristle) + inspect.getsource(compiled_step)).encode()))
+"""March from where `memory` stands, some steps; events are moments [s] and kinds."""

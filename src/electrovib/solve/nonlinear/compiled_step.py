@@ -267,7 +267,9 @@ def collocate(
     total, asked = STAGES * count, 0
     matrix, pivots, right = np.empty((total, total)), np.empty(total, np.int64), np.empty(total)
     rates, slopes = np.empty((STAGES, 6)), np.empty((STAGES, count, count))
-    stages[:] = 0.0
+    for stage in range(STAGES):
+        for row in range(6):
+            stages[stage, row] = 0.0
     moved = np.inf
     for _ in range(_MOST_ITERATIONS):
         _rates_of_stages(start, size, before, count, moment, sizes.scale, method, stages, rates, slopes)

@@ -107,8 +107,9 @@ def slide_quickly(
     scale = skin.scale(largest, largest_speed)
     scale = scale[[2, 0, 1]] if is_elastic else np.array([scale[0], 1.0, 1.0])
     sizes = compiled_step.Sizes(tolerance, scale, STILL * largest_speed, DEAD_BAND, MOST_EVENTS, AT_ONCE)
+    switches = np.array([0] * is_elastic + [1] * (not law.yields_smoothly), np.int64)
     states, directions, moments, kinds, memory = _marched(
-        times, state, (course, law.bristles, body, law.yields_smoothly, sizes)
+        times, state, (course, law.bristles, body, switches, sizes)
     )
     own = states[[1, 2, 0, 3, 4, 5]] if is_elastic else states[[0, 3, 5]]
     bone = motion.speeds(times)
@@ -137,7 +138,11 @@ def _marched(
     from electrovib.solve.nonlinear import compiled_step
 
     states, directions = np.empty((len(state), len(times))), np.empty(len(times))
-    memory, moments, kinds = np.zeros(march.STATUS + 1), list[float](), list[int]()
+    memory = np.zeros(march.STATUS + 1)
+    moments, kinds = (
+        np.empty(MOST_EVENTS + 2),
+        np.empty(MOST_EVENTS + 2, np.int64),
+    )  # two may come with a stretch
     memory[march.WANTED] = 1e-3 * float(given[0].stops[1])
     memory[march.DIRECTION] = memory[march.SIDE] = 1.0
     method = compiled_step.Method(NODES, WEIGHTS, COEFFICIENTS)
@@ -145,14 +150,13 @@ def _marched(
     meter = Meter("a friction with bristles", end=float(times[-1]), each=BRISTLE_STEP, remedy=SHORTER)
     while memory[march.STATUS] == march.GOES_ON:
         steps = int(memory[march.STEPS])
-        when, which = march.march(times, state, *given, method, memory, (states, directions))
+        march.march(times, state, *given, method, memory, (moments, kinds), (states, directions))
         meter.count(float(memory[march.NOW]), int(memory[march.STEPS]) - steps)
-        moments += when.tolist()
-        kinds += which.tolist()
     if memory[march.STATUS] == march.UNSOLVED:
         raise ElectrovibError(f"the equations could not be solved beyond {memory[march.NOW]:.6g} s")
     if memory[march.STATUS] == march.CHATTERS:
         raise ElectrovibError(f"more than {MOST_EVENTS} events before {memory[march.NOW]:.6g} s: it chatters")
     filled = int(memory[march.FILLED])
     states[:, filled:], directions[filled:] = state[:, None], memory[march.DIRECTION]
-    return states, directions, moments, kinds, memory
+    count = int(memory[march.EVENTS])
+    return states, directions, moments[:count].tolist(), kinds[:count].tolist(), memory
