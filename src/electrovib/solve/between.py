@@ -27,6 +27,8 @@ MOST = 4_000_000
 TOLERANCE = 1e-6
 """What a cubic may miss in its middle, over the largest force."""
 MOST_HALVINGS = 40
+_SINCE_CORNER = np.geomspace(1e-5, 0.5, 40)
+"""Shares of a stretch after a corner, in which a force may fade quickly, at which a force that is asked once is asked."""
 _BEFORE = 1e-6
 """How long before a corner the force before it is looked up, as a share of the stretch that ends there."""
 _SOON = 1e-9
@@ -106,7 +108,9 @@ class Between:
                 " Ask for a shorter time, or a slower drive"
             )
         even = np.linspace(0.0, end, count + 1)
-        asked = np.unique(np.concatenate([even, times, self.ends]))
+        soon = (self.ends[:-1, np.newaxis] + lengths[:, np.newaxis] * _SINCE_CORNER).ravel()
+        soon = soon if once and len(soon) < count else soon[:0]
+        asked = np.unique(np.concatenate([even, times, self.ends, soon]))
         beyond = np.searchsorted(self.ends, asked, side="right") - 1
         near = (asked > self.ends[beyond]) & (
             (asked - self.ends[beyond] < apart) | (asked >= self._just[np.minimum(beyond, len(lengths) - 1)])

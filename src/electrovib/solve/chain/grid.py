@@ -18,8 +18,10 @@ if TYPE_CHECKING:
 
 FEWEST = 3000
 """Pieces of the first grid, whatever the times."""
-PER_CHANGE = 8
+PER_CHANGE = 4
 """Pieces of the first grid in the shortest time in which the force changes."""
+GROWTH = 3
+"""Power of its number with which a piece after a jump ends."""
 ROUNDING = 8 * float(np.finfo(float).eps)
 """How far, over the largest time, a grid may be off and still count as even."""
 
@@ -34,8 +36,8 @@ class Grid:
         The wanted times and the jumps between them [s].
     wanted, jumps : ndarray of int
         Which knots are wanted times, and which are jumps.
-    step : float or None
-        Distance of even knots [s].
+    graded : ndarray of bool, shape (n - 1,)
+        Whether a stretch begins with a jump, after which the force may fade quickly: its pieces grow.
     memory : float
         Time after which nothing is left of a force [s].
     """
@@ -43,7 +45,7 @@ class Grid:
     knots: Real
     wanted: Indices
     jumps: Indices
-    step: float | None
+    graded: NDArray[np.bool_]
     memory: float = math.inf
 
     @classmethod
@@ -72,11 +74,9 @@ class Grid:
         counts = ~_is_idle(inside, stamps, memory)
         inside = inside[counts]
         knots = np.union1d(np.union1d(stamps, inside), begins)
-        even = np.linspace(stamps[0], stamps[-1], len(knots))
-        step = (stamps[-1] - stamps[0]) / max(1, len(knots) - 1)
-        is_even = len(knots) > 1 and np.max(np.abs(knots - even)) <= slack
+        graded = np.isin(knots[:-1], np.append(inside, jumps[np.abs(jumps - stamps[0]) <= slack]))
         places = np.searchsorted(knots, stamps), np.unique(np.searchsorted(knots, inside))
-        return cls(knots, *places, float(step) if is_even else None, memory)
+        return cls(knots, *places, graded, memory)
 
     @property
     def is_point(self) -> bool:
@@ -150,9 +150,8 @@ class Grid:
             Pieces of each stretch.
         """
         # lengths of an even grid differ in their last digit only
-        first = np.maximum(np.ceil(np.diff(self.knots) * density * (1 - 1e-9)), 1)
-        if self.step is not None and 2 * np.count_nonzero(counts) > len(counts):
-            counts = np.ones(len(counts), bool)  # an even grid goes many times quicker
+        even = np.maximum(np.ceil(np.diff(self.knots) * density * (1 - 1e-9)), 1)
+        first = np.where(self.graded, GROWTH * even, even)  # the last piece is as long as the others
         return np.asarray(np.where(counts, first * 2**halvings, 1), np.intp)
 
     def points(self, divisions: Indices) -> tuple[Real, Real]:
@@ -168,9 +167,11 @@ class Grid:
         begins, lengths : ndarray, shape (pieces,)
             s.
         """
-        lengths = np.repeat(np.diff(self.knots) / divisions, divisions)
-        since = np.arange(len(lengths)) - np.repeat(np.cumsum(divisions) - divisions, divisions)
-        return np.repeat(self.knots[:-1], divisions) + since * lengths, lengths
+        whole, since = np.repeat(np.diff(self.knots), divisions), np.repeat(self.knots[:-1], divisions)
+        count, power = np.repeat(divisions, divisions), np.repeat(np.where(self.graded, GROWTH, 1), divisions)
+        place = np.arange(len(whole)) - np.repeat(np.cumsum(divisions) - divisions, divisions)
+        first = (place / count) ** power
+        return since + whole * first, whole * (((place + 1) / count) ** power - first)
 
 
 def _is_idle(times: Real, wanted: Real, memory: float) -> NDArray[np.bool_]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from electrovib.solve.chain.grid import PER_CHANGE, Grid, increasing
 from electrovib.solve.filters.follow import finite, march_through
+from electrovib.solve.filters.stretches import Stretches
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -24,7 +25,7 @@ FAINT = 1e-9
 """Outputs are compared with no less than this share of what the filter could put out: below is rounding."""
 FORGOTTEN = 25.0
 """Time constants after which nothing is left of a force: 1e-11 of it."""
-PIECES = 250_000
+PIECES = 100_000
 """Pieces of a first grid that are followed at once: more takes memory, less takes time for what comes before."""
 EXTRAPOLATIONS = 2
 """Powers of the length of a piece that are taken away."""
@@ -186,27 +187,22 @@ def _on_grid(
     """Follow all filters on one grid; and the largest output that each could give."""
     begins, lengths = grid.points(divisions)
     force = finite(force_at(np.append(begins, grid.knots[-1])))
-    starts, ends = force[:-1], force[1:]
     marks = np.cumsum(np.append(0, divisions))
+    before = force[marks[1:]]
     if grid.jumps.size:
-        ends, last = ends.copy(), marks[grid.jumps] - 1
         moments = grid.knots[grid.jumps]
-        back = np.maximum(1e-6 * lengths[last], 64 * np.finfo(float).eps * np.abs(moments))
-        ends[last] = finite(force_at(moments - back))
-    even = grid.step is not None and divisions.min() == divisions.max()
+        last = lengths[marks[grid.jumps] - 1]
+        back = np.maximum(1e-6 * last, 64 * np.finfo(float).eps * np.abs(moments))
+        before[grid.jumps - 1] = finite(force_at(moments - back))
+    stretches = Stretches(begins, lengths, divisions, grid.graded, force, before)
     found: dict[str, Real] = {}
     largest: dict[str, float] = {}
     for name, filter_ in filters.items():
-        state = filter_.state(float(force[0]), held)
         if grid.is_point:
+            state = filter_.state(float(force[0]), held)
             output = march_through(filter_, force, force, 0.0, state)[:1]
-        elif even and grid.step is not None:
-            each = int(divisions[0])
-            output = march_through(filter_, starts, ends, grid.step / each, state, each)
         else:
-            output = march_through(filter_, starts, ends, lengths, state)[marks]
-        if grid.jumps.size and grid.jumps[-1] == len(grid.knots) - 1:
-            output[-1] += filter_.direct * (force[-1] - ends[-1])
+            output = stretches.output(filter_, held)
         possible = (abs(filter_.direct) + 2 * np.abs(filter_.gains).sum()) * np.abs(force).max()
         found[name], largest[name] = output[grid.wanted], float(possible)
     return found, largest

@@ -40,7 +40,7 @@ _deflection_rate = compiled(yielding_rate)
 DEFLECTION, DISPLACEMENT, OVER_PLATE, WORK, DAMPER, FRICTION = range(6)
 """Rows of a state [m], [m], [m/s], [J], [J], [J]; the march solves for the first, on a finger for the first three."""
 STAGES = 3
-_MOST_ITERATIONS = 12
+_MOST_ITERATIONS = 80
 _SETTLED = 1e-3  # of the tolerance: where Newton's iteration ends
 _CUBE = 3.0 ** (1 / 3)
 _REAL = 3 + _CUBE**2 - _CUBE
