@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 FAINT = 1e-9
 """Outputs are compared with no less than this share of what the filter could put out: below is rounding."""
+ROUNDING = 1e-13
+"""Share of what the filter could put out that rounding alone moves."""
 FORGOTTEN = 25.0
 """Time constants after which nothing is left of a force: 1e-11 of it."""
 PIECES = 100_000
@@ -145,7 +147,8 @@ def _settled(
         for name, size in sizes.items():
             row = _extrapolated(tables[name], fine[name])
             changes = [np.abs(now - before) for now, before in zip(row, tables[name], strict=False)]
-            moved[name] = np.where(remaining, np.min(changes, axis=0), moved[name])
+            change = np.maximum(np.min(changes, axis=0) - ROUNDING * possible[name], 0.0)
+            moved[name] = np.where(remaining, change, moved[name])
             found[name] = np.where(remaining, row[-1], found[name])
             tables[name] = row
             size.largest = max(size.largest, float(np.max(np.abs(found[name]))), FAINT * possible[name])

@@ -41,7 +41,7 @@ def _switch(kind: Any, state: Any, strength: Any, direction: Any, side: Any, law
     """What stays above 0 as long as the mode holds: the speed along its direction, what is left to the strength."""
     if kind == 0:
         return direction * state[2] + sizes.turned
-    return side * (1 - direction * law.stiffness * state[0] / strength) + sizes.passed
+    return side * (1 - direction * law.stiffness * state[0] / strength) + sizes.passed / strength
 
 
 @compiled

@@ -95,7 +95,7 @@ class Sizes(NamedTuple):
     scale : ndarray, shape (3,)
         Of the states [m], [m], [m/s].
     turned, passed : float
-        How far a speed must pass 0 [m/s], the bristles the strength [1], before that counts.
+        How far a speed must pass 0 [m/s], the force of the bristles the strength [N], before that counts.
     most_events : int
         Beyond it the march gives up.
     at_once : int
@@ -132,12 +132,12 @@ def strength_in(course: Any, place: Any, last: Any, time: Any) -> Any:
 def _rates(
     state: Any, strength: Any, speed: Any, touch: Any, direction: Any, law: Any, skin: Any, rates: Any
 ) -> Any:
-    """Rates of all six rows, as in `skin.ElasticSkin` and, where the mass is 0, `skin.RigidSkin`."""
+    """Rates of all six rows, as in `skin.py`; a mass of 0 stands for a rigid finger, the law's `nearest` is a force [N]."""
     mass, stiffness, damping = skin
     deflection = state[0]
     over_plate = state[2] if mass > 0 else speed
     level = _level_at(over_plate, strength, law.excess, law.stribeck_speed)
-    numbers = law.stiffness, law.exponent, law.nearest
+    numbers = law.stiffness, law.exponent, law.nearest / strength
     rate = touch * _deflection_rate(deflection, over_plate, level, direction, *numbers)
     held = law.stiffness * deflection
     friction = touch * (held + law.bristle_damping * rate + law.viscous_damping * over_plate)

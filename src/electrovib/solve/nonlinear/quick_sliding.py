@@ -106,10 +106,14 @@ def slide_quickly(
     body = (skin.mass, skin.stiffness, skin.damping) if isinstance(skin, ElasticSkin) else (0.0, 0.0, 0.0)
     scale = skin.scale(largest, largest_speed)
     scale = scale[[2, 0, 1]] if is_elastic else np.array([scale[0], 1.0, 1.0])
-    sizes = compiled_step.Sizes(tolerance, scale, STILL * largest_speed, DEAD_BAND, MOST_EVENTS, AT_ONCE)
+    sizes = compiled_step.Sizes(
+        tolerance, scale, STILL * largest_speed, DEAD_BAND * largest, MOST_EVENTS, AT_ONCE
+    )
+    assert law.bristles is not None
+    numbers = law.bristles._replace(nearest=law.bristles.nearest * largest)
     switches = np.array([0] * is_elastic + [1] * (not law.yields_smoothly), np.int64)
     states, directions, moments, kinds, memory = _marched(
-        times, state, (course, law.bristles, body, switches, sizes)
+        times, state, (course, numbers, body, switches, sizes)
     )
     own = states[[1, 2, 0, 3, 4, 5]] if is_elastic else states[[0, 3, 5]]
     bone = motion.speeds(times)
