@@ -61,7 +61,15 @@ LOADS = (
 )
 STATES = ({}, {"time.initial_state": {"model": "PeriodicState"}})
 EVERY = (FRICTIONS, FINGERS, RIGS, MOTIONS, DRIVES, LOADS, STATES)
-REFUSALS = ("happens once", "needs motion.speed", "sticks and slips in its own time", "no period", "periodic")
+REFUSALS = (
+    "happens once",
+    "needs motion.speed",
+    "sticks and slips in its own time",
+    "not known beforehand",
+    "Both must stay positive",
+    "does not repeat",
+    "periods of the drive to settle",
+)
 
 
 @pytest.fixture(scope="module")
@@ -88,15 +96,15 @@ def answer(bases, combination):
     try:
         return simulate(scenario)
     except InputError as refusal:
-        assert any(word in str(refusal) for word in REFUSALS), f"{refusal}: {json.dumps(changes)}"
-        return None
+        return str(refusal)
 
 
 def check(bases, combinations):
     answered = 0
     for combination in combinations:
         trace = answer(bases, combination)
-        if trace is None:
+        if isinstance(trace, str):
+            assert any(word in trace for word in REFUSALS), f"{trace}: {combination}"
             continue
         answered += 1
         said = json.dumps(combination)
