@@ -108,83 +108,83 @@ class _Chance:
             value = self.value(model, name, declared.annotation, example.get(name), depth)
             if value is not None:
                 found[name] = value
-        mend = getattr(self, f"_mend_{model.__name__}", None)
+        mend = getattr(self, f"_mend_{model.__name__.lower()}", None)
         if mend is not None and self.happens(0.95):
             mend(found)
         return found
 
     # Relations between parameters of one model, most often kept as a user keeps them.
 
-    def _mend_Perception(self, table: dict[str, Any]) -> None:
+    def _mend_perception(self, table: dict[str, Any]) -> None:
         for name in ("threshold", "threshold_uncertainty"):
             table.pop(name, None)
 
-    def _mend_NonPacinian(self, table: dict[str, Any]) -> None:
+    def _mend_nonpacinian(self, table: dict[str, Any]) -> None:
         table.pop("low", None)
         table.pop("high", None)
 
-    def _mend_Tabulated(self, table: dict[str, Any]) -> None:
-        table.update({name: value for name, value in self.example("Tabulated", Material).items()})
+    def _mend_tabulated(self, table: dict[str, Any]) -> None:
+        table.update(self.example("Tabulated", Material))
 
-    def _mend_HavriliakNegami(self, table: dict[str, Any]) -> None:
+    def _mend_havriliaknegami(self, table: dict[str, Any]) -> None:
         table["skewness"] = min(table["skewness"], 0.999 / table["broadness"])
 
-    def _mend_Creep(self, table: dict[str, Any]) -> None:
+    def _mend_creep(self, table: dict[str, Any]) -> None:
         if "relaxations" in table:
             table["relaxations"] = [dict(each) for each in self.example("Creep", Friction)["relaxations"]]
 
-    def _mend_Corners(self, table: dict[str, Any]) -> None:
+    def _mend_corners(self, table: dict[str, Any]) -> None:
         span = float(10 ** self.rng.uniform(-3, 2))
         table["points"] = [{"time": 0.1 * span, "share": 0.0}, {"time": span, "share": 1.0}]
 
-    def _mend_Motion(self, table: dict[str, Any]) -> None:
+    def _mend_motion(self, table: dict[str, Any]) -> None:
         if "programme" in table or table.get("renews_film"):
             table.setdefault("speed", float(10 ** self.rng.uniform(-3, -0.5)))
 
-    def _mend_FrequencyGrid(self, table: dict[str, Any]) -> None:
+    def _mend_frequencygrid(self, table: dict[str, Any]) -> None:
         if table.get("low", 1.0) >= table.get("high", 1e6):
             table["low"], table["high"] = 1.0, 1e6
         table.pop("samples", None)
 
-    def _mend_PulseTrain(self, table: dict[str, Any]) -> None:
+    def _mend_pulsetrain(self, table: dict[str, Any]) -> None:
         table["width"] = min(max(table["width"], 1e-9), 0.5 / table["frequency"])
         table.pop("edge", None)
 
-    def _mend_Square(self, table: dict[str, Any]) -> None:
+    def _mend_square(self, table: dict[str, Any]) -> None:
         if "edge" in table:
             table["edge"] = min(table["edge"], 0.2 / table["frequency"])
 
-    def _mend_Trapezium(self, table: dict[str, Any]) -> None:
+    def _mend_trapezium(self, table: dict[str, Any]) -> None:
         if "repeat" in table:
             table["repeat"] = 1.5 * sum(table.get(name, 0.0) for name in ("delay", "rise", "hold", "fall"))
 
-    def _mend_TremblingDistance(self, table: dict[str, Any]) -> None:
+    def _mend_tremblingdistance(self, table: dict[str, Any]) -> None:
         table["amplitude"] = min(table["amplitude"], 0.9 * table["mean"])
 
-    def _mend_TouchAndLift(self, table: dict[str, Any]) -> None:
+    def _mend_touchandlift(self, table: dict[str, Any]) -> None:
         table["near"] = min(table["near"], 0.5 * table["far"])
 
     def example(self, name: str, family: type[Model]) -> Mapping[str, Any]:
         return find_members(family)[name].example
 
-    def value(self, model: type[Model], name: str, annotation: Any, example: Any, depth: int) -> Any:
+    def value(self, model: type[Model], name: str, annotation: Any, example: Any, depth: int) -> Any:  # noqa: PLR0911
         quantity = quantity_of(model, name)
         if quantity is not None:
             return self.number(quantity.low, quantity.high, example)
         kinds = [kind for kind in _kinds(annotation) if kind is not type(None)]
         kind = kinds[0]
         if name in ("samples", "seed", "bits", "cycles"):
-            return int(round(10 ** self.rng.uniform(0.3, 1.5 if name == "bits" else 4.5)))
-        if isinstance(kind, type) and issubclass(kind, Samples):
-            return self.samples(model, name)
-        if isinstance(kind, type) and issubclass(kind, Model):
-            return self.table(kind, example if isinstance(example, dict) else {}, depth + 1)
+            return round(10 ** self.rng.uniform(0.3, 1.5 if name == "bits" else 4.5))
         if get_origin(kind) is tuple:
             inner = get_args(kind)[0]
             return [self.table(inner, {}, depth + 1) for _ in range(self.rng.integers(1, 4))]
-        if kind is bool:
-            return self.happens(0.3)
-        return example
+        if not isinstance(kind, type):  # one of some words
+            return example
+        if issubclass(kind, Samples):
+            return self.samples(model, name)
+        if issubclass(kind, Model):
+            return self.table(kind, example if isinstance(example, dict) else {}, depth + 1)
+        return self.happens(0.3) if kind is bool else example
 
     def number(self, low: float, high: float, example: Any) -> float:
         if isinstance(example, (int, float)) and example and self.happens(USUAL):

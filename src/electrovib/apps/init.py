@@ -34,7 +34,7 @@ def init(scenario: str | Path = DEFAULT, *, output: str | Path | None = None, fo
     from electrovib.solve.toml import left_away, to_toml
 
     with inputs_noted() as inputs:
-        found = load_scenario(scenario)
+        found = load_scenario(scenario, before_sweep=True)
     lines = [f"#   {path}: {what}" for path, what in left_away(found).items()]
     text = to_toml(found) + "".join(
         f"{line}\n"

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, NoReturn
 
 from electrovib.core.allowance import megabytes
 from electrovib.core.errors import InputError
@@ -159,7 +159,8 @@ def refuse_beyond(works: Sequence[Work], *, what: str = "this run") -> None:
     time, memory = sum(work.time for work in works), max((work.memory for work in works), default=0.0)
     if time <= limit.time and memory <= limit.memory:
         return
-    over = max(works, key=lambda work: max(work.time / limit.time, work.memory / limit.memory))
+    late, large = time > limit.time, memory > limit.memory
+    over = max(works, key=lambda work: max(late * work.time / limit.time, large * work.memory / limit.memory))
     raise BudgetError(
         f"{what} would take about {duration(time)} and {megabytes(memory)}, for {over.what}; allowed are"
         f" {duration(limit.time)} and {megabytes(limit.memory)}. {_advice(over.remedy, time, memory)}"
@@ -221,16 +222,41 @@ class Meter:
             If so many take longer than is allowed.
         """
         self.steps += steps
+        share = now / self.end if self.end else 1.0
         if self._listener is not None:
-            self._listener(now / self.end if self.end else 1.0)
+            self._listener(share)
         if self.steps > self._most:
-            share = now / self.end if self.end else 1.0
             whole = self.steps * self.each / max(share, 1e-12)
-            raise BudgetError(
-                f"{self.what} took {self.steps} steps, about {duration(self.steps * self.each)} of computing time, up to"
-                f" {share:.1%} of {self.end:.6g} s; the whole would take about {duration(whole)}, and allowed are"
-                f" {duration(allowed().time)}. {_advice(self.remedy, whole, 0.0)}"
+            self._refuse(
+                f"took {self.steps} steps, about {duration(self.steps * self.each)} of computing time, up to {share:.1%} of"
+                f" {self.end:.6g} s; the whole would take about {duration(whole)}",
+                whole,
             )
+
+    def expect(self, steps: int) -> None:
+        """Count steps before they are made, those of a whole march.
+
+        Parameters
+        ----------
+        steps : int
+            How many more.
+
+        Raises
+        ------
+        BudgetError
+            If so many take longer than is allowed.
+        """
+        self.steps += steps
+        if self.steps > self._most:
+            whole = self.steps * self.each
+            self._refuse(
+                f"needs {self.steps} steps up to {self.end:.6g} s to be accurate, about {duration(whole)} of computing time",
+                whole,
+            )
+
+    def _refuse(self, found: str, whole: float) -> NoReturn:
+        limit = duration(allowed().time)
+        raise BudgetError(f"{self.what} {found}; allowed are {limit}. {_advice(self.remedy, whole, 0.0)}")
 
 
 @contextmanager

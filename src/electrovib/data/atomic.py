@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
+import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
 _UNFINISHED: Final = ".partial"
+_LEFT: Final = 86400.0
+"""Age [s] from which an unfinished file counts as left by a process that was killed."""
 
 
 @contextmanager
@@ -48,7 +51,8 @@ def writing(outputs: Mapping[Path, Form | None], *, force: bool = False) -> Iter
         for path, place in places.items()
     }
     try:
-        for temporary in temporaries.values():
+        for path, temporary in temporaries.items():
+            _clear_what_was_left(path)
             temporary.touch(exist_ok=False)
         yield temporaries
         for path, form in outputs.items():
@@ -78,6 +82,14 @@ def left_by_a_kill(path: Path) -> list[Path]:
         for other in place.parent.iterdir()
         if other.name.startswith(_hidden(place)) and other.name.endswith(_UNFINISHED)
     )
+
+
+def _clear_what_was_left(path: Path) -> None:
+    """Remove what a killed process left beside this output long ago: no save takes as long as `_LEFT`."""
+    for other in left_by_a_kill(path):
+        with suppress(OSError):
+            if time.time() - other.stat().st_mtime > _LEFT:
+                other.unlink()
 
 
 def _complete(temporary: Path, place: Path, form: Form | None) -> None:

@@ -136,17 +136,9 @@ def amplified_response(
     InputError
         If the periodic state is asked for behind limits, or the drive prescribes the current.
     """
-    if drive.quantity == "current":
-        raise InputError(
-            f"circuit.amplifier: {type(drive).__name__} prescribes the current itself; leave the amplifier away"
-        )
+    refuse_amplified(drive, amplifier, settled=settled)
     if not amplifier.is_limited:
         return _unlimited(transfers, drive, time, amplifier, settled=settled)
-    if settled:
-        raise InputError(
-            "time.initial_state = PeriodicState: behind an amplifier with limits the periodic state is not known"
-            " beforehand. Start AtRest and look at a late period, or leave its limits away"
-        )
     bending = max((_bending(part) for part in drive.parts()), default=0.0)
     march = LimitedMarch(transfers, amplifier)
     found, changes = march.run(aim_pieces(drive, float(time[-1]), amplifier, bending * PIECES), time)
@@ -157,6 +149,34 @@ def amplified_response(
         error = max(_distance(row, coarse[name], time) for name, row in found.items())
     found["drive_voltage"] = drive.voltage(time)
     return Amplified(found, tuple(changes), error)
+
+
+def refuse_amplified(drive: Drive, amplifier: Amplifier, *, settled: bool) -> None:
+    """Refuse what does not go with an amplifier before linear layers.
+
+    Parameters
+    ----------
+    drive : Drive
+        Any.
+    amplifier : Amplifier
+        With or without limits.
+    settled : bool
+        Whether the periodic state is asked for.
+
+    Raises
+    ------
+    InputError
+        If the periodic state is asked for behind limits, or the drive prescribes the current.
+    """
+    if drive.quantity == "current":
+        raise InputError(
+            f"circuit.amplifier: {type(drive).__name__} prescribes the current itself; leave the amplifier away"
+        )
+    if settled and amplifier.is_limited:
+        raise InputError(
+            "time.initial_state = PeriodicState: behind an amplifier with limits the periodic state is not known"
+            " beforehand. Start AtRest and look at a late period, or leave its limits away"
+        )
 
 
 def _bending(part: Part) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 
 from electrovib.core.budget import Meter
 from electrovib.physics.drive.parts import Linear
-from electrovib.solve.costs import LEAK_STEP, SHORTER
+from electrovib.solve.costs import SHORTER, leak_step
 from electrovib.solve.recursion import hold_weights
 from electrovib.solve.steps import jump_heights, step_grid
 from electrovib.solve.transient import straight_response, transient
@@ -96,13 +96,15 @@ def leaky_response(
     Steps are halved until the error is below `TOLERANCE`, `MOST_HALVINGS` times at most.
     """
     grid = step_grid(drive, time, driven[control], leaking[control], leak=leak)
-    meter = Meter("the leaking layer", end=float(time[-1]), each=LEAK_STEP, remedy=SHORTER)
-    meter.count(0.0, len(grid))
+    meter = Meter(
+        "the leaking layer", end=float(time[-1]), each=leak_step(len(driven[control].rates)), remedy=SHORTER
+    )
+    meter.expect(len(grid))
     coarse = follow(driven[control], leaking[control], drive, grid, leak=leak)
     fine, error = coarse, 0.0
     for _ in range(MOST_HALVINGS):
         coarse = fine
-        meter.count(0.0, 2 * len(grid))
+        meter.expect(2 * len(grid))
         grid = np.unique(np.concatenate([grid, (grid[:-1] + grid[1:]) / 2]))
         fine = follow(driven[control], leaking[control], drive, grid, leak=leak)
         error = fine.distance(coarse)

@@ -14,14 +14,8 @@ SAMPLE_OF_MODE: Final = 3e-7
 """More for each relaxation [s]."""
 CORNER: Final = 1e-6
 """Of a corner of the drive [s]."""
-LEAK_STEP: Final = 2.5e-5
-"""Of the march of a leaking layer [s]."""
-GAP_STEP: Final = 4e-6
-"""Of the march beneath a gap that is moved [s]."""
 BRISTLE_STEP: Final = 5e-6
 """Of Radau's method on bristles, compiled, with or without a skin [s]."""
-RADAU_STEP: Final = 7e-4
-"""Of Radau's method on up to about ten equations [s]."""
 CASE: Final = 5e-3
 """Of the simplest case of a sweep [s]."""
 CASE_MEMORY: Final = 4e4
@@ -30,3 +24,18 @@ CASE_MEMORY: Final = 4e4
 FEWER_SAMPLES: Final = "ask for fewer time.samples"
 SHORTER: Final = "choose a shorter time.duration, a slower drive or one with fewer corners"
 """What makes a march shorter."""
+
+
+def leak_step(modes: int) -> float:
+    """Time of a step of a leaking layer [s] in a stack of so many modes."""
+    return 3e-5 + 1.5e-6 * modes
+
+
+def gap_step(states: int) -> float:
+    """Time of a step beneath a gap that is moved [s] with so many states: a matrix is solved in each."""
+    return 2e-5 + 1e-8 * states**3
+
+
+def radau_step(equations: int) -> float:
+    """Time of a step of Radau's method [s] on so many equations."""
+    return 4e-4 + 1e-4 * equations

@@ -10,18 +10,21 @@ from electrovib.physics.motion import Distance
 from electrovib.solve.costs import (
     CORNER,
     FEWER_SAMPLES,
-    GAP_STEP,
-    LEAK_STEP,
-    RADAU_STEP,
     SAMPLE,
     SAMPLE_OF_MODE,
     SHORTER,
+    gap_step,
+    leak_step,
+    radau_step,
 )
+from electrovib.solve.diagnostics.looks import count_looks
 from electrovib.solve.general import beyond_modes
 from electrovib.solve.respond import is_marched
 from electrovib.solve.scenario import PeriodicState
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from electrovib.solve.scenario import Scenario
     from electrovib.solve.transfer import Real
 
@@ -44,22 +47,22 @@ class March(NamedTuple):
     ----------
     name : str
         What is marched, for people.
-    step : float
-        Computing time of a step [s].
+    step : callable
+        Computing time of a step [s], of the number of modes.
     at_corner, in_cycle, for_sample : float
         Steps after a corner of the drive, in a cycle of what oscillates, and for an output time.
     """
 
     name: str
-    step: float
+    step: Callable[[int], float]
     at_corner: float
     in_cycle: float
     for_sample: float
 
 
-LEAK: Final = March("the leaking layer", LEAK_STEP, 500, 400, 7)
-MOVING_GAP: Final = March("the moving gap", GAP_STEP, 1000, 400, 1)
-NONLINEAR: Final = March("the nonlinear equations", RADAU_STEP, 300, 25, 0)
+LEAK: Final = March("the leaking layer", leak_step, 500, 400, 7)
+MOVING_GAP: Final = March("the moving gap", gap_step, 1000, 400, 1)
+NONLINEAR: Final = March("the nonlinear equations", radau_step, 300, 25, 0)
 
 
 def refuse_large(scenario: Scenario, times: Real | None = None) -> None:
@@ -99,12 +102,18 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
     samples = grid.count(drive) if times is None else len(times)
     end = (grid.duration or drive.duration) if times is None else float(times[-1])
     corners = drive.count_corners(end)
+    looked = samples + count_looks(drive, end, settled=_settled(scenario))
     each = SAMPLE + SAMPLE_OF_MODE * _modes(scenario)
+    held: float = BYTES * (SIGNALS + SIGNALS_OF_LAYER * len(scenario.stack.layers))
     if scenario.motion.renews_film:
-        each *= PLACES
-    held = BYTES * (SIGNALS + SIGNALS_OF_LAYER * len(scenario.stack.layers))
+        each, held = PLACES * each, PLACES * held / 2
     found = [
-        Work(f"{samples:.3g} output times", samples * each, samples * held, FEWER_SAMPLES),
+        Work(
+            f"{samples:.3g} output times and {looked - samples:.3g} looks between them",
+            looked * each,
+            looked * held,
+            FEWER_SAMPLES if 2 * samples > looked else SHORTER,
+        ),
         Work(
             f"{corners:.3g} corners of the drive up to {end:.6g} s",
             corners * CORNER,
@@ -117,14 +126,17 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
 
 def _less(scenario: Scenario) -> str:
     """Say what makes a drive shorter."""
-    settled = isinstance(scenario.time.initial_state, PeriodicState)
     period = scenario.drive.period
-    if period is None or settled or is_marched(scenario):
+    if period is None or _settled(scenario) or is_marched(scenario):
         return SHORTER
     return (
         f"{SHORTER}, or ask for one period of the periodic state: time.duration = {period:.6g} with"
         ' time.initial_state = { model = "PeriodicState" }'
     )
+
+
+def _settled(scenario: Scenario) -> bool:
+    return isinstance(scenario.time.initial_state, PeriodicState)
 
 
 def _modes(scenario: Scenario) -> int:
@@ -145,7 +157,7 @@ def _marched(scenario: Scenario, end: float, samples: int, corners: int) -> list
         march.at_corner * (corners + 1) + march.in_cycle * _cycles(scenario, end) + march.for_sample * samples
     )
     what = f"about {steps:.2g} steps of {march.name} up to {end:.6g} s"
-    return [Work(what, steps * march.step, steps * BYTES * NUMBERS_AT_STEP, SHORTER)]
+    return [Work(what, steps * march.step(_modes(scenario)), steps * BYTES * NUMBERS_AT_STEP, SHORTER)]
 
 
 def _march(scenario: Scenario) -> March | None:

@@ -14,7 +14,7 @@ from electrovib.physics.interface import INTERFACE
 from electrovib.solve.expand import Surroundings, attraction, behind_amplifier, phasors, total_pull
 from electrovib.solve.integrator import drive_mean, integral_weight
 from electrovib.solve.periodic import count_harmonics, spectrum
-from electrovib.solve.respond import AMPLITUDE, respond
+from electrovib.solve.respond import AMPLITUDE, refuse_unsolved, respond
 from electrovib.solve.scenario import PeriodicState, Scenario
 from electrovib.solve.transfer import Transfer
 
@@ -116,6 +116,26 @@ def electrical(
     return Electrical(found, attraction(scenario, pull, times), choice)
 
 
+def refuse_unsolved_electrics(scenario: Scenario) -> None:
+    """Refuse what no electrical solver takes; costs nothing, so that it can be told before any work.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+
+    Raises
+    ------
+    NotCausalError
+        If the force law has no response in time but the drive is not one sine in its steady state.
+    InputError
+        If models do not go together.
+    """
+    if not scenario.force.causal:
+        _refuse_more_than_one_sine(scenario)
+    refuse_unsolved(scenario, second=Surroundings.of(scenario).second)
+
+
 def fields_alone(scenario: Scenario, section: ModalSection, times: Real) -> dict[str, Real]:
     """Compute voltages, currents and the fields of every layer, and no attraction.
 
@@ -192,21 +212,31 @@ def _name_interface(scenario: Scenario, found: dict[str, Real]) -> None:
         found["interface_field"] = found[name]
 
 
-def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> Electrical:
-    """Steady state under one sine by magnitudes, for a law without a time-domain form."""
+def _loudest_tone(scenario: Scenario) -> tuple[Real, complex]:
+    """Frequency [Hz] and amplitude of a drive of one harmonic; the others are there with no amplitude."""
+    frequencies, tones = spectrum(scenario.drive, harmonics=1)
+    loudest = int(np.argmax(np.abs(tones)))
+    return frequencies[loudest : loudest + 1], tones[loudest]
+
+
+def _refuse_more_than_one_sine(scenario: Scenario) -> None:
+    """Refuse what a law without a time-domain form does not answer."""
     law, drive = scenario.force, scenario.drive
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     if not settled or count_harmonics(drive) != 1:
         raise NotCausalError(refusal(law, drive.__class__.__name__, settled=settled))
-    frequencies, tones = spectrum(drive, harmonics=1)
-    loudest = int(np.argmax(np.abs(tones)))  # the others are there with no amplitude
-    frequency, tone = frequencies[loudest : loudest + 1], tones[loudest]
-    if frequency[0] == 0:
+    if _loudest_tone(scenario)[0][0] == 0:
         raise NotCausalError(refusal(law, "constant voltage", settled=settled))
     if scenario.circuit.amplifier is not None and scenario.circuit.amplifier.is_limited:
         raise NotCausalError(
             refusal(law, f"{type(drive).__name__} behind an amplifier with limits", settled=settled)
         )
+
+
+def _one_sine(scenario: Scenario, section: ModalSection, times: Real) -> Electrical:
+    """Steady state under one sine by magnitudes, for a law without a time-domain form."""
+    _refuse_more_than_one_sine(scenario)
+    law, (frequency, tone) = scenario.force, _loudest_tone(scenario)
     exact = behind_amplifier(scenario, phasors(scenario, frequency))
     wave = tone * np.exp(2j * np.pi * frequency[0] * times)
     given = {name: np.real(value[0] * wave) for name, value in law.amplitudes(exact).items()}

@@ -75,7 +75,6 @@ def solve_beyond(
     from electrovib.solve.state_space import stack_states
 
     why = beyond_modes(scenario)
-    _refuse(scenario, why)
     amplifier, distance = scenario.circuit.amplifier, scenario.motion.moved_gap
     yields = scenario.contact.closing is not None
     space = stack_states(
@@ -122,8 +121,25 @@ def _choice(solver: str, reason: str, **more: Any) -> dict[str, Any]:
     return {"solver": solver, "solver_reason": reason} | more
 
 
-def _refuse(scenario: Scenario, why: str) -> None:
-    """Refuse what does not go with a stack without modes."""
+def refuse_beyond_modes(scenario: Scenario) -> None:
+    """Refuse what does not go with a stack without modes.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        One that `beyond_modes` says something about.
+
+    Raises
+    ------
+    InputError
+        If models do not go together.
+    """
+    why, drive = beyond_modes(scenario), scenario.drive
+    if drive.quantity == "current":
+        raise InputError(
+            f"drive = {type(drive).__name__}: {why} is solved under a voltage; with a fixed gap and at most one leak a"
+            " current drive has its own solver"
+        )
     if isinstance(scenario.time.initial_state, PeriodicState):
         raise InputError(
             f"time.initial_state = PeriodicState: {why}: the periodic state is not known beforehand. Start AtRest and look"
@@ -151,6 +167,8 @@ def _refuse(scenario: Scenario, why: str) -> None:
             "contact.closing: under a SecondElectrode either contact closes by its own pull and its share of the load; use"
             " Grounded or Floating"
         )
+    if scenario.motion.distance is not None or scenario.contact.closing is not None:
+        _moving(scenario)
     if scenario.contact.closing is not None and scenario.contact.surface is None:
         raise InputError(
             "contact.closing needs contact.surface, the relief that the gap closes against, for instance"

@@ -17,7 +17,7 @@ import numpy as np
 from electrovib.core.budget import Meter
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Linear, Tones
-from electrovib.solve.costs import GAP_STEP, SHORTER
+from electrovib.solve.costs import SHORTER, gap_step
 from electrovib.solve.steps import jump_heights, smooth_grid, with_outputs
 from electrovib.solve.transfer import Transfer
 from electrovib.solve.transient import transient
@@ -195,12 +195,12 @@ def move_gap(
 
 def _fine_enough(space: StackStates, plate: _Plate, grid: Real, motion: Distance) -> tuple[Real, float]:
     """Halve all steps until the error of the gap's field is small, and tell it."""
-    meter = Meter("the moving gap", end=float(grid[-1]), each=GAP_STEP, remedy=SHORTER)
-    meter.count(0.0, len(grid))
+    meter = Meter("the moving gap", end=float(grid[-1]), each=gap_step(space.size), remedy=SHORTER)
+    meter.expect(len(grid))
     coarse = _field(space, plate, grid, _march(space, plate, grid, motion), motion)
     error = 0.0
     for _ in range(MOST_HALVINGS if len(grid) > 1 else 0):
-        meter.count(0.0, 2 * len(grid))
+        meter.expect(2 * len(grid))
         finer = np.unique(np.concatenate([grid, (grid[:-1] + grid[1:]) / 2]))
         fine = _field(space, plate, finer, _march(space, plate, finer, motion), motion)
         largest = float(np.max(np.abs(fine))) or 1.0

@@ -10,7 +10,8 @@ from electrovib.solve import renewal
 from electrovib.solve.branch import leaky_response
 from electrovib.solve.current import REASON, drive_voltage
 from electrovib.solve.expand import total_pull
-from electrovib.solve.general import beyond_modes, solve_beyond, time_section
+from electrovib.solve.general import beyond_modes, refuse_beyond_modes, solve_beyond, time_section
+from electrovib.solve.integrator import refuse_unrepeated
 from electrovib.solve.leak import leak_alone, leak_section, leaking_layer
 from electrovib.solve.periodic import count_harmonics
 from electrovib.solve.scenario import PeriodicState
@@ -83,6 +84,7 @@ def respond(
     InputError
         If the models do not go together.
     """
+    refuse_unsolved(scenario, second=second)
     drive, layers = scenario.drive, scenario.stack.layers
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     current = drive.quantity == "current"
@@ -90,19 +92,8 @@ def respond(
         found, choice = solve_beyond(scenario, section, times, element=element, second=second)
         return Response(found | _law(scenario, found), choice)
     name = leaking_layer(layers, second=second)
-    _refuse_gaps_of_a_law(scenario, current=current, leak=name)
     pull = None
     if scenario.motion.renews_film:
-        floating = not isinstance(scenario.circuit.return_path, Grounded)
-        amplified = scenario.circuit.amplifier is not None
-        renewal.refuse_with(
-            settled=settled,
-            current=current,
-            leak=name,
-            floating=floating,
-            amplified=amplified,
-            closing=scenario.contact.closing is not None,
-        )
         found, choice, pull = _renewed(scenario, wanted(section), times)
     elif name is not None:
         found, choice = _leaky(scenario, section, wanted, times, name, element)
@@ -130,6 +121,51 @@ def respond(
     else:
         found["drive_voltage"] = drive.voltage(times)
     return Response(found, choice, pull)
+
+
+def refuse_unsolved(scenario: Scenario, *, second: float) -> None:
+    """Refuse what no solver takes; costs nothing, so that it can be told before any work.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    second : float
+        First contact area over that of a second contact; 0 for none.
+
+    Raises
+    ------
+    InputError
+        If models do not go together.
+    """
+    drive, layers, amplifier = scenario.drive, scenario.stack.layers, scenario.circuit.amplifier
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    current = drive.quantity == "current"
+    if settled:
+        refuse_unrepeated(drive)
+    if beyond_modes(scenario) and not scenario.motion.renews_film:
+        refuse_beyond_modes(scenario)
+        return
+    name = leaking_layer(layers, second=second)
+    _refuse_gaps_of_a_law(scenario, current=current, leak=name)
+    if scenario.motion.renews_film:
+        renewal.refuse_with(
+            settled=settled,
+            current=current,
+            leak=name,
+            floating=not isinstance(scenario.circuit.return_path, Grounded),
+            amplified=amplifier is not None,
+            closing=scenario.contact.closing is not None,
+        )
+    elif name is not None and settled:
+        raise InputError(
+            f"time.initial_state = PeriodicState: layer '{name}' leaks by {type(layers[name].leak).__name__}, not in"
+            " proportion to its field, so its periodic state is not known beforehand. Start AtRest and look at a late period"
+        )
+    elif name is None and amplifier is not None:
+        from electrovib.solve.amplifier import refuse_amplified
+
+        refuse_amplified(drive, amplifier, settled=settled)
 
 
 def is_marched(scenario: Scenario) -> bool:
@@ -219,11 +255,6 @@ def _leaky(
     layers, area = scenario.stack.layers, scenario.contact_area
     leak = layers[name].leak
     assert leak is not None
-    if isinstance(scenario.time.initial_state, PeriodicState):
-        raise InputError(
-            f"time.initial_state = PeriodicState: layer '{name}' leaks by {type(leak).__name__}, not in proportion to"
-            " its field, so its periodic state is not known beforehand. Start AtRest and look at a late period"
-        )
     if scenario.drive.quantity == "current":
         answer = leak_alone(section, layers, name, area=area)
     else:

@@ -11,7 +11,7 @@ import numpy as np
 
 from electrovib.solve.diagnostics import diagnostics, solved, watched
 from electrovib.solve.effort import refuse_large
-from electrovib.solve.electrical import Electrical, electrical
+from electrovib.solve.electrical import Electrical, electrical, refuse_unsolved_electrics
 from electrovib.solve.expand import modes, phasors
 from electrovib.solve.known import known_band, memory_lamps, worst_of
 from electrovib.solve.mechanical import mechanical
@@ -83,6 +83,7 @@ class Solution:
     """
 
     def __init__(self, scenario: Scenario, times: Real | None = None) -> None:
+        refuse_unsolved_electrics(scenario)
         refuse_large(scenario, times)
         self.scenario = scenario
         self.times = scenario.time.times(scenario.drive) if times is None else times

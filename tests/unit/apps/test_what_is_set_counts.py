@@ -122,3 +122,18 @@ def test_an_entry_of_a_list_has_one_path(number):
     assert scenario.replace({"drive.drives.0.level": 3}).drive.drives[0].level == 3
     with pytest.raises(InputError, match="has entries 0 to 1"):
         scenario.replace({f"drive.drives.{number}.level": 3})
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        ev.perceive,
+        lambda path: ev.perceive(path, set={"load.normal_force": 1.0}),
+        ev.compare,
+        lambda path: ev.load(path, changes={"load.normal_force": 1.0}),
+    ],
+)
+def test_a_sweep_is_not_taken_for_the_scenario_it_began_from(swept, use):
+    with pytest.raises(InputError, match="sweep"):
+        use(swept)
+    assert "[load]" in ev.init(swept)

@@ -2,6 +2,7 @@
 
 import errno
 import os
+import time
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -143,3 +144,14 @@ def test_all_problems_at_once_and_none(tmp_path):
     assert len(caught.value.problems) == 2
     check_writable(dict.fromkeys([tmp_path / "a", tmp_path / "b"]))
     assert not list(tmp_path.iterdir())
+
+
+def test_what_a_killed_process_left_goes_with_the_next_save_a_day_later(tmp_path):
+    path = tmp_path / "out.toml"
+    old, new = (tmp_path / f".out.toml.{name}.partial" for name in ("aaaaaaaa", "bbbbbbbb"))
+    for left in (old, new):
+        left.write_text("half")
+    day = time.time() - 2 * 86400
+    os.utime(old, (day, day))
+    write_text(path, "whole\n", Form.SCENARIO)
+    assert sorted(each.name for each in tmp_path.iterdir()) == [new.name, path.name]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -69,6 +70,31 @@ def looks(drive: Drive, end: float, *, settled: bool, beside: float = 0.0) -> Re
         [_stretch(drive, 0.0, period, beside), (within + cycles[:, None] * period).ravel(), [end]]
     )
     return np.unique(found[found <= end])
+
+
+def count_looks(drive: Drive, end: float, *, settled: bool, beside: float = 0.0) -> int:
+    """Tell at most how many times `looks` chooses, without choosing them.
+
+    Parameters
+    ----------
+    drive, end, settled, beside
+        As for `looks`: a Drive, s, bool, Hz.
+
+    Returns
+    -------
+    int
+        About as many, or more.
+    """
+    period, cycles = drive.period, 1
+    if period is not None and (settled or end > period):
+        cycles = 1 if settled else min(math.ceil(end / period), 2 * FIRST_CYCLES + 2) + 1
+        end = period
+    corners = min(drive.count_corners(end) + 2, MOST_CORNERS)
+    oscillations = (drive.highest_frequency + beside) * end
+    if oscillations > MOST_OSCILLATIONS:
+        oscillations = 1.5 * MOST_OSCILLATIONS
+    near = min(corners, FEW_CORNERS) * len(AFTER)
+    return math.ceil(cycles * (corners * (1 + len(BEFORE)) + near + oscillations * PER_CYCLE)) + 1
 
 
 def _stretch(drive: Drive, start: float, end: float, beside: float) -> Real:

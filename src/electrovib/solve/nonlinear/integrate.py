@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
-from electrovib.solve.costs import RADAU_STEP, SHORTER
+from electrovib.solve.costs import SHORTER, radau_step
 from electrovib.solve.nonlinear.collocation import Piece, adaptive_steps, even_steps
 from electrovib.solve.nonlinear.events import first_fall, land
 
@@ -189,7 +189,9 @@ def integrate(
     states, modes = np.empty((len(state), len(times))), [mode] * len(times)
     stops = np.unique([0.0, *(b for b in system.breaks(end) if 0 < b < end), end])
     now, filled, steps, evaluations = 0.0, 0, 0, 0
-    meter = Meter(f"Radau's method on {len(state)} equations", end=end, each=RADAU_STEP, remedy=SHORTER)
+    meter = Meter(
+        f"Radau's method on {len(state)} equations", end=end, each=radau_step(len(state)), remedy=SHORTER
+    )
     events: list[tuple[float, int]] = []
     state = system.jump(0.0, np.array(state, dtype=float))
     for stop in stops[1:].tolist():

@@ -53,7 +53,7 @@ def load(source: str | Path | Mapping[str, Any], *, changes: Mapping[str, Any] |
     note_input(path)
     if path.suffix in _TRACES:
         trace = _load_trace(path)
-        return scenario_of(trace).replace(changes) if changes else trace
+        return _one_scenario(trace, path).replace(changes) if changes else trace
     if not paper_of_preset(source):
         return _read(_tables(path), changes, path.parent)
     scenario = paper_scenario(str(source))
@@ -84,18 +84,45 @@ def _beside(changes: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     return found
 
 
-def load_scenario(source: str | Path | Mapping[str, Any] | Scenario) -> Scenario:
+def load_scenario(
+    source: str | Path | Mapping[str, Any] | Scenario, *, before_sweep: bool = False
+) -> Scenario:
     """Read a scenario from anything that has one, a Trace included.
+
+    Parameters
+    ----------
+    source : str, Path, mapping or Scenario
+        As for `load`.
+    before_sweep : bool
+        Give the scenario from which a sweep began; else a sweep is refused, which is many scenarios.
+
+    Returns
+    -------
+    Scenario
+        The one.
 
     Raises
     ------
     InputError
-        If the source has no scenario.
+        If the source has no scenario, or many.
     """
     if isinstance(source, Scenario):
         return source
     found = load(source)
-    return found if isinstance(found, Scenario) else scenario_of(found)
+    if isinstance(found, Scenario):
+        return found
+    return scenario_of(found) if before_sweep else _one_scenario(found, source)
+
+
+def _one_scenario(trace: xarray.Dataset, source: object) -> Scenario:
+    """Give back the scenario of a run; that of a sweep would leave out what it goes over."""
+    axes, _ = sweep_of(trace)
+    if axes:
+        raise InputError(
+            f"{source}: holds a sweep over {' and '.join(axes)}, that is many scenarios; write the one it began from with"
+            f" 'electrovib init {source}', and set {' and '.join(axes)} there"
+        )
+    return scenario_of(trace)
 
 
 def scenario_of(trace: xarray.Dataset) -> Scenario:

@@ -1,0 +1,127 @@
+"""What a computation may take: read, estimated, refused beyond, with what would help."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from electrovib.core.budget import (
+    Budget,
+    BudgetError,
+    Meter,
+    Work,
+    allowed,
+    budget,
+    duration,
+    listening,
+    read_budget,
+    refuse_beyond,
+)
+from electrovib.core.errors import InputError
+
+
+def test_what_is_allowed_holds_within_the_block_and_the_thread():
+    seen = []
+    with budget(time="2 h"):
+        assert allowed() == Budget(time=7200.0)
+        with budget(memory="16 GB"):
+            assert allowed() == Budget(time=7200.0, memory=16e9)
+        other = threading.Thread(target=lambda: seen.append(allowed()))
+        other.start()
+        other.join()
+    assert allowed() == Budget() == seen[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("2 h, 16 GB", {"time": 7200.0, "memory": 16e9}),
+        ("500 MB,30 min", {"time": 1800.0, "memory": 5e8}),
+        ("90", {"time": 90.0}),
+        ("1.5 TB", {"memory": 1.5e12}),
+    ],
+)
+def test_a_text_names_time_and_memory_in_any_order(text, expected):
+    assert read_budget(text) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("text", ["", "soon", "-1 s", "0 GB", "1 h, 2 h", "1e400 s", "nan s", "4 m"])
+def test_anything_else_is_refused(text):
+    with pytest.raises(InputError, match=r"expected a time above 0|twice"):
+        read_budget(text)
+
+
+def test_times_add_up_and_the_largest_memory_counts():
+    works = [Work("first", 6.0, 5e6, "make the first less"), Work("second", 5.0, 6e6, "make the second less")]
+    with budget(time=12, memory=7e6):
+        refuse_beyond(works)
+    with budget(time=10.9, memory=7e6), pytest.raises(BudgetError) as told:
+        refuse_beyond(works)
+    assert str(told.value) == (
+        "this run would take about 11 s and 6 MB, for first; allowed are 11 s and 7 MB. Make the first less, or allow"
+        " more: electrovib --budget '16 s, 9 MB' ..., or electrovib.budget(time='16 s', memory='9 MB') in Python"
+    )
+    with (
+        budget(time=12, memory=5.5e6),
+        pytest.raises(BudgetError, match=r"for second; .* Make the second less"),
+    ):
+        refuse_beyond(works)
+
+
+def test_what_nobody_would_wait_for_is_not_offered():
+    with pytest.raises(BudgetError) as told:
+        refuse_beyond([Work("1e+12 output times", 1e6, 1e15, "ask for fewer time.samples")])
+    assert str(told.value).endswith("10 min and 4 GB. Ask for fewer time.samples")
+
+
+def test_an_offer_is_enough():
+    """The budget that a refusal names lets the same computation through."""
+    works = [Work("much", 1234.0, 5.6e9, "make it less")]
+    with pytest.raises(BudgetError) as told:
+        refuse_beyond(works)
+    offered = str(told.value).split("--budget '")[1].split("'")[0]
+    with budget(**read_budget(offered)):
+        refuse_beyond(works)
+
+
+def test_a_march_ends_when_its_steps_take_too_long():
+    with budget(time=1.0):
+        meter = Meter("the march", end=2.0, each=1e-3, remedy="march less")
+    for step in range(1000):
+        meter.count(step * 1e-3)
+    with pytest.raises(BudgetError) as told:
+        meter.count(1.0)
+    assert str(told.value).startswith(
+        "the march took 1001 steps, about 1 s of computing time, up to 50.0% of 2 s; the whole would take about 2 s; allowed"
+    )
+
+
+def test_a_march_that_is_known_beforehand_is_refused_before_it():
+    with budget(time=1.0):
+        meter = Meter("the march", end=2.0, each=1e-3, remedy="march less")
+    meter.expect(400)
+    meter.expect(600)
+    with pytest.raises(
+        BudgetError, match=r"the march needs 1200 steps up to 2 s to be accurate, about 1.2 s of comp"
+    ):
+        meter.expect(200)
+
+
+def test_a_march_tells_how_far_it_is():
+    heard = []
+    with listening(heard.append):
+        meter = Meter("the march", end=4.0, each=1e-3, remedy="march less")
+        with listening(None):
+            Meter("another", end=1.0, each=1e-3, remedy="march less").count(0.5)
+    meter.count(1.0)
+    meter.count(4.0)
+    assert heard == [0.25, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(0.0123, "0.012 s"), (119, "120 s"), (121, "2 min"), (5400, "90 min"), (7200, "2 h"), (1e6, "12 days")],
+)
+def test_a_computing_time_has_two_digits(seconds, text):
+    assert duration(seconds) == text

@@ -1,0 +1,93 @@
+"""A run is estimated before it begins, and refused with the figure and what would help."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.core.budget import BudgetError, budget
+from electrovib.core.errors import InputError
+from electrovib.solve import effort
+
+PLATE = "vezzoli_2014/fig6"
+SQUARE = {"model": "Square", "high": 100, "low": -100}
+AMPLIFIER = {"bandwidth": 1e5, "source_current": 0.01}
+LEAK = {"model": "FieldConduction", "conductivity": 1e-9, "onset_field": 1e5}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"time.samples": 1e8}, "1e.08 output times.*Ask for fewer time.samples"),
+        (
+            {"drive": SQUARE | {"frequency": 1e6}, "time.duration": 1000},
+            "2e.09 corners of the drive up to 1000 s.*time.duration = 1e-06 .*PeriodicState",
+        ),
+        (
+            {
+                "drive": {"model": "Burst", "amplitude": 100, "frequency": 1e6, "cycles": 10**9},
+                "circuit.amplifier": AMPLIFIER,
+            },
+            "straight pieces.*shorter time.duration",
+        ),
+        (
+            {"drive": SQUARE | {"frequency": 1e5}, "time.duration": 10, "stack.insulator.leak": LEAK},
+            "steps of the leaking layer.*shorter time.duration",
+        ),
+        (
+            {
+                "drive": SQUARE | {"frequency": 1e5},
+                "time.duration": 10,
+                "stack.insulator.leak": LEAK,
+                "circuit.amplifier": AMPLIFIER,
+            },
+            "steps of the nonlinear equations.*shorter time.duration",
+        ),
+    ],
+)
+def test_what_would_fill_the_memory_or_the_day_is_refused_at_once(changes, said):
+    with pytest.raises(BudgetError, match=said):
+        ev.simulate(ev.load(PLATE, changes=changes))
+
+
+def test_a_sweep_of_too_many_cases_is_refused_before_the_first():
+    paths = ("drive.high", "drive.rise", "drive.fall")
+    with pytest.raises(BudgetError, match=r"1e.15 cases, 100000 values of drive.high x .*Sweep fewer values"):
+        ev.sweep(ev.load(PLATE), {path: np.linspace(1e-3, 2e-3, 100_000) for path in paths})
+
+
+def test_times_that_are_given_count_instead_of_the_scenario_s():
+    scenario = ev.load(PLATE, changes={"time.samples": 1e8})
+    trace = ev.simulate(scenario, time=np.linspace(0, 1e-3, 11))
+    assert trace.sizes["time"] == 11
+    with budget(memory=1e3), pytest.raises(BudgetError, match="11 output times"):
+        ev.simulate(scenario, time=np.linspace(0, 1e-3, 11))
+
+
+def test_a_budget_lets_more_through():
+    scenario = ev.load(PLATE, changes={"time.samples": 20_000})
+    with budget(memory=1e6), pytest.raises(BudgetError):
+        ev.simulate(scenario)
+    with budget(memory=1e8):
+        assert ev.simulate(scenario).sizes["time"] == 20_000
+
+
+@pytest.mark.parametrize("changes", [{}, {"time.duration": 0.3}, {"time.samples": 7}])
+def test_as_many_times_as_there_are_are_counted(changes):
+    scenario = ev.load(PLATE, changes=changes)
+    assert scenario.time.count(scenario.drive) == len(scenario.time.times(scenario.drive))
+
+
+def test_an_adaptive_march_ends_within_its_budget(monkeypatch):
+    """Where the estimate is too low, the count of the steps ends the march."""
+    monkeypatch.setattr(effort, "works", lambda *_: [])
+    leaks = {"stack.insulator.leak": LEAK, "drive": SQUARE | {"frequency": 1e3}, "time.duration": 0.01}
+    with budget(time=0.3), pytest.raises(BudgetError, match="the leaking layer needs"):
+        ev.simulate(ev.load(PLATE, changes=leaks))
+    with budget(time=0.3), pytest.raises(BudgetError, match=r"Radau's method on . equations took"):
+        ev.simulate(ev.load(PLATE, changes=leaks | {"circuit.amplifier": AMPLIFIER}))
+
+
+def test_a_refusal_is_a_mistake_in_the_input():
+    assert issubclass(BudgetError, InputError)
