@@ -9,6 +9,8 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.finger import MassSpringDamper
 from electrovib.solve.between import Between
+from electrovib.solve.lateral import shortest_time
+from electrovib.solve.nonlinear.quick_sliding import slide_quickly
 from electrovib.solve.nonlinear.sliding import Slide, sliding
 from electrovib.solve.scenario import PeriodicState
 
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 
 def slide(
     scenario: Scenario, law: BristleFriction, times: Real, force_at: Callable[[Real], Real], corners: Real
-) -> tuple[Slide, dict[str, Any]]:
+) -> tuple[Slide, Callable[[Real], Slide], dict[str, Any]]:
     """March the skin of a scenario over the plate.
 
     Parameters
@@ -41,7 +43,9 @@ def slide(
     Returns
     -------
     slide : Slide
-        At these times.
+        At these times, and at time 0 before them.
+    march : callable
+        The same at other such times.
     how : dict
         Solver, residual of the energy, number of events and error of the strength in between, for the Trace.
 
@@ -68,29 +72,41 @@ def slide(
             f"finger = {type(finger).__name__}: friction = {name} needs MassSpringDamper, or no finger"
         )
     skin = {} if finger is None else _skin(finger.at_speed(motion.speed))
-    bends = {time for time, _ in motion.programme.corners() if time > 0} | set(corners[corners > 0].tolist())
+    bends = np.array([time for time, _ in motion.programme.corners()])
+    breaks = np.union1d(bends[bends > 0], corners[corners > 0])
     asked = times if times[0] == 0 else np.append(0.0, times)
-    strength = Between(force_at, asked, corners)
-    found = sliding(
-        law,
-        speed=motion.speeds,
-        strength=strength,
-        times=asked,
-        breaks=sorted(bends),
-        touches=motion.touches,
-        settled=float(motion.speeds(0.0)) > 0,
-        **skin,
-    )
+    strength = Between(force_at, asked, breaks, shortest=shortest_time(scenario.drive))
+
+    def march(wanted: Real) -> Slide:
+        if law.bristles is not None:
+            return slide_quickly(law, motion=motion, strength=strength, times=wanted, **skin)
+        settled = float(motion.speeds(0.0)) > 0
+        return sliding(
+            law,
+            speed=motion.speeds,
+            strength=strength,
+            times=wanted,
+            breaks=breaks.tolist(),
+            touches=motion.touches,
+            settled=settled,
+            **skin,
+        )
+
+    found = march(asked)
     why = (
         f"{name} sticks and slips: skin and bristles as one stiff system, Radau's method of order 5, {found.steps} steps,"
         f" {len(found.events)} events located"
     )
-    return found, {
-        "friction_solver": why,
-        "energy_residual": found.energy_residual,
-        "friction_events": len(found.events),
-        "mechanics_error": strength.error(),
-    }
+    return (
+        found,
+        march,
+        {
+            "friction_solver": why,
+            "energy_residual": found.energy_residual,
+            "friction_events": len(found.events),
+            "mechanics_error": strength.error(),
+        },
+    )
 
 
 def _skin(finger: MassSpringDamper) -> dict[str, float]:

@@ -14,6 +14,8 @@ SAMPLE_OF_MODE: Final = 3e-7
 """More for each relaxation [s]."""
 CORNER: Final = 1e-6
 """Of a corner of the drive [s]."""
+BRISTLE_STEP: Final = 5e-6
+"""Of Radau's method on bristles, compiled, with or without a skin [s]."""
 CASE: Final = 5e-3
 """Of the simplest case of a sweep [s]."""
 CASE_MEMORY: Final = 4e4

@@ -13,7 +13,7 @@ from electrovib.core.lamps import Lamp
 from electrovib.physics.finger import Finger, MassSpringDamper
 from electrovib.physics.friction import BristleFriction, SteadyFriction
 from electrovib.physics.programme import Steady
-from electrovib.solve.between import KNOTS, Between
+from electrovib.solve.between import Between
 from electrovib.solve.chain import Measured, finger_filters, measured, respond_mechanically
 from electrovib.solve.electrical import Electrical
 from electrovib.solve.filters.declared import cascade, of_stages
@@ -134,7 +134,10 @@ class FrictionChain:
         """March an attraction once that has no closed form, before it is asked for many times."""
         if not self.prepared:
             at, choice = self.at, self.answer.choice
-            force = Between(lambda times: at(times).force, self.times, self._corners())
+            shortest = shortest_time(self.scenario.drive)
+            force = Between(
+                lambda times: at(times).force, self.times, self._corners(), shortest=shortest, once=True
+            )
             self.at, self.bend = (lambda times: Electrical({}, force(times), choice)), force.error()
             self.prepared = True
 
@@ -213,21 +216,16 @@ class FrictionChain:
         from electrovib.solve.bristles import slide
 
         self.prepare()
-        law, asked = self.scenario.friction, self.times
+        law, count = self.scenario.friction, len(self.times)
         assert isinstance(law, BristleFriction)
-        if self.scenario.rig is not None:
-            asked = np.union1d(asked, np.linspace(0.0, float(asked[-1]), KNOTS + 1))
-        found, how = slide(self.scenario, law, asked, self._force, self._corners())
+        found, march, how = slide(self.scenario, law, self.times, self._force, self._corners())
         rows = {"lateral_force": found.lateral_force, "bristle_deflection": found.bristle_deflection}
         if self.scenario.finger is not None:
             rows |= {"skin_displacement": found.skin_displacement, "skin_speed": found.skin_speed}
-        rows = {name: row[len(row) - len(asked) :] for name, row in rows.items()}
-        places = np.searchsorted(asked, self.times)
-        moved.add({name: row[places] for name, row in rows.items()})
+        moved.add({name: row[len(row) - count :] for name, row in rows.items()})
         error = max(self.bend, float(how.pop("mechanics_error")))
         moved.how |= how
-        lateral = rows["lateral_force"]
-        self.lateral_at = lambda wanted: np.interp(wanted, asked, lateral)
+        self.lateral_at = lambda wanted: march(np.append(0.0, wanted)).lateral_force[1:]
         return error
 
     def follow(self, wanted: dict[str, Filter]) -> tuple[dict[str, Real], float]:

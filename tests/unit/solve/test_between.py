@@ -25,7 +25,7 @@ def test_it_is_the_force_to_its_stated_error():
 
 
 def test_a_corner_that_is_not_named_is_seen_in_the_error():
-    unnamed = Between(kinked, np.array([0.0, 1.0]), np.array([]))
+    unnamed = Between(kinked, np.array([0.0, 1.0]), np.array([]), once=True)
     assert unnamed.error() > 1e-3
 
 
@@ -36,7 +36,22 @@ def test_it_asks_once():
         asked.append(len(time))
         return np.cos(time)
 
-    between = Between(force, np.linspace(0, 2, 11), np.array([0.7]))
+    between = Between(force, np.linspace(0, 2, 11), np.array([0.7]), once=True)
     between(np.linspace(0, 2, 100))
     between.error()
     assert len(asked) == 1
+
+
+def test_pulses_shorter_than_a_billionth_of_the_whole_time():
+    """Falling within each pulse of 1 us, from 2 to 1, over 1000 s."""
+    begins = np.array([100.0, 500.0, 900.0])
+
+    def pulses(time):
+        since = np.asarray(time)[..., np.newaxis] - begins
+        return np.sum(np.where((since >= 0) & (since < 1e-6 - 1e-12), 2 - since / 1e-6, 0.0), axis=-1)
+
+    between = Between(pulses, np.array([0.0, 1000.0]), np.concatenate([begins, begins + 1e-6]))
+    for share in (0.0, 0.25, 0.9):
+        assert between(begins + share * 1e-6) == pytest.approx(2 - share, abs=1e-4)
+    assert between(begins + 2e-6) == pytest.approx(0.0, abs=1e-12)
+    assert between(begins - 1e-6) == pytest.approx(0.0, abs=1e-12)

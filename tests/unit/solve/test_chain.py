@@ -57,19 +57,21 @@ def test_error_is_stated_and_kept(times):
         assert np.abs(output * 1.0001 - exact).max() / np.abs(exact).max() > 10 * error
 
 
-def test_second_order_in_the_step():
-    """A tolerance a hundred times smaller takes ten times the pieces, not a hundred."""
+def test_sixth_order_in_the_step():
+    """A tolerance 10^5 times smaller takes some eight times the pieces, not three hundred."""
     counts = {}
-    for tolerance in (1e-5, 1e-7):
+    slow = {name: each for name, each in FILTERS.items() if name != "stiff"}
+    for tolerance in (1e-5, 1e-10):
         pieces = []
 
         def counted(time, pieces=pieces):
             pieces.append(len(time) - 1)
-            return squared(time)
+            return np.sin(40 * OMEGA * time)
 
-        respond_mechanically(counted, FILTERS, EVEN, tolerance=tolerance, held=0.0)
+        _, error = respond_mechanically(counted, slow, EVEN, tolerance=tolerance, held=0.0, shortest=1 / 4800)
+        assert error <= tolerance
         counts[tolerance] = pieces[-1]
-    assert 4 <= counts[1e-7] / counts[1e-5] <= 32
+    assert 2 <= counts[1e-10] / counts[1e-5] <= 8
 
 
 def test_where_the_pieces_do_not_suffice_the_error_says_so():
@@ -240,7 +242,10 @@ def test_noise_is_as_declared_and_repeats():
     [
         (lambda: respond_mechanically(squared, FILTERS, [0.0, 0.0]), "times that increase"),
         (lambda: respond_mechanically(squared, FILTERS, []), "at least one"),
-        (lambda: respond_mechanically(squared, FILTERS, EVEN, most=500), "Raise it, or ask for fewer times"),
+        (
+            lambda: respond_mechanically(squared, FILTERS, EVEN, most=500),
+            "Ask for a shorter time.duration, fewer",
+        ),
         (lambda: respond_mechanically(lambda time: time / 0.0 * 0, FILTERS, EVEN), "is nan"),
         (lambda: measured(RIG, EVEN, np.ones(4), np.ones(4)), "normal_force: 4 samples for 301 times"),
         (

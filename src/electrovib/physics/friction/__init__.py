@@ -1,13 +1,14 @@
 """From normal force to lateral force."""
 
 from electrovib.physics.friction.base import FollowingFriction, Friction, Load, SteadyFriction
-from electrovib.physics.friction.bristle import BristleFriction, Dahl, LuGre
+from electrovib.physics.friction.bristle import BristleFriction, Bristles, Dahl, LuGre
 from electrovib.physics.friction.memory import Creep, FirstOrderLag
 from electrovib.physics.friction.steady import AdhesiveShear, Coulomb, PowerLaw
 
 __all__ = [
     "AdhesiveShear",
     "BristleFriction",
+    "Bristles",
     "Coulomb",
     "Creep",
     "Dahl",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -20,6 +20,45 @@ _COULOMB: Mapping[str, Any] = {"model": "Coulomb", "coefficient": 0.5}
 _NEAREST = 1e-8
 """Share of the strength within which Dahl's rate is straight for exponents below 1, whose slope would be endless."""
 _STIFFNESS = Quantity("N/m", 1e-3, 1e12, "stiffness of the contact before it slides")
+
+
+class Bristles(NamedTuple):
+    """Numbers of the laws that share one formula, z' = u left |left|^(exponent - 1), left = 1 - stiffness z sign(u)/g(u).
+
+    Parameters
+    ----------
+    stiffness : float
+        Of the contact before it slides [N/m].
+    excess, stribeck_speed : float
+        g(u) = strength (1 + excess exp(-(u/stribeck_speed)^2)) [1], [m/s].
+    exponent : float
+        How the stiffness falls [1].
+    nearest : float
+        Smallest |left| that the power sees [1]; 0 where the exponent is 1 or above.
+    bristle_damping, viscous_damping : float
+        N s/m.
+    """
+
+    stiffness: float
+    excess: float = 0.0
+    stribeck_speed: float = 1.0
+    exponent: float = 1.0
+    nearest: float = 0.0
+    bristle_damping: float = 0.0
+    viscous_damping: float = 0.0
+
+
+def strength_at_speed(speed: Any, strength: Any, excess: Any, stribeck_speed: Any) -> Any:
+    """Strength [N] at a speed [m/s], numbers or arrays, of one [N] at fast sliding; a march compiles this line too."""
+    return strength * (1 + excess * np.exp(-((speed / stribeck_speed) ** 2)))
+
+
+def yielding_rate(
+    deflection: Any, speed: Any, level: Any, direction: Any, stiffness: Any, exponent: Any, nearest: Any
+) -> Any:
+    """Rate of the deflection [m/s] under a strength at its speed [N], numbers or arrays; a march compiles this too."""
+    left = 1 - direction * stiffness * deflection / level
+    return speed * left * np.hypot(left, nearest) ** (exponent - 1)
 
 
 class BristleFriction(Friction, family=True):
@@ -42,6 +81,11 @@ class BristleFriction(Friction, family=True):
     def yields_smoothly(self) -> bool:
         """Tell whether the rate of the deflection is smooth where the bristles reach the strength."""
         return True
+
+    @property
+    def bristles(self) -> Bristles | None:
+        """Give its numbers if it is a law of that formula, which is marched in compiled steps; else None."""
+        return None
 
     def strength_at(self, speed: NDArray[np.float64], strength: NDArray[np.float64]) -> NDArray[np.float64]:
         """Steady friction at a speed, without viscous part.
@@ -140,8 +184,14 @@ class LuGre(BristleFriction):
 
     def strength_at(self, speed: NDArray[np.float64], strength: NDArray[np.float64]) -> NDArray[np.float64]:
         """Steady friction [N], larger at slow speeds."""
-        excess = (self.static_ratio - 1) * np.exp(-((np.asarray(speed) / self.stribeck_speed) ** 2))
-        return np.asarray(strength * (1 + excess))[()]
+        excess = self.static_ratio - 1
+        return np.asarray(strength_at_speed(np.asarray(speed), strength, excess, self.stribeck_speed))[()]
+
+    @property
+    def bristles(self) -> Bristles:
+        """Give its numbers."""
+        damping = {"bristle_damping": self.bristle_damping, "viscous_damping": self.viscous_damping}
+        return Bristles(self.stiffness, self.static_ratio - 1, self.stribeck_speed, **damping)
 
     def deflection_rate(
         self,
@@ -151,8 +201,8 @@ class LuGre(BristleFriction):
         direction: NDArray[np.float64],
     ) -> NDArray[np.float64]:
         """Rate of the deflection [m/s]."""
-        slipping = self.stiffness * deflection / self.strength_at(speed, strength)
-        return np.asarray(speed * (1 - direction * slipping))[()]
+        level = self.strength_at(speed, strength)
+        return np.asarray(yielding_rate(deflection, speed, level, direction, self.stiffness, 1.0, 0.0))[()]
 
     def force(
         self, deflection: NDArray[np.float64], rate: NDArray[np.float64], speed: NDArray[np.float64]
@@ -183,6 +233,13 @@ class Dahl(BristleFriction):
         """Tell whether |1 - r|^exponent sign(1 - r) is a polynomial: odd exponents."""
         return self.exponent % 2 == 1
 
+    @property
+    def bristles(self) -> Bristles:
+        """Give its numbers."""
+        return Bristles(
+            self.stiffness, exponent=self.exponent, nearest=_NEAREST if self.exponent < 1 else 0.0
+        )
+
     def deflection_rate(
         self,
         deflection: NDArray[np.float64],
@@ -191,9 +248,8 @@ class Dahl(BristleFriction):
         direction: NDArray[np.float64],
     ) -> NDArray[np.float64]:
         """Rate of the deflection [m/s]."""
-        left = 1 - direction * self.stiffness * np.asarray(deflection) / strength
-        size = np.hypot(left, _NEAREST) if self.exponent < 1 else np.abs(left)
-        return np.asarray(speed * left * np.where(size > 0, size, 1.0) ** (self.exponent - 1))[()]
+        numbers = self.stiffness, self.exponent, self.bristles.nearest
+        return np.asarray(yielding_rate(np.asarray(deflection), speed, strength, direction, *numbers))[()]
 
     def force(
         self, deflection: NDArray[np.float64], rate: NDArray[np.float64], speed: NDArray[np.float64]

@@ -22,8 +22,8 @@ _ROOT = np.sqrt(6.0)
 NODES = np.array([(4 - _ROOT) / 10, (4 + _ROOT) / 10, 1.0])
 """Radau IIA, three stages: zeros of x^2 (x - 1)^3 differentiated twice (Hairer and Wanner 1996, IV.5)."""
 _POWERS = NODES[:, None] ** np.arange(1, STAGES + 1)
-_WEIGHTS = (_POWERS / np.arange(1, STAGES + 1)) @ np.linalg.inv(NODES[:, None] ** np.arange(STAGES))
-_COEFFICIENTS = np.linalg.inv(_POWERS)
+WEIGHTS = (_POWERS / np.arange(1, STAGES + 1)) @ np.linalg.inv(NODES[:, None] ** np.arange(STAGES))
+COEFFICIENTS = np.linalg.inv(_POWERS)
 _SETTLED = 1e-15
 _ROUNDING = 1e-11
 _MOST_ITERATIONS = 12
@@ -62,7 +62,7 @@ class Piece:
         """State at times [s], shape (states,) or (states, n)."""
         place = (np.asarray(time) - self.start) / self.size
         powers = place ** np.arange(1, STAGES + 1).reshape(-1, *[1] * place.ndim)
-        added = np.tensordot(self.stages.T @ _COEFFICIENTS.T, powers, axes=1)
+        added = np.tensordot(self.stages.T @ COEFFICIENTS.T, powers, axes=1)
         return np.asarray(self.before.reshape(-1, *[1] * place.ndim) + added)
 
 
@@ -128,12 +128,12 @@ def _collocate(
     stages = np.zeros((STAGES, len(state)))
     at = state
     for _ in range(_MOST_RENEWALS):
-        matrix = np.eye(stages.size) - size * np.kron(_WEIGHTS, jacobian(rate, start, at, scale))
+        matrix = np.eye(stages.size) - size * np.kron(WEIGHTS, jacobian(rate, start, at, scale))
         factors = factor(matrix)
         last = np.inf
         for _ in range(_MOST_ITERATIONS):
             rates = np.array([rate(time, state + stage) for time, stage in zip(times, stages, strict=True)])
-            change = solve(factors, (size * _WEIGHTS @ rates - stages).ravel()).reshape(stages.shape)
+            change = solve(factors, (size * WEIGHTS @ rates - stages).ravel()).reshape(stages.shape)
             moved = float(np.max(np.abs(change) / (scale + np.abs(state))))
             if not np.isfinite(moved) or moved > 2 * last > _ROUNDING:
                 break

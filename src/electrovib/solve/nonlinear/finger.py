@@ -28,6 +28,10 @@ if TYPE_CHECKING:
     from electrovib.solve.transfer import Real
 
 
+CLOSED = 1e-6
+"""Share of its thickness at time 0 below which a gap that follows forces has closed."""
+
+
 class Repelling(Protocol):
     """What holds the finger off the plate."""
 
@@ -137,12 +141,32 @@ class FingerOverPlate(System):
     def switches(self, time: float, state: Real, mode: Mode) -> Real:
         """Values that stay above 0 as long as the mode holds."""
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
-        return self.electrics.switches(time, own, mode, gap=gap, closing=closing)
+        found = self.electrics.switches(time, own, mode, gap=gap, closing=closing)
+        if isinstance(self.motion, Yielding):
+            found = np.append(found, float(gap or 0.0) / self.motion.start - CLOSED)
+        return found
 
     def following(self, index: int, time: float, state: Real, mode: Mode) -> Mode:
         """Mode after the switch of this index has fallen through zero."""
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
+        if index == len(self.electrics.switches(time, own, mode, gap=gap, closing=closing)):
+            raise InputError(self._closed(time, state, mode))
         return self.electrics.following(index, time, own, mode, gap=gap, closing=closing)
+
+    def _closed(self, time: float, state: Real, mode: Mode) -> str:
+        """Say that the gap has closed: when, under which voltage, and what the user may do."""
+        assert isinstance(self.motion, Yielding)
+        electrics, relief = self.electrics, type(self.motion.surface).__name__
+        count = electrics.size
+        pull = self.motion.pulling * electrics.attraction(time, state[:count], mode, gap=float(state[count]))
+        held = float(self.motion.surface.pressure(0.0))
+        return (
+            f"contact.closing: the layer '{electrics.space.names[electrics.space.moving or 0]}' closes at {time:.6g} s, under a"
+            f" drive of {float(electrics.drive.voltage(np.array(time))):.4g} V: load and attraction press with"
+            f" {self._pressing(time, pull):.4g} Pa, and contact.surface = {relief} holds {held:.4g} Pa at most (pull-in). What a"
+            " closed gap does is not followed: choose a lower drive voltage, a stiffer relief or a shorter time.duration;"
+            " 'electrovib equilibrium' tells the gap at a voltage"
+        )
 
     def _push(self, time: float, state: Real, mode: Mode) -> float:
         """Pressure that opens the gap: of the surface, less load and attraction."""

@@ -126,6 +126,10 @@ class Skin(ABC):
         return 1 - direction * self.law.stiffness * float(self.deflection(now)) / strength
 
     @abstractmethod
+    def let_go(self, now: Real) -> Real:
+        """Slice without deflection [m]: what the bristles held has become heat [J]."""
+
+    @abstractmethod
     def scale(self, strength: float, speed: float) -> Real:
         """Size of each state.
 
@@ -215,6 +219,11 @@ class ElasticSkin(Skin):
         """First state [m]."""
         return np.asarray(now[0])
 
+    def let_go(self, now: Real) -> Real:
+        """Slice without deflection [m], with its energy in the heat [J]."""
+        heat = now[5] + self.law.stiffness * now[2] ** 2 / 2
+        return np.array([now[0], now[1], 0.0, now[3], now[4], heat])
+
     def scale(self, strength: float, speed: float) -> Real:
         """Sizes from strength [N] and speed [m/s]."""
         stretch = strength / self.stiffness
@@ -272,6 +281,10 @@ class RigidSkin(Skin):
     def displacement(self, now: Real) -> Real:
         """None [m]."""
         return np.zeros_like(now[0])
+
+    def let_go(self, now: Real) -> Real:
+        """Slice without deflection [m], with its energy in the heat [J]."""
+        return np.array([0.0, now[1], now[2] + self.law.stiffness * now[0] ** 2 / 2])
 
     def scale(self, strength: float, speed: float) -> Real:
         """Sizes from strength [N]; the speed [m/s] is given."""

@@ -26,8 +26,10 @@ TOLERANCE = 1e-8
 """Local error of a step: the energy then closes to some 1e-8 of the work."""
 SMALLEST = 1e-9
 """Strength of a lifted finger over the largest: its bristles let go at once, and nothing is divided by zero."""
-_DEAD_BAND = 1e-10
+DEAD_BAND = 1e-10
 """By how much the bristles must pass the strength before that counts: rounding alone does not."""
+EVENTS = ("turns", "passes the strength")
+"""What the switches of a slide tell."""
 _LOOKS = 4096
 
 
@@ -45,11 +47,15 @@ class Lifted:
     """
 
     def __init__(self, law: BristleFriction) -> None:
-        self.stiffness, self.deflection_rate = law.stiffness, law.deflection_rate
+        self.stiffness = law.stiffness
 
     def strength_at(self, speed: Any, strength: Any) -> Any:
         """Give none [N], whatever speed [m/s] and strength [N]."""
         return 0 * (speed + strength)
+
+    def deflection_rate(self, deflection: Any, speed: Any, strength: Any, direction: Any) -> Any:
+        """Give none [m/s], whatever deflection [m], speed [m/s], strength [N] and direction."""
+        return 0 * (deflection + speed + strength + direction)
 
     def force(self, deflection: Any, rate: Any, speed: Any) -> Any:
         """Give none [N], whatever deflection [m], rate [m/s] and speed [m/s]."""
@@ -99,9 +105,8 @@ class Sliding(System):
         return [corner for corner in self.corners if 0 < corner < end]
 
     def jump(self, time: float, state: Real) -> Real:
-        """State as it is: nothing jumps, at no time [s]."""
-        del time
-        return state
+        """State just after a time [s]: bristles that leave the plate let go."""
+        return state if self.touches(time) else self.skin.let_go(state)
 
     def rate(self, time: float, state: Real, mode: Mode) -> Real:
         """Rate of change of each state at a time [s]."""
@@ -115,7 +120,7 @@ class Sliding(System):
         if self.skin.law.yields_smoothly:
             return np.array([along])
         left = self.skin.left(state, float(self.strength_of(time)), direction)
-        return np.array([along, side * left + _DEAD_BAND])
+        return np.array([along, side * left + DEAD_BAND])
 
     def following(self, index: int, time: float, state: Real, mode: Mode) -> Mode:
         """Turn the direction, or the side of the strength, at a time [s]."""
@@ -225,13 +230,8 @@ def sliding(
     """
     looks = _looks(times, breaks)
     strengths = np.asarray(strength(looks), dtype=float) + np.zeros(len(looks))
-    wrong = np.flatnonzero(~(strengths >= 0))
-    if len(wrong):
-        raise InputError(
-            f"friction.steady: its strength is {strengths[wrong[0]]:.6g} N at {looks[wrong[0]]:.6g} s; a contact "
-            "that slips needs 0 or above, so check load, attraction and contact"
-        )
-    skin = _skin(law, mass, stiffness, damping)
+    not_negative(looks, strengths)
+    skin = skin_of(law, mass, stiffness, damping)
     fastest = float(np.max(np.abs(speed(looks))))
     largest_strength = float(strengths.max()) or skin.natural_force(fastest) or 1.0
     largest_speed = fastest or skin.natural_speed(largest_strength)
@@ -247,7 +247,6 @@ def sliding(
     deflection = skin.deflection(solved.states)
     rate = law.deflection_rate(deflection, over_plate, system.strength_of(times), directions)
     energies = skin.energies(solved.states)
-    names = ("turns", "passes the strength")
     return Slide(
         skin_displacement=skin.displacement(solved.states),
         skin_speed=speeds - over_plate,
@@ -255,7 +254,7 @@ def sliding(
         bristle_deflection=deflection,
         energies=energies,
         energy_residual=energies.residual,
-        events=tuple((when, names[index]) for when, index in solved.events),
+        events=tuple((when, EVENTS[index]) for when, index in solved.events),
         steps=solved.steps,
         evaluations=solved.evaluations,
     )
@@ -268,8 +267,47 @@ def _looks(times: Real, breaks: Sequence[float]) -> Real:
     return np.unique([0.0, *times[::every], float(times[-1]), *inside])
 
 
-def _skin(law: BristleFriction, mass: float | None, stiffness: float | None, damping: float | None) -> Skin:
-    """Rigid without finger; a finger needs all three numbers."""
+def not_negative(times: Real, strengths: Real) -> None:
+    """Refuse a strength that is negative or not a number.
+
+    Parameters
+    ----------
+    times, strengths : ndarray, shape (n,)
+        s, N.
+
+    Raises
+    ------
+    InputError
+        With the first such time.
+    """
+    wrong = np.flatnonzero(~(strengths >= 0))
+    if len(wrong):
+        raise InputError(
+            f"friction.steady: its strength is {strengths[wrong[0]]:.6g} N at {times[wrong[0]]:.6g} s; a contact "
+            "that slips needs 0 or above, so check load, attraction and contact"
+        )
+
+
+def skin_of(law: BristleFriction, mass: float | None, stiffness: float | None, damping: float | None) -> Skin:
+    """Give the skin of a finger, or a rigid one.
+
+    Parameters
+    ----------
+    law : BristleFriction
+        Friction of the contact.
+    mass, stiffness, damping : float or None
+        Of the skin against the bone [kg], [N/m], [N s/m]; all None for a rigid finger.
+
+    Returns
+    -------
+    Skin
+        What slides.
+
+    Raises
+    ------
+    InputError
+        If some of them are there and not all, or one has no meaning.
+    """
     if mass is None and stiffness is None and damping is None:
         return RigidSkin(law)
     if mass is None or stiffness is None or damping is None:

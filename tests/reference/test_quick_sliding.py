@@ -1,0 +1,157 @@
+"""The compiled march of bristles against the reference, law by law, finger by finger, motion by motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.core.errors import InputError
+from electrovib.physics.friction import Coulomb, Dahl, LuGre
+from electrovib.physics.motion import Motion
+from electrovib.solve.between import Between
+from electrovib.solve.nonlinear import compiled_march, quick_sliding
+from electrovib.solve.nonlinear.quick_sliding import slide_quickly
+from electrovib.solve.nonlinear.sliding import sliding
+
+COULOMB = Coulomb(coefficient=0.5)
+FINGER = {"mass": 1.5e-3, "stiffness": 1000.0, "damping": 0.05}
+LAWS = {
+    "LuGre": LuGre(
+        steady=COULOMB,
+        stiffness=1e4,
+        static_ratio=1.5,
+        stribeck_speed=2e-2,
+        bristle_damping=0.3,
+        viscous_damping=0.05,
+    ),
+    "Dahl 0.7": Dahl(steady=COULOMB, stiffness=2e3, exponent=0.7),
+    "Dahl 1": Dahl(steady=COULOMB, stiffness=2e3),
+    "Dahl 2": Dahl(steady=COULOMB, stiffness=2e3, exponent=2.0),
+}
+SWIPE = {"model": "Swipe", "begin": 0.005, "rise": 0.01, "hold": 0.02, "fall": 0.01}
+TOUCH = {"model": "TouchAndLift", "far": 1e-3, "near": 1e-6, "approach": 0.01, "touch": 0.03, "lift": 0.01}
+MOTIONS = {
+    "steady": {"speed": 0.03},
+    "swipe": {"speed": 0.03, "programme": SWIPE},
+    "touch": {"speed": 0.03, "distance": TOUCH},
+}
+TIMES = np.linspace(0, 0.06, 301)
+JUMP = 0.0221
+
+
+def strength(motion):
+    """A tone, a jump, and nothing off the plate."""
+
+    def force(time):
+        time = np.asarray(time, dtype=float)
+        tone = 0.3 * (1 + 0.4 * np.sin(2 * np.pi * 100 * time) + 0.3 * (time >= JUMP))
+        return np.where(motion.touches(time), tone, 0.0)
+
+    return force
+
+
+def both(law, motion, finger):
+    corners = np.array(sorted({*motion.breaks(), JUMP}))
+    between = Between(strength(motion), TIMES, corners, shortest=5e-3)
+    quick = slide_quickly(law, motion=motion, strength=between, times=TIMES, **finger)
+    exact = sliding(
+        law,
+        speed=motion.speeds,
+        strength=between,
+        times=TIMES,
+        breaks=corners[corners > 0].tolist(),
+        touches=motion.touches,
+        settled=float(motion.speeds(0.0)) > 0,
+        tolerance=1e-9,
+        **finger,
+    )
+    return quick, exact
+
+
+@pytest.mark.parametrize("finger", [{}, FINGER], ids=["rigid", "finger"])
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("law", LAWS)
+def test_it_slides_as_the_reference_does(law, motion, finger):
+    quick, exact = both(LAWS[law], Motion(**MOTIONS[motion]), finger)
+    for name in ("lateral_force", "bristle_deflection", "skin_displacement", "skin_speed"):
+        one, other = getattr(quick, name), getattr(exact, name)
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-6 * np.max(np.abs(other)), err_msg=name)
+    for name in ("work", "kinetic", "elastic", "bristle", "damper", "friction"):
+        one, other = getattr(quick.energies, name), getattr(exact.energies, name)
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-6 * np.max(exact.energies.work), err_msg=name)
+    assert quick.energy_residual < 1e-6
+    moved = [event for event in exact.events if event[0] < 0.0399]  # before it is lifted, or a skin rings out
+    assert len([event for event in quick.events if event[0] < 0.0399]) == len(moved)
+
+
+def test_many_calls_are_one_march(monkeypatch):
+    """The march returns now and then, so that it can be interrupted."""
+    motion = Motion(speed=0.03)
+    between = Between(strength(motion), TIMES, np.array([JUMP]), shortest=5e-3)
+    whole = slide_quickly(LAWS["LuGre"], motion=motion, strength=between, times=TIMES, **FINGER)
+    honest, calls = compiled_march.march, []
+
+    def counted(*given):
+        calls.append(1)
+        return honest(*given)
+
+    monkeypatch.setattr(compiled_march, "march", counted)
+    monkeypatch.setattr(quick_sliding, "AT_ONCE", 100)
+    parts = slide_quickly(LAWS["LuGre"], motion=motion, strength=between, times=TIMES, **FINGER)
+    assert len(calls) > 10
+    assert parts.events == whole.events
+    assert np.array_equal(parts.lateral_force, whole.lateral_force)
+
+
+@pytest.fixture(scope="module")
+def base():
+    """A film at 0.5 N, slid over at 5 cm/s."""
+    return ev.load("vezzoli_2014/fig6_static").replace({"force.model": "GapPlane", "motion.speed": 0.05})
+
+
+DAHL = {"model": "Dahl", "steady": {"model": "Coulomb", "coefficient": 0.5}, "stiffness": 500.0}
+SKIN = {"model": "MassSpringDamper", "mass": 1.5e-4, "stiffness": 1e3, "damping": 1.0}
+SINE = {"model": "Sine", "amplitude": 500.0, "frequency": 1000.0}
+
+
+def test_a_second_at_1_khz_is_marched_to_a_millionth(base):
+    """Dahl at constant speed is linear, z' = u - u k z/S: its mean is that of the march through three periods."""
+    scenario = base.replace({"drive": SINE, "friction": DAHL, "time.duration": 1.0})
+    trace = ev.simulate(scenario)
+    assert trace.attrs["mechanics_error"] < 1e-6
+    assert trace.attrs["energy_residual"] < 1e-6
+    time = np.linspace(0, 2.5e-3, 50_001)
+    steady = ev.simulate(scenario.replace({"friction": DAHL["steady"]}), time=time).lateral_force.values
+    rate = 500.0 * 0.05 / steady
+    force, step = np.empty(len(time)), time[1]
+    force[0] = steady[0]
+    for place in range(len(time) - 1):  # the trapezium rule
+        pushed = force[place] * (1 - step / 2 * rate[place]) + step * 500.0 * 0.05
+        force[place + 1] = pushed / (1 + step / 2 * rate[place + 1])
+    found = ev.simulate(scenario, time=time[::1000]).lateral_force.values
+    np.testing.assert_allclose(found, force[::1000], rtol=1e-6)
+
+
+@pytest.mark.parametrize("finger", [None, SKIN], ids=["rigid", "finger"])
+def test_short_pulses_over_a_long_time(base, finger):
+    """Pulses of 1 us every 100 s, over 1000 s: the value just before a corner was looked up before the corner before."""
+    pulses = {"model": "PulseTrain", "high": 300.0, "width": 1e-6, "frequency": 0.01}
+    changes = {"drive": pulses, "friction": DAHL, "time.duration": 1000.0}
+    scenario = base.replace(changes | ({"finger": finger} if finger else {}))
+    trace = ev.simulate(scenario)
+    assert trace.attrs["mechanics_error"] < 1e-6
+    assert trace.lateral_force.values[1:] == pytest.approx(0.25, rel=1e-6)
+    near = np.array([0.0, 1e-6, 100.0, 100.0 + 5e-7, 100.0 + 1e-6])
+    assert np.all(np.diff(ev.simulate(scenario, time=near).lateral_force.values)[2:4] > 0)
+
+
+def test_more_changes_than_can_be_looked_at_are_refused(base):
+    with pytest.raises(
+        InputError, match=r"time\.duration = 100 s: .* changes 2e\+07 times and has 0 corners"
+    ):
+        ev.simulate(
+            base.replace({"drive": SINE | {"frequency": 1e5}, "friction": DAHL, "time.duration": 100.0})
+        )
+    with pytest.raises(InputError, match="the force on the finger has 1999999 corners"):
+        Between(np.cos, np.array([0.0, 100.0]), np.linspace(0, 100, 2_000_001))

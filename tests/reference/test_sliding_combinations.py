@@ -1,0 +1,125 @@
+"""Frictions, fingers, rigs, motions, drives and beginnings drawn together: each answers, or says in a sentence why not."""
+
+from __future__ import annotations
+
+import itertools
+import json
+
+import numpy as np
+import pytest
+
+from electrovib.core.errors import InputError
+from electrovib.solve.scenario import load
+from electrovib.solve.simulate import simulate
+
+COULOMB = {"model": "Coulomb", "coefficient": 0.5}
+BRISTLES = {"model": "LuGre", "steady": COULOMB, "static_ratio": 1.5, "stribeck_speed": 5e-3}
+FRICTIONS = (
+    COULOMB,
+    {"model": "PowerLaw", "coefficient": 0.6, "at_force": 1.0, "exponent": -0.206},
+    {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": 500.0},
+    {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": 500.0, "renewal_length": 72.5e-6},
+    {"model": "Creep", "steady": COULOMB, "relaxations": [{"share": 0.3, "time": 5e-3}]},
+    {"model": "Dahl", "steady": COULOMB, "stiffness": 500.0},
+    {"model": "Dahl", "steady": COULOMB, "stiffness": 5e4, "exponent": 0.6},
+    {"model": "Dahl", "steady": COULOMB, "stiffness": 5e3, "exponent": 2.0},
+    BRISTLES | {"stiffness": 1e5, "bristle_damping": 0.5, "viscous_damping": 0.1},
+    BRISTLES | {"stiffness": 500.0},
+)
+FINGER = {"model": "MassSpringDamper", "mass": 1.5e-4, "stiffness": 1e3, "damping": 1.0}
+FINGERS = (
+    {},
+    {"finger": FINGER},
+    {"finger": FINGER | {"damping": 0.02}},
+    {"finger": FINGER | {"mass": 1.5e-3, "growth": {"known_at": 0.05}}},
+)
+SENSORS = {
+    "normal": {"natural_frequency": 2e3, "damping_ratio": 0.5, "time_constant": 1e4},
+    "lateral": {"natural_frequency": 500.0, "damping_ratio": 0.5, "bandwidth": 1e3},
+}
+RIGS = ({}, {"rig": {"model": "Tribometer"} | SENSORS})
+SWIPE = {"model": "Swipe", "begin": 5e-3, "rise": 5e-3, "hold": 0.01, "fall": 5e-3}
+TOUCH = {"model": "TouchAndLift", "far": 1e-3, "near": 1e-6, "approach": 0.01, "touch": 0.01, "lift": 5e-3}
+MOTIONS = (
+    {},
+    {"speed": 0.05},
+    {"speed": 1e-3},
+    {"speed": 0.05, "programme": SWIPE},
+    {"speed": 0.05, "distance": TOUCH},
+)
+DRIVES = (
+    {"model": "Sine", "amplitude": 500.0, "frequency": 1000.0},
+    {"model": "Chirp", "amplitude": 300.0, "first": 10.0, "last": 2000.0, "length": 0.03},
+    {"model": "PulseTrain", "high": 300.0, "width": 1e-6, "frequency": 200.0},
+    {"model": "Burst", "amplitude": 300.0, "frequency": 1e4, "cycles": 20, "delay": 0.01},
+    {"model": "Constant", "level": 500.0},
+)
+LOADS = (
+    {},
+    {"load.programme": {"model": "Press", "begin": 5e-3, "rise": 5e-3}},
+    {"load.programme": {"model": "LiftOff", "begin": 0.02, "fall": 5e-3}},
+)
+STATES = ({}, {"time.initial_state": {"model": "PeriodicState"}})
+EVERY = (FRICTIONS, FINGERS, RIGS, MOTIONS, DRIVES, LOADS, STATES)
+REFUSALS = (
+    "happens once",
+    "needs motion.speed",
+    "sticks and slips in its own time",
+    "not known beforehand",
+    "Both must stay positive",
+    "does not repeat",
+    "periods of the drive to settle",
+)
+
+
+@pytest.fixture(scope="module")
+def bases():
+    """The founding film; and the same beneath a gap that is moved."""
+    founding = load("vezzoli_2014/fig6").replace({"force.model": "GapPlane", "time.duration": 0.03})
+    layers = founding.stack.to_dict()
+    gap = {"thickness": 1e-6, "material": {"model": "Constant", "permittivity": 1.0}}
+    stack = {"insulator": layers["insulator"], "gap": gap, "stratum_corneum": layers["stratum_corneum"]}
+    return founding, founding.replace({"stack": stack})
+
+
+def drawn(seed, count):
+    rng = np.random.default_rng(seed)
+    combinations = list(itertools.product(*EVERY))
+    chosen = rng.choice(len(combinations), count, replace=False)
+    return [combinations[place] for place in chosen.tolist()]
+
+
+def answer(bases, combination):
+    friction, finger, rig, motion, drive, pressed, state = combination
+    changes = {"friction": friction, "motion": motion, "drive": drive, "time.samples": 101}
+    scenario = bases["distance" in motion].replace(changes | finger | rig | pressed | state)
+    try:
+        return simulate(scenario)
+    except InputError as refusal:
+        return str(refusal)
+
+
+def check(bases, combinations):
+    answered = 0
+    for combination in combinations:
+        trace = answer(bases, combination)
+        if isinstance(trace, str):
+            assert any(word in trace for word in REFUSALS), f"{trace}: {combination}"
+            continue
+        answered += 1
+        said = json.dumps(combination)
+        assert trace.attrs.get("mechanics_error", 0.0) < 5e-3, said
+        assert trace.attrs.get("energy_residual", 0.0) < 1e-6, said
+        assert np.all(np.isfinite(trace.lateral_force.values) | np.isnan(trace.lateral_force.values)), said
+        for name in ("skin_displacement", "skin_speed"):
+            assert name not in trace or np.all(np.isfinite(trace[name].values)), said
+    return answered
+
+
+def test_a_few(bases):
+    assert check(bases, drawn(3, 12)) >= 4
+
+
+@pytest.mark.slow
+def test_many(bases):
+    assert check(bases, drawn(8, 150)) >= 60
