@@ -58,19 +58,10 @@ def slide(
     -----
     A finger that moves at time 0 has always slid steadily; one that begins at rest is not deflected.
     """
-    motion, finger = scenario.motion, scenario.finger
-    name = type(law).__name__
-    if motion.speed is None:
-        raise InputError(f"friction = {name} needs motion.speed, for instance motion.speed = '30 mm/s'")
-    if isinstance(scenario.time.initial_state, PeriodicState):
-        raise InputError(
-            f"time.initial_state = PeriodicState: friction = {name} sticks and slips in its own time. Start AtRest and look"
-            " at a late period"
-        )
-    if finger is not None and not isinstance(finger, MassSpringDamper):
-        raise InputError(
-            f"finger = {type(finger).__name__}: friction = {name} needs MassSpringDamper, or no finger"
-        )
+    refuse_unslid(scenario)
+    motion, finger, name = scenario.motion, scenario.finger, type(law).__name__
+    assert motion.speed is not None
+    assert finger is None or isinstance(finger, MassSpringDamper)
     skin = {} if finger is None else _skin(finger.at_speed(motion.speed))
     bends = np.array([time for time, _ in motion.programme.corners()])
     breaks = np.union1d(bends[bends > 0], corners[corners > 0])
@@ -107,6 +98,34 @@ def slide(
             "mechanics_error": strength.error(),
         },
     )
+
+
+def refuse_unslid(scenario: Scenario) -> None:
+    """Refuse what does not go with a friction of bristles.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With such a friction.
+
+    Raises
+    ------
+    InputError
+        If there is no speed, a periodic state is asked for, or the finger is none that the solver knows.
+    """
+    motion, finger = scenario.motion, scenario.finger
+    name = type(scenario.friction).__name__
+    if motion.speed is None:
+        raise InputError(f"friction = {name} needs motion.speed, for instance motion.speed = '30 mm/s'")
+    if isinstance(scenario.time.initial_state, PeriodicState):
+        raise InputError(
+            f"time.initial_state = PeriodicState: friction = {name} sticks and slips in its own time. Start AtRest and look"
+            " at a late period"
+        )
+    if finger is not None and not isinstance(finger, MassSpringDamper):
+        raise InputError(
+            f"finger = {type(finger).__name__}: friction = {name} needs MassSpringDamper, or no finger"
+        )
 
 
 def _skin(finger: MassSpringDamper) -> dict[str, float]:

@@ -14,6 +14,8 @@ SAMPLE_OF_MODE: Final = 3e-7
 """More for each relaxation [s]."""
 CORNER: Final = 1e-6
 """Of a corner of the drive [s]."""
+PIECE: Final = 2e-7
+"""Of a piece in which a force is followed by filters, without the force [s]."""
 BRISTLE_STEP: Final = 5e-6
 """Of Radau's method on bristles, compiled, with or without a skin [s]."""
 CASE: Final = 5e-3

@@ -6,10 +6,13 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from electrovib.core.budget import Work, refuse_beyond
 from electrovib.physics.drive.parts import Linear
+from electrovib.physics.friction import BristleFriction
 from electrovib.physics.motion import Distance
 from electrovib.solve.costs import (
+    BRISTLE_STEP,
     CORNER,
     FEWER_SAMPLES,
+    PIECE,
     SAMPLE,
     SAMPLE_OF_MODE,
     SHORTER,
@@ -18,7 +21,9 @@ from electrovib.solve.costs import (
     radau_step,
 )
 from electrovib.solve.diagnostics.looks import count_looks
+from electrovib.solve.friction_chain import FORGOTTEN, MOST
 from electrovib.solve.general import beyond_modes
+from electrovib.solve.mechanical import slowest_rates
 from electrovib.solve.respond import is_marched
 from electrovib.solve.scenario import PeriodicState
 
@@ -34,6 +39,9 @@ SIGNALS: Final = 24
 SIGNALS_OF_LAYER: Final = 14
 NUMBERS_AT_CORNER: Final = 14
 NUMBERS_AT_STEP: Final = 14
+NUMBERS_AT_PIECE: Final = 30
+PIECES_IN_CYCLE: Final = 120
+PIECES_AT_CORNER: Final = 150
 MODES_OF_LAYER: Final = 2
 MODES_OF_DISPERSION: Final = 16
 PLACES: Final = 120
@@ -83,6 +91,11 @@ def refuse_large(scenario: Scenario, times: Real | None = None) -> None:
     refuse_beyond(works(scenario, times))
 
 
+def last_time(scenario: Scenario, times: Real | None = None) -> float:
+    """Give the last output time [s], of those given or of the scenario's."""
+    return (scenario.time.duration or scenario.drive.duration) if times is None else float(times[-1])
+
+
 def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
     """Count what a run consists of.
 
@@ -100,7 +113,7 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
     """
     grid, drive = scenario.time, scenario.drive
     samples = grid.count(drive) if times is None else len(times)
-    end = (grid.duration or drive.duration) if times is None else float(times[-1])
+    end = last_time(scenario, times)
     corners = drive.count_corners(end)
     looked = samples + count_looks(drive, end, settled=_settled(scenario))
     each = SAMPLE + SAMPLE_OF_MODE * _modes(scenario)
@@ -121,7 +134,8 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
             _less(scenario),
         ),
     ]
-    return [*found, *_marched(scenario, end, samples, corners)]
+    marched = _marched(scenario, end, samples, corners)
+    return [*found, *marched, *_mechanics(scenario, end, samples, corners)]
 
 
 def _less(scenario: Scenario) -> str:
@@ -168,6 +182,20 @@ def _march(scenario: Scenario) -> March | None:
         return LEAK if leaks else None
     alone = isinstance(scenario.motion.distance, Distance) and scenario.contact.closing is None
     return MOVING_GAP if alone and not leaks and not (amplifier and amplifier.is_limited) else NONLINEAR
+
+
+def _mechanics(scenario: Scenario, end: float, samples: int, corners: int) -> list[Work]:
+    """Count the pieces in which the attraction is followed by friction, skin and sensors."""
+    slides = isinstance(scenario.friction, BristleFriction)
+    if not slides and scenario.rig is None and not (rates := slowest_rates(scenario)):
+        return []
+    share = 1.0
+    if not slides and scenario.rig is None:
+        share = min(1.0, samples * FORGOTTEN / (min(rates) * end)) if end else 1.0
+    pieces = share * (PIECES_IN_CYCLE * _cycles(scenario, end) + PIECES_AT_CORNER * corners) + samples
+    each = PIECE + SAMPLE_OF_MODE / 4 * _modes(scenario) + (BRISTLE_STEP if slides else 0.0)
+    what = f"about {pieces:.2g} pieces in which the friction is followed up to {end:.6g} s"
+    return [Work(what, pieces * each, min(pieces, MOST) * BYTES * NUMBERS_AT_PIECE, SHORTER)]
 
 
 def _cycles(scenario: Scenario, end: float) -> float:

@@ -9,8 +9,9 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import BristleFriction, FollowingFriction, SteadyFriction
+from electrovib.solve.chain import refuse_readings
 from electrovib.solve.electrical import Electrical
-from electrovib.solve.friction_chain import FrictionChain, Mechanics
+from electrovib.solve.friction_chain import CLOSED, MOST, FrictionChain, Mechanics
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -66,6 +67,54 @@ def mechanical(
     if error:
         moved.how["mechanics_error"] = max(error, chain.bend)
     return moved
+
+
+def refuse_unsolved_mechanics(scenario: Scenario, end: float) -> None:
+    """Build what the mechanics is made of, so that what does not go together is told before any work.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    end : float
+        Last output time [s].
+
+    Raises
+    ------
+    InputError
+        If models do not go together.
+    """
+    nothing = Electrical({}, np.zeros(1), {"solver": CLOSED[0]})
+    chain = FrictionChain(scenario, np.zeros(1), nothing, lambda _: nothing)
+    chain.real_area(scenario.load.forces(np.zeros(1)))
+    if isinstance(scenario.friction, BristleFriction):
+        from electrovib.solve.bristles import refuse_unslid
+
+        refuse_unslid(scenario)
+    elif isinstance(scenario.friction, (SteadyFriction, FollowingFriction)):
+        chain.filters() if not chain.comes_and_goes() else chain.skin()
+    digitiser = None if scenario.rig is None else scenario.rig.digitiser
+    if digitiser is not None:
+        refuse_readings(digitiser, end, MOST)
+
+
+def slowest_rates(scenario: Scenario) -> list[float]:
+    """Slowest rate [1/s] of friction and skin, each of them that has a memory.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        One that `refuse_unsolved_mechanics` lets through.
+
+    Returns
+    -------
+    list of float
+        Above 0; empty where the friction follows at once and there is no skin.
+    """
+    nothing = Electrical({}, np.zeros(1), {"solver": CLOSED[0]})
+    chain = FrictionChain(scenario, np.zeros(1), nothing, lambda _: nothing)
+    filters = chain.skin() if chain.comes_and_goes() else chain.filters()
+    return [float(np.min(-each.poles.real)) for each in filters.values() if len(each.poles)]
 
 
 def _given(chain: FrictionChain) -> dict[str, Real]:

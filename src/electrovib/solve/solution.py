@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.solve.diagnostics import diagnostics, solved, watched
-from electrovib.solve.effort import refuse_large
+from electrovib.solve.effort import last_time, refuse_large
 from electrovib.solve.electrical import Electrical, electrical, refuse_unsolved_electrics
 from electrovib.solve.expand import modes, phasors
 from electrovib.solve.known import known_band, memory_lamps, worst_of
-from electrovib.solve.mechanical import mechanical
+from electrovib.solve.mechanical import mechanical, refuse_unsolved_mechanics
 from electrovib.solve.memory import answer_errors
 from electrovib.solve.scenario import PeriodicState
 
@@ -84,6 +84,7 @@ class Solution:
 
     def __init__(self, scenario: Scenario, times: Real | None = None) -> None:
         refuse_unsolved_electrics(scenario)
+        refuse_unsolved_mechanics(scenario, last_time(scenario, times))
         refuse_large(scenario, times)
         self.scenario = scenario
         self.times = scenario.time.times(scenario.drive) if times is None else times

@@ -139,14 +139,40 @@ def measured(
 
 def _moments(digitiser: Digitiser, stamps: Real, most: int) -> Real:
     """Times of the readings; one that falls on the last stamp but for rounding counts."""
-    count = math.floor((stamps[-1] - stamps[0]) * digitiser.sampling_rate + 1e-6) + 1
+    count = refuse_readings(digitiser, float(stamps[-1] - stamps[0]), most)
+    moments: Real = np.minimum(stamps[0] + np.arange(count) / digitiser.sampling_rate, stamps[-1])
+    return moments
+
+
+def refuse_readings(digitiser: Digitiser, span: float, most: int) -> int:
+    """Count the readings of a digitiser, and refuse too many.
+
+    Parameters
+    ----------
+    digitiser : Digitiser
+        With its rate.
+    span : float
+        From the first to the last output time [s].
+    most : int
+        Twice as many as are allowed.
+
+    Returns
+    -------
+    int
+        How many.
+
+    Raises
+    ------
+    InputError
+        If there are more.
+    """
+    count = math.floor(span * digitiser.sampling_rate + 1e-6) + 1
     if 2 * count > most:
         raise InputError(
             f"digitiser.sampling_rate = {format_quantity(digitiser.sampling_rate, 'Hz')}: {count} readings are"
             f" more than half of {most}. Lower it, or ask for a shorter time."
         )
-    moments: Real = np.minimum(stamps[0] + np.arange(count) / digitiser.sampling_rate, stamps[-1])
-    return moments
+    return count
 
 
 def _of_samples(
