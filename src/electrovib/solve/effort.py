@@ -92,7 +92,20 @@ def refuse_large(scenario: Scenario, times: Real | None = None) -> None:
 
 
 def last_time(scenario: Scenario, times: Real | None = None) -> float:
-    """Give the last output time [s], of those given or of the scenario's."""
+    """Give the last output time.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Drive and time grid.
+    times : ndarray, shape (n,), optional
+        Output times [s].
+
+    Returns
+    -------
+    float
+        Of those given, or of the scenario's [s].
+    """
     return (scenario.time.duration or scenario.drive.duration) if times is None else float(times[-1])
 
 
