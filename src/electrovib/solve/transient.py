@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Linear, Part, Smooth, Tones
+from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones
+from electrovib.solve.chirp import chirp_response
 from electrovib.solve.integrator import integral_weight, settled_integral, without_integrators
 from electrovib.solve.recursion import hold_weights, march
 from electrovib.solve.smooth import smooth_states
@@ -114,6 +115,8 @@ def _is_steady(drive: Drive) -> bool:
 def _part_response(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
     if isinstance(part, Tones):
         return _tones(part, rates, gains, time, settled=settled)
+    if isinstance(part, Chirped):
+        return chirp_response(part, rates, gains, time)
     if isinstance(part, Smooth):
         return gains @ smooth_states(part, rates, time)
     if settled and part.is_step:
@@ -126,6 +129,8 @@ def _part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool
     """The same for x - v in the place of x."""
     if isinstance(part, Tones):
         return _tones(part, rates, gains, time, settled=settled, lag=True)
+    if isinstance(part, Chirped):
+        return chirp_response(part, rates, gains, time, lag=True)
     if isinstance(part, Smooth):
         return gains @ (smooth_states(part, rates, time) - part.value(time))
     if settled and part.is_step:
