@@ -80,7 +80,7 @@ def transient(
         modal = np.zeros((len(names), len(time)))
         active = np.any(gains != 0, axis=0) & (rates > 0)
         if np.any(active):
-            respond = _part_lag if lag else _part_response
+            respond = part_lag if lag else _part_response
             for part in drive.parts():
                 modal += respond(part, rates[active], gains[:, active], time, settled=settled)
         kept = free * (rates == 0) if settled else free  # only trapped charge outlasts for ever
@@ -125,8 +125,23 @@ def _part_response(part: Part, rates: Real, gains: Real, time: Real, *, settled:
     return straight_response(part, rates, gains, time, start)
 
 
-def _part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
-    """The same for x - v in the place of x."""
+def part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
+    """Response of modes to a part of a drive, less that part.
+
+    Parameters
+    ----------
+    part : Linear, Tones or Smooth
+        The part.
+    rates, gains, time
+        As for `straight_response`: 1/s, 1, s.
+    settled : bool
+        In the periodic state instead of from rest.
+
+    Returns
+    -------
+    ndarray, shape (outputs, n)
+        sum gain (x - v), V.
+    """
     if isinstance(part, Tones):
         return _tones(part, rates, gains, time, settled=settled, lag=True)
     if isinstance(part, Chirped):
@@ -160,13 +175,26 @@ def periodic_state(part: Linear, rates: Real) -> Real:
     """
     assert part.period is not None
     one = part.until(part.period)
-    end = _break_states(one, rates, np.zeros(len(rates)))[:, -1]
+    end = break_states(one, rates, np.zeros(len(rates)))[:, -1]
     state: Real = end / -np.expm1(-rates * part.period)
     return state
 
 
-def _break_states(part: Linear, rates: Real, state: Real) -> Real:
-    """States at the breaks, shape (modes, breaks)."""
+def break_states(part: Linear, rates: Real, state: Real) -> Real:
+    """States at the breaks of straight pieces.
+
+    Parameters
+    ----------
+    part : Linear
+        Without a period.
+    rates, state : ndarray, shape (modes,)
+        1/s, > 0; V at time 0.
+
+    Returns
+    -------
+    ndarray, shape (modes, breaks)
+        V.
+    """
     if part.is_step:
         return state[:, None]
     identity = np.eye(len(rates))
@@ -203,11 +231,11 @@ def straight_response(part: Linear, rates: Real, gains: Real, time: Real, state:
         zero = np.zeros(len(gains))
         output, _ = march(-rates, gains, zero, after[:-1], before[1:], even, state)
         return output
-    states = _break_states(pieces, rates, state)
+    states = break_states(pieces, rates, state)
     index, elapsed = pieces.locate(time)
     now = pieces.value(time)
     result = np.empty((len(gains), len(time)))
-    for piece in _chunks(len(time), len(rates)):
+    for piece in chunks(len(time), len(rates)):
         decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
         began = pieces.after[index[piece]]
         result[:, piece] = gains @ (decay * states[:, index[piece]] + begin * began + end * now[piece])
@@ -242,21 +270,53 @@ def straight_lag(part: Linear, rates: Real, gains: Real, time: Real, state: Real
     if np.all(slow):
         return result
     rates, gains, state = rates[~slow], gains[:, ~slow], state[~slow]
-    states, slopes = _break_states(pieces, rates, state), pieces.slopes()
+    return result + lag_since_breaks(pieces, break_states(pieces, rates, state), rates, gains, time)
+
+
+def lag_since_breaks(pieces: Linear, states: Real, rates: Real, gains: Real, time: Real) -> Real:
+    """Response of modes to straight pieces less the drive itself, from the states at the breaks.
+
+    Parameters
+    ----------
+    pieces : Linear
+        Without a period.
+    states : ndarray, shape (modes, breaks)
+        As from `break_states`.
+    rates, gains, time
+        As for `straight_response`: 1/s, 1, s.
+
+    Returns
+    -------
+    ndarray, shape (outputs, n)
+        sum gain (x - v), V.
+    """
+    result, slopes = np.zeros((len(gains), len(time))), pieces.slopes()
     index, elapsed = pieces.locate(time)
     back = (elapsed == 0) & (index > 0)
     before = index - back
     elapsed = np.where(back, pieces.times[index] - pieces.times[before], elapsed)
     jump = np.where(back, pieces.after[index] - pieces.before[index], 0.0)
-    for piece in _chunks(len(time), len(rates)):
+    for piece in chunks(len(time), len(rates)):
         fallen = np.expm1(-rates[:, None] * elapsed[piece])
         since = states[:, before[piece]] - pieces.after[before[piece]]
         lag = (1 + fallen) * since + slopes[before[piece]] * fallen / rates[:, None] - jump[piece]
-        result[:, piece] += gains @ lag
+        result[:, piece] = gains @ lag
     return result
 
 
-def _chunks(samples: int, modes: int) -> list[slice]:
+def chunks(samples: int, modes: int) -> list[slice]:
+    """Cut many times into stretches whose states are held at once.
+
+    Parameters
+    ----------
+    samples, modes : int
+        How many.
+
+    Returns
+    -------
+    list of slice
+        Of the times.
+    """
     length = max(1, CHUNK // modes)
     return [slice(first, first + length) for first in range(0, samples, length)]
 

@@ -32,6 +32,12 @@ DRIVES = {
     "square": {"model": "Square", "high": 50, "low": -20, "frequency": 50},
 }
 SINE = {"model": "Sine", "amplitude": 100, "frequency": 60}
+OSCILLATING = {
+    "sine": SINE,
+    "burst": {"model": "Burst", "amplitude": 80, "frequency": 100, "cycles": 2, "delay": 3e-3},
+    "chirp": {"model": "Chirp", "amplitude": 90, "first": 20, "last": 200, "length": 25e-3},
+    "both": {"model": "Sum", "drives": [SINE, {"model": "Square", "high": 30, "low": -20, "frequency": 50}]},
+}
 ELEMENTS = {"bare": SeriesElement(), "body": SeriesElement(1e3), "floating": SeriesElement(1e5, 1e10, 5.0)}
 LIMITED = {
     "current": {"gain": 3.0, "source_current": 1e-6, "sink_current": 0.4e-6},
@@ -96,7 +102,6 @@ def test_general_reference(name, limits, element):
     reference = follow_finger(space, drive, times, amplifier=amplifier)
     assert set(reference.found) == set(answer.found)
     assert worst(reference.found, answer.found) < EQUAL
-    assert answer.error == 0
     # without its limits it does something else
     free = amplified_response(
         wanted, drive, times, amplifier=Amplifier(gain=amplifier.gain, bandwidth=amplifier.bandwidth)
@@ -109,12 +114,12 @@ def exponents(low, high):
     return st.floats(low, high).map(lambda power: 10.0**power)
 
 
-@pytest.mark.slow
 def amplifier_of(source, sink, **others):
     """A sink limits beside a source only."""
     return Amplifier(source_current=source, sink_current=sink if source else None, **others)
 
 
+@pytest.mark.slow
 @settings(max_examples=12)
 @given(
     amplifier=st.builds(
@@ -145,16 +150,27 @@ def test_any_amplifier(amplifier, charge, gap, element, name):
 
 
 @pytest.mark.parametrize("limits", ["current and pole", "everything"])
-def test_a_sine_behind_limits_states_its_error(limits):
-    drive, times = read_model(Drive, SINE), np.linspace(0, END, 61)
+def test_a_sine_behind_limits(limits):
+    """As it is, not as straight pieces."""
+    what_is_not_straight("sine", limits, "body")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("element", ELEMENTS)
+@pytest.mark.parametrize("limits", LIMITED)
+@pytest.mark.parametrize("name", OSCILLATING)
+def test_what_is_not_straight(name, limits, element):
+    what_is_not_straight(name, limits, element)
+
+
+def what_is_not_straight(name, limits, element):
+    drive, times = read_model(Drive, OSCILLATING[name]), np.linspace(0, END, 61)
     amplifier = Amplifier(**LIMITED[limits])
-    wanted, space = transfers(finger(), ELEMENTS["body"])
+    wanted, space = transfers(finger(charge=1e-5), ELEMENTS[element])
     answer = amplified_response(wanted, drive, times, amplifier=amplifier)
     reference = follow_finger(space, drive, times, amplifier=amplifier)
-    error = worst(reference.found, answer.found)
-    assert 1e-8 < error < 1.5 * answer.error  # halving errors of the first order shows all of it, and noise
-    assert answer.error < 1e-3
-    assert f"{answer.error:.1e}" in answer.reason()
+    assert worst(reference.found, answer.found) < EQUAL
+    assert answer.changes or limits == "saturation"
 
 
 def test_a_gain_alone_is_the_exact_path():
