@@ -65,15 +65,14 @@ def chirp_response(part: Chirped, rates: Real, gains: Real, time: Real, *, lag: 
     """
     modes = _Modes(part, rates, gains, lag)
     found = np.zeros((len(gains), len(time)))
-    begun, over = max(part.start, 0.0), part.stop
-    first, last = np.searchsorted(time, [begun, over])
+    ends = np.array([max(part.start, 0.0), part.stop])
+    first, last = np.searchsorted(time, ends)
     on, after = time[first:last], time[last:]
-    start = (modes.answer(np.array([begun])) * np.exp(1j * part.phase(begun))).imag[:, 0]
+    (begun, over), (start, stop) = ends.tolist(), (modes.answer(ends) * np.exp(1j * part.phase(ends))).imag.T
     if len(on):
         found[:, first:last] = (modes.envelope(on) * np.exp(1j * part.phase(on))).imag
         found[:, first:last] -= _fading(gains * start, rates, on - begun)
     if len(after) and over > begun:
-        stop = (modes.answer(np.array([over])) * np.exp(1j * part.phase(over))).imag[:, 0]
         left = stop - start * np.exp(-rates * (over - begun))
         found[:, last:] = _fading(gains * left, rates, after - over)
     return part.amplitude * found

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.solve.secular import secular_roots
-from electrovib.solve.transient import chunks
+from electrovib.solve.straight import chunks
 
 if TYPE_CHECKING:
     from electrovib.solve.transfer import Real, Transfer

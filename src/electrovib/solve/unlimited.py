@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.physics.drive.parts import Linear
+from electrovib.solve.straight import break_states, chunks, lag_since_breaks
 from electrovib.solve.transfer import Transfer
-from electrovib.solve.transient import break_states, chunks, lag_since_breaks, part_lag, transient
+from electrovib.solve.transient import part_lag, transient
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
