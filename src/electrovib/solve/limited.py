@@ -153,7 +153,7 @@ class LimitedMarch:
         plate = self.plate
         voltage, states = plate.state(span, when)
         if span.mode:
-            return plate.span(when, 0, plate.held(when), voltage, states)
+            return plate.left(plate.span(when, 0, plate.held(when), voltage, states))
         if kind == 2:
             side = int(np.sign(plate.amplifier.gain * float(self.drive.voltage(when))))
             return plate.span(when, 0, 0 if span.held else side, voltage, states)

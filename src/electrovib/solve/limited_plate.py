@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 
 HYSTERESIS = 1e-10
 """How far over its limit a current, or past its aim a voltage, changes what the amplifier does: noise shall not."""
+_ROUNDED = 256
+"""Roundings of a current that are no change of it; those of the phase of an oscillation are added."""
+_SLACK = 1e-6
+"""Share of a limit up to which a current beyond it, where it has just left it, is rounding."""
 _NOISE = 1e-12
 """How far past the largest voltage an aim is held there, or let go again."""
 
@@ -42,6 +46,8 @@ class Span:
         The plate; where it follows the drive, its distance from what it would do without limits, or None for none.
     states : ndarray, shape (modes,)
         At the beginning [V], of the same.
+    slack : float
+        By how much more a current may pass its limit [A]: rounding of when it left a limit that it stays near.
     """
 
     start: float
@@ -49,6 +55,7 @@ class Span:
     held: int
     course: Course | None
     states: Real
+    slack: float = 0.0
 
     @property
     def follows(self) -> bool:
@@ -97,6 +104,9 @@ class LimitedPlate:
         )
         bound = abs(amplifier.gain) * sum(part.bound() for part in drive.parts())
         self.scale = max(1e-12, min(bound, self.largest))
+        admittance = self.network.direct + self.network.capacitance * (self.corner or 0.0)
+        cycles = 2 * np.pi * drive.highest_frequency * end
+        self.rounding = float(np.finfo(float).eps) * (_ROUNDED + 2 * cycles) * self.scale * admittance
         marks, heights = drive.corners(end)
         self.jumps = marks[heights != 0]
 
@@ -124,8 +134,9 @@ class LimitedPlate:
         lowest, highest = self.limits
         if np.isfinite(highest):
             current = self.current(span, time)
-            values[0] = highest * (1 + hysteresis) - current
-            values[1] = current - lowest * (1 + hysteresis)
+            slack = span.slack + (self.rounding if hysteresis else 0.0)
+            values[0] = highest * (1 + hysteresis) - current + slack
+            values[1] = current - lowest * (1 + hysteresis) + slack
             values[2] = np.where(self._jumps_at(time), -1.0, values[2])
         if np.isfinite(self.largest):
             noise = _NOISE if hysteresis else 0.0
@@ -238,6 +249,24 @@ class LimitedPlate:
         if span.course is None:
             return found
         return found + self.network.current(span.course, span.states[self.branches], time - span.start)
+
+    def left(self, span: Span) -> Span:
+        """Let a current that has just left its limit stay near it.
+
+        Parameters
+        ----------
+        span : Span
+            Begins where a largest current ended.
+
+        Returns
+        -------
+        Span
+            With slack for the rounding of that moment.
+        """
+        if span.mode or not np.isfinite(self.limits[1]):
+            return span
+        beyond = -float(np.min(self.margins(span, np.array([span.start]), 0.0)[:2]))
+        return replace(span, slack=2 * beyond) if 0 < beyond < _SLACK * self.limits[1] else span
 
     def aim(self, time: Real) -> Real:
         """Voltage that the amplifier aims at.
