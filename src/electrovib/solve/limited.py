@@ -138,7 +138,7 @@ class LimitedMarch:
         """Find when a margin falls below 0 between two times."""
 
         def value(when: float) -> float:
-            return float(self.plate.margins(span, np.array([when]), 0.0)[kind, 0])
+            return self.plate.margin(span, when, kind)
 
         from scipy.optimize import brentq
 

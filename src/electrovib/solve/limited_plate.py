@@ -130,25 +130,54 @@ class LimitedPlate:
         """
         if span.mode:
             return self.behind(span, time)[None] + hysteresis * self.scale
-        values = np.ones((3, len(time)))
+        current = self._of_current(span, time, hysteresis)
+        jumps = np.where(self._jumps_at(time), -1.0, 1.0)
+        return np.concatenate([current, np.minimum(self._of_aim(span, time, hysteresis), jumps)[None]])
+
+    def margin(self, span: Span, when: float, kind: int) -> float:
+        """How far an amplifier is from one change.
+
+        Parameters
+        ----------
+        span : Span
+            What holds.
+        when : float
+            s.
+        kind : int
+            Row of `margins`.
+
+        Returns
+        -------
+        float
+            As there, without hysteresis and jumps.
+        """
+        at = np.array([when])
+        if span.mode:
+            return float(self.behind(span, at)[0])
+        if kind == 2:
+            return float(self._of_aim(span, at, 0.0)[0])
+        return float(self._of_current(span, at, 0.0)[kind, 0])
+
+    def _of_current(self, span: Span, time: Real, hysteresis: float) -> Real:
         lowest, highest = self.limits
-        if np.isfinite(highest):
-            current = self.current(span, time)
-            slack = span.slack + (self.rounding if hysteresis else 0.0)
-            values[0] = highest * (1 + hysteresis) - current + slack
-            values[1] = current - lowest * (1 + hysteresis) + slack
-            values[2] = np.where(self._jumps_at(time), -1.0, values[2])
-        if np.isfinite(self.largest):
-            noise = _NOISE if hysteresis else 0.0
-            wanted = self.amplifier.gain * self.drive.voltage(time)
-            beyond = span.held * wanted if span.held else np.abs(wanted)
-            beyond = beyond - self.largest * (1 - noise if span.held else 1 + noise)
-            values[2] = np.minimum(values[2], beyond if span.held else -beyond)
-        return values
+        if not np.isfinite(highest):
+            return np.ones((2, len(time)))
+        current, slack = self.current(span, time), span.slack + (self.rounding if hysteresis else 0.0)
+        over, under = highest * (1 + hysteresis) - current, current - lowest * (1 + hysteresis)
+        return np.array([over, under]) + slack
+
+    def _of_aim(self, span: Span, time: Real, hysteresis: float) -> Real:
+        if not np.isfinite(self.largest):
+            return np.ones(len(time))
+        noise, wanted = _NOISE if hysteresis else 0.0, self.amplifier.gain * self.drive.voltage(time)
+        if span.held:
+            return np.asarray(span.held * wanted - self.largest * (1 - noise))
+        return np.asarray(self.largest * (1 + noise) - np.abs(wanted))
 
     def _jumps_at(self, time: Real) -> NDArray[np.bool_]:
         """Tell the times at which the plate would have to jump against a capacitance."""
-        if self.corner is not None or self.network.capacitance == 0 or not len(self.jumps):
+        bound = self.corner is None and self.network.capacitance > 0 and np.isfinite(self.limits[1])
+        if not bound or not len(self.jumps):
             return np.zeros(len(time), bool)
         return np.isin(time, self.jumps)
 
@@ -265,7 +294,7 @@ class LimitedPlate:
         """
         if span.mode or not np.isfinite(self.limits[1]):
             return span
-        beyond = -float(np.min(self.margins(span, np.array([span.start]), 0.0)[:2]))
+        beyond = -float(np.min(self._of_current(span, np.array([span.start]), 0.0)))
         return replace(span, slack=2 * beyond) if 0 < beyond < _SLACK * self.limits[1] else span
 
     def aim(self, time: Real) -> Real:
