@@ -19,7 +19,8 @@ from electrovib.physics.drive.parts import Linear
 from electrovib.solve.costs import SHORTER, leak_step
 from electrovib.solve.recursion import hold_weights
 from electrovib.solve.steps import jump_heights, step_grid
-from electrovib.solve.transient import straight_response, transient
+from electrovib.solve.straight import straight_response
+from electrovib.solve.transient import transient
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

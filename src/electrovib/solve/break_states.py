@@ -41,8 +41,8 @@ def periodic_state(part: Linear, rates: Real) -> Real:
 
 def _break_states(part: Linear, rates: Real, state: Real) -> Real:
     """States at the breaks, shape (modes, breaks)."""
-    if part.is_step:
-        return state[:, None]
+    if part.is_step or not len(rates):
+        return np.repeat(state[:, None], len(part.times), axis=1)
     identity = np.eye(len(rates))
     steps = np.diff(part.times)
     states, _ = march(-rates, identity, np.zeros(len(rates)), part.after[:-1], part.before[1:], steps, state)

@@ -18,6 +18,10 @@ PIECE: Final = 2e-7
 """Of a piece in which a force is followed by filters, without the force [s]."""
 BRISTLE_STEP: Final = 5e-6
 """Of Radau's method on bristles, compiled, with or without a skin [s]."""
+SMOOTH_STEP: Final = 2e-5
+"""Of the march beneath a drive that is a formula [s]."""
+LOOKS_AT_CHANGE: Final = 1000
+"""What a window of looks at an amplifier with limits costs beside its looks, counted in looks."""
 CASE: Final = 5e-3
 """Of the simplest case of a sweep [s]."""
 CASE_MEMORY: Final = 4e4
@@ -31,6 +35,11 @@ SHORTER: Final = "choose a shorter time.duration, a slower drive or one with few
 def leak_step(modes: int) -> float:
     """Time of a step of a leaking layer [s] in a stack of so many modes."""
     return 3e-5 + 1.5e-6 * modes
+
+
+def limit_look(modes: int) -> float:
+    """Time of a look at an amplifier with limits [s] before a stack of so many modes."""
+    return 1e-6 + 3e-7 * modes
 
 
 def gap_step(states: int) -> float:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from electrovib.core.budget import Work, refuse_beyond
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.parts import Chirped, Linear, Smooth, Tones
 from electrovib.physics.friction import BristleFriction
 from electrovib.physics.motion import Distance
 from electrovib.solve.costs import (
@@ -16,8 +17,10 @@ from electrovib.solve.costs import (
     SAMPLE,
     SAMPLE_OF_MODE,
     SHORTER,
+    SMOOTH_STEP,
     gap_step,
     leak_step,
+    limit_look,
     radau_step,
 )
 from electrovib.solve.diagnostics.looks import count_looks
@@ -26,6 +29,7 @@ from electrovib.solve.general import beyond_modes
 from electrovib.solve.mechanical import slowest_rates
 from electrovib.solve.respond import is_marched
 from electrovib.solve.scenario import PeriodicState
+from electrovib.solve.smooth import RADIANS_PER_STEP
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -44,6 +48,8 @@ PIECES_IN_CYCLE: Final = 120
 PIECES_AT_CORNER: Final = 150
 MODES_OF_LAYER: Final = 2
 MODES_OF_DISPERSION: Final = 16
+PASSES: Final = 4
+"""How often a run goes through a drive that is a formula: answer, looks, error of the materials, current."""
 PLACES: Final = 120
 """Under a sliding finger, each of which takes as long as a stack."""
 
@@ -70,6 +76,7 @@ class March(NamedTuple):
 
 LEAK: Final = March("the leaking layer", leak_step, 500, 400, 7)
 MOVING_GAP: Final = March("the moving gap", gap_step, 1000, 400, 1)
+LIMITED: Final = March("the amplifier with limits", limit_look, 1000, 600, 0)
 NONLINEAR: Final = March("the nonlinear equations", radau_step, 300, 25, 0)
 
 
@@ -148,7 +155,7 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
         ),
     ]
     marched = _marched(scenario, end, samples, corners)
-    return [*found, *marched, *_mechanics(scenario, end, samples, corners)]
+    return [*found, *marched, *_formulas(scenario, end), *_mechanics(scenario, end, samples, corners)]
 
 
 def _less(scenario: Scenario) -> str:
@@ -178,8 +185,6 @@ def _marched(scenario: Scenario, end: float, samples: int, corners: int) -> list
     if not is_marched(scenario):
         return []
     march = _march(scenario)
-    if march is None:
-        return []
     steps = (
         march.at_corner * (corners + 1) + march.in_cycle * _cycles(scenario, end) + march.for_sample * samples
     )
@@ -187,14 +192,30 @@ def _marched(scenario: Scenario, end: float, samples: int, corners: int) -> list
     return [Work(what, steps * march.step(_modes(scenario)), steps * BYTES * NUMBERS_AT_STEP, SHORTER)]
 
 
-def _march(scenario: Scenario) -> March | None:
-    """Tell which march runs; none behind an amplifier with limits before linear layers."""
+def _march(scenario: Scenario) -> March:
+    """Tell which march runs."""
     leaks = any(layer.leak is not None for layer in scenario.stack.layers.values())
     amplifier = scenario.circuit.amplifier
     if not beyond_modes(scenario):
-        return LEAK if leaks else None
+        return LEAK if leaks else LIMITED
     alone = isinstance(scenario.motion.distance, Distance) and scenario.contact.closing is None
     return MOVING_GAP if alone and not leaks and not (amplifier and amplifier.is_limited) else NONLINEAR
+
+
+def _formulas(scenario: Scenario, end: float) -> list[Work]:
+    """Count the steps beneath drives that are formulas, which are marched through each of their cycles."""
+    found = []
+    for part in scenario.drive.parts():
+        if isinstance(part, Smooth) and not isinstance(part, Chirped):
+            steps = _on(part, end) * part.highest_frequency * 2 * math.pi / RADIANS_PER_STEP
+            what = f"about {steps:.2g} steps beneath the formula of the drive up to {end:.6g} s"
+            found.append(Work(what, PASSES * steps * SMOOTH_STEP, steps * BYTES * PASSES, SHORTER))
+    return found
+
+
+def _on(part: Smooth | Tones, end: float) -> float:
+    """For how long something oscillates, up to an end [s]."""
+    return max(min(part.stop, end) - max(part.start, 0.0), 0.0)
 
 
 def _mechanics(scenario: Scenario, end: float, samples: int, corners: int) -> list[Work]:
@@ -216,6 +237,6 @@ def _cycles(scenario: Scenario, end: float) -> float:
     found = 0.0
     for part in scenario.drive.parts():
         if not isinstance(part, Linear):
-            found += max(min(part.stop, end) - max(part.start, 0.0), 0.0) * part.highest_frequency
+            found += _on(part, end) * part.highest_frequency
     distance = scenario.motion.distance
     return found + (end * distance.fastest if isinstance(distance, Distance) else 0.0)

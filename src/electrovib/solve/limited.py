@@ -1,4 +1,8 @@
-"""The march of linear layers behind an amplifier with limits, from one change of its behaviour to the next."""
+"""The march of linear layers behind an amplifier with limits, from one change of its behaviour to the next.
+
+Between two changes everything is in closed form. While no limit is met the stack does what it would do without
+limits, plus what fades of a difference; at a largest voltage or current the plate is a sum of exponentials.
+"""
 
 from __future__ import annotations
 
@@ -6,22 +10,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
+from electrovib.solve.costs import LOOKS_AT_CHANGE, SHORTER, limit_look
+from electrovib.solve.limit_looks import LimitLooks
+from electrovib.solve.limited_plate import HYSTERESIS, LimitedPlate, Span
 from electrovib.solve.nonlinear.stretch import snapped
-from electrovib.solve.slewing import Course, Modes, Network
+from electrovib.solve.unlimited import without_limits
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from electrovib.physics.amplifier import Amplifier
-    from electrovib.solve.aim import Piece
+    from electrovib.physics.drive.base import Drive
     from electrovib.solve.transfer import Real, Transfer
 
 MOST_CHANGES = 1_000_000
-_HYSTERESIS = 1e-10
-"""How far over its limit a current, or past its aim a voltage, changes what the amplifier does: noise shall not."""
-_LOOKS = np.unique(np.concatenate([[0.0], np.geomspace(1e-9, 1.0, 40), np.linspace(0.0, 1.0, 33)]))
-"""Where in a piece a limit is looked for: two changes between two of them are not seen."""
+_CLOSER = 32
+"""Looks between two where a current may be larger than at either and beyond its limit."""
 
 
 class LimitedMarch:
@@ -32,33 +38,33 @@ class LimitedMarch:
     transfers : mapping of str to Transfer
         Per volt of the plate; `current` [A per volt] among them.
     amplifier : Amplifier
-        Pole, largest current and stray capacitance.
+        Gain, pole, limits and stray capacitance.
+    drive : Drive
+        A voltage, off before time 0.
+    end : float
+        Last time [s].
     """
 
-    def __init__(self, transfers: Mapping[str, Transfer], amplifier: Amplifier) -> None:
-        self.transfers, self.amplifier = transfers, amplifier
-        self.network = Network.of(transfers["current"], amplifier.stray_capacitance)
-        self.modes: Modes = self.network.modes()
-        driven = [t.rates[(t.gains != 0) & (t.rates > 0)] for t in transfers.values()]
-        self.rates = np.unique(np.concatenate(driven))
-        self.branches = np.searchsorted(self.rates, self.network.rates)
+    def __init__(
+        self, transfers: Mapping[str, Transfer], amplifier: Amplifier, drive: Drive, end: float
+    ) -> None:
+        self.transfers, self.drive = transfers, drive
+        self.plate = LimitedPlate(transfers, amplifier, drive, end)
         self.gains = {name: self._spread(transfer) for name, transfer in transfers.items()}
-        self.corner = None if amplifier.bandwidth is None else 2 * np.pi * amplifier.bandwidth
-        self.limits = amplifier.current_limits
+        self.looks = LimitLooks(drive, end)
+        self.corners = frozenset(self.looks.corners.tolist())
 
     def _spread(self, transfer: Transfer) -> Real:
-        found = np.zeros(len(self.rates))
+        found = np.zeros(len(self.plate.rates))
         on = (transfer.gains != 0) & (transfer.rates > 0)
-        np.add.at(found, np.searchsorted(self.rates, transfer.rates[on]), transfer.gains[on])
+        np.add.at(found, np.searchsorted(self.plate.rates, transfer.rates[on]), transfer.gains[on])
         return found
 
-    def run(self, pieces: Sequence[Piece], time: Real) -> tuple[dict[str, Real], list[float]]:
+    def run(self, time: Real) -> tuple[dict[str, Real], list[float]]:
         """Follow the amplifier from rest.
 
         Parameters
         ----------
-        pieces : sequence of Piece
-            What it aims at.
         time : ndarray, shape (n,)
             Output times, increasing, from 0 on [s].
 
@@ -74,144 +80,142 @@ class LimitedMarch:
         ElectrovibError
             If it changes without end.
         """
-        wanted = snapped(time, [piece.start for piece in pieces])
-        found = {
-            name: np.empty(len(time)) for name in [*self.transfers, "plate_voltage", "amplifier_current"]
-        }
-        self.scale = max([1e-12, *(abs(piece.level) for piece in pieces)])
-        now, voltage, states, mode = 0.0, 0.0, np.zeros(len(self.rates)), 0
-        changes: list[float] = []
-        for piece in pieces:
-            mode_before, mode = mode, self._begin(mode, piece, voltage, states)
-            if mode != mode_before:
-                changes.append(piece.start)
-            while now < piece.stop:
-                course = self._course(mode, now, voltage, states, piece)
-                last = piece.stop if np.isfinite(piece.stop) else now
-                length, turned = self._turn(mode, course, now, states, piece, last - now)
-                stop = now + length if turned is not None else piece.stop
-                first, beyond = np.searchsorted(wanted, [now, stop], side="left")
-                if beyond > first:
-                    self._write(found, slice(first, beyond), wanted, now, course, states, mode)
-                if not np.isfinite(stop):
-                    break
-                end = np.array([length])
-                voltage, states = float(course.voltage(end)[0]), course.answer(self.rates, states, end)[:, 0]
-                now = stop
-                if turned is not None:
-                    mode = turned
-                    changes.append(now)
-                if len(changes) > MOST_CHANGES:
-                    raise ElectrovibError(
-                        f"the amplifier changed more than {MOST_CHANGES} times before {now} s"
-                    )
+        found = without_limits(self.transfers, self.drive, time, amplifier=self.plate.amplifier)
+        self.meter = Meter(
+            "the amplifier with limits",
+            end=self.looks.end,
+            each=limit_look(len(self.plate.rates)),
+            remedy=SHORTER,
+        )
+        wanted = snapped(time, self.looks.corners.tolist())
+        rest = Span(0.0, 0, 0, None, np.zeros(len(self.plate.rates)))
+        first_span = self._begin(rest, 0.0)
+        changes = [0.0] if first_span.mode else []
+        span: Span | None = first_span
+        while span is not None:
+            following = self._next(span)
+            stop = np.inf if following is None else following.start
+            first, beyond = np.searchsorted(wanted, [span.start, stop], side="left")
+            if beyond > first and not (span.follows and span.course is None):
+                self._write(found, slice(first, beyond), wanted, span)
+            if following is not None and following.mode != span.mode:
+                changes.append(following.start)
+            if len(changes) > MOST_CHANGES:
+                raise ElectrovibError(
+                    f"the amplifier changed more than {MOST_CHANGES} times before {span.start} s"
+                )
+            span = following
         return found, changes
 
-    def _course(self, mode: int, now: float, voltage: float, states: Real, piece: Piece) -> Course:
-        """Voltage of the plate from now on, if nothing changes."""
-        if mode:
-            current = self.limits[mode > 0]
-            return self.network.slewed(current, voltage, states[self.branches], now, self.modes)
-        level = piece.level + piece.slope * (now - piece.start)
-        if self.corner is None:
-            return Course(np.zeros(1), np.array([level]), np.array([piece.slope]))
-        rates = np.array([0.0, self.corner])
-        return Course(rates, np.array([level, voltage - level]), np.array([piece.slope, -piece.slope]))
+    def _next(self, span: Span) -> Span | None:
+        """Find the next change, and what holds from there; None if there is none up to the end."""
+        seen = np.array([span.start])
+        for window in self.looks.after(span.start):
+            self.meter.count(float(window[-1]) if len(window) else span.start, len(window) + LOOKS_AT_CHANGE)
+            looks, values = self._watched(span, np.concatenate([seen, window]))
+            for place in np.flatnonzero(np.min(values[:, 1:], axis=0) < 0) + 1:
+                when = float(looks[place])
+                if when in self.corners:
+                    following = self._begin(span, when)
+                    if following is not span:
+                        return following
+                    continue
+                kinds = np.flatnonzero(values[:, place] < 0).tolist()
+                low = float(looks[place - 1])
+                return self._changed(span, *min((self._root(span, kind, low, when), kind) for kind in kinds))
+            seen = looks[-2:]
+        return None
 
-    def _current(self, course: Course, now: float, states: Real, since: Real) -> Real:
-        branches = course.answer(self.network.rates, states[self.branches], since)
-        return self.network.current(course.voltage(since), course.slope(since), branches, now + since)
+    def _watched(self, span: Span, looks: Real) -> tuple[Real, Real]:
+        """Give looks, and what changes the amplifier where it is below 0; closer near a limit."""
+        values = self.plate.margins(span, looks, HYSTERESIS)
+        if span.mode or not np.isfinite(self.plate.limits[1]):
+            return looks, values
+        more = [looks]
+        for row in values[:2]:
+            before, after = row[:-2] - row[1:-1], row[2:] - row[1:-1]
+            low = (before > 0) & (after >= 0) & (row[1:-1] >= 0) & (row[1:-1] < np.maximum(before, after))
+            places = np.flatnonzero(low) + 1
+            more.append(np.linspace(looks[places - 1], looks[places + 1], _CLOSER + 1).ravel())
+        closer = np.concatenate(more)
+        if len(closer) == len(looks):
+            return looks, values
+        looks = np.unique(closer)
+        return looks, self.plate.margins(span, looks, HYSTERESIS)
 
-    def _behind(self, course: Course, mode: int, now: float, piece: Piece, since: Real) -> Real:
-        """Above 0 as long as the amplifier cannot reach what it wants with its largest current."""
-        aim = piece.level + piece.slope * (now + since - piece.start)
-        lag = aim - course.voltage(since)
-        if self.corner is not None:
-            lag = lag - course.slope(since) / self.corner
-        return np.asarray(mode * lag)
+    def _root(self, span: Span, kind: int, low: float, high: float) -> float:
+        """Find when a margin falls below 0 between two times."""
 
-    def _begin(self, mode: int, piece: Piece, voltage: float, states: Real) -> int:
-        """Find what holds at the beginning of a piece, where aim or slope have jumped."""
-        start = np.zeros(1)
-        if mode:
-            course = self._course(mode, piece.start, voltage, states, piece)
-            if self._behind(course, mode, piece.start, piece, start)[0] > 0:
-                return mode
-        if self.corner is None and self.network.capacitance > 0:
-            lag = piece.level - voltage
-            if abs(lag) > _HYSTERESIS * self.scale and np.isfinite(self.limits[1]):
-                return int(np.sign(lag))
-        course = self._course(0, piece.start, voltage, states, piece)
-        current = float(self._current(course, piece.start, states, start)[0])
-        return self._over(current)
+        def value(when: float) -> float:
+            return self.plate.margin(span, when, kind)
 
-    def _over(self, current: float) -> int:
-        lowest, highest = self.limits
-        return int(current > highest * (1 + _HYSTERESIS)) - int(current < lowest * (1 + _HYSTERESIS))
+        from scipy.optimize import brentq
 
-    def _turn(
-        self, mode: int, course: Course, now: float, states: Real, piece: Piece, length: float
-    ) -> tuple[float, int | None]:
-        """Time until the amplifier changes, and to what; None if it does not within this length [s]."""
-        if length <= 0 or not np.isfinite(self.limits[1]):
-            return length, None
-        if mode:
-            values = self._behind(course, mode, now, piece, _LOOKS * length) + _HYSTERESIS * self.scale
-            turned = 0
-        else:
-            currents = self._current(course, now, states, _LOOKS * length)
-            sides = np.array([self._over(float(current)) for current in currents])
-            values, turned = np.where(sides == 0, 1.0, -1.0), 0
-            if np.any(sides):
-                turned = int(sides[np.flatnonzero(sides)[0]])
-        falls = np.flatnonzero(values[1:] < 0)
-        if not len(falls):
-            return length, None
-        first = int(falls[0])
+        if value(low) <= 0:
+            return low
+        if value(high) >= 0:
+            return high
+        return float(brentq(value, low, high, xtol=1e-300, rtol=1e-15))
 
-        def value(since: float) -> float:
-            at = np.array([since])
-            if mode:
-                return float(self._behind(course, mode, now, piece, at)[0])
-            limit = self.limits[turned > 0] * (1 + _HYSTERESIS / 2)
-            return turned * (limit - float(self._current(course, now, states, at)[0]))
+    def _changed(self, span: Span, when: float, kind: int) -> Span:
+        """Give what follows a change between two corners."""
+        plate = self.plate
+        voltage, states = plate.state(span, when)
+        if span.mode:
+            return plate.left(plate.span(when, 0, plate.held(when), voltage, states))
+        if kind == 2:
+            side = int(np.sign(plate.amplifier.gain * float(self.drive.voltage(when))))
+            return plate.span(when, 0, 0 if span.held else side, voltage, states)
+        return plate.span(when, 1 - 2 * kind, 0, voltage, states)
 
-        low, high = _LOOKS[first] * length, _LOOKS[first + 1] * length
-        return _root(value, low, high), turned
+    def _begin(self, span: Span, when: float) -> Span:
+        """Give what holds from a corner on; the same if nothing changes."""
+        plate, at = self.plate, np.array([when])
+        if span.mode and plate.behind(span, at)[0] > 0:
+            return span
+        voltage, states = plate.state(span, when)
+        held = plate.held(when)
+        limited = bool(np.isfinite(plate.limits[1]))
+        if limited and plate.corner is None and plate.network.capacitance > 0:
+            lag = float(plate.aim(at)[0]) - voltage
+            if abs(lag) > HYSTERESIS * plate.scale:
+                return plate.span(when, int(np.sign(lag)), 0, voltage, states)
+        following = span
+        if span.mode or span.held != held:
+            following = plate.span(when, 0, held, voltage, states)
+        if limited:
+            current = float(plate.current(following, at)[0])
+            lowest, highest = plate.limits
+            over = int(current > highest * (1 + HYSTERESIS)) - int(current < lowest * (1 + HYSTERESIS))
+            if over:
+                return plate.span(when, over, 0, voltage, states)
+        return following
 
-    def _write(
-        self,
-        found: dict[str, Real],
-        place: slice,
-        time: Real,
-        now: float,
-        course: Course,
-        states: Real,
-        mode: int,
-    ) -> None:
-        """Fill in all responses at the output times of a course."""
-        at, since = time[place], time[place] - now
+    def _write(self, found: dict[str, Real], place: slice, time: Real, span: Span) -> None:
+        """Fill in all responses at the output times of a span; where it follows the drive, add what is different."""
+        at, course = time[place], span.course
+        assert course is not None
+        since = at - span.start
         voltage, slope = course.voltage(since), course.slope(since)
-        answered = course.answer(self.rates, states, since)
+        answered = course.answer(self.plate.rates, span.states, since)
+        stray = self.plate.network.stray * slope
         for name, transfer in self.transfers.items():
-            free = transfer.free @ np.exp(-np.outer(transfer.rates, at))
             if transfer.static is None:
                 forced = transfer.direct * voltage + self.gains[name] @ answered
             else:
                 forced = transfer.static * voltage + self.gains[name] @ (answered - voltage)
-            found[name][place] = forced + transfer.slope * slope + free
+            forced = forced + transfer.slope * slope
+            if span.follows:
+                found[name][place] += forced
+            else:
+                found[name][place] = forced + transfer.free @ np.exp(-np.outer(transfer.rates, at))
+            if name == "current":
+                flows = forced + stray
+        if span.follows:
+            found["plate_voltage"][place] += voltage
+            found["amplifier_current"][place] += flows
+            return
         found["plate_voltage"][place] = voltage
-        stray = self.network.stray
-        flows = found["current"][place] + stray * slope
-        found["amplifier_current"][place] = self.limits[mode > 0] if mode else flows
-
-
-def _root(value, low: float, high: float) -> float:  # type: ignore[no-untyped-def]  # noqa: ANN001
-    """Find the zero of a falling value between two times."""
-    from scipy.optimize import brentq
-
-    if value(low) <= 0:
-        return low
-    if value(high) >= 0:
-        return high
-    return float(brentq(value, low, high, xtol=1e-300, rtol=1e-15))
+        found["amplifier_current"][place] = (
+            self.plate.limits[span.mode > 0] if span.mode else found["current"][place] + stray
+        )

@@ -198,10 +198,7 @@ def _amplified(
         how = "its gain and pole are a filter before the stack"
         why = f"linear layers behind an amplifier without limits: {how}, {_start(drive, settled=settled)}"
         return answer.found, {"solver": "periodic" if settled else "transient", "solver_reason": why}
-    choice: dict[str, Any] = {"solver": "amplifier", "solver_reason": answer.reason()}
-    if answer.error:
-        choice["step_error"] = answer.error
-    return answer.found, choice
+    return answer.found, {"solver": "amplifier", "solver_reason": answer.reason()}
 
 
 def _refuse_gaps_of_a_law(scenario: Scenario, *, current: bool, leak: str | None) -> None:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.solve.secular import secular_roots
+from electrovib.solve.straight import chunks
 
 if TYPE_CHECKING:
     from electrovib.solve.transfer import Real, Transfer
@@ -97,10 +98,14 @@ class Course:
         ndarray, shape (m, times)
             V.
         """
-        shared = overlap(rates, self.rates, time)
-        forced = np.einsum("n,mnt->mt", self.levels, shared) * rates[:, None]
-        late = self.slopes @ risen(self.rates, time) - np.einsum("n,mnt->mt", self.slopes, shared)
-        return np.asarray(state[:, None] * np.exp(-np.outer(rates, time)) + forced + late)
+        found = state[:, None] * np.exp(-np.outer(rates, time))
+        for piece in chunks(len(time), len(rates) * len(self.rates) + 1):
+            some = time[piece]
+            shared = overlap(rates, self.rates, some)
+            found[:, piece] += np.einsum("n,mnt->mt", self.levels, shared) * rates[:, None]
+            found[:, piece] += self.slopes @ risen(self.rates, some)
+            found[:, piece] -= np.einsum("n,mnt->mt", self.slopes, shared)
+        return np.asarray(found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,26 +166,30 @@ class Network:
         """Conductance to a jump of the voltage [1/ohm], where no capacitance forbids one."""
         return self.static + float(np.sum(self.conductances))
 
-    def current(self, voltage: Real, slope: Real, states: Real, time: Real) -> Real:
-        """Current of the amplifier.
+    def current(self, course: Course, states: Real, time: Real) -> Real:
+        """Current of the amplifier, without what initial charge drives.
 
         Parameters
         ----------
-        voltage, slope : ndarray, shape (times,)
-            Of the plate [V, V/s].
-        states : ndarray, shape (n, times)
-            Of the branches [V].
+        course : Course
+            Voltage of the plate.
+        states : ndarray, shape (n,)
+            Of the branches at the beginning [V].
         time : ndarray, shape (times,)
-            Since time 0 [s].
+            Since then [s].
 
         Returns
         -------
         ndarray, shape (times,)
             A.
         """
-        fading = self.free @ np.exp(-np.outer(self.free_rates, time))
-        lag = self.conductances @ (voltage - states)
-        return np.asarray(self.static * voltage + self.capacitance * slope + lag + fading)
+        voltage = course.voltage(time)
+        lag = self.conductances @ (voltage - course.answer(self.rates, states, time))
+        return np.asarray(self.static * voltage + self.capacitance * course.slope(time) + lag)
+
+    def fading(self, time: Real) -> Real:
+        """Current that initial charge drives [A] at times since time 0 [s]."""
+        return np.asarray(self.free @ np.exp(-np.outer(self.free_rates, time)))
 
     def slewed(self, current: float, voltage: float, states: Real, time: float, modes: Modes) -> Course:
         """Course of the plate's voltage under a constant current.

@@ -17,6 +17,9 @@ RADIANS_PER_STEP = 0.3
 """Phase of the fastest oscillation in one step: interpolation error below 1e-10 of the amplitude."""
 
 
+_STEPS_AT_ONCE = 4096
+
+
 def smooth_states(part: Smooth, rates: Real, times: Real) -> Real:
     """States of the modes x' = rate (v - x) under a smooth drive, from rest.
 
@@ -36,25 +39,34 @@ def smooth_states(part: Smooth, rates: Real, times: Real) -> Real:
     """
     grid = _grid(part, times)
     wanted = np.searchsorted(grid, times)
+    found, state = np.zeros((len(rates), len(times))), np.zeros(len(rates))
+    for first in range(0, len(grid) - 1, _STEPS_AT_ONCE):
+        piece = grid[first : first + _STEPS_AT_ONCE + 1]
+        states = _march(part, rates, piece, state)
+        here = slice(*np.searchsorted(wanted, [first, first + len(piece)]))
+        found[:, here] = states[:, wanted[here] - first]
+        state = states[:, -1]
+    return found
+
+
+def _march(part: Smooth, rates: Real, grid: Real, state: Real) -> Real:
+    """States at the points of a grid, from that at its first."""
     inside = (grid[:-1] >= part.start) & (grid[1:] <= part.stop)
-    states = np.zeros((len(rates), len(grid)))
-    steps = np.diff(grid)
+    states, steps = np.empty((len(rates), len(grid))), np.diff(grid)
+    states[:, 0] = state
     cached: dict[float, tuple[Real, Real]] = {}
     nodes = np.arange(DEGREE + 1) / DEGREE
     values = part.formula(grid[:-1, None] + steps[:, None] * nodes)
-    state = np.zeros(len(rates))
     for index, step in enumerate(steps):
         key = float(step)
         if key not in cached:
-            if len(cached) > 4096:
-                cached.clear()
             cached[key] = _weights(rates * step)
         decay, weights = cached[key]
         state = decay * state
         if inside[index]:
             state = state + weights @ values[index]
         states[:, index + 1] = state
-    return states[:, wanted]
+    return states
 
 
 def _grid(part: Smooth, times: Real) -> Real:

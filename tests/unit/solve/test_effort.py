@@ -29,7 +29,7 @@ LEAK = {"model": "FieldConduction", "conductivity": 1e-9, "onset_field": 1e5}
                 "drive": {"model": "Burst", "amplitude": 100, "frequency": 1e6, "cycles": 10**9},
                 "circuit.amplifier": AMPLIFIER,
             },
-            "straight pieces.*shorter time.duration",
+            "steps of the amplifier with limits.*shorter time.duration",
         ),
         (
             {"drive": SQUARE | {"frequency": 1e5}, "time.duration": 10, "stack.insulator.leak": LEAK},

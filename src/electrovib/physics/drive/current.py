@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Linear, Part, Real, Smooth, Tones
+from electrovib.physics.drive.parts import Chirped, Linear, Part, Real, Smooth, Tones
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -93,6 +93,9 @@ def _divided(part: Part, divisor: float) -> Part:
         return Linear(part.times, part.before / divisor, part.after / divisor, part.period)
     if isinstance(part, Tones):
         return Tones(part.frequencies, part.amplitudes / divisor, part.start, part.stop)
+    if isinstance(part, Chirped):
+        last = part.first + part.sweep * part.stop
+        return Chirped.between(part.amplitude / divisor, part.first, last, part.stop)
     formula, derivative = part.formula, part.derivative
     return Smooth(
         lambda time: formula(time) / divisor,

@@ -262,4 +262,62 @@ class Smooth(_Gated):
         return float(np.max(np.abs(self.whenever(times)))) / (1 - (2 * math.pi / LOOKS) ** 2 / 8)
 
 
+@dataclass(frozen=True)
+class Chirped(Smooth):
+    """A sine whose frequency runs evenly: amplitude times sin 2 pi (first t + sweep t^2/2).
+
+    Parameters
+    ----------
+    amplitude : float
+        V.
+    first : float
+        Frequency at time 0 [Hz].
+    sweep : float
+        Rate of change of the frequency [Hz/s].
+    """
+
+    amplitude: float
+    first: float
+    sweep: float
+
+    @classmethod
+    def between(cls, amplitude: float, first: float, last: float, length: float) -> Chirped:
+        """Let the frequency run from one value to another, from time 0 on.
+
+        Parameters
+        ----------
+        amplitude : float
+            V.
+        first, last : float
+            Hz, >= 0.
+        length : float
+            Time that takes [s].
+
+        Returns
+        -------
+        Chirped
+            Off afterwards.
+        """
+        sweep = (last - first) / length
+
+        def phase(time: Real) -> Real:
+            return 2 * np.pi * (first * time + sweep * time**2 / 2)
+
+        def formula(time: Real) -> Real:
+            return amplitude * np.sin(phase(time))
+
+        def derivative(time: Real) -> Real:
+            return 2 * np.pi * (first + sweep * time) * amplitude * np.cos(phase(time))
+
+        return cls(formula, derivative, 0.0, length, max(first, last), amplitude, first, sweep)
+
+    def phase(self, time: Real) -> Real:
+        """Phase at these times [s], of which the voltage is the sine [rad]."""
+        return 2 * np.pi * (self.first * time + self.sweep * time**2 / 2)
+
+    def bound(self) -> float:
+        """Amplitude, which no value exceeds [V]."""
+        return abs(self.amplitude)
+
+
 Part: TypeAlias = Linear | Tones | Smooth

@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive, common_period
-from electrovib.physics.drive.parts import Real, Smooth, Tones
+from electrovib.physics.drive.parts import Chirped, Real, Tones
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -187,21 +187,9 @@ class Chirp(Drive):
     last: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "frequency at the end")]
     length: Annotated[Number, Quantity("s", 1e-6, 1e4, "time the chirp takes")]
 
-    def _phase(self, time: Real) -> Real:
-        rate = (self.last - self.first) / self.length
-        return 2 * np.pi * (self.first * time + rate * time**2 / 2)
-
-    def _formula(self, time: Real) -> Real:
-        return self.amplitude * np.sin(self._phase(time))
-
-    def _derivative(self, time: Real) -> Real:
-        now = self.first + (self.last - self.first) * time / self.length
-        return 2 * np.pi * now * self.amplitude * np.cos(self._phase(time))
-
-    def parts(self) -> tuple[Smooth, ...]:
-        """Give the formula."""
-        highest = max(self.first, self.last)
-        return (Smooth(self._formula, self._derivative, 0.0, self.length, highest),)
+    def parts(self) -> tuple[Chirped, ...]:
+        """Give the one sine."""
+        return (Chirped.between(self.amplitude, self.first, self.last, self.length),)
 
     @property
     def period(self) -> None:
