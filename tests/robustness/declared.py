@@ -41,7 +41,7 @@ class _Chance:
         table["stack"] = self.stack()
         if self.happens(0.7):
             table["force"] = {"model": "GapPlane"}
-        if self.happens(0.7):
+        if self.happens(0.9):
             table.setdefault("motion", {}).setdefault("speed", float(10 ** self.rng.uniform(-3, -0.5)))
         if self.happens(0.5):
             table.get("motion", {}).pop("distance", None)
@@ -54,6 +54,10 @@ class _Chance:
         if self.happens(0.7):
             table.get("time", {}).pop("initial_state", None)
         table["contact"] = self.usual_contact(table["contact"])
+        if self.happens(0.5) and _prescribes_current(table["drive"]):
+            table["drive"] = {"model": "Sine", "amplitude": 100.0, "frequency": 125.0}
+        if self.happens(0.7):
+            table.get("rig", {}).pop("digitiser", None)
         table.pop("title", None)
         table.pop("sources", None)
         return table
@@ -201,6 +205,10 @@ class _Chance:
         """Measured columns belong together: those of the example, scaled."""
         example = np.asarray(model.example[name], dtype=float)
         return (example * float(10 ** self.rng.normal(0, 0.3))).tolist()
+
+
+def _prescribes_current(drive: dict[str, Any]) -> bool:
+    return "Current" in drive["model"]
 
 
 def _kinds(annotation: Any) -> tuple[Any, ...]:

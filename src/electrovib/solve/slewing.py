@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from electrovib.solve.transfer import Real, Transfer
 
 
+_SAME_RATE = 1e-8
+"""Rates nearer to each other than this share count as equal."""
+
+
 def risen(rates: Real, time: Real) -> Real:
     """Integral of exp(-rate t) from 0 to each time.
 
@@ -36,6 +40,14 @@ def risen(rates: Real, time: Real) -> Real:
         s.
     """
     return overlap(rates, np.zeros(1), time)[:, 0]
+
+
+def _apart_from(rates: Real, fading: Real) -> Real:
+    """Move rates that equal one of others away by a little: t exp(-rate t) is then met to about 1e-8."""
+    near = np.abs(rates[:, None] - fading) <= _SAME_RATE * fading
+    positive = rates[rates > 0]
+    step = np.where(fading > 0, fading, np.min(positive) if len(positive) else 1.0)
+    return np.where(np.any(near, axis=0), fading + 2 * _SAME_RATE * step, fading)
 
 
 def overlap(first: Real, second: Real, time: Real) -> Real:
@@ -227,17 +239,18 @@ class Network:
         self, time: float, modes: Modes, rates: Real, levels: Real, slopes: Real
     ) -> tuple[Real, Real, Real]:
         """Add what the current that initial charge drives takes away."""
-        now = self.free * np.exp(-self.free_rates * time)
-        weights = now / (modes.rates[:, None] - self.free_rates) / modes.sizes[:, None]
+        now, fading = self.free * np.exp(-self.free_rates * time), _apart_from(modes.rates, self.free_rates)
+        apart = modes.rates[:, None] - fading
+        weights = now / apart / modes.sizes[:, None]
         levels = levels.copy()
         levels[: len(modes.rates)] += weights.sum(axis=1)
         taken = -weights.sum(axis=0)
         if self.capacitance == 0:
             taken = taken - now / self.direct
         return (
-            np.append(rates, self.free_rates),
+            np.append(rates, fading),
             np.append(levels, taken),
-            np.append(slopes, np.zeros(len(self.free_rates))),
+            np.append(slopes, np.zeros(len(fading))),
         )
 
     def modes(self) -> Modes:

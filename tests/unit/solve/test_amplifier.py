@@ -20,7 +20,7 @@ from electrovib.solve.amplifier import amplified_response
 from electrovib.solve.limited import LimitedMarch
 from electrovib.solve.nonlinear.finger import follow_finger
 from electrovib.solve.section import modal_section
-from electrovib.solve.slewing import overlap
+from electrovib.solve.slewing import Network, overlap
 from electrovib.solve.state_space import stack_states
 from electrovib.solve.transient import transient
 
@@ -391,3 +391,17 @@ def test_a_long_wait_before_a_burst_and_its_return(bandwidth):
     reference = follow_finger(space, drive, times, amplifier=amplifier)
     assert worst(reference.found, answer.found) < EQUAL
     assert answer.changes[0] == pytest.approx(0.9, abs=2e-5)
+
+
+def test_a_charge_that_fades_as_fast_as_a_mode_is_the_limit_of_one_that_nearly_does():
+    """Equal rates are moved apart by 1e-8; the course differs by as much as the rates do."""
+    rates, conductances = np.array([10.0, 300.0]), np.array([1e-6, 2e-6])
+
+    def course(free_rate):
+        network = Network(rates, conductances, 1e-7, 1e-9, 1e-9, np.array([free_rate]), np.array([1e-6]))
+        slewed = network.slewed(1e-5, 2.0, np.array([1.0, 0.5]), 0.01, network.modes())
+        return slewed.voltage(np.linspace(0, 0.1, 50))
+
+    for mode in Network(rates, conductances, 1e-7, 1e-9, 1e-9, np.zeros(0), np.zeros(0)).modes().rates:
+        assert course(mode) == pytest.approx(course(mode * (1 + 1e-5)), rel=1e-5)
+        assert course(mode) == pytest.approx(course(mode * (1 - 1e-5)), rel=1e-5)
