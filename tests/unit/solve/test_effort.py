@@ -7,8 +7,11 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.budget import BudgetError, budget
-from electrovib.core.errors import InputError
-from electrovib.solve import effort
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.model import read_model
+from electrovib.physics.drive.base import Drive
+from electrovib.solve import effort, solution
+from electrovib.solve.diagnostics.looks import count_looks, looks
 
 PLATE = "vezzoli_2014/fig6"
 SQUARE = {"model": "Square", "high": 100, "low": -100}
@@ -91,3 +94,104 @@ def test_an_adaptive_march_ends_within_its_budget(monkeypatch):
 
 def test_a_refusal_is_a_mistake_in_the_input():
     assert issubclass(BudgetError, InputError)
+
+
+BRISTLES = {"model": "Dahl", "steady": {"model": "Coulomb", "coefficient": 0.5}, "stiffness": 500.0}
+SETTLED = {"model": "PeriodicState"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"friction": BRISTLES}, "friction = Dahl needs motion.speed"),
+        ({"friction": {"model": "AdhesiveShear", "shear_strength": 1e6}}, "contact.surface is not given"),
+        ({"time.initial_state": SETTLED}, "Trapezium does not repeat"),
+        (
+            {
+                "drive": SQUARE | {"frequency": 60},
+                "time.initial_state": SETTLED,
+                "stack.insulator.leak": LEAK,
+            },
+            "layer 'insulator' leaks by FieldConduction",
+        ),
+        (
+            {
+                "drive": SQUARE | {"frequency": 60},
+                "time.initial_state": SETTLED,
+                "circuit.amplifier": AMPLIFIER,
+            },
+            "behind an amplifier with limits the periodic state is not known",
+        ),
+        (
+            {
+                "drive": {"model": "CurrentSine", "amplitude": 1e-3, "frequency": 100},
+                "circuit.amplifier": AMPLIFIER,
+            },
+            "CurrentSine prescribes the current itself",
+        ),
+        (
+            {
+                "motion.distance": {
+                    "model": "TremblingDistance",
+                    "mean": 1e-4,
+                    "amplitude": 1e-5,
+                    "frequency": 8,
+                }
+            },
+            "gap",
+        ),
+        (
+            {
+                "rig": {
+                    "model": "Tribometer",
+                    "normal": {"natural_frequency": 2000.0, "damping_ratio": 0.02, "time_constant": 10.0},
+                    "lateral": {"natural_frequency": 500.0, "damping_ratio": 0.05},
+                    "digitiser": {
+                        "sampling_rate": 1e9,
+                        "bits": 12,
+                        "normal_range": 10,
+                        "lateral_range": 10,
+                        "seed": 1,
+                    },
+                }
+            },
+            "readings are more than half of",
+        ),
+        ({"force": {"model": "Vezzoli2014PerFrequency"}}, "not causal"),
+    ],
+)
+def test_what_does_not_go_together_is_told_before_the_materials_are_reduced(monkeypatch, changes, said):
+    def reduced(*_):
+        pytest.fail("the materials were reduced first")
+
+    monkeypatch.setattr(solution, "modes", reduced)
+    with pytest.raises(ElectrovibError, match=said):
+        ev.simulate(ev.load(PLATE, changes=changes))
+
+
+DRIVES = [
+    {"model": "Sine", "amplitude": 1, "frequency": 125},
+    SQUARE | {"frequency": 1e3},
+    {"model": "Trapezium", "high": 1, "rise": 0.01, "hold": 0.1, "fall": 0.01},
+    {"model": "Chirp", "amplitude": 1, "first": 1, "last": 1e4, "length": 1},
+    {"model": "Constant", "level": 1},
+    {"model": "Burst", "amplitude": 1, "frequency": 100, "cycles": 50},
+    {"model": "AmplitudeModulation", "amplitude": 1, "carrier": 3e3, "modulation": 100, "depth": 0.5},
+]
+
+
+@pytest.mark.parametrize("table", DRIVES)
+@pytest.mark.parametrize("end", [1e-3, 0.03, 1, 60])
+def test_looks_are_counted_without_being_chosen(table, end):
+    """Never fewer than there are, and less than ten times as many."""
+    drive = read_model(Drive, table)
+    for settled in (False, True)[: 1 + (drive.period is not None)]:
+        chosen = len(looks(drive, end, settled=settled))
+        assert chosen <= count_looks(drive, end, settled=settled) <= 10 * chosen
+
+
+@pytest.mark.parametrize("table", DRIVES)
+@pytest.mark.parametrize("end", [1e-3, 0.03, 1])
+def test_corners_are_counted_without_being_written_out(table, end):
+    drive = read_model(Drive, table)
+    assert abs(drive.count_corners(end) - len(drive.corners(end)[0])) <= 4

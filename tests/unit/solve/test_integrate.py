@@ -11,6 +11,7 @@ from scipy.linalg import expm
 from electrovib.core.errors import ElectrovibError
 from electrovib.solve.nonlinear import integrate as integrator
 from electrovib.solve.nonlinear.collocation import NODES, ORDER, Piece, march
+from electrovib.solve.nonlinear.events import land
 from electrovib.solve.nonlinear.integrate import integrate
 
 
@@ -250,3 +251,16 @@ def test_nothing_depends_on_the_unit(unit):
     exact = np.transpose([expm(matrix * time) @ start for time in times.tolist()])
     np.testing.assert_allclose(one.states, exact, rtol=0, atol=1e-7)
     assert np.max(np.abs(exact[0] - np.cos(np.sqrt(40) * times))) > 0.1
+
+
+def test_a_landing_within_the_rounding_of_a_time_is_a_landing():
+    """From 1 s to the next number: there is no earlier time to take the slope from."""
+
+    class Falling:
+        scale = np.ones(1)
+
+        def switches(self, _, state, mode):
+            return np.array([state[0] if not mode else 0.0])
+
+    landed = land(lambda *_: -np.ones(1), Falling(), 1.0, np.zeros(1), np.nextafter(1.0, 2.0), 1.1, 0, ())
+    assert landed[-1].end == pytest.approx(1.0)

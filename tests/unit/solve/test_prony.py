@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -281,3 +282,17 @@ def test_passive_far_outside_the_band(high, step, time, alpha, share):
     assert (values.real > 0).all()
     # Inside alpha <= 1 and alpha beta <= 1 a non-negative form exists, and 14 terms come near it.
     assert fit.largest_error < 0.01
+
+
+def test_a_step_to_no_number_is_one_that_is_far_off(monkeypatch):
+    """Least squares make one where a column vanishes: strengths of 1e12 have done it."""
+    seen = []
+
+    def stepped(residuals, start, *_, **__):
+        seen.append(residuals(np.full_like(start, np.nan)))
+        return SimpleNamespace(x=start)
+
+    monkeypatch.setattr(scipy.optimize, "least_squares", stepped)
+    fit_debye(SPECTRA["Gabriel dry"], low=1.0, high=1e6)
+    assert np.all(np.isfinite(seen[0]))
+    assert np.min(seen[0]) > 1e50

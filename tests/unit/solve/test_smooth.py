@@ -90,3 +90,24 @@ def test_switched_on_later_and_off_before_the_last_output():
     on = -np.expm1(-2 * np.clip(time - 0.3, 0, 0.3))
     expected = on * np.exp(-2 * np.maximum(time - 0.6, 0))
     assert found == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_long_march_goes_on_where_a_stretch_ends():
+    """50 cycles make 1047 steps; 400 cycles of the same sine 8378, more than are held at once."""
+    rates, period = np.array([3.0, 200.0, 1e5]), 1e-3
+
+    def sine(stop):
+        return Smooth(
+            lambda time: np.sin(2 * np.pi * time / period),
+            lambda time: 2 * np.pi / period * np.cos(2 * np.pi * time / period),
+            0.0,
+            stop,
+            1 / period,
+        )
+
+    times = np.linspace(0, 0.4, 161)
+    angular = 2 * np.pi / period
+    response = rates[:, None] / (rates[:, None] + 1j * angular)
+    closed = np.imag(response * np.exp(1j * angular * times))
+    closed -= np.imag(response) * np.exp(-rates[:, None] * times)
+    assert smooth_states(sine(1.0), rates, times) == pytest.approx(closed, abs=PRECISION)

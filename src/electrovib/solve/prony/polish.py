@@ -91,9 +91,7 @@ def least_squares(
     roots = np.sqrt(np.ones(spectrum.angular.size) if weights is None else weights)
 
     def residuals(vector: Real) -> Real:
-        if not np.all(
-            np.isfinite(vector)
-        ):  # a step from a matrix without an inverse: refused as one that is far off
+        if not np.all(np.isfinite(vector)):  # a step from a matrix without an inverse: it is far off
             return np.full(2 * roots.size, _FAR_OFF)
         return stacked(parameters.error(vector) * roots)
 
