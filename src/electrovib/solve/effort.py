@@ -9,6 +9,7 @@ from electrovib.core.budget import Work, refuse_beyond
 from electrovib.physics.drive.parts import Chirped, Linear, Smooth, Tones
 from electrovib.physics.friction import BristleFriction
 from electrovib.physics.motion import Distance
+from electrovib.solve.between import KNOTS
 from electrovib.solve.costs import (
     BRISTLE_STEP,
     CORNER,
@@ -140,6 +141,7 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
     held: float = BYTES * (SIGNALS + SIGNALS_OF_LAYER * len(scenario.stack.layers))
     if scenario.motion.renews_film:
         each, held = PLACES * each, PLACES * held / 2
+        looked += 4 * KNOTS if _is_followed(scenario) else 0
     found = [
         Work(
             f"{samples:.3g} output times and {looked - samples:.3g} looks between them",
@@ -218,14 +220,19 @@ def _on(part: Smooth | Tones, end: float) -> float:
     return max(min(part.stop, end) - max(part.start, 0.0), 0.0)
 
 
+def _is_followed(scenario: Scenario) -> bool:
+    """Tell whether something with a memory follows the attraction."""
+    slides = isinstance(scenario.friction, BristleFriction)
+    return slides or scenario.rig is not None or bool(slowest_rates(scenario))
+
+
 def _mechanics(scenario: Scenario, end: float, samples: int, corners: int) -> list[Work]:
     """Count the pieces in which the attraction is followed by friction, skin and sensors."""
-    slides = isinstance(scenario.friction, BristleFriction)
-    if not slides and scenario.rig is None and not (rates := slowest_rates(scenario)):
+    if not _is_followed(scenario):
         return []
-    share = 1.0
+    slides, share = isinstance(scenario.friction, BristleFriction), 1.0
     if not slides and scenario.rig is None:
-        share = min(1.0, samples * FORGOTTEN / (min(rates) * end)) if end else 1.0
+        share = min(1.0, samples * FORGOTTEN / (min(slowest_rates(scenario)) * end)) if end else 1.0
     pieces = share * (PIECES_IN_CYCLE * _cycles(scenario, end) + PIECES_AT_CORNER * corners) + samples
     each = PIECE + SAMPLE_OF_MODE / 4 * _modes(scenario) + (BRISTLE_STEP if slides else 0.0)
     what = f"about {pieces:.2g} pieces in which the friction is followed up to {end:.6g} s"

@@ -30,8 +30,10 @@ if TYPE_CHECKING:
 
 MOST = 4_000_000
 """Pieces of the finest grid on which the mechanics is followed."""
-CLOSED = ("transient", "periodic", "current drive", "one sine", "renewal")
+QUICK = ("transient", "periodic", "current drive", "one sine")
 """Solvers that answer at any times for little."""
+CLOSED = (*QUICK, "renewal")
+"""Solvers whose answer at a time does not depend on the other times asked for; a mean over places costs more."""
 FORGOTTEN = 25.0
 """Time constants after which a beginning counts as forgotten: 1e-11 of it is left."""
 MOST_PERIODS = 3000
@@ -77,7 +79,7 @@ class FrictionChain:
         self.bend = self.run_in = 0.0
         self.lateral_at: Callable[[Real], Real] | None = None
         self.rests = () if isinstance(scenario.friction, BristleFriction) else resting(scenario.motion)
-        self.prepared = answer.choice["solver"] in CLOSED
+        self.prepared = answer.choice["solver"] in QUICK
 
     def steady(self, times: Real, force: Real) -> Real:
         """Friction that load and attraction would have, were the finger sliding without memory.

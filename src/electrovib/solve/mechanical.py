@@ -11,7 +11,7 @@ from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import BristleFriction, FollowingFriction, SteadyFriction
 from electrovib.solve.chain import refuse_readings
 from electrovib.solve.electrical import Electrical
-from electrovib.solve.friction_chain import CLOSED, MOST, FrictionChain, Mechanics
+from electrovib.solve.friction_chain import MOST, QUICK, FrictionChain, Mechanics
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -84,7 +84,7 @@ def refuse_unsolved_mechanics(scenario: Scenario, end: float) -> None:
     InputError
         If models do not go together.
     """
-    nothing = Electrical({}, np.zeros(1), {"solver": CLOSED[0]})
+    nothing = Electrical({}, np.zeros(1), {"solver": QUICK[0]})
     chain = FrictionChain(scenario, np.zeros(1), nothing, lambda _: nothing)
     chain.real_area(scenario.load.forces(np.zeros(1)))
     if isinstance(scenario.friction, BristleFriction):
@@ -111,7 +111,7 @@ def slowest_rates(scenario: Scenario) -> list[float]:
     list of float
         Above 0; empty where the friction follows at once and there is no skin.
     """
-    nothing = Electrical({}, np.zeros(1), {"solver": CLOSED[0]})
+    nothing = Electrical({}, np.zeros(1), {"solver": QUICK[0]})
     chain = FrictionChain(scenario, np.zeros(1), nothing, lambda _: nothing)
     filters = chain.skin() if chain.comes_and_goes() else chain.filters()
     return [float(np.min(-each.poles.real)) for each in filters.values() if len(each.poles)]
