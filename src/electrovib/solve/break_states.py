@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -11,6 +11,10 @@ from electrovib.solve.recursion import march
 if TYPE_CHECKING:
     from electrovib.physics.drive.parts import Indices, Linear
     from electrovib.solve.transfer import Real
+
+
+_MODES_AT_ONCE: Final = 64
+"""So that thousands of modes, which a quadrature over relaxations has, need no matrix of thousands squared."""
 
 
 def periodic_state(part: Linear, rates: Real) -> Real:
@@ -43,9 +47,13 @@ def _break_states(part: Linear, rates: Real, state: Real) -> Real:
     """States at the breaks, shape (modes, breaks)."""
     if part.is_step or not len(rates):
         return np.repeat(state[:, None], len(part.times), axis=1)
-    identity = np.eye(len(rates))
-    steps = np.diff(part.times)
-    states, _ = march(-rates, identity, np.zeros(len(rates)), part.after[:-1], part.before[1:], steps, state)
+    steps, states = np.diff(part.times), np.empty((len(rates), len(part.times)))
+    for first in range(0, len(rates), _MODES_AT_ONCE):
+        some = slice(first, first + _MODES_AT_ONCE)
+        count = len(rates[some])
+        states[some], _ = march(
+            -rates[some], np.eye(count), np.zeros(count), part.after[:-1], part.before[1:], steps, state[some]
+        )
     return states
 
 

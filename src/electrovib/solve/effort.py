@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from electrovib.core.budget import Work, refuse_beyond
 from electrovib.physics.drive.parts import Chirped, Linear, Smooth, Tones
+from electrovib.physics.force import EffectiveMediumPlane
 from electrovib.physics.friction import BristleFriction
 from electrovib.physics.motion import Distance
 from electrovib.solve.between import KNOTS
@@ -49,6 +50,8 @@ PIECES_IN_CYCLE: Final = 120
 PIECES_AT_CORNER: Final = 150
 MODES_OF_LAYER: Final = 2
 MODES_OF_DISPERSION: Final = 16
+NODES_OF_ROOT: Final = 100
+"""Relaxations in which the root of an effective permittivity answers, for each of the material's."""
 PASSES: Final = 4
 """How often a run goes through a drive that is a formula: answer, looks, error of the materials, current."""
 PLACES: Final = 120
@@ -136,18 +139,19 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
     samples = grid.count(drive) if times is None else len(times)
     end = last_time(scenario, times)
     corners = drive.count_corners(end)
-    looked = samples + count_looks(drive, end, settled=_settled(scenario))
-    each = SAMPLE + SAMPLE_OF_MODE * _modes(scenario)
-    held: float = BYTES * (SIGNALS + SIGNALS_OF_LAYER * len(scenario.stack.layers))
+    looks = count_looks(drive, end, settled=_settled(scenario))
+    time = samples * (SAMPLE + SAMPLE_OF_MODE * _modes_of_law(scenario))
+    time += looks * (SAMPLE + SAMPLE_OF_MODE * _modes(scenario))
+    held: float = (samples + looks) * BYTES * (SIGNALS + SIGNALS_OF_LAYER * len(scenario.stack.layers))
     if scenario.motion.renews_film:
-        each, held = PLACES * each, PLACES * held / 2
-        looked += 4 * KNOTS if _is_followed(scenario) else 0
+        asked_again = 4 * KNOTS / (samples + looks) if _is_followed(scenario) else 0.0
+        time, held = PLACES * time * (1 + asked_again), PLACES * held * (1 + asked_again) / 2
     found = [
         Work(
-            f"{samples:.3g} output times and {looked - samples:.3g} looks between them",
-            looked * each,
-            looked * held,
-            FEWER_SAMPLES if 2 * samples > looked else SHORTER,
+            f"{samples:.3g} output times and {looks:.3g} looks between them",
+            time,
+            held,
+            FEWER_SAMPLES if samples > looks else SHORTER,
         ),
         Work(
             f"{corners:.3g} corners of the drive up to {end:.6g} s",
@@ -180,6 +184,14 @@ def _modes(scenario: Scenario) -> int:
     materials = [layer.material for layer in scenario.stack.layers.values()]
     dispersive = sum(material.debye() is None for material in materials)
     return MODES_OF_LAYER * len(materials) + MODES_OF_DISPERSION * dispersive
+
+
+def _modes_of_law(scenario: Scenario) -> int:
+    """About how many relaxations the amplitudes of the force law have."""
+    modes = _modes(scenario)
+    filters = scenario.force.plane == EffectiveMediumPlane.plane
+    disperses = any(layer.material.debye() is None for layer in scenario.stack.layers.values())
+    return modes * NODES_OF_ROOT if filters and disperses else modes
 
 
 def _marched(scenario: Scenario, end: float, samples: int, corners: int) -> list[Work]:
@@ -234,7 +246,7 @@ def _mechanics(scenario: Scenario, end: float, samples: int, corners: int) -> li
     if not slides and scenario.rig is None:
         share = min(1.0, samples * FORGOTTEN / (min(slowest_rates(scenario)) * end)) if end else 1.0
     pieces = share * (PIECES_IN_CYCLE * _cycles(scenario, end) + PIECES_AT_CORNER * corners) + samples
-    each = PIECE + SAMPLE_OF_MODE / 4 * _modes(scenario) + (BRISTLE_STEP if slides else 0.0)
+    each = PIECE + SAMPLE_OF_MODE / 4 * _modes_of_law(scenario) + (BRISTLE_STEP if slides else 0.0)
     what = f"about {pieces:.2g} pieces in which the friction is followed up to {end:.6g} s"
     return [Work(what, pieces * each, min(pieces, MOST) * BYTES * NUMBERS_AT_PIECE, SHORTER)]
 

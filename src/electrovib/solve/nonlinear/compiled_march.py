@@ -30,6 +30,7 @@ DONE, UNSOLVED, CHATTERS, GOES_ON = range(4)
 NOW, STRETCH, FILLED, WANTED, DIRECTION, SIDE, STEPS, ASKED, EVENTS, STATUS = range(10)
 """What one call hands to the next: time [s], place among stretches and outputs, next step [s], mode, counts."""
 _MOST_LANDINGS = 8
+ASKED_IN_STEP = 20  # evaluations of the rate in a usual step; more where steps are refused
 _CLOSED_IN = 200  # halvings of a share of a step: beyond the last bit
 _ENOUGH = 1e-13
 _SMALLEST_STEP = 1e-15
@@ -251,6 +252,8 @@ def _step(
     size = max(memory[WANTED], smallest)
     if now + size >= knot - enough:
         size = knot - now
+        if smallest >= size - enough:  # a shorter step would be cut to this one again
+            smallest = size
     if not _accepted(size, state, moment, count, sizes, method, memory, stages, smallest):
         return
     share, kind = _first_fall(now, size, state, stages, moment, kinds, side, sizes, method)
@@ -293,8 +296,9 @@ def _marching(stamp: int) -> Callable[..., Any]:
         out: Any,
     ) -> Any:
         place, until = np.zeros(2, np.int64), memory[STEPS] + sizes.at_once + 0 * stamp
+        asked = memory[ASKED] + sizes.at_once * ASKED_IN_STEP
         memory[STATUS] = GOES_ON
-        while memory[STATUS] == GOES_ON and memory[STEPS] < until:
+        while memory[STATUS] == GOES_ON and memory[STEPS] < until and memory[ASKED] < asked:
             stretch = int(memory[STRETCH])
             if stretch == len(course.stops) - 1:
                 memory[STATUS] = DONE

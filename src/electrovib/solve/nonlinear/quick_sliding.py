@@ -153,9 +153,10 @@ def _marched(
     memory[march.STATUS] = march.GOES_ON
     meter = Meter("a friction with bristles", end=float(times[-1]), each=BRISTLE_STEP, remedy=SHORTER)
     while memory[march.STATUS] == march.GOES_ON:
-        steps = int(memory[march.STEPS])
+        steps, asked = int(memory[march.STEPS]), int(memory[march.ASKED])
         march.march(times, state, *given, method, memory, (moments, kinds), (states, directions))
-        meter.count(float(memory[march.NOW]), int(memory[march.STEPS]) - steps)
+        made, evaluated = int(memory[march.STEPS]) - steps, int(memory[march.ASKED]) - asked
+        meter.count(float(memory[march.NOW]), max(made, evaluated // march.ASKED_IN_STEP))
     if memory[march.STATUS] == march.UNSOLVED:
         raise ElectrovibError(f"the equations could not be solved beyond {memory[march.NOW]:.6g} s")
     if memory[march.STATUS] == march.CHATTERS:
