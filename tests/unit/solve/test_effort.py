@@ -91,3 +91,20 @@ def test_an_adaptive_march_ends_within_its_budget(monkeypatch):
 
 def test_a_refusal_is_a_mistake_in_the_input():
     assert issubclass(BudgetError, InputError)
+
+
+def test_a_limit_that_is_never_met_is_not_taken_for_one_that_is():
+    """A million periods, a chirp of as many: both are quick where nothing changes, and neither is held in memory."""
+    amplifier = {"circuit.amplifier": {"source_current": 1.0}}
+    sine = {"drive": {"model": "Sine", "amplitude": 100, "frequency": 1e3}, "time.duration": 1000}
+    chirp = {"drive": {"model": "Chirp", "amplitude": 100, "first": 1, "last": 1e4, "length": 100}}
+    for drive in (sine, chirp):
+        effort.refuse_large(ev.load(PLATE, changes=drive | amplifier))
+
+
+def test_a_limit_that_is_met_for_ever_is_told_soon():
+    """Four changes a period for 2000 s: refused after the first hundred periods with what the whole would take."""
+    scenario = {"drive": {"model": "Sine", "amplitude": 100, "frequency": 1e3}, "time.duration": 2000}
+    changes = scenario | {"circuit.amplifier": {"source_current": 2e-6}}
+    with pytest.raises(BudgetError, match="amplifier with limits needs .* steps up to 2000 s.*shorter time"):
+        ev.simulate(ev.load(PLATE, changes=changes))
