@@ -106,5 +106,5 @@ def test_a_limit_that_is_met_for_ever_is_told_soon():
     """Four changes a period for 2000 s: refused after the first hundred periods with what the whole would take."""
     scenario = {"drive": {"model": "Sine", "amplitude": 100, "frequency": 1e3}, "time.duration": 2000}
     changes = scenario | {"circuit.amplifier": {"source_current": 2e-6}}
-    with pytest.raises(BudgetError, match="amplifier with limits needs .* steps up to 2000 s.*shorter time"):
+    with pytest.raises(BudgetError, match=r"amplifier with limits needs .* steps up to 2000 s.*shorter time"):
         ev.simulate(ev.load(PLATE, changes=changes))
