@@ -20,8 +20,8 @@ BRISTLE_STEP: Final = 5e-6
 """Of Radau's method on bristles, compiled, with or without a skin [s]."""
 SMOOTH_STEP: Final = 2e-5
 """Of the march beneath a drive that is a formula [s]."""
-LOOKS_AT_CHANGE: Final = 1000
-"""What a window of looks at an amplifier with limits costs beside its looks, counted in looks."""
+LIMIT_WINDOW: Final = 2e-3
+"""Of a window of looks at an amplifier with limits beside its looks, and of the change it ends with [s]."""
 CASE: Final = 5e-3
 """Of the simplest case of a sweep [s]."""
 CASE_MEMORY: Final = 4e4
@@ -39,7 +39,7 @@ def leak_step(modes: int) -> float:
 
 def limit_look(modes: int) -> float:
     """Time of a look at an amplifier with limits [s] before a stack of so many modes."""
-    return 1e-6 + 3e-7 * modes
+    return 1e-7 + 6e-8 * modes
 
 
 def gap_step(states: int) -> float:

@@ -69,6 +69,8 @@ class March(NamedTuple):
         Computing time of a step [s], of the number of modes.
     at_corner, in_cycle, for_sample : float
         Steps after a corner of the drive, in a cycle of what oscillates, and for an output time.
+    numbers : int
+        Held for each step.
     """
 
     name: str
@@ -76,11 +78,13 @@ class March(NamedTuple):
     at_corner: float
     in_cycle: float
     for_sample: float
+    numbers: int = NUMBERS_AT_STEP
 
 
 LEAK: Final = March("the leaking layer", leak_step, 500, 400, 7)
 MOVING_GAP: Final = March("the moving gap", gap_step, 1000, 400, 1)
-LIMITED: Final = March("the amplifier with limits", limit_look, 1000, 600, 0)
+LIMITED: Final = March("the amplifier with limits", limit_look, 75, 64, 0, numbers=0)
+"""As long as no limit is met; where it changes, the march counts on."""
 NONLINEAR: Final = March("the nonlinear equations", radau_step, 300, 25, 0)
 
 
@@ -203,7 +207,7 @@ def _marched(scenario: Scenario, end: float, samples: int, corners: int) -> list
         march.at_corner * (corners + 1) + march.in_cycle * _cycles(scenario, end) + march.for_sample * samples
     )
     what = f"about {steps:.2g} steps of {march.name} up to {end:.6g} s"
-    return [Work(what, steps * march.step(_modes(scenario)), steps * BYTES * NUMBERS_AT_STEP, SHORTER)]
+    return [Work(what, steps * march.step(_modes(scenario)), steps * BYTES * march.numbers, SHORTER)]
 
 
 def _march(scenario: Scenario) -> March:

@@ -12,7 +12,7 @@ import numpy as np
 
 from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
-from electrovib.solve.costs import LOOKS_AT_CHANGE, SHORTER, limit_look
+from electrovib.solve.costs import LIMIT_WINDOW, SHORTER, limit_look
 from electrovib.solve.limit_looks import LimitLooks
 from electrovib.solve.limited_plate import HYSTERESIS, LimitedPlate, Span
 from electrovib.solve.nonlinear.stretch import snapped
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from electrovib.solve.transfer import Real, Transfer
 
 MOST_CHANGES = 1_000_000
+_FORESEEN = 300
+"""Changes from which it is told how long the rest will take."""
 _CLOSER = 32
 """Looks between two where a current may be larger than at either and beyond its limit."""
 
@@ -52,7 +54,12 @@ class LimitedMarch:
         self.plate = LimitedPlate(transfers, amplifier, drive, end)
         self.gains = {name: self._spread(transfer) for name, transfer in transfers.items()}
         self.looks = LimitLooks(drive, end)
+        self.beside = int(LIMIT_WINDOW / limit_look(len(self.plate.rates)))
         self.corners = frozenset(self.looks.corners.tolist())
+
+    def _fresh_meter(self) -> Meter:
+        each = limit_look(len(self.plate.rates))
+        return Meter("the amplifier with limits", end=self.looks.end, each=each, remedy=SHORTER)
 
     def _spread(self, transfer: Transfer) -> Real:
         found = np.zeros(len(self.plate.rates))
@@ -81,12 +88,7 @@ class LimitedMarch:
             If it changes without end.
         """
         found = without_limits(self.transfers, self.drive, time, amplifier=self.plate.amplifier)
-        self.meter = Meter(
-            "the amplifier with limits",
-            end=self.looks.end,
-            each=limit_look(len(self.plate.rates)),
-            remedy=SHORTER,
-        )
+        self.meter = self._fresh_meter()
         wanted = snapped(time, self.looks.corners.tolist())
         rest = Span(0.0, 0, 0, None, np.zeros(len(self.plate.rates)))
         first_span = self._begin(rest, 0.0)
@@ -100,6 +102,9 @@ class LimitedMarch:
                 self._write(found, slice(first, beyond), wanted, span)
             if following is not None and following.mode != span.mode:
                 changes.append(following.start)
+                if len(changes) == _FORESEEN:
+                    share = max(following.start / self.looks.end, 1e-9)
+                    self._fresh_meter().expect(int(self.meter.steps / share))
             if len(changes) > MOST_CHANGES:
                 raise ElectrovibError(
                     f"the amplifier changed more than {MOST_CHANGES} times before {span.start} s"
@@ -111,7 +116,7 @@ class LimitedMarch:
         """Find the next change, and what holds from there; None if there is none up to the end."""
         seen = np.array([span.start])
         for window in self.looks.after(span.start):
-            self.meter.count(float(window[-1]) if len(window) else span.start, len(window) + LOOKS_AT_CHANGE)
+            self.meter.count(float(window[-1]) if len(window) else span.start, len(window) + self.beside)
             looks, values = self._watched(span, np.concatenate([seen, window]))
             for place in np.flatnonzero(np.min(values[:, 1:], axis=0) < 0) + 1:
                 when = float(looks[place])

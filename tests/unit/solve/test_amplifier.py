@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -349,6 +351,40 @@ def test_a_limit_met_between_two_looks_is_seen(share, changes):
     amplifier = Amplifier(gain=1.0, source_current=1.0, sink_current=-lowest * share)
     answer = amplified_response(wanted, drive, np.linspace(0, 0.012, 11), amplifier=amplifier)
     assert len(answer.changes) == changes
+
+
+def test_every_crest_is_seen():
+    """Fifty of them, a tenth of a per mille above the limit: two looks in three neighbour a crest without seeing it."""
+    wanted, _ = transfers(film_alone(), ELEMENTS["body"])
+    peak = 2 * np.pi * 60 * 100 * FILM
+    limits = {"source_current": 1.0, "sink_current": peak * (1 - 1e-4)}
+    drive, times = read_model(Drive, SINE), np.linspace(0, 50 / 60, 11)
+    assert len(amplified_response(wanted, drive, times, amplifier=Amplifier(**limits)).changes) == 100
+
+
+def test_windows_of_looks_overlap_so_that_a_crest_between_them_is_seen(monkeypatch):
+    watched, seen = LimitedMarch._watched, []
+    monkeypatch.setattr(
+        LimitedMarch,
+        "_watched",
+        lambda self, *given: seen.append(watched(self, *given)[0]) or watched(self, *given),
+    )
+    wanted, _ = transfers(film_alone(), ELEMENTS["body"])
+    amplifier = Amplifier(source_current=1.0)
+    amplified_response(wanted, read_model(Drive, SINE), np.linspace(0, 1, 3), amplifier=amplifier)
+    assert len(seen) > 3
+    for looks, following in pairwise(seen):
+        np.testing.assert_array_equal(looks[-2:], following[:2])
+
+
+def test_a_current_that_has_just_left_its_limit_may_be_beyond_it_by_rounding():
+    wanted, _ = transfers(film_alone(), ELEMENTS["bare"])
+    amplifier = Amplifier(bandwidth=100.0, source_current=1e-6)
+    plate = limited.LimitedPlate(wanted, amplifier, read_model(Drive, SINE), 1.0)
+    lag = 1e-6 / (FILM * 2 * np.pi * 100)  # of the plate behind its aim, at the largest current
+    for beyond, slack in ((1e-8, 2e-14), (-1e-8, 0.0), (1e-3, 0.0)):
+        span = plate.left(plate.span(0.0, 0, 0, -lag * (1 + beyond), np.zeros(len(plate.rates))))
+        assert span.slack == pytest.approx(slack, rel=1e-3)
 
 
 def test_a_current_that_stays_near_the_limit_it_has_left_does_not_chatter(monkeypatch):

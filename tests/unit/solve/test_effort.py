@@ -195,3 +195,20 @@ def test_looks_are_counted_without_being_chosen(table, end):
 def test_corners_are_counted_without_being_written_out(table, end):
     drive = read_model(Drive, table)
     assert abs(drive.count_corners(end) - len(drive.corners(end)[0])) <= 4
+
+
+def test_a_limit_that_is_never_met_is_not_taken_for_one_that_is():
+    """A million periods, a chirp of as many: both are quick where nothing changes, and neither is held in memory."""
+    amplifier = {"circuit.amplifier": {"source_current": 1.0}}
+    sine = {"drive": {"model": "Sine", "amplitude": 100, "frequency": 1e3}, "time.duration": 1000}
+    chirp = {"drive": {"model": "Chirp", "amplitude": 100, "first": 1, "last": 1e4, "length": 100}}
+    for drive in (sine, chirp):
+        effort.refuse_large(ev.load(PLATE, changes=drive | amplifier))
+
+
+def test_a_limit_that_is_met_for_ever_is_told_soon():
+    """Four changes a period for 2000 s: refused after the first hundred periods with what the whole would take."""
+    scenario = {"drive": {"model": "Sine", "amplitude": 100, "frequency": 1e3}, "time.duration": 2000}
+    changes = scenario | {"circuit.amplifier": {"source_current": 2e-6}}
+    with pytest.raises(BudgetError, match=r"amplifier with limits needs .* steps up to 2000 s.*shorter time"):
+        ev.simulate(ev.load(PLATE, changes=changes))
