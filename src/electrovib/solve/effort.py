@@ -249,7 +249,8 @@ def _mechanics(scenario: Scenario, end: float, samples: int, corners: int) -> li
     slides, share = isinstance(scenario.friction, BristleFriction), 1.0
     if not slides and scenario.rig is None:
         share = min(1.0, samples * FORGOTTEN / (min(slowest_rates(scenario)) * end)) if end else 1.0
-    pieces = share * (PIECES_IN_CYCLE * _cycles(scenario, end) + PIECES_AT_CORNER * corners) + samples
+    cycles = end * scenario.drive.highest_frequency  # also where a fast part of the drive is off
+    pieces = share * (PIECES_IN_CYCLE * cycles + PIECES_AT_CORNER * corners) + samples
     each = PIECE + SAMPLE_OF_MODE / 4 * _modes_of_law(scenario) + (BRISTLE_STEP if slides else 0.0)
     what = f"about {pieces:.2g} pieces in which the friction is followed up to {end:.6g} s"
     return [Work(what, pieces * each, min(pieces, MOST) * BYTES * NUMBERS_AT_PIECE, SHORTER)]
