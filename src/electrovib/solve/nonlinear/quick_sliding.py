@@ -90,14 +90,10 @@ def slide_quickly(
     largest = float(np.max(pieces.values)) or skin.natural_force(fastest) or 1.0
     largest_speed = fastest or skin.natural_speed(largest)
     floor = SMALLEST * largest
-    last = np.searchsorted(pieces.knots, stops[1:], side="left")
-    first = np.searchsorted(pieces.knots, stops[:-1], side="right") - 1
-    touches = np.asarray(motion.touches((stops[1:] + stops[:-1]) / 2), dtype=float)
-    course = compiled_step.Course(stops, speeds, touches, first, np.maximum(last, first + 1), *pieces, floor)
-    begins, settled = float(speeds[0]), float(speeds[0]) > 0
+    course = _course(strength, motion, floor)
     state: Any = np.zeros(6)
-    if settled:
-        at_first = skin if touches[0] else lifted(skin)
+    if (begins := float(speeds[0])) > 0:
+        at_first = skin if course.touches[0] else lifted(skin)
         found = at_first.settled(begins, float(np.hypot(strength(0.0), floor)))
         state[compiled_step.DEFLECTION] = float(skin.deflection(found))
         state[compiled_step.DISPLACEMENT] = float(np.ravel(skin.displacement(found))[0])
@@ -131,6 +127,19 @@ def slide_quickly(
         events=tuple((when, EVENTS[index]) for when, index in zip(moments, kinds, strict=True)),
         steps=int(memory[STEPS]),
         evaluations=int(memory[ASKED]),
+    )
+
+
+def _course(strength: Between, motion: Motion, floor: float) -> Any:
+    """Strength, speed and touch from corner to corner, as the compiled steps take them."""
+    from electrovib.solve.nonlinear import compiled_step
+
+    stops, pieces = strength.ends, strength.pieces
+    last = np.searchsorted(pieces.knots, stops[1:], side="left")
+    first = np.searchsorted(pieces.knots, stops[:-1], side="right") - 1
+    touches = np.asarray(motion.touches((stops[1:] + stops[:-1]) / 2), dtype=float)
+    return compiled_step.Course(
+        stops, motion.speeds(stops), touches, first, np.maximum(last, first + 1), *pieces, floor
     )
 
 
