@@ -57,7 +57,7 @@ class _Chance:
         if self.happens(0.5) and _prescribes_current(table["drive"]):
             table["drive"] = {"model": "Sine", "amplitude": 100.0, "frequency": 125.0}
         if self.happens(0.7):
-            table.get("rig", {}).pop("digitiser", None)
+            _leave_digitiser(table.get("rig", {}))
         table.pop("title", None)
         table.pop("sources", None)
         return table
@@ -205,6 +205,13 @@ class _Chance:
         """Measured columns belong together: those of the example, scaled."""
         example = np.asarray(model.example[name], dtype=float)
         return (example * float(10 ** self.rng.normal(0, 0.3))).tolist()
+
+
+def _leave_digitiser(rig: dict[str, Any]) -> None:
+    """Noise is that of one reading."""
+    rig.pop("digitiser", None)
+    for sensor in ("normal", "lateral"):
+        rig.get(sensor, {}).pop("noise", None)
 
 
 def _prescribes_current(drive: dict[str, Any]) -> bool:
