@@ -12,6 +12,8 @@ SAMPLE: Final = 1e-6
 """Of an output time of a stack without relaxations [s]."""
 SAMPLE_OF_MODE: Final = 3e-7
 """More for each relaxation [s]."""
+AMPLITUDE_OF_MODE: Final = 3e-8
+"""More for each relaxation of an amplitude of the force law alone [s]."""
 CORNER: Final = 1e-6
 """Of a corner of the drive [s]."""
 PIECE: Final = 2e-7

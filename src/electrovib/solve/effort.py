@@ -12,6 +12,7 @@ from electrovib.physics.friction import BristleFriction
 from electrovib.physics.motion import Distance
 from electrovib.solve.between import KNOTS
 from electrovib.solve.costs import (
+    AMPLITUDE_OF_MODE,
     BRISTLE_STEP,
     CORNER,
     FEWER_SAMPLES,
@@ -144,7 +145,8 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
     end = last_time(scenario, times)
     corners = drive.count_corners(end)
     looks = count_looks(drive, end, settled=_settled(scenario))
-    time = samples * (SAMPLE + SAMPLE_OF_MODE * _modes_of_law(scenario))
+    time = samples * (SAMPLE + SAMPLE_OF_MODE * _modes(scenario))
+    time += samples * AMPLITUDE_OF_MODE * _modes_of_law(scenario)
     time += looks * (SAMPLE + SAMPLE_OF_MODE * _modes(scenario))
     held: float = (samples + looks) * BYTES * (SIGNALS + SIGNALS_OF_LAYER * len(scenario.stack.layers))
     if scenario.motion.renews_film:
@@ -191,11 +193,10 @@ def _modes(scenario: Scenario) -> int:
 
 
 def _modes_of_law(scenario: Scenario) -> int:
-    """About how many relaxations the amplitudes of the force law have."""
-    modes = _modes(scenario)
+    """About how many relaxations of its own the force law filters by."""
     filters = scenario.force.plane == EffectiveMediumPlane.plane
     disperses = any(layer.material.debye() is None for layer in scenario.stack.layers.values())
-    return modes * NODES_OF_ROOT if filters and disperses else modes
+    return _modes(scenario) * NODES_OF_ROOT if filters and disperses else 0
 
 
 def _marched(scenario: Scenario, end: float, samples: int, corners: int) -> list[Work]:
@@ -251,7 +252,12 @@ def _mechanics(scenario: Scenario, end: float, samples: int, corners: int) -> li
         share = min(1.0, samples * FORGOTTEN / (min(slowest_rates(scenario)) * end)) if end else 1.0
     cycles = end * scenario.drive.highest_frequency  # also where a fast part of the drive is off
     pieces = share * (PIECES_IN_CYCLE * cycles + PIECES_AT_CORNER * corners) + samples
-    each = PIECE + SAMPLE_OF_MODE / 4 * _modes_of_law(scenario) + (BRISTLE_STEP if slides else 0.0)
+    each = (
+        PIECE
+        + SAMPLE_OF_MODE / 4 * _modes(scenario)
+        + AMPLITUDE_OF_MODE * _modes_of_law(scenario)
+        + (BRISTLE_STEP if slides else 0.0)
+    )
     what = f"about {pieces:.2g} pieces in which the friction is followed up to {end:.6g} s"
     return [Work(what, pieces * each, min(pieces, MOST) * BYTES * NUMBERS_AT_PIECE, SHORTER)]
 

@@ -15,7 +15,7 @@ from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
 from electrovib.solve.costs import CASE, CASE_MEMORY
-from electrovib.solve.effort import works
+from electrovib.solve.effort import last_time, works
 from electrovib.solve.quantities import DEFAULTS, Named, answer, read_name, solved
 from electrovib.solve.sampling import sampling
 from electrovib.solve.simulate import simulate
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
     from electrovib.solve.scenario import Scenario
 
+LOOKS_OF_CASE: Final = 200
+"""About as many times does a case look at its solution, whatever output times the scenario has."""
 MOST_PROBLEMS: Final = 10
 """Of the cases that cannot be made, so many are told."""
 
@@ -102,8 +104,9 @@ def sweep(
 
 def _refuse_large(scenario: Scenario, axes: Mapping[str, Real], *, records: bool) -> None:
     """Refuse more cases than the budget allows, before the first is made."""
-    each, count = works(scenario), math.prod(len(values) for values in axes.values())
-    held = CASE_MEMORY + (max(work.memory for work in each) if records else 0.0)
+    looked = np.linspace(0.0, last_time(scenario), LOOKS_OF_CASE)
+    each, count = works(scenario, looked), math.prod(len(values) for values in axes.values())
+    held = CASE_MEMORY + (max(work.memory for work in works(scenario)) if records else 0.0)
     time = CASE + sum(work.time for work in each)
     what = " x ".join(f"{len(values)} values of {path}" for path, values in axes.items())
     refuse_beyond(
