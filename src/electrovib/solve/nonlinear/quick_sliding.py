@@ -84,8 +84,7 @@ def slide_quickly(
     pieces = strength.pieces
     not_negative(pieces.knots, pieces.values)
     skin = skin_of(law, mass, stiffness, damping)
-    stops = strength.ends
-    speeds = motion.speeds(stops)
+    speeds = motion.speeds(strength.ends)
     fastest = float(np.max(np.abs(motion.speeds(times)), initial=float(np.max(np.abs(speeds)))))
     largest = float(np.max(pieces.values)) or skin.natural_force(fastest) or 1.0
     largest_speed = fastest or skin.natural_speed(largest)
