@@ -14,7 +14,7 @@ from benchmarks.one_finger import DIRECT, GAINS, POLES, SAMPLES, STEP, roots, tr
 from benchmarks.table import surroundings, write
 from numpy.typing import NDArray
 
-from electrovib.solve.filters import filtered, second_order
+from electrovib.solve.mechanics.filters import filtered, second_order
 from electrovib.solve.recursion import hold_weights_complex, march, march_chain, march_loop, march_pairs_loop
 
 Array = NDArray[np.float64]

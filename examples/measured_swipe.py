@@ -16,8 +16,8 @@ import numpy as np
 
 from electrovib.core.model import read_model
 from electrovib.physics.rig_channels import TribometerChannels
-from electrovib.study.recording import read_recording
-from electrovib.study.swipe import SwipeResult, reduce_swipe
+from electrovib.recordings.recording import read_recording
+from electrovib.recordings.swipe import SwipeResult, reduce_swipe
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

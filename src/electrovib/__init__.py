@@ -14,19 +14,19 @@ if TYPE_CHECKING:
     from electrovib.core.budget import budget as budget
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
+    from electrovib.recordings.recording import read_recording as read_recording
+    from electrovib.recordings.ringing import ringing as ringing
+    from electrovib.recordings.swipe import reduce_swipe as reduce_swipe
+    from electrovib.scenario import Scenario as Scenario
+    from electrovib.scenario import load as load
+    from electrovib.scenario import scenario_of as scenario_of
     from electrovib.solve.equilibrium import equilibrium as equilibrium
     from electrovib.solve.equilibrium import hysteresis as hysteresis
-    from electrovib.solve.scenario import Scenario as Scenario
-    from electrovib.solve.scenario import load as load
-    from electrovib.solve.scenario import scenario_of as scenario_of
     from electrovib.solve.simulate import simulate as simulate
     from electrovib.study.catalogue import models as models
     from electrovib.study.perceive import perceive as perceive
     from electrovib.study.percept import just_noticeable as just_noticeable
-    from electrovib.study.recording import read_recording as read_recording
-    from electrovib.study.ringing import ringing as ringing
     from electrovib.study.sweep import sweep as sweep
-    from electrovib.study.swipe import reduce_swipe as reduce_swipe
     from electrovib.study.truth_table import truth_table as truth_table
     from electrovib.view import plots as plot
     from electrovib.view.compare import compare as compare
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from electrovib.view.reproduce import reproduce as reproduce
 
 _PLACES = {
-    "Scenario": "electrovib.solve.scenario",
+    "Scenario": "electrovib.scenario",
     "budget": "electrovib.core.budget",
     "compare": "electrovib.view.compare",
     "equilibrium": "electrovib.solve.equilibrium",
@@ -42,17 +42,17 @@ _PLACES = {
     "hysteresis": "electrovib.solve.equilibrium",
     "init": "electrovib.apps.init",
     "just_noticeable": "electrovib.study.percept",
-    "load": "electrovib.solve.scenario",
+    "load": "electrovib.scenario",
     "models": "electrovib.study.catalogue",
     "perceive": "electrovib.study.perceive",
-    "read_recording": "electrovib.study.recording",
-    "reduce_swipe": "electrovib.study.swipe",
+    "read_recording": "electrovib.recordings.recording",
+    "reduce_swipe": "electrovib.recordings.swipe",
     "report": "electrovib.view.report",
     "reproduce": "electrovib.view.reproduce",
-    "ringing": "electrovib.study.ringing",
+    "ringing": "electrovib.recordings.ringing",
     "run": "electrovib.apps.run",
     "save": "electrovib.export.save",
-    "scenario_of": "electrovib.solve.scenario",
+    "scenario_of": "electrovib.scenario",
     "simulate": "electrovib.solve.simulate",
     "sweep": "electrovib.study.sweep",
     "truth_table": "electrovib.study.truth_table",

@@ -29,7 +29,7 @@ from electrovib.core.checks import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.force import ForceLaw
-from electrovib.solve.scenario import Scenario, load
+from electrovib.scenario import Scenario, load
 
 CITATION = "A. Example, A saturating force law, Journal of Examples (2099), doi:10.0000/example.2099"
 STATUS = "full text"

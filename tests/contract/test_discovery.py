@@ -10,7 +10,7 @@ def test_known_things_are_found(discovered):
     assert {"vezzoli_2014", "gabriel_1996", "palmar_1995", "plutchik_1963"} <= set(discovered["paper"])
     assert "vezzoli_2014-fig6" in discovered["scenario"]
     assert "gabriel_1996-dry" in discovered["skin"]
-    assert "solve.scenario.experiment.Scenario" in discovered["final_class"]
+    assert "scenario.experiment.Scenario" in discovered["final_class"]
     assert "physics.drive.base.Drive" in discovered["family"]
 
 

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from electrovib.core.checks import STATUSES, Check
-from electrovib.solve.scenario import not_in_paper
+from electrovib.scenario import not_in_paper
 
 
 def checks_in(paper):

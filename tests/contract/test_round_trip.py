@@ -16,8 +16,8 @@ from electrovib.core.model import read_model
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.samples import Samples
 from electrovib.core.units import exact_text, format_quantity
-from electrovib.solve.scenario import Scenario, load
-from electrovib.solve.toml import to_toml
+from electrovib.scenario import Scenario, load
+from electrovib.scenario.toml import to_toml
 
 
 def without_nothing(value):

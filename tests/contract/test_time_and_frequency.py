@@ -7,9 +7,9 @@ import pytest
 
 from electrovib.core.errors import NotCausalError
 from electrovib.core.model import Model
-from electrovib.solve.expand import mean_force, phasors
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
+from electrovib.solve.stack.expand import mean_force, phasors
 
 FREQUENCY, AMPLITUDE, SAMPLES = 125.0, 100.0, 64
 EXACT = 1e-9

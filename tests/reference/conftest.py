@@ -11,8 +11,8 @@ from electrovib.core.model import read_model
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.material import Material
-from electrovib.solve.modes import Slab
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
+from electrovib.solve.stack.modes import Slab
 
 AREA = 1e-4
 

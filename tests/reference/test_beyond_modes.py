@@ -9,8 +9,8 @@ import pytest
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.errors import InputError
+from electrovib.scenario import load
 from electrovib.solve.equilibrium import equilibrium
-from electrovib.solve.scenario import load
 from electrovib.solve.simulate import simulate
 
 FILM = 90e-6 / 3.35
@@ -186,7 +186,7 @@ def test_a_hand_that_holds_the_finger_off_reads_as_pull_and_rubs_nothing():
 
 def test_a_trace_gives_back_every_new_part(tmp_path):
     from electrovib.export.save import save
-    from electrovib.solve.scenario import scenario_of
+    from electrovib.scenario import scenario_of
 
     scenario = load("vezzoli_2014/fig2_tremor").replace(
         {

@@ -7,9 +7,9 @@ import pytest
 
 from electrovib.physics.bridged_air import BridgedAir
 from electrovib.physics.force import GapPlane
-from electrovib.solve.expand import mean_force, modes, phasors
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
+from electrovib.solve.stack.expand import mean_force, modes, phasors
 
 EPS0 = 8.8541878128e-12
 AREA, VOLTAGE = 1e-4, 300.0

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import lsim
 
 from electrovib.core.errors import InputError
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
 
 FINGER = {"model": "MassSpringDamper", "mass": "0.15 g", "stiffness": "1 kN/m", "damping": "1 N s/m"}

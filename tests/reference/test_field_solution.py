@@ -11,7 +11,7 @@ import pytest
 from electrovib.papers.gabriel_1996 import WET
 from electrovib.papers.palmar_1995 import palmar
 from electrovib.physics.fringe import edge_excess, fringe_factor
-from electrovib.solve.expand import modes, phasors
+from electrovib.solve.stack.expand import modes, phasors
 
 pytest.importorskip("skfem", reason="scikit-fem is a dependency of the tests only")
 

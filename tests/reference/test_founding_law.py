@@ -16,10 +16,10 @@ from electrovib.papers.vezzoli_2014 import Vezzoli2014Causal, Vezzoli2014PerFreq
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.material import Prony
 from electrovib.physics.stack import Layer
-from electrovib.solve.expand import modes, phasors
-from electrovib.solve.reduce import reduce_material
-from electrovib.solve.section import modal_section, phasor_section
 from electrovib.solve.simulate import simulate
+from electrovib.solve.stack.expand import modes, phasors
+from electrovib.solve.stack.reduce import reduce_material
+from electrovib.solve.stack.section import modal_section, phasor_section
 
 EPS0 = 8.8541878128e-12
 VOLTAGE = 1000.0

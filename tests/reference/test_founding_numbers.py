@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from electrovib.solve.expand import phasors
 from electrovib.solve.simulate import simulate
+from electrovib.solve.stack.expand import phasors
 
 EPS0 = 8.8541878128e-12
 AREA, VOLTAGE = 1e-4, 1000.0

@@ -10,11 +10,11 @@ import pytest
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.force import gap_field
-from electrovib.solve.expand import phasors
+from electrovib.scenario import Scenario, load
 from electrovib.solve.nonlinear.finger import follow_finger
-from electrovib.solve.scenario import Scenario, load
 from electrovib.solve.simulate import simulate
-from electrovib.solve.state_space import stack_states
+from electrovib.solve.stack.expand import phasors
+from electrovib.solve.stack.state_space import stack_states
 
 EPS0 = 8.8541878128e-12
 AREA = 1e-4

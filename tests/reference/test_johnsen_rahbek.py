@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from electrovib.papers import nakamura_2017 as nakamura
 from electrovib.papers import shultz_2015 as shultz
-from electrovib.solve.expand import modes
 from electrovib.solve.simulate import simulate
+from electrovib.solve.stack.expand import modes
 
 EPS0 = 8.8541878128e-12
 EXACT = 1e-10

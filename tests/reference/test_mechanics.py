@@ -11,8 +11,8 @@ from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.finger import MassSpringDamper
 from electrovib.physics.rig import Creep, LateralSensor, PiezoSensor, Tribometer
 from electrovib.physics.stages import response
-from electrovib.solve.chain import finger_filters, measured, respond_mechanically
-from electrovib.solve.filters import filtered, first_order, high_pass, of_stages, second_order
+from electrovib.solve.mechanics.chain import finger_filters, measured, respond_mechanically
+from electrovib.solve.mechanics.filters import filtered, first_order, high_pass, of_stages, second_order
 
 FOUNDING_TIME = 7.7e-3
 """Time constant of the founding paper [s]: v_e is the drive through a high-pass."""
@@ -35,7 +35,7 @@ CORNERS = [0.036, 0.136, 0.172]
 
 def test_the_closed_form_is_the_founding_drive():
     """The same v_e from the package's own trapezium and its exact filter."""
-    from electrovib.solve.filters import filtered_linear
+    from electrovib.solve.mechanics.filters import filtered_linear
 
     drive = Trapezium(low=0.0, high=1000.0, rise=0.036, hold=0.1, fall=0.036)
     times = np.linspace(0.0, 0.2, 401)

@@ -13,13 +13,13 @@ from electrovib.papers.palmar_1995 import MEN, palmar
 from electrovib.physics.conduction import FieldConduction
 from electrovib.physics.material import ColeCole, ConstantPhase, HavriliakNegami
 from electrovib.physics.tabulated import Tabulated
-from electrovib.solve.band import MARGIN, run_band, shortest_time
-from electrovib.solve.electrical import electrical
-from electrovib.solve.expand import modes, phasors, reductions
-from electrovib.solve.known import worst_of
-from electrovib.solve.memory import FORCE, PROBES, TAIL, answer_errors
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
+from electrovib.solve.diagnostics.known import worst_of
+from electrovib.solve.diagnostics.memory import FORCE, PROBES, TAIL, answer_errors
+from electrovib.solve.electrics.electrical import electrical
 from electrovib.solve.simulate import simulate
+from electrovib.solve.stack.band import MARGIN, run_band, shortest_time
+from electrovib.solve.stack.expand import modes, phasors, reductions
 
 SKIN, FILM, COAT, AREA = 200e-6, (90e-6, 3.35), (1e-6, 3.9), 1e-4
 DIGITS, NODES = 25, 30

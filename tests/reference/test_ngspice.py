@@ -17,9 +17,9 @@ from electrovib.export.spice.netlist import netlist
 from electrovib.export.spice.timing import Timing
 from electrovib.papers.palmar_1995 import skins
 from electrovib.physics.drive.parts import Linear
-from electrovib.solve.expand import modes, phasors
-from electrovib.solve.scenario import paper_scenario
+from electrovib.scenario import paper_scenario
 from electrovib.solve.simulate import simulate
+from electrovib.solve.stack.expand import modes, phasors
 
 ELECTRICAL = 5e-4
 """Of the peak, two longest steps after a corner of the drive and later; 1.4e-4 was measured, 1e-3 is promised."""

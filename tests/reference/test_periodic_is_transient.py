@@ -9,10 +9,10 @@ from electrovib.core.model import read_model
 from electrovib.papers.vezzoli_2014 import Vezzoli2014Causal
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.force import EffectiveMediumPlane
-from electrovib.solve.expand import modes, phasors
-from electrovib.solve.periodic import periodic
+from electrovib.solve.electrics.linear.periodic import periodic
+from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.simulate import simulate
-from electrovib.solve.transient import transient
+from electrovib.solve.stack.expand import modes, phasors
 
 TONES = {
     "sine": {"model": "Sine", "amplitude": 100, "frequency": 125, "phase": 0.4},

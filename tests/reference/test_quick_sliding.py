@@ -10,10 +10,10 @@ from electrovib.core.budget import budget
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import Coulomb, Dahl, LuGre
 from electrovib.physics.motion import Motion
-from electrovib.solve.between import Between
-from electrovib.solve.nonlinear import compiled_march, quick_sliding
-from electrovib.solve.nonlinear.quick_sliding import slide_quickly
-from electrovib.solve.nonlinear.sliding import sliding
+from electrovib.solve.mechanics.between import Between
+from electrovib.solve.mechanics.stick_slip import compiled_march, quick_sliding
+from electrovib.solve.mechanics.stick_slip.quick_sliding import slide_quickly
+from electrovib.solve.mechanics.stick_slip.sliding import sliding
 
 COULOMB = Coulomb(coefficient=0.5)
 FINGER = {"mass": 1.5e-3, "stiffness": 1000.0, "damping": 0.05}

@@ -13,10 +13,10 @@ from electrovib.core.model import read_model
 from electrovib.data.columns import read_columns
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.rig_channels import TribometerChannels
-from electrovib.study.recording import read_recording
-from electrovib.study.ringing import ringing
-from electrovib.study.ringing_parts import damped_sine
-from electrovib.study.swipe import reduce_swipe, reduce_swipes
+from electrovib.recordings.recording import read_recording
+from electrovib.recordings.ringing import ringing
+from electrovib.recordings.ringing_parts import damped_sine
+from electrovib.recordings.swipe import reduce_swipe, reduce_swipes
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
 CHANNELS = {

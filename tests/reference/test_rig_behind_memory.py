@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
 
 COULOMB = {"model": "Coulomb", "coefficient": 0.5}

@@ -13,10 +13,10 @@ from electrovib.core.errors import InputError
 from electrovib.physics.drive.edges import Constant, Trapezium
 from electrovib.physics.drive.sines import Sine
 from electrovib.physics.motion import Motion
-from electrovib.solve.renewal import Renewal, entered, renewed
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
+from electrovib.solve.electrics.renewal import Renewal, entered, renewed
 from electrovib.solve.simulate import simulate
-from electrovib.solve.transfer import Transfer
+from electrovib.solve.stack.transfer import Transfer
 
 TAU, LENGTH = 7.7e-3, 1e-2
 FOUNDING = Transfer(np.array([1 / TAU]), np.array([-1.0]), 1.0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import InputError
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
 
 COULOMB = {"model": "Coulomb", "coefficient": 0.5}

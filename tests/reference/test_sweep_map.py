@@ -7,7 +7,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.papers import palmar_1995
-from electrovib.solve.expand import mean_force, phasors
+from electrovib.solve.stack.expand import mean_force, phasors
 
 pytestmark = pytest.mark.slow
 

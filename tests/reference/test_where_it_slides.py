@@ -12,9 +12,9 @@ from scipy.integrate import solve_ivp
 
 from electrovib.core.errors import InputError
 from electrovib.physics.motion import HeldOff, Motion, TouchAndLift
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
+from electrovib.solve.mechanics.unknown import not_known, resting
 from electrovib.solve.simulate import simulate
-from electrovib.solve.unknown import not_known, resting
 
 COULOMB = {"model": "Coulomb", "coefficient": 0.5}
 LAG = {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": 100.0}
@@ -230,8 +230,8 @@ def test_behind_a_memory_nothing_is_known_until_it_has_forgotten(dry, friction):
 
 def test_a_sensor_is_not_known_until_it_has_forgotten():
     """Weights of a span of rest in a filter, against the filter's own answer to 1 there and 0 elsewhere."""
-    from electrovib.solve.filters import filtered, second_order
-    from electrovib.solve.filters.declared import first_order
+    from electrovib.solve.mechanics.filters import filtered, second_order
+    from electrovib.solve.mechanics.filters.declared import first_order
 
     times = np.linspace(0, 0.1, 10001)
     inside = ((times >= 0.02) & (times < 0.03)).astype(float)
@@ -334,7 +334,7 @@ def test_what_happens_once_has_no_periodic_state_behind_a_skin(dry):
 CONTRIBUTED = """
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import FollowingFriction, Friction
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
 
 class Forgotten(FollowingFriction):

@@ -13,7 +13,7 @@ from electrovib.core.model import Model, quantity_of
 from electrovib.core.samples import Samples
 from electrovib.physics.friction import Friction
 from electrovib.physics.material import Material
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

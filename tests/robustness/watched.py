@@ -17,7 +17,7 @@ import electrovib as ev
 from electrovib.core.budget import BudgetError, budget
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.model import read_model
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 
 ALLOWED = {"time": 5.0, "memory": 1e9}
 """Budget of each scenario: estimated seconds and bytes."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from electrovib.core.files import inputs_noted
-from electrovib.solve.scenario import DEFAULT, load_scenario
+from electrovib.scenario import DEFAULT, load_scenario
 
 
 def init(scenario: str | Path = DEFAULT, *, output: str | Path | None = None, force: bool = False) -> str:
@@ -31,7 +31,7 @@ def init(scenario: str | Path = DEFAULT, *, output: str | Path | None = None, fo
         If there is no such scenario, or if the output cannot be written or would replace a file that is read, that
         we did not write, or that was changed since.
     """
-    from electrovib.solve.toml import left_away, to_toml
+    from electrovib.scenario.toml import left_away, to_toml
 
     with inputs_noted() as inputs:
         found = load_scenario(scenario, before_sweep=True)

@@ -12,7 +12,7 @@ from electrovib.apps.progress import tracked
 from electrovib.core.budget import listening
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
-from electrovib.solve.scenario import DEFAULT, Scenario, load, scenario_of, sweep_of
+from electrovib.scenario import DEFAULT, Scenario, load, scenario_of, sweep_of
 from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
 
 
 class _Callable(ModuleType):

@@ -13,8 +13,8 @@ from electrovib.data.atomic import check_writable, write_text
 from electrovib.data.marks import Form
 from electrovib.export.spice.netlist import netlist
 from electrovib.physics.limits import broken
+from electrovib.scenario import Scenario, load, scenario_of
 from electrovib.solve.effort import refuse_large
-from electrovib.solve.scenario import Scenario, load, scenario_of
 from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:

@@ -22,8 +22,8 @@ import numpy as np
 from electrovib.core.checks import Check
 from electrovib.papers import aliabbasi_2024, gabriel_1996, palmar_1995, plutchik_1963
 from electrovib.physics.material import Material
-from electrovib.solve.expand import mean_force, phasors
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
+from electrovib.solve.stack.expand import mean_force, phasors
 
 CITATION = (
     "E. AliAbbasi, M. A. Sormoli, C. Basdogan, Frequency-dependent behavior of electrostatic forces between human"

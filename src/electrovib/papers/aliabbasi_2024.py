@@ -24,8 +24,8 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers import plutchik_1963
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Material
-from electrovib.solve.expand import mean_force, phasors
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
+from electrovib.solve.stack.expand import mean_force, phasors
 
 CITATION = (
     "E. AliAbbasi and others, Experimental estimation of gap thickness and electrostatic forces between contacting"

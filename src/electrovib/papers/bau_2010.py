@@ -15,9 +15,9 @@ import numpy as np
 
 from electrovib.core.checks import Check
 from electrovib.papers.vezzoli_2014 import values
-from electrovib.solve.expand import mean_force, phasors
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
+from electrovib.solve.stack.expand import mean_force, phasors
 
 CITATION = (
     "O. Bau, I. Poupyrev, A. Israr, C. Harrison, TeslaTouch: electrovibration for touch surfaces, UIST 2010,"

@@ -27,7 +27,7 @@ from electrovib.core.errors import ElectrovibError
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.force import ForceLaw
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
 
 CITATION = (

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from electrovib.core.checks import Check
 from electrovib.papers.vezzoli_2014 import values
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
 
 CITATION = (

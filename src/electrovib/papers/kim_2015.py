@@ -19,8 +19,8 @@ import numpy as np
 from electrovib.core.checks import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
-from electrovib.solve.expand import mean_force, phasors
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
+from electrovib.solve.stack.expand import mean_force, phasors
 
 CITATION = (
     "H. Kim and others, electrovibration of uniform intensity by current control, IEEE Trans. Haptics 8(4) (2015);"

@@ -21,8 +21,8 @@ from electrovib.core.checks import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Constant, Material
-from electrovib.solve.expand import mean_force, phasors
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
+from electrovib.solve.stack.expand import mean_force, phasors
 
 CITATION = (
     "D. J. Meyer, M. A. Peshkin, J. E. Colgate, Fingertip friction modulation due to electrostatic attraction, World"

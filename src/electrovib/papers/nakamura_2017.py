@@ -22,9 +22,9 @@ import numpy as np
 from electrovib.core.checks import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
-from electrovib.solve.expand import modes
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
+from electrovib.solve.stack.expand import modes
 
 CITATION = (
     "T. Nakamura, A. Yamamoto, Modeling and control of electroadhesion force in DC voltage, ROBOMECH J. 4 (2017),"

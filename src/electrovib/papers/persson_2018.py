@@ -35,8 +35,8 @@ from electrovib.physics.roughness import (
     mean_pull,
 )
 from electrovib.physics.stack import Layer, Linear, Section
-from electrovib.solve.extra_gap import field_in_gap
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
+from electrovib.solve.stack.extra_gap import field_in_gap
 
 CITATION = (
     "B. N. J. Persson, The dependency of adhesion and friction on electrostatic attraction, J. Chem. Phys. 148, 144701"

@@ -20,7 +20,7 @@ import numpy as np
 from electrovib.core.checks import Check
 from electrovib.core.constants import eps0
 from electrovib.physics.material import ColeCole
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
 
 CITATION = (

@@ -10,7 +10,7 @@ from electrovib.physics.drive.parts import Chirped, Linear, Smooth, Tones
 from electrovib.physics.force import EffectiveMediumPlane
 from electrovib.physics.friction import BristleFriction
 from electrovib.physics.motion import Distance
-from electrovib.solve.between import KNOTS
+from electrovib.scenario import PeriodicState
 from electrovib.solve.costs import (
     AMPLITUDE_OF_MODE,
     BRISTLE_STEP,
@@ -27,18 +27,18 @@ from electrovib.solve.costs import (
     radau_step,
 )
 from electrovib.solve.diagnostics.looks import count_looks
-from electrovib.solve.friction_chain import FORGOTTEN, MOST
-from electrovib.solve.general import beyond_modes
-from electrovib.solve.mechanical import slowest_rates
-from electrovib.solve.respond import is_marched
-from electrovib.solve.scenario import PeriodicState
-from electrovib.solve.smooth import RADIANS_PER_STEP
+from electrovib.solve.electrics.general import beyond_modes
+from electrovib.solve.electrics.linear.smooth import RADIANS_PER_STEP
+from electrovib.solve.electrics.respond import is_marched
+from electrovib.solve.mechanics.between import KNOTS
+from electrovib.solve.mechanics.friction_chain import FORGOTTEN, MOST
+from electrovib.solve.mechanics.mechanical import slowest_rates
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from electrovib.solve.scenario import Scenario
-    from electrovib.solve.transfer import Real
+    from electrovib.scenario import Scenario
+    from electrovib.solve.stack.transfer import Real
 
 BYTES: Final = 8
 SIGNALS: Final = 24

@@ -11,12 +11,12 @@ import numpy as np
 
 from electrovib.core.model import Model
 from electrovib.core.trace import make_trace
-from electrovib.solve.expand import behind_amplifier, mean_force, per_volt_of, phasors
-from electrovib.solve.sampling import sampling
-from electrovib.solve.scenario import Scenario
-from electrovib.solve.section import PhasorSection
+from electrovib.scenario import Scenario
+from electrovib.solve.diagnostics.sampling import sampling
 from electrovib.solve.solution import Solution
-from electrovib.solve.transfer import Real
+from electrovib.solve.stack.expand import behind_amplifier, mean_force, per_volt_of, phasors
+from electrovib.solve.stack.section import PhasorSection
+from electrovib.solve.stack.transfer import Real
 
 if TYPE_CHECKING:
     import xarray

@@ -9,22 +9,22 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.scenario import PeriodicState
 from electrovib.solve.diagnostics import diagnostics, solved, watched
+from electrovib.solve.diagnostics.known import known_band, memory_lamps, worst_of
+from electrovib.solve.diagnostics.memory import answer_errors
 from electrovib.solve.effort import last_time, refuse_large
-from electrovib.solve.electrical import Electrical, electrical, refuse_unsolved_electrics
-from electrovib.solve.expand import modes, phasors
-from electrovib.solve.known import known_band, memory_lamps, worst_of
-from electrovib.solve.mechanical import mechanical, refuse_unsolved_mechanics
-from electrovib.solve.memory import answer_errors
-from electrovib.solve.scenario import PeriodicState
+from electrovib.solve.electrics.electrical import Electrical, electrical, refuse_unsolved_electrics
+from electrovib.solve.mechanics.mechanical import mechanical, refuse_unsolved_mechanics
+from electrovib.solve.stack.expand import modes, phasors
 
 if TYPE_CHECKING:
     from electrovib.core.lamps import Lamp
     from electrovib.physics.force import ForceLaw
+    from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.peaks import PeakRecord
-    from electrovib.solve.scenario import Scenario
-    from electrovib.solve.section import ModalSection, PhasorSection
-    from electrovib.solve.transfer import Real
+    from electrovib.solve.stack.section import ModalSection, PhasorSection
+    from electrovib.solve.stack.transfer import Real
 
 
 LATER_PERIODS: Final = 10

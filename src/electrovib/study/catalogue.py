@@ -48,7 +48,7 @@ def families() -> dict[type[Model], str]:
         for family in Model.__subclasses__()
         if family.is_family
         and family not in PREDICTS
-        and not family.__module__.startswith("electrovib.solve.scenario")
+        and not family.__module__.startswith("electrovib.scenario")
         and (family.__module__.startswith("electrovib.") or family.__module__ in contributed)
     }
     return PREDICTS | dict(sorted(others.items(), key=lambda item: item[0].__name__))

@@ -10,7 +10,7 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.circuit import Grounded
 from electrovib.physics.conduction import Conduction
 from electrovib.physics.interface import beside_interface
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 
 AGREES = 0.01
 """Relative difference up to which an explanation is said to account for a ratio."""

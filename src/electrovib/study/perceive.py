@@ -22,14 +22,14 @@ from electrovib.physics.perception import (
     felt_amplitude,
     strongest,
 )
-from electrovib.solve.scenario import Scenario, load, scenario_of
+from electrovib.scenario import Scenario, load, scenario_of
 from electrovib.study.felt_spectrum import FEWEST, MOST, Lines, force_lines, measured_lines
 from electrovib.study.percept import Felt, Percept, stands_on, verdict
 
 if TYPE_CHECKING:
     import xarray
 
-    from electrovib.solve.transfer import Complex, Real
+    from electrovib.solve.stack.transfer import Complex, Real
 
 Compliance = Callable[[Any], Any]
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 from electrovib.core.checks import STATUSES
 from electrovib.core.units import format_quantity
 from electrovib.physics.safety import FIELD_EMISSION
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 from electrovib.study.compare.static import air_breaks_down, static_force
 from electrovib.study.reproduction import Table
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
     from electrovib.study.compare import Comparison
 
 
@@ -46,7 +46,7 @@ def compare(
     """
     from electrovib.core.errors import InputError, gathered
     from electrovib.core.files import inputs_noted
-    from electrovib.solve.scenario import load_scenario
+    from electrovib.scenario import load_scenario
     from electrovib.study.compare import compare as run_all
     from electrovib.study.sweep import parse_over
     from electrovib.view.pages import check_page

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import NDArray
 
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
 
 Traces: TypeAlias = "xarray.Dataset | Sequence[xarray.Dataset] | Mapping[str, xarray.Dataset]"
 """What every plot takes: one Trace, several, or several with labels."""
@@ -208,7 +208,7 @@ def _readable(name: str) -> str:
 
 def scenario_or_none(trace: xarray.Dataset) -> Scenario | None:
     """Give the scenario a Trace carries; None for a measurement, or for one that cannot be read any more."""
-    from electrovib.solve.scenario import scenario_of
+    from electrovib.scenario import scenario_of
 
     try:
         return scenario_of(trace)

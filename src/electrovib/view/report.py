@@ -16,7 +16,7 @@ from electrovib.view.report_figures import figures
 if TYPE_CHECKING:
     import xarray
 
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
 
 Source: TypeAlias = "xarray.Dataset | Scenario | str | Path"
 
@@ -81,7 +81,7 @@ def _loaded(traces: Any) -> dict[str, Any]:
     """Load what is named; label to Trace or Scenario."""
     import xarray
 
-    from electrovib.solve.scenario import load
+    from electrovib.scenario import load
 
     if isinstance(traces, Mapping) and not isinstance(traces, xarray.Dataset):  # a Dataset is a mapping too
         named = {str(label): item for label, item in traces.items()}
@@ -103,7 +103,7 @@ def _loaded(traces: Any) -> dict[str, Any]:
 
 def _simulated(found: Mapping[str, Any]) -> dict[str, xarray.Dataset]:
     """Simulate the scenarios among what was loaded; Traces stay what they are."""
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
     from electrovib.solve.simulate import simulate
     from electrovib.view.lines import labelled
 

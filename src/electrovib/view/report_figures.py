@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
 
 _WIDTH: Final = 9.4
 """Of a figure that fills the page [inch]; with it the letters come out at their size."""

@@ -18,7 +18,7 @@ from electrovib.view.units import pretty_quantity
 if TYPE_CHECKING:
     import xarray
 
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
 
 PARTS: Final = ("electrovib", "numpy", "scipy", "xarray", "pydantic", "matplotlib")
 _TOLD_ELSEWHERE: Final = frozenset({"format", "title", "scenario", "lamps", "over", "quantities", "records"})
@@ -229,6 +229,6 @@ def versions() -> dict[str, str]:
 
 def scenario_text(scenario: Scenario) -> str:
     """Write a scenario as the TOML file that repeats it; long packed samples are cut out."""
-    from electrovib.solve.toml import to_toml
+    from electrovib.scenario.toml import to_toml
 
     return re.sub(r'"zlib\+base64:[^"]{80,}"', '"(measured samples, left out here)"', to_toml(scenario))

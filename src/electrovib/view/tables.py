@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.model import Model
-from electrovib.solve.scenario import is_default
+from electrovib.scenario import is_default
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
 
 DEFAULT: Final = "default"
 NOT_GIVEN: Final = "not given"

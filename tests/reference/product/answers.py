@@ -8,8 +8,8 @@ import numpy as np
 from scipy.linalg import expm
 
 from electrovib.physics.drive.parts import Linear, Tones
-from electrovib.solve.expand import modes
-from electrovib.solve.scenario import PeriodicState
+from electrovib.scenario import PeriodicState
+from electrovib.solve.stack.expand import modes
 from product.axes import REPEATS
 from product.plain import EPS0, Plain, breaks_of
 

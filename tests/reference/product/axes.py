@@ -12,7 +12,7 @@ import random
 import numpy as np
 
 from electrovib.core.model import read_model
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 
 AREA, END, SPEED = 1e-4, 8e-3, 3.0
 """Contact [m2], length of a record [s], speed of a finger that slides over fresh film [m/s]."""

@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model, read_model
 from electrovib.core.quantity import Number, Quantity
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
 
 
 class Filling(Model, family=True):

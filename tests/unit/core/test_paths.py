@@ -7,7 +7,7 @@ import pytest
 from electrovib.core.errors import InputError
 from electrovib.core.paths import put, quantity_at, value_at, walk_parameters
 from electrovib.core.samples import Samples
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
 
 
 @pytest.fixture(scope="module")

@@ -28,7 +28,7 @@ from electrovib.export.spice.reading import Reading
 from electrovib.export.spice.text import Names, continued, number, remark
 from electrovib.physics.conduction import FieldConduction, PolarityConduction
 from electrovib.physics.force import GapPlane
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 
 AREA = 1e-4
 PRONY = {
@@ -127,7 +127,7 @@ def test_analyses_follow_the_scenario():
 
 def test_the_same_scenario_gives_the_same_text_in_every_process():
     code = (
-        "from electrovib.export.spice.netlist import netlist; from electrovib.solve.scenario import paper_scenario;"
+        "from electrovib.export.spice.netlist import netlist; from electrovib.scenario import paper_scenario;"
         "print(netlist(paper_scenario('vezzoli_2014/fig6_gap'), name='c'), end='')"
     )
     texts = {

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from electrovib.papers import aliabbasi_2024, plutchik_1963
-from electrovib.solve.expand import mean_force, phasors
+from electrovib.solve.stack.expand import mean_force, phasors
 
 
 @given(

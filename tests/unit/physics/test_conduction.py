@@ -12,7 +12,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.conduction import Conduction, FieldConduction, PolarityConduction
 from electrovib.physics.stack import Layer
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
 
 FIELDS = np.concatenate([-np.geomspace(1e9, 1e-9, 200), [0.0], np.geomspace(1e-9, 1e9, 200)])
 

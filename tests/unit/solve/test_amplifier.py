@@ -17,14 +17,14 @@ from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.material import Constant, Debye
 from electrovib.physics.stack import Layer
-from electrovib.solve import limited
-from electrovib.solve.amplifier import amplified_response
-from electrovib.solve.limited import LimitedMarch
+from electrovib.solve.electrics.amplifier import limited
+from electrovib.solve.electrics.amplifier.amplifier import amplified_response
+from electrovib.solve.electrics.amplifier.limited import LimitedMarch
+from electrovib.solve.electrics.amplifier.slewing import Network, overlap
+from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.nonlinear.finger import follow_finger
-from electrovib.solve.section import modal_section
-from electrovib.solve.slewing import Network, overlap
-from electrovib.solve.state_space import stack_states
-from electrovib.solve.transient import transient
+from electrovib.solve.stack.section import modal_section
+from electrovib.solve.stack.state_space import stack_states
 
 EPS0 = 8.8541878128e-12
 AREA = 1e-4

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from electrovib.solve.between import Between
+from electrovib.solve.mechanics.between import Between
 
 
 def kinked(time):

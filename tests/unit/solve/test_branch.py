@@ -13,11 +13,11 @@ from electrovib.physics.conduction import FieldConduction, PolarityConduction
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.material import Constant, Debye
 from electrovib.physics.stack import Layer
-from electrovib.solve import branch
-from electrovib.solve.branch import field_under_leak, follow, leaky_response
-from electrovib.solve.leak import leak_section
-from electrovib.solve.section import modal_section
-from electrovib.solve.transient import transient
+from electrovib.solve.electrics.leaks import branch
+from electrovib.solve.electrics.leaks.branch import field_under_leak, follow, leaky_response
+from electrovib.solve.electrics.leaks.leak import leak_section
+from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.stack.section import modal_section
 
 AREA = 1e-4
 LEAKS = {

@@ -10,8 +10,15 @@ import pytest
 from electrovib.core.errors import InputError
 from electrovib.physics.finger import MassSpringDamper
 from electrovib.physics.rig import Creep, Digitiser, LateralSensor, PiezoSensor, Tribometer
-from electrovib.solve.chain import finger_filters, measured, respond_mechanically
-from electrovib.solve.filters import cascade, filtered, first_order, high_pass, of_stages, second_order
+from electrovib.solve.mechanics.chain import finger_filters, measured, respond_mechanically
+from electrovib.solve.mechanics.filters import (
+    cascade,
+    filtered,
+    first_order,
+    high_pass,
+    of_stages,
+    second_order,
+)
 
 OMEGA = 2 * np.pi * 120.0
 FILTERS = {

@@ -9,13 +9,13 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.drive.base import Drive
-from electrovib.solve.current import current_section, drive_voltage, per_ampere
-from electrovib.solve.integrator import INTEGRATING, settled_integral
-from electrovib.solve.reduce import reduce_material
-from electrovib.solve.scenario import load
-from electrovib.solve.section import phasor_section
-from electrovib.solve.transfer import Transfer
-from electrovib.solve.transient import transient
+from electrovib.scenario import load
+from electrovib.solve.electrics.linear.current import current_section, drive_voltage, per_ampere
+from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.stack.integrator import INTEGRATING, settled_integral
+from electrovib.solve.stack.reduce import reduce_material
+from electrovib.solve.stack.section import phasor_section
+from electrovib.solve.stack.transfer import Transfer
 
 EPS0 = 8.8541878128e-12
 AREA = 1e-4

@@ -10,9 +10,9 @@ import pytest
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.physics.contact import LinearSpring, PerssonSurface, PlateAttraction, RoughAttraction
 from electrovib.physics.roughness import IdleSpots, PullingSpots
+from electrovib.scenario import Scenario
 from electrovib.solve.equilibrium import balance, equilibria, equilibrium, hysteresis
 from electrovib.solve.equilibrium.roots import crossings
-from electrovib.solve.scenario import Scenario
 from electrovib.solve.simulate import simulate
 
 EPS0 = 8.8541878128e-12

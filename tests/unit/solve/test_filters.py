@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Linear
 from electrovib.physics.stages import HighPass, LowPass, Relaxation, Resonance, response
-from electrovib.solve.filters import (
+from electrovib.solve.mechanics.filters import (
     Filter,
     cascade,
     filtered,
@@ -97,7 +97,7 @@ def test_second_order_over_frequency(damping):
 
 def test_interpolation_at_critical_damping_keeps_what_it_states(monkeypatch):
     """Error 0.6 CRITICAL^2 (the curvature is largest at w0/sqrt 2, 32/27): seen with a hundredfold CRITICAL."""
-    from electrovib.solve.filters import declared
+    from electrovib.solve.mechanics.filters import declared
 
     frequency = np.geomspace(1.0, 1e6, 400)
     formula = Resonance(FREQUENCY, 1.0).at(frequency)
@@ -224,7 +224,7 @@ def test_a_release_is_what_the_closed_form_of_the_resonance_says():
     """Two routes to one reading: the declared resonance behind straight pieces, and its closed form."""
     from electrovib.physics.drive.parts import Linear
     from electrovib.physics.resonance import release_seen_by_sensor
-    from electrovib.solve.filters import filtered_linear, second_order
+    from electrovib.solve.mechanics.filters import filtered_linear, second_order
 
     frequency, quality, start, fall = 390.0, 3.3, 2e-3, 0.5e-3
     stamps = np.concatenate([[0.0], start + np.linspace(0, 20e-3, 40_001)])

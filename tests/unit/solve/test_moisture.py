@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from electrovib.physics.moisture import Moisture
-from electrovib.solve.moisture import moistened
-from electrovib.solve.scenario import Scenario, load
+from electrovib.scenario import Scenario, load
+from electrovib.scenario.moisture import moistened
 from electrovib.solve.simulate import simulate
 
 WET = Moisture(**{**Moisture.example, "level": 1.0})

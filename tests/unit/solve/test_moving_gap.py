@@ -16,14 +16,14 @@ from electrovib.physics.drive.base import Drive
 from electrovib.physics.material import Constant, Debye
 from electrovib.physics.motion import TouchAndLift, TremblingDistance
 from electrovib.physics.stack import Layer
-from electrovib.solve import moving_gap
-from electrovib.solve.moving_gap import move_gap
+from electrovib.scenario import load
+from electrovib.solve.electrics import moving_gap
+from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.moving_gap import move_gap
 from electrovib.solve.nonlinear.finger import Yielding, follow_finger
-from electrovib.solve.scenario import load
-from electrovib.solve.section import modal_section
 from electrovib.solve.simulate import simulate
-from electrovib.solve.state_space import stack_states
-from electrovib.solve.transient import transient
+from electrovib.solve.stack.section import modal_section
+from electrovib.solve.stack.state_space import stack_states
 
 EPS0 = 8.8541878128e-12
 AREA = 1e-4
@@ -82,9 +82,9 @@ def test_the_stated_error_bounds_the_error(monkeypatch):
     space, *_ = held_finger(gap=1e-8, element="floating")
     drive, times = read_model(Drive, DRIVES["sine"]), np.linspace(0, END, 31)
     exact = move_gap(space, drive, times, motion=MOTIONS["tremble"]).found["field gap"]
-    monkeypatch.setattr("electrovib.solve.steps.STEPS", 8)
-    monkeypatch.setattr("electrovib.solve.steps.STEPS_PER_PERIOD", 4)
-    monkeypatch.setattr("electrovib.solve.steps.GROWTH", 4.0)
+    monkeypatch.setattr("electrovib.solve.electrics.leaks.steps.STEPS", 8)
+    monkeypatch.setattr("electrovib.solve.electrics.leaks.steps.STEPS_PER_PERIOD", 4)
+    monkeypatch.setattr("electrovib.solve.electrics.leaks.steps.GROWTH", 4.0)
     monkeypatch.setattr(moving_gap, "MOST_HALVINGS", 1)
     coarse = move_gap(space, drive, times, motion=MOTIONS["tremble"])
     error = np.max(np.abs(coarse.found["field gap"] - exact)) / np.max(np.abs(exact))

@@ -11,7 +11,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.amplifier import Amplifier
 from electrovib.physics.motion import Motion
-from electrovib.solve.scenario import load, scenario_of
+from electrovib.scenario import load, scenario_of
 from electrovib.solve.simulate import simulate
 
 COULOMB = {"model": "Coulomb", "coefficient": 0.5}

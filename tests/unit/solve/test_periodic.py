@@ -8,7 +8,7 @@ import pytest
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.solve.periodic import count_harmonics, periodic, spectrum
+from electrovib.solve.electrics.linear.periodic import count_harmonics, periodic, spectrum
 
 
 def drive(model, **content):

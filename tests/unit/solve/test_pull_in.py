@@ -8,7 +8,7 @@ import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.physics.contact import pull_in_voltage
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
 
 STIFFNESS, FREE_GAP = 1e8, 20e-6

@@ -9,10 +9,10 @@ import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.physics.rig import Tribometer
+from electrovib.scenario import load
 from electrovib.solve.quantities import DEFAULTS, Named, answer, of_record, read_name, solved
 from electrovib.solve.quantities.pieces import Mesh, extremes, last_value, mean, mean_square, tails
 from electrovib.solve.quantities.resolve import first_mesh, resolve, window
-from electrovib.solve.scenario import load
 from electrovib.solve.simulate import simulate
 from electrovib.solve.solution import Solution
 

@@ -9,7 +9,7 @@ import pytest
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
 from electrovib.data.traces import load_nc, save_nc
-from electrovib.solve.scenario import load, scenario_of, sweep_of
+from electrovib.scenario import load, scenario_of, sweep_of
 
 PAPER = "vezzoli_2014/fig6"
 

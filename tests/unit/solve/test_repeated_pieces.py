@@ -7,7 +7,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.physics.drive.parts import Linear
-from electrovib.solve.transient import periodic_state, straight_lag, straight_response
+from electrovib.solve.electrics.linear.transient import periodic_state, straight_lag, straight_response
 
 
 @pytest.mark.parametrize("respond", [straight_response, straight_lag])

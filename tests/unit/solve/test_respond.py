@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import InputError, NotCausalError
-from electrovib.solve.expand import phasors
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
+from electrovib.solve.stack.expand import phasors
 
 LEAK = {"model": "PolarityConduction", "conductivity_positive": 5e-6, "conductivity_negative": 2e-6}
 LEAKY = {"stack.stratum_corneum.leak": LEAK, "stack.stratum_corneum.material.conductivity": 0.0}

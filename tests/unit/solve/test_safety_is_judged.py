@@ -13,7 +13,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.core.lamps import read_lamps
 from electrovib.solve.diagnostics import solved
-from electrovib.solve.expand import modes
+from electrovib.solve.stack.expand import modes
 
 AREA, FILM, SKIN = 1e-4, 90e-6 / 3.35, 200e-6 / 1560
 SHORT = np.linspace(0.0, 1e-3, 3)

@@ -9,8 +9,8 @@ import pytest
 
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.solve.sampling import FEWEST, sampling
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
+from electrovib.solve.diagnostics.sampling import FEWEST, sampling
 from electrovib.solve.simulate import simulate
 
 DRIVES = {

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from electrovib.solve.transfer import Transfer
+from electrovib.solve.stack.transfer import Transfer
 
 FREQUENCY = np.geomspace(1e-3, 1e9, 61)
 ROUNDING = 1e-13  # of the sum of the sizes of all terms

@@ -11,9 +11,9 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.parts import Linear
-from electrovib.solve.straight import MANY_SAMPLES, straight_response
-from electrovib.solve.transfer import Transfer
-from electrovib.solve.transient import transient
+from electrovib.solve.electrics.linear.straight import MANY_SAMPLES, straight_response
+from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.stack.transfer import Transfer
 
 RATES = np.array([0.3, 40.0, 130.0, 2.5e3, 7e6])
 HIGH_PASS = Transfer(RATES, np.array([0.2, -0.7, 0.1, 0.5, -0.05]), 0.3)

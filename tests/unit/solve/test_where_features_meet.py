@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import InputError
-from electrovib.solve import limited, renewal
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
+from electrovib.solve.electrics import renewal
+from electrovib.solve.electrics.amplifier import limited
 from electrovib.solve.simulate import simulate
 
 RELIEF = {"contact.surface": {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}}

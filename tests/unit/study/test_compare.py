@@ -11,7 +11,7 @@ import pytest
 from electrovib.core.discovery import find_members, papers
 from electrovib.core.errors import InputError
 from electrovib.physics.force import ForceLaw
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
 from electrovib.study import catalogue
 from electrovib.study.compare import compare
 from electrovib.study.compare.static import static_force

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from electrovib.study.correlated import autocovariance, covariance, line
+from electrovib.recordings.correlated import autocovariance, covariance, line
 
 
 def noise(recursion, seed, count=128):

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from electrovib.study.ringing_fit import Release
-from electrovib.study.ringing_uncertainty import Uncertainty, _jacobian
+from electrovib.recordings.ringing_fit import Release
+from electrovib.recordings.ringing_uncertainty import Uncertainty, _jacobian
 
 STAMPS = np.linspace(-2e-3, 10e-3, 150)
 AT = Release(0.3e-3, 0.2e-3, 350.0, 3.0, 0.7, 0.05, 0.0, np.zeros(0), np.zeros(0))

@@ -11,8 +11,8 @@ from electrovib.core.errors import InputError
 from electrovib.core.lamps import Lamp
 from electrovib.data.traces import load_csv
 from electrovib.export.save import save
+from electrovib.scenario import load, scenario_of
 from electrovib.solve.quantities import DEFAULTS
-from electrovib.solve.scenario import load, scenario_of
 from electrovib.solve.simulate import simulate
 from electrovib.study.perceive import perceive
 from electrovib.study.sweep import parse_over, sweep

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.rig_channels import TribometerChannels
-from electrovib.study.rail import at_rail
-from electrovib.study.recording import calibrated, read_recording
-from electrovib.study.swipe import reduce_swipe, reduce_swipes
+from electrovib.recordings.rail import at_rail
+from electrovib.recordings.recording import calibrated, read_recording
+from electrovib.recordings.swipe import reduce_swipe, reduce_swipes
 
 STEP = 0.5e-6
 

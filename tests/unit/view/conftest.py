@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.trace import make_trace
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
 from electrovib.study.sweep import sweep
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.solve.scenario import scenario_of
+from electrovib.scenario import scenario_of
 from electrovib.solve.simulate import simulate
 from electrovib.study.sweep import sweep
 from electrovib.view import report as module
@@ -160,7 +160,7 @@ def test_text_of_a_user_stays_text(tmp_path, measured):
 
 
 def test_files_scenarios_and_labels(tmp_path, scenario, measured):
-    from electrovib.solve.toml import to_toml
+    from electrovib.scenario.toml import to_toml
 
     file = tmp_path / "film.toml"
     file.write_text(to_toml(scenario), encoding="utf-8")

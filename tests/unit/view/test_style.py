@@ -40,7 +40,7 @@ def test_importing_draws_nothing_in():
 def test_a_report_never_imports_pyplot(scenario, tmp_path):
     code = (
         "import sys, json\n"
-        "from electrovib.solve.scenario import load\n"
+        "from electrovib.scenario import load\n"
         "from electrovib.view.report import report\n"
         "report(load(json.loads(sys.argv[1])), sys.argv[2])\n"
         "assert 'matplotlib.figure' in sys.modules and 'matplotlib.pyplot' not in sys.modules"

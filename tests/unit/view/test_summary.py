@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.trace import make_trace
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
 from electrovib.view.summary import (
     key_numbers,
     lamps,

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
 
 
 def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -> list[str]:
@@ -26,7 +26,7 @@ def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -
     list of str
         One line, or none.
     """
-    from electrovib.solve.scenario import not_in_paper, paper_of_preset
+    from electrovib.scenario import not_in_paper, paper_of_preset
 
     paper = paper_of_preset(source)
     found = not_in_paper(scenario, paper) if paper else {}

@@ -34,8 +34,8 @@ def command(
     from electrovib.apps.cli.chosen import chosen
     from electrovib.apps.progress import tracked
     from electrovib.core.units import parse_quantity
+    from electrovib.scenario import Scenario, load
     from electrovib.solve.equilibrium import equilibrium
-    from electrovib.solve.scenario import Scenario, load
 
     found = load(scenario, changes=read_changes(changes or []))
     if not isinstance(found, Scenario):

@@ -35,7 +35,7 @@ def command(
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.chosen import chosen
     from electrovib.apps.progress import tracked
-    from electrovib.solve.scenario import load_scenario
+    from electrovib.scenario import load_scenario
     from electrovib.study.perceive import perceive
 
     wanted = read_changes(changes or [])

@@ -75,7 +75,7 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
     """Say in a few lines what came out, and what of a paper's scenario is not found in the paper."""
     from electrovib.apps.cli.chosen import chosen
     from electrovib.core.lamps import read_lamps
-    from electrovib.solve.scenario import scenario_of
+    from electrovib.scenario import scenario_of
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
     if "over" in trace.attrs:

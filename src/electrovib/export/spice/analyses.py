@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from electrovib.export.spice.ladder import Slab
     from electrovib.export.spice.section import ReadSection
     from electrovib.export.spice.timing import Timing
-    from electrovib.solve.scenario import FrequencyGrid
+    from electrovib.scenario import FrequencyGrid
 
 OPTIONS = ".options method=gear reltol=1e-6 vntol=1e-12 abstol=1e-15 trtol=1"
 """Tolerances below the error of the steps; trapezia would let the current ring where a resistance is small."""

@@ -10,13 +10,13 @@ from electrovib.export.spice.drive import drive_sources
 from electrovib.export.spice.ladder import Slab
 from electrovib.export.spice.start import Start
 from electrovib.export.spice.text import Names, number, remark
-from electrovib.solve.expand import Surroundings, reductions
-from electrovib.solve.modes import merged_terms
-from electrovib.solve.reduce import Reduction
+from electrovib.solve.stack.expand import Surroundings, reductions
+from electrovib.solve.stack.modes import merged_terms
+from electrovib.solve.stack.reduce import Reduction
 
 if TYPE_CHECKING:
     from electrovib.export.spice.timing import Timing
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
 
 
 @dataclass

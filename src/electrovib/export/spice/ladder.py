@@ -10,11 +10,11 @@ from electrovib.core.units import format_quantity
 from electrovib.export.spice.equation import written
 from electrovib.export.spice.formula import Formula
 from electrovib.export.spice.text import continued, number, remark
-from electrovib.solve.modes import merged_terms
+from electrovib.solve.stack.modes import merged_terms
 
 if TYPE_CHECKING:
     from electrovib.physics.stack import Layer
-    from electrovib.solve.reduce import Reduction
+    from electrovib.solve.stack.reduce import Reduction
 
 
 @dataclass(frozen=True)

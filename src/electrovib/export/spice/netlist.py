@@ -16,10 +16,10 @@ from electrovib.export.spice.section import ReadSection
 from electrovib.export.spice.text import remark
 from electrovib.export.spice.timing import Timing
 from electrovib.physics.contact import FixedArea
-from electrovib.solve.expand import Surroundings
+from electrovib.solve.stack.expand import Surroundings
 
 if TYPE_CHECKING:
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
 
 OF_A_LAYER = {"thickness", "role", "material", "leak", "initial_charge", "breakdown_field"}
 """What a layer is made of here; anything else that a scenario gives it is refused, never left out."""

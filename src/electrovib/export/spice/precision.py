@@ -8,12 +8,12 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.export.spice.section import CAPACITANCE
-from electrovib.solve.expand import Surroundings
+from electrovib.solve.stack.expand import Surroundings
 
 if TYPE_CHECKING:
     from electrovib.export.spice.circuit import Circuit
     from electrovib.export.spice.timing import Timing
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
 
 ROUNDING = float(np.finfo(float).eps)
 NOISE = 1e-8

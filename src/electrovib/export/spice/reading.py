@@ -10,7 +10,7 @@ from electrovib.export.spice.text import number
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from electrovib.solve.transfer import Transfer
+    from electrovib.solve.stack.transfer import Transfer
 
 
 @dataclass(frozen=True, eq=False)

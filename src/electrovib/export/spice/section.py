@@ -11,7 +11,7 @@ from electrovib.export.spice.ladder import Slab, between
 from electrovib.export.spice.reading import Filter, Reading
 from electrovib.export.spice.text import continued, number, remark
 from electrovib.physics.interface import beside_interface
-from electrovib.solve.inverse_root import inverse_root_thickness
+from electrovib.solve.stack.inverse_root import inverse_root_thickness
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from electrovib.export.spice.start import Start
     from electrovib.physics.interface import Role
     from electrovib.physics.material import Material
-    from electrovib.solve.transfer import Transfer
+    from electrovib.solve.stack.transfer import Transfer
 
 PRECISION = 1e-9
 """Relative error that the square root's filter aims at: far below that of the time steps."""

@@ -10,18 +10,18 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.interface import interface_place
-from electrovib.solve.expand import Surroundings, modes
-from electrovib.solve.integrator import INTEGRATING
-from electrovib.solve.scenario import PeriodicState, Scenario
-from electrovib.solve.transfer import Transfer
-from electrovib.solve.transient import transient
+from electrovib.scenario import PeriodicState, Scenario
+from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.stack.expand import Surroundings, modes
+from electrovib.solve.stack.integrator import INTEGRATING
+from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.physics.debye_sum import DebyeSum
-    from electrovib.solve.section import ModalSection
-    from electrovib.solve.transfer import Real
+    from electrovib.solve.stack.section import ModalSection
+    from electrovib.solve.stack.transfer import Real
 
 APART = 1e-7
 """Relative distance that a relaxation is moved from a rate of the stack, so that the two can be told apart."""

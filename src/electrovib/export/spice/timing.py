@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.scenario import TimeGrid
+    from electrovib.scenario import TimeGrid
 
 STEPS = 2000
 """Steps of the whole time at least."""

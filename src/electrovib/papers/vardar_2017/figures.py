@@ -18,7 +18,7 @@ from electrovib.papers.vardar_2017.thresholds import (
     sine_over_square,
 )
 from electrovib.physics.material import Material
-from electrovib.solve.transfer import Real
+from electrovib.solve.stack.transfer import Real
 from electrovib.study.felt_threshold import ThresholdCurves, threshold_over_frequency
 from electrovib.study.reproduction import Curve, Panel
 

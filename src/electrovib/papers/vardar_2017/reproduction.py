@@ -12,7 +12,7 @@ from electrovib.papers.vardar_2017.scenarios import first_order_skin
 from electrovib.papers.vardar_2017.thresholds import BOTH_CHANNELS, sine_over_square
 from electrovib.papers.vardar_2017.values import CITATION, NOT_READ
 from electrovib.physics.perception import MOTION, RYU, NonPacinian, Pacinian
-from electrovib.solve.transfer import Real
+from electrovib.solve.stack.transfer import Real
 from electrovib.study.reproduction import Page, Reproduction, Row, Table
 
 EQUATIONS: Final = {

@@ -9,7 +9,7 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers import plutchik_1963
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Constant
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 
 FREQUENCIES = (15.0, 30.0, 60.0, 120.0, 240.0, 480.0, 1920.0)
 """Fundamental frequencies of the 2016 experiment, abstract [Hz]."""

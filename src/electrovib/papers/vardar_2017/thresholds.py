@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, scenarios
 from electrovib.physics.material import Material
 from electrovib.physics.perception import RECALLED_CORNER, ElasticViscousSkin, Pacinian, Perception
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 from electrovib.study import felt_threshold, perceive
 
 ON_FORCE: Final = Perception(channels=(Pacinian(),))

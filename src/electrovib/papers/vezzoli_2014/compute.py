@@ -15,10 +15,10 @@ from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.material import Material
 from electrovib.physics.skin import Skin
-from electrovib.solve.expand import mean_force, phasors
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
-from electrovib.solve.transfer import Real
+from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.stack.transfer import Real
 
 POINT_BY_FORCE = "paper point, 15.4 ms"
 """The paper's skin if its 7.7 ms is the decay of the force."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from electrovib.papers.palmar_1995 import MEN, palmar
 from electrovib.papers.vezzoli_2014 import values
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 
 NOT_PRINTED = "not printed in the paper; a choice"
 PRINTED = "Vezzoli 2014, section 3.1"

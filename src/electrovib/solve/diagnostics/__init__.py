@@ -10,21 +10,21 @@ from electrovib.core.errors import InputError
 from electrovib.core.lamps import Lamp
 from electrovib.core.units import format_quantity
 from electrovib.physics.motion import Distance
-from electrovib.solve.current import caveat
+from electrovib.scenario import PeriodicState
+from electrovib.scenario.moisture import moisture_lamp
 from electrovib.solve.diagnostics.judge import circuit_lamps, jumps, return_path_lamps, stack_lamps
 from electrovib.solve.diagnostics.looks import looks
 from electrovib.solve.diagnostics.peaks import PeakRecord, refined
 from electrovib.solve.diagnostics.touch import contact_lamps
-from electrovib.solve.electrical import Electrical, electrical, fields_alone
-from electrovib.solve.moisture import moisture_lamp
-from electrovib.solve.respond import is_marched
-from electrovib.solve.scenario import PeriodicState
-from electrovib.solve.vanishing_gap import negative_attraction, vanishing_gap
+from electrovib.solve.diagnostics.vanishing_gap import negative_attraction, vanishing_gap
+from electrovib.solve.electrics.electrical import Electrical, electrical, fields_alone
+from electrovib.solve.electrics.linear.current import caveat
+from electrovib.solve.electrics.respond import is_marched
 
 if TYPE_CHECKING:
-    from electrovib.solve.scenario import Scenario
-    from electrovib.solve.section import ModalSection
-    from electrovib.solve.transfer import Real
+    from electrovib.scenario import Scenario
+    from electrovib.solve.stack.section import ModalSection
+    from electrovib.solve.stack.transfer import Real
 
 SQUEEZED = 8
 """Times the frequency of a finger that moves: its field, over the gap, has sharper peaks than the motion."""

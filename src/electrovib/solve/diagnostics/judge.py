@@ -11,14 +11,14 @@ from electrovib.core.lamps import Lamp
 from electrovib.core.units import format_quantity
 from electrovib.physics.limits import SWITCH_ON, limit_lamps
 from electrovib.physics.safety import emission_lamp, film_lamp, paschen_lamp, skin_lamp, sweat_lamp
-from electrovib.solve.scenario import PeriodicState
+from electrovib.scenario import PeriodicState
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.physics.stack import Layer
+    from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.peaks import PeakRecord
-    from electrovib.solve.scenario import Scenario
 
 _ROUNDED = 1e-9
 """Height of a jump over the largest value of the drive, below which it is rounding."""

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.physics.safety import breakdown_share, paschen_voltage
-from electrovib.solve.expand import Surroundings
+from electrovib.solve.stack.expand import Surroundings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from electrovib.solve.scenario import Scenario
-    from electrovib.solve.transfer import Real
+    from electrovib.scenario import Scenario
+    from electrovib.solve.stack.transfer import Real
 
 REFINEMENTS = 3
 """Each divides the time around a largest value by `_DIVISIONS`/2."""

@@ -10,14 +10,14 @@ from electrovib.core.lamps import Lamp
 from electrovib.core.units import format_quantity
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import BristleFriction
-from electrovib.solve.pressed import pressed_states
-from electrovib.solve.unknown import resting
+from electrovib.solve.electrics.pressed import pressed_states
+from electrovib.solve.mechanics.unknown import resting
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from electrovib.solve.scenario import Scenario
-    from electrovib.solve.transfer import Real
+    from electrovib.scenario import Scenario
+    from electrovib.solve.stack.transfer import Real
 
 
 def contact_lamps(scenario: Scenario, variables: dict[str, Any], times: Real) -> list[Lamp]:

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.solve.electrics.pressed import LARGEST, crossed, without_bound
 from electrovib.solve.equilibrium.states import BEYOND, Equilibrium
-from electrovib.solve.pressed import LARGEST, crossed, without_bound
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from electrovib.physics.contact import Attraction, Contact, Surface
-    from electrovib.solve.transfer import Real
+    from electrovib.solve.stack.transfer import Real
 
 
 def growing_states(

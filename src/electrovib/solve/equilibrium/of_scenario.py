@@ -20,10 +20,10 @@ from electrovib.physics.limits import limit_lamps
 from electrovib.physics.roughness import ContactSpots
 from electrovib.physics.safety import breakdown_share
 from electrovib.physics.stack import Layer
+from electrovib.scenario import Scenario, load_scenario
 from electrovib.solve.diagnostics.judge import layer_lamps
 from electrovib.solve.equilibrium.growing import growing_states
 from electrovib.solve.equilibrium.states import Equilibrium, balance
-from electrovib.solve.scenario import Scenario, load_scenario
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,9 @@ from electrovib.solve.nonlinear.stretch import Stretch, stretch_after
 if TYPE_CHECKING:
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.layer_states import Moment, StackStates
     from electrovib.solve.nonlinear.integrate import Mode
-    from electrovib.solve.transfer import Real
+    from electrovib.solve.stack.layer_states import Moment, StackStates
+    from electrovib.solve.stack.transfer import Real
 
 SLACK = 1e-9
 """How far, over its scale, a field or a voltage passes its kink before the side changes: noise shall not."""

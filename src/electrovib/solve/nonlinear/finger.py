@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.layer_states import StackStates
     from electrovib.solve.nonlinear.integrate import Mode
-    from electrovib.solve.transfer import Real
+    from electrovib.solve.stack.layer_states import StackStates
+    from electrovib.solve.stack.transfer import Real
 
 
 CLOSED = 1e-6

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from electrovib.solve.quantities.names import Named
     from electrovib.solve.solution import Solution
-    from electrovib.solve.transfer import Real
+    from electrovib.solve.stack.transfer import Real
 
 READINGS: Final = ("normal_force_measured", "lateral_force_measured")
 """Signals that a digitiser holds between its readings."""

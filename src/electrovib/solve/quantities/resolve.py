@@ -9,18 +9,18 @@ import numpy as np
 
 from electrovib.physics.drive.parts import Tones
 from electrovib.physics.motion import Distance
-from electrovib.solve.friction_chain import CLOSED
+from electrovib.scenario import PeriodicState
+from electrovib.scenario.grids import FORMULA_SAMPLES
+from electrovib.solve.mechanics.friction_chain import CLOSED
 from electrovib.solve.quantities.pieces import MOST_NODES, Mesh, tails
-from electrovib.solve.scenario import PeriodicState
-from electrovib.solve.scenario.grids import FORMULA_SAMPLES
 from electrovib.solve.solution import Solution
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
     from electrovib.solve.solution import Record
-    from electrovib.solve.transfer import Real
+    from electrovib.solve.stack.transfer import Real
 
 TOLERANCE: Final = 1e-10
 """Last coefficients of a piece, as a share of the signal's largest value, at which it counts as resolved."""

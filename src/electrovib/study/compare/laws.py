@@ -12,10 +12,10 @@ from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError, NotCausalError, nearest
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.programme import Steady
-from electrovib.solve.expand import mean_force, phasors
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
-from electrovib.solve.transfer import Real
+from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.stack.transfer import Real
 from electrovib.study.compare.entry import Comparison, Entry
 from electrovib.study.compare.panels import over_frequency, over_parameter, over_time
 from electrovib.study.compare.static import air_breaks_down, air_warnings, static_force

@@ -8,9 +8,9 @@ import numpy as np
 
 from electrovib.physics.material import Material
 from electrovib.physics.safety import air_lamps, peak
-from electrovib.solve.expand import mean_force, phasors
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
+from electrovib.solve.stack.expand import mean_force, phasors
 
 if TYPE_CHECKING:
     import xarray

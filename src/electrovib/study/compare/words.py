@@ -9,7 +9,7 @@ import numpy as np
 from electrovib.core.discovery import find_members, paper_of, papers
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 from electrovib.study.compare.entry import Entry
 from electrovib.study.explain import conducting, knows_polarity, listed
 from electrovib.study.reproduction import Page, Table

@@ -9,7 +9,7 @@ from electrovib.core.lamps import Lamp
 from electrovib.study.perceive import perceive
 
 if TYPE_CHECKING:
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
 
 FELT: Final = {
     "detection level": ("dB", "level above the threshold of the channel that feels it most"),

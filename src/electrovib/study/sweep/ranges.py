@@ -15,7 +15,7 @@ from electrovib.core.units import expected, parse_quantity
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
 
 Real = NDArray[np.float64]
 _RANGE = re.compile(r"([^=]+)=(.+):(.+):(\d+)(log)?")

@@ -15,9 +15,9 @@ from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
 from electrovib.solve.costs import CASE, CASE_MEMORY
+from electrovib.solve.diagnostics.sampling import sampling
 from electrovib.solve.effort import last_time, works
 from electrovib.solve.quantities import DEFAULTS, Named, answer, read_name, solved
-from electrovib.solve.sampling import sampling
 from electrovib.solve.simulate import simulate
 from electrovib.study.sweep.felt import FELT, felt
 from electrovib.study.sweep.ranges import Real
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     import xarray
 
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
 
 LOOKS_OF_CASE: Final = 200
 """About as many times does a case look at its solution, whatever output times the scenario has."""

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.core.lamps import Lamp
-    from electrovib.solve.scenario import Scenario
+    from electrovib.scenario import Scenario
     from electrovib.study.sweep.ranges import Real
 
 LARGEST: Final = (

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.solve.scenario import Scenario, scenario_of
+from electrovib.scenario import Scenario, scenario_of
 from electrovib.view.style import drawing, layer_colours
 from electrovib.view.units import label_axis, pretty_quantity
 

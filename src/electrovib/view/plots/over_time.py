@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from electrovib.core.errors import InputError
 from electrovib.core.signals import signal
-from electrovib.solve.scenario import scenario_of
+from electrovib.scenario import scenario_of
 from electrovib.view.lines import Line, Traces, labelled, left_out, lines, lines_of, scenario_or_none
 from electrovib.view.plots.draw import draw, finish
 from electrovib.view.style import drawing

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import InputError
-from electrovib.solve.scenario import load
+from electrovib.scenario import load
 from electrovib.view import plots
 from electrovib.view.plots.layers import _spread
 

@@ -10,7 +10,7 @@ from typing import Any, Final
 from electrovib.papers.kaczmarek_2006 import FAST, SLOW, rectifying, skin_conductivity
 from electrovib.papers.vezzoli_2014 import compute
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
-from electrovib.solve.scenario import Scenario
+from electrovib.scenario import Scenario
 
 RAMP, HOLD = 25e-3, 200e-3
 """Of the trapezium on which the candidates are compared, a choice [s]."""

@@ -1,0 +1,1 @@
+"""What turns a recording into numbers: forces, friction, releases, each with what it leaves uncertain."""

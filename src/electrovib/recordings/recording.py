@@ -1,0 +1,250 @@
+"""A recording of a tribometer in forces and metres: read from a file, calibrated, checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.data.columns import read_columns
+from electrovib.physics.rig_channels import EvenSamples, TimeColumn
+from electrovib.recordings.rail import at_rail
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from electrovib.physics.drive.sampled import StampTreatment
+    from electrovib.physics.rig_channels import Clock, TribometerChannels
+
+_FEWEST = 100
+"""Samples below which nothing can be told apart."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What a tribometer recorded, calibrated; the zeros of its forces are still those of the sensors.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        s, increasing.
+    normal_force, lateral_force : ndarray, shape (n,)
+        N, up to a zero that may drift.
+    position : ndarray, shape (n,), or None
+        Of the carriage [m], 0 at the first sample, wraps undone; None without an encoder.
+    step : float
+        What one count of the encoder stands for [m]; 0 without one.
+    channels : TribometerChannels
+        The calibration.
+    source : str
+        Where it comes from, for messages.
+    wraps : int
+        How often the encoder's register wrapped.
+    missing : int
+        Rows that were left out because they held a NaN.
+    at_rail : mapping of str to ndarray of bool, shape (n,)
+        Of ``normal`` and ``lateral``: the samples at which the sensor sits at its highest or lowest value.
+    """
+
+    time: NDArray[np.float64]
+    normal_force: NDArray[np.float64]
+    lateral_force: NDArray[np.float64]
+    position: NDArray[np.float64] | None
+    step: float
+    channels: TribometerChannels
+    source: str
+    wraps: int
+    missing: int
+    at_rail: Mapping[str, NDArray[np.bool_]]
+
+
+def read_recording(path: Path, channels: TribometerChannels) -> Recording:
+    """Read and calibrate a recording of a tribometer.
+
+    Parameters
+    ----------
+    path : Path
+        Any file of which `electrovib.data.columns.read_columns` reads columns: ``.mat``, ``.csv``, ``.npy`` ...
+    channels : TribometerChannels
+        Which columns are what, and their calibration.
+
+    Returns
+    -------
+    Recording
+        In SI.
+
+    Raises
+    ------
+    InputError
+        If the file or a column cannot be read, or is no record.
+    """
+    wanted: dict[str, tuple[str | int, str]] = {
+        "normal": (channels.normal.column, channels.normal.read_as),
+        "lateral": (channels.lateral.column, channels.lateral.read_as),
+    }
+    if channels.encoder is not None:
+        wanted["encoder"] = (channels.encoder.column, "1")
+    if isinstance(channels.clock, TimeColumn):
+        wanted["time"] = (channels.clock.column, channels.clock.unit)
+    return calibrated(read_columns(path, wanted, missing=True), channels, source=str(path))
+
+
+def calibrated(
+    columns: Mapping[str, NDArray[np.float64]], channels: TribometerChannels, *, source: str = "the recording"
+) -> Recording:
+    """Make forces and a position of the columns of a tribometer.
+
+    Parameters
+    ----------
+    columns : mapping of str to ndarray, shape (n,)
+        ``normal`` and ``lateral`` [V], or [N] without a sensitivity; ``encoder`` [1] where there is one; ``time`` [s]
+        where the clock is a column.
+    channels : TribometerChannels
+        The calibration.
+    source : str
+        Where it comes from, for messages.
+
+    Returns
+    -------
+    Recording
+        In SI.
+
+    Raises
+    ------
+    InputError
+        Every column that is missing, of another length, not finite or constant, and stamps that do not increase.
+    """
+    needed = ["normal", "lateral"]
+    needed += ["encoder"] if channels.encoder is not None else []
+    needed += ["time"] if isinstance(channels.clock, TimeColumn) else []
+    given = {name: np.asarray(columns[name], dtype=np.float64) for name in needed if name in columns}
+    problems = [f"{source}: there is no column '{name}'." for name in needed if name not in given]
+    problems += [fault for name, values in given.items() for fault in _faults(source, name, values)]
+    if len({values.shape for values in given.values()}) > 1:
+        sizes = ", ".join(f"{name} {len(values)}" for name, values in given.items())
+        problems.append(f"{source}: the columns differ in length: {sizes}.")
+    if problems:
+        raise InputError(problems)
+    whole = without_missing(given, channels.missing_rows, source)
+    given, time = _on_time(given, channels.clock, whole, source)
+    position, wraps = None, 0
+    if channels.encoder is not None:
+        position = channels.encoder.position(given["encoder"])
+        wraps = int(np.count_nonzero(np.diff(channels.encoder.wraps(given["encoder"]))))
+    return Recording(
+        time,
+        channels.normal.force(given["normal"]),
+        channels.lateral.force(given["lateral"]),
+        position,
+        abs(channels.encoder.step) if channels.encoder is not None else 0.0,
+        channels,
+        source,
+        wraps,
+        int(np.count_nonzero(~whole)),
+        {name: at_rail(given[name]) for name in ("normal", "lateral")},
+    )
+
+
+def _on_time(
+    columns: dict[str, NDArray[np.float64]], clock: Clock, whole: NDArray[np.bool_], source: str
+) -> tuple[dict[str, NDArray[np.float64]], NDArray[np.float64]]:
+    """Give the rows that count and when they were taken; rows that are left out leave a gap in time."""
+    rows = np.flatnonzero(whole)
+    if isinstance(clock, TimeColumn):
+        rows = rows[increasing(columns["time"][rows], clock.stamps, source)]
+        time = columns["time"][rows] - columns["time"][rows[0]]
+    else:
+        assert isinstance(clock, EvenSamples)
+        time = rows / clock.rate
+    return {name: values[rows] for name, values in columns.items()}, time
+
+
+def increasing(time: NDArray[np.float64], stamps: StampTreatment, source: str) -> NDArray[np.bool_]:
+    """Tell which samples of a record to keep.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        s.
+    stamps : StampTreatment
+        What to do with stamps that do not increase.
+    source : str
+        For the message.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        True for those to keep.
+
+    Raises
+    ------
+    InputError
+        If the treatment refuses the record, or hardly anything is left.
+    """
+    try:
+        kept = stamps.keep(time)
+    except ValueError as error:
+        fault = str(error).partition(". To drop")[0]
+        raise InputError(f"{source}: {fault}. With stamps KeepIncreasing such samples are dropped.") from None
+    if np.count_nonzero(kept) < _FEWEST:
+        raise InputError(
+            f"{source}: only {np.count_nonzero(kept)} samples with increasing time stamps are left."
+        )
+    return kept
+
+
+def without_missing(
+    columns: Mapping[str, NDArray[np.float64]], allowed: int, source: str
+) -> NDArray[np.bool_]:
+    """Tell which rows of a record hold numbers only.
+
+    Parameters
+    ----------
+    columns : mapping of str to ndarray, shape (n,)
+        Any units.
+    allowed : int
+        Largest number of rows that may be left out.
+    source : str
+        For the message.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        True for those to keep.
+
+    Raises
+    ------
+    InputError
+        If more rows than that hold something else: with their number, and each column's first.
+    """
+    kept = np.all([np.isfinite(values) for values in columns.values()], axis=0)
+    missing = int(np.count_nonzero(~kept))
+    if missing <= allowed:
+        return np.asarray(kept)
+    faults = []
+    for name, values in columns.items():
+        bad = np.flatnonzero(~np.isfinite(values))
+        if len(bad):
+            faults.append(f"column '{name}', sample {bad[0]}: {values[bad[0]]} is not a finite number")
+    may = (
+        f"missing_rows = {missing} leaves them out"
+        if allowed == 0
+        else f"missing_rows = {allowed} allows fewer"
+    )
+    rows = "1 row" if missing == 1 else f"{missing} rows"
+    raise InputError(f"{source}: {'; '.join(faults)}. It is so in {rows} of {len(kept)}; {may}.")
+
+
+def _faults(source: str, name: str, values: NDArray[np.float64]) -> list[str]:
+    if values.ndim != 1 or len(values) < _FEWEST:
+        return [
+            f"{source}: column '{name}' has shape {values.shape}; a row of at least {_FEWEST} samples is needed."
+        ]
+    if name in {"normal", "lateral"} and np.all(values == values[0]):
+        return [f"{source}: column '{name}' holds {values[0]:g} throughout; is it the right column?"]
+    return []

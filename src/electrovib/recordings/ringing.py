@@ -1,0 +1,296 @@
+"""Release of a clutch as its load cell shows it: when the force lets go, and how the loaded assembly rings."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.physics.drive.readback import WholeVoltage
+from electrovib.physics.drive.sampled import Refuse
+from electrovib.recordings.correlated import line
+from electrovib.recordings.recording import increasing, without_missing
+from electrovib.recordings.ringing_fit import plain_release, resonant_release
+from electrovib.recordings.ringing_parts import (
+    Decay,
+    Extremum,
+    damped_sine,
+    drive_end,
+    find_extrema,
+)
+from electrovib.recordings.ringing_uncertainty import uncertainties, with_change
+from electrovib.recordings.ringing_words import about_the_record, words_about
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from electrovib.physics.drive.readback import Readback
+    from electrovib.physics.drive.sampled import StampTreatment
+    from electrovib.recordings.ringing_uncertainty import Uncertainty
+
+_REMAINS = 0.05
+"""The fit ends when the fitted ringing has fallen to this."""
+_CLEAR = 5.0
+"""The force changes by this many standard errors at the release, or there is none."""
+_DRIFTS = 3.0
+"""A slope before the release of this many standard errors is a drift that goes on."""
+_FEWEST = 8
+"""Samples before and after of which a standard error can be told."""
+_LATER = 0.75
+"""The second decay starts this many periods after the first."""
+_PERIODS = 4.0
+"""Length of a fitted decay, in periods."""
+
+
+@dataclass(frozen=True)
+class Ringing:
+    """A release and the ringing after it. Times are s after the drive ends unless they say otherwise.
+
+    Parameters
+    ----------
+    drive_end : float
+        When the drive ends, on the clock of the record [s]: half way between its last sample and the next.
+    delay : float
+        Mean time by which the force lets go behind the drive [s]: of a fall that begins after a while and then
+        dies away exponentially, the while and the time constant together. The two apart are hardly ever determined.
+    fall_time : float
+        Time constant of the fall that fits best [s].
+    fall_time_interval : tuple of float
+        Between which values it fits as well, 95 % on either side [s]; from 0 where a jump does.
+    held, after : float
+        Force before and long after the release [N].
+    frequency, quality : float
+        Natural frequency [Hz] and quality factor [1] of the one resonance that fits best: that of the whole
+        assembly, load cell with everything that hangs on it, which is lower than that of the bare cell.
+    uncertainty : mapping of str to Uncertainty
+        Of ``delay``, ``frequency`` and ``quality``, with its components.
+    misfit, misfit_without : float
+        rms of what is left over rms of the force about its last level, after the drive ends [1]: with the
+        resonance, and with the best exponential release that the sensor would follow at once.
+    scatter : float
+        Standard deviation before the release [N].
+    missing : int
+        Rows that were left out because they held a NaN.
+    extrema : tuple of Extremum
+        Turning points that stand out from the scatter.
+    early, late : Decay or None
+        Damped sines from the first turning point, and from three quarters of a period later.
+    time, force, model, model_without : ndarray, shape (n,)
+        The samples that were fitted: s after the drive ends, and N.
+    words : tuple of str
+        What the record says, and what it does not determine.
+    """
+
+    drive_end: float
+    delay: float
+    fall_time: float
+    fall_time_interval: tuple[float, float]
+    held: float
+    after: float
+    frequency: float
+    quality: float
+    uncertainty: Mapping[str, Uncertainty]
+    misfit: float
+    misfit_without: float
+    scatter: float
+    missing: int
+    extrema: tuple[Extremum, ...]
+    early: Decay | None
+    late: Decay | None
+    time: NDArray[np.float64]
+    force: NDArray[np.float64]
+    model: NDArray[np.float64]
+    model_without: NDArray[np.float64]
+    words: tuple[str, ...]
+
+    @property
+    def half_periods(self) -> tuple[float, ...]:
+        """Frequencies [Hz] that successive turning points give."""
+        times = [extremum.time for extremum in self.extrema]
+        return tuple(1 / (2 * (later - earlier)) for earlier, later in itertools.pairwise(times))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give plain numbers and words for JSON, in SI, without the samples."""
+        plain = (
+            "drive_end", "delay", "fall_time", "held", "after", "frequency", "quality", "misfit", "misfit_without",
+            "scatter", "missing",
+        )  # fmt: skip
+        return {name: getattr(self, name) for name in plain} | {
+            "fall_time_interval": list(self.fall_time_interval),
+            "uncertainty": {name: found.to_dict() for name, found in self.uncertainty.items()},
+            "extrema": [{"time": extremum.time, "force": extremum.force} for extremum in self.extrema],
+            "half_periods": list(self.half_periods),
+            "early": self.early.to_dict() if self.early else None,
+            "late": self.late.to_dict() if self.late else None,
+            "words": list(self.words),
+        }
+
+
+def ringing(
+    time: NDArray[np.float64],
+    force: NDArray[np.float64],
+    voltage: NDArray[np.float64],
+    *,
+    duration: float = 20e-3,
+    readback: Readback | None = None,
+    enabled: NDArray[np.float64] | None = None,
+    stamps: StampTreatment | None = None,
+    missing_rows: int = 0,
+) -> Ringing:
+    """Fit a release and one resonance of the loaded assembly to a recorded force, and say what is left.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        s, increasing; may jitter.
+    force : ndarray, shape (n,)
+        Load cell [N].
+    voltage : ndarray, shape (n,)
+        Drive as read back [V]; it may alias, as long as its end shows.
+    duration : float
+        How long after the drive ends to look at most [s].
+    readback : Readback, optional
+        What `voltage` is of the drive: all of it (if not given), or one of two electrodes in antiphase.
+    enabled : ndarray, shape (n,), optional
+        1 while the high voltage is on, else 0, where the rig records it: the drive then ends with it, whatever
+        `voltage` shows.
+    stamps : StampTreatment, optional
+        What to do with stamps that do not increase; refused if not given.
+    missing_rows : int
+        Largest number of rows with a NaN that may be left out.
+
+    Returns
+    -------
+    Ringing
+        The fit with its uncertainty, the turning points and the misfit.
+
+    Raises
+    ------
+    InputError
+        If the columns are no record, the drive does not end in it, or the force does not let go.
+
+    Notes
+    -----
+    The pull ends with the drive; the force is held for a while, then dies away exponentially, and is seen through
+    y'' + (w/Q) y' + w^2 y = w^2 f. Where the fall is short beside a period, while and time constant change the record
+    in the same way: their sum is the `delay`, and for the time constant an interval is given. The two levels follow
+    linearly. The fit ends where the fitted ringing has fallen to 5 %.
+
+    The resonance is that of the load cell *and* what it carries. On the rig of Rauf and Follmer (2025) the bare cell
+    rings at 643 to 648 Hz with a quality of about 10; with clutches of several widths on it, at 314 to 609 Hz.
+    """
+    columns = {"time": time, "force": force, "voltage": voltage}
+    columns |= {} if enabled is None else {"enabled": enabled}
+    since, measured, end, missing = _checked(
+        columns, duration, readback or WholeVoltage(), stamps or Refuse(), missing_rows
+    )
+    scatter = _scatter(since, measured, duration)
+    window, best = duration, None
+    for _ in range(6):
+        here = (since > -duration / 2) & (since < window)
+        best = resonant_release(since[here], measured[here], window)
+        wanted = min(duration, best.start + np.log(1 / _REMAINS) * best.quality / (np.pi * best.frequency))
+        if abs(wanted - window) < 0.02 * window:
+            break
+        window = float(wanted)
+    assert best is not None
+    uncertainty, interval = uncertainties(since[here], measured[here], window, best)
+    without, plain = plain_release(since[here], measured[here], window)
+    period = 1 / best.frequency
+    extrema = find_extrema(
+        since, measured, start=best.delay, period=period, level=best.after, scatter=scatter, end=duration
+    )
+    early, late = _decays(since, measured, extrema, period)
+    uncertainty = with_change(uncertainty, (early, late))
+    words = words_about(best, uncertainty, interval, without, extrema, (early, late))
+    words += about_the_record(readback if enabled is None else None, missing)
+    return Ringing(
+        end, best.delay, best.fall_time, interval, best.held, best.after, best.frequency, best.quality, uncertainty,
+        best.misfit, without, scatter, missing, tuple(extrema), early, late, since[here], measured[here], best.model,
+        plain, words,
+    )  # fmt: skip
+
+
+def _checked(
+    given: Mapping[str, NDArray[np.float64]],
+    duration: float,
+    readback: Readback,
+    stamps: StampTreatment,
+    missing_rows: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float, int]:
+    """Refuse what is no record; give times counted from the end of the drive, forces, that end, rows left out."""
+    columns = {name: np.asarray(values, float) for name, values in given.items()}
+    problems = []
+    if len({values.shape for values in columns.values()}) > 1 or columns["time"].ndim != 1:
+        shapes = ", ".join(f"{name} {values.shape}" for name, values in columns.items())
+        *first, last = columns
+        problems.append(
+            f"{', '.join(first)} and {last}: expected one row each, of one length; they have {shapes}"
+        )
+    if not 0 < duration < np.inf:
+        problems.append(f"duration = {duration}: expected a time, for instance 20e-3")
+    if problems:
+        raise InputError(problems)
+    whole = without_missing(columns, missing_rows, "the record")
+    missing = int(np.count_nonzero(~whole))
+    columns = {name: values[whole] for name, values in columns.items()}
+    kept = increasing(columns["time"], stamps, "time")
+    columns = {name: values[kept] for name, values in columns.items()}
+    when, measured = columns["time"], columns["force"]
+    if "enabled" in columns:
+        end = drive_end(when, columns["enabled"], "enabled")
+    else:
+        try:
+            volts = readback.driving(when - when[0], columns["voltage"])
+        except ValueError as error:
+            raise InputError(f"voltage: {error}") from None
+        end = drive_end(when, volts, "voltage")
+    counted = when - end
+    near = (counted > -duration / 2) & (counted < duration)
+    if counted[-1] < duration / 2 or counted[0] > -duration / 4 or np.count_nonzero(near) < 40:
+        raise InputError(
+            f"the drive ends at {end:.6g} s, but there are only {np.count_nonzero(near)} samples from"
+            f" {duration / 2:g} s before to {duration:g} s after; record longer or change duration"
+        )
+    return counted, measured, end, missing
+
+
+def _scatter(stamps: NDArray[np.float64], force: NDArray[np.float64], duration: float) -> float:
+    """Refuse a force that does not let go; give its scatter before the release."""
+    before, after = (stamps > -duration / 2) & (stamps < 0), (stamps > duration / 2) & (stamps < duration)
+    if min(np.count_nonzero(before), np.count_nonzero(after)) < _FEWEST:
+        raise InputError(
+            f"fewer than {_FEWEST} samples lie before the drive ends, or later than {duration / 2:g} s after; record"
+            " longer or change duration"
+        )
+    held, of_held, slope, of_slope = line(stamps[before], force[before])
+    left, of_left, _, _ = line(stamps[after], force[after])
+    fall, error = held - left, np.hypot(of_held, of_left)
+    drifts = abs(slope) > _DRIFTS * of_slope
+    if drifts:
+        # a force that drifted before would have gone on: only what it does beyond that is a release
+        apart = float(np.mean(stamps[after]) - np.mean(stamps[before]))
+        fall, error = fall + slope * apart, np.hypot(error, of_slope * apart)
+    if not abs(fall) > _CLEAR * error:
+        beyond = " beyond its drift" if drifts else ""
+        raise InputError(
+            f"the force does not let go when the drive ends: its mean changes by {abs(fall):.3g} N{beyond}, with a"
+            f" standard error of {error:.3g} N. Is force the right column? If voltage is one of two electrodes in antiphase,"
+            " the drive may have ended later: give enabled, or readback with its stop"
+        )
+    return float(np.std(force[before]))
+
+
+def _decays(
+    stamps: NDArray[np.float64], force: NDArray[np.float64], extrema: list[Extremum], period: float
+) -> tuple[Decay | None, Decay | None]:
+    if not extrema:
+        return None, None
+    starts = (extrema[0].time, extrema[0].time + _LATER * period)
+    early, late = (damped_sine(stamps, force, start=start, end=start + _PERIODS * period) for start in starts)
+    return early, late

@@ -1,0 +1,162 @@
+"""The zero of a sensor from where it is free of load, and what the choice of it leaves uncertain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.recordings.swipe_parts import SHORTEST
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from electrovib.recordings.recording import Recording
+    from electrovib.recordings.swipe_parts import Contact, Span
+
+BLOCKS = 10
+"""Parts of a window whose scatter gives the statistical error."""
+_COVERAGE = 2.262
+"""Standard errors added on either side of an interval: 95 % for a mean of ten parts (Student's t)."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number, its value for every choice of the baseline, and its statistical error.
+
+    Parameters
+    ----------
+    value : float
+        With the best baseline there is: interpolated, else the only one.
+    by_baseline : mapping of str to float
+        With each simple choice of the baseline.
+    standard_error : float
+        Of the mean over the window, from the scatter of its parts and of the baseline.
+    """
+
+    value: float
+    by_baseline: dict[str, float]
+    standard_error: float
+
+    @property
+    def baseline_interval(self) -> tuple[float, float]:
+        """Lowest and highest value over the choices of the baseline."""
+        return min(self.by_baseline.values()), max(self.by_baseline.values())
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The same with 2.26 standard errors, 95 %, on either side: the stated uncertainty."""
+        low, high = self.baseline_interval
+        return low - _COVERAGE * self.standard_error, high + _COVERAGE * self.standard_error
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give plain numbers for JSON."""
+        return {
+            "value": self.value,
+            "interval": list(self.interval),
+            "baseline_interval": list(self.baseline_interval),
+            "by_baseline": dict(self.by_baseline),
+            "standard_error": self.standard_error,
+        }
+
+
+@dataclass(frozen=True)
+class Zero:
+    """The zero of both sensors in one unloaded stretch."""
+
+    time: float
+    normal: float
+    lateral: float
+    normal_error: float
+    lateral_error: float
+
+
+def zeros_beside(recording: Recording, contact: Contact, window: Span) -> dict[str, Zero]:
+    """Take the zeros before and after from the unloaded samples nearest to the contact."""
+    longest = window[1] - window[0]
+    found = {}
+    if contact.before is not None:
+        found["before"] = _zero(
+            recording, (max(contact.before[0], contact.before[1] - longest), contact.before[1])
+        )
+    if contact.after is not None:
+        found["after"] = _zero(
+            recording, (contact.after[0], min(contact.after[1], contact.after[0] + longest))
+        )
+    if not found:
+        raise InputError(
+            f"{recording.source}: no part of {SHORTEST:g} s is free of load beside the contact that begins at"
+            f" {recording.time[contact.span[0]]:.3g} s, so the zero of the sensors is unknown."
+        )
+    return found
+
+
+def _zero(recording: Recording, span: Span) -> Zero:
+    part = slice(*span)
+    normal, lateral = recording.normal_force[part], recording.lateral_force[part]
+    return Zero(
+        float(np.mean(recording.time[part])),
+        float(np.median(normal)),
+        float(np.median(lateral)),
+        standard_error(_detrended(block_means(recording.normal_force, span, median=True))),
+        standard_error(_detrended(block_means(recording.lateral_force, span, median=True))),
+    )
+
+
+def choices_of(zeros: dict[str, Zero], at: float) -> dict[str, tuple[float, float]]:
+    """Give the zeros of both forces by each simple choice.
+
+    Parameters
+    ----------
+    zeros : dict of str to Zero
+        ``before``, ``after`` or both.
+    at : float
+        Time at which the line from before to after is taken [s].
+
+    Returns
+    -------
+    dict of str to tuple of float
+        Choice to the zeros of the normal and of the lateral force [N].
+    """
+    found = {name: (zero.normal, zero.lateral) for name, zero in zeros.items()}
+    if len(zeros) == 2:
+        before, after = zeros["before"], zeros["after"]
+        part = (at - before.time) / (after.time - before.time)
+        for name, weight in (("mean", 0.5), ("interpolated", part)):
+            normal = (1 - weight) * before.normal + weight * after.normal
+            found[name] = (normal, (1 - weight) * before.lateral + weight * after.lateral)
+    return found
+
+
+def block_means(values: NDArray[np.float64], span: Span, *, median: bool = False) -> NDArray[np.float64]:
+    """Means, or medians, of `BLOCKS` equal parts of a span.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Any unit.
+    span : tuple of int
+        Samples.
+    median : bool
+        Of the median, which a touch in between moves less.
+
+    Returns
+    -------
+    ndarray, shape (10,)
+        Same unit.
+    """
+    blocks = np.array_split(values[slice(*span)], BLOCKS)
+    return np.array([np.median(block) if median else np.mean(block) for block in blocks])
+
+
+def standard_error(means: NDArray[np.float64]) -> float:
+    """Standard error of the mean of independent numbers, in their own unit [any]."""
+    return float(np.std(means, ddof=1) / np.sqrt(len(means)))
+
+
+def _detrended(means: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Take a straight line off: a drift is no scatter, the choice of the baseline accounts for it."""
+    place = np.arange(len(means)) - (len(means) - 1) / 2
+    return means - place * (place @ means) / (place @ place)

@@ -1,0 +1,319 @@
+"""Where a recorded finger touches, where it slides and where its sensors are free: found from the record alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from electrovib.recordings.recording import Recording
+
+SMOOTHING = 20e-3
+"""Time over which a finger neither touches, leaves nor turns [s]."""
+SHORTEST = 0.1
+"""Contacts and pauses shorter than this are bounces [s]."""
+_LIGHT = 0.3
+"""A contact, once it has reached half of the load, lasts as long as this part of it is left."""
+CLEAR = 5.0
+"""A load stands this many standard deviations of the unloaded signal above it, or it is no contact."""
+FEWEST_COUNTS = 100.0
+"""A way of fewer counts of the encoder is no slide."""
+
+Span = tuple[int, int]
+"""First sample and the one after the last."""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A touch: its samples, and the unloaded samples nearest to it on either side, where there are any.
+
+    Parameters
+    ----------
+    span : tuple of int
+        Loaded.
+    before, after : tuple of int or None
+        Free of load up to the neighbouring contact or the end of the record.
+    """
+
+    span: Span
+    before: Span | None
+    after: Span | None
+
+
+def smoothed(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mean over `SMOOTHING` around each sample.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        s.
+    values : ndarray, shape (n,)
+        Any unit.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Same unit.
+    """
+    from scipy.ndimage import uniform_filter1d
+
+    return np.asarray(uniform_filter1d(values, _width(time), mode="nearest"), dtype=np.float64)
+
+
+def find_contacts(recording: Recording) -> list[Contact]:
+    """Find where the finger presses: the higher of the two levels that split the normal force best.
+
+    Parameters
+    ----------
+    recording : Recording
+        With the sign of the normal force as its calibration says.
+
+    Returns
+    -------
+    list of Contact
+        In time; at least one.
+
+    Raises
+    ------
+    InputError
+        If there are no two levels, or no part of the record is free of load.
+    """
+    time, force = recording.time, _level(recording.time, smoothed(recording.time, recording.normal_force))
+    level = _split(force)
+    low, high = force[force <= level], force[force > level]
+    free, loaded = float(np.median(low)), float(np.median(high))
+    noise = 1.4826 * float(np.median(np.abs(low - free)))
+    if not loaded - free > CLEAR * noise:
+        raise InputError(
+            f"{recording.source}: no contact found: the normal force has no two levels (the best split is"
+            f" {loaded - free:.3g} N with a scatter of {noise:.3g} N below it). Is normal.column the right one?"
+        )
+    count = max(1, round(SHORTEST / _period(time)))
+    light = force > free + _LIGHT * (loaded - free)
+    heavy = force > (free + loaded) / 2
+    spans = [span for span in _runs(_closed(light, count)) if np.count_nonzero(heavy[slice(*span)]) >= count]
+    if not spans:
+        raise InputError(
+            f"{recording.source}: no contact found that lasts {SHORTEST:g} s; the normal force only jumps"
+            f" to {loaded - free:.3g} N for moments."
+        )
+    if spans[0][0] == 0 and spans[-1][1] == len(time):
+        raise InputError(
+            f"{recording.source}: begins and ends under load, so that the zero of the sensors is unknown. If the"
+            " finger was free then, normal.sensitivity has the wrong sign."
+        )
+    return _with_free_sides(time, force, spans, (free, loaded))
+
+
+def find_slides(recording: Recording, contact: Contact) -> list[Span]:
+    """Find where the finger slides one way while it touches.
+
+    Parameters
+    ----------
+    recording : Recording
+        With or without its position.
+    contact : Contact
+        One touch.
+
+    Returns
+    -------
+    list of tuple of int
+        Samples of each slide; none if there is no motion.
+
+    Notes
+    -----
+    With a position: at more than half of the greatest speed. Without: where the lateral force is more than half of
+    the largest that lasts, because nothing else in the record tells a slide from a rest; a finger that stops and stays
+    pressed may keep that much.
+    """
+    first, last = contact.span
+    moving = sliding_speed(recording)
+    if moving is None:
+        moving, least = _rubbing(recording, contact), 0.0
+        if moving is None:
+            return []
+    else:
+        least = FEWEST_COUNTS * recording.step
+    threshold = float(np.abs(moving[first:last]).max()) / 2
+    count = max(1, round(SHORTEST / _period(recording.time)))
+    found = []
+    for sign in (1, -1):
+        ways = _runs(_closed(sign * moving[first:last] > threshold, count)) if threshold else []
+        found += [(first + a, first + b) for a, b in ways]
+    sizes = {span: _size(recording, span) for span in found}
+    longest = max(sizes.values(), default=0.0)
+    return sorted(span for span, size in sizes.items() if size >= max(least, longest / 5))
+
+
+def _rubbing(recording: Recording, contact: Contact) -> NDArray[np.float64] | None:
+    """Give the lateral force about its zero, or None where it does not stand out."""
+    sides = [slice(*side) for side in (contact.before, contact.after) if side is not None]
+    lateral = recording.lateral_force
+    if not sides:
+        return None
+    zero = float(np.mean([np.median(lateral[side]) for side in sides]))
+    even = smoothed(recording.time, lateral) - zero
+    noise = max(float(np.std(even[side] - np.median(even[side]))) for side in sides)
+    # a peak that does not last, as where the finger sticks before it slides, does not set the level
+    size = np.abs(even[slice(*contact.span)])
+    largest = float(np.quantile(size, 0.9))
+    return np.clip(even, -largest, largest) if largest > CLEAR * noise else None
+
+
+def _size(recording: Recording, span: Span) -> float:
+    """Way of a slide [m], or how long it lasts [s] where there is no position."""
+    way = travel(recording, span)
+    return way if way is not None else float(recording.time[span[1] - 1] - recording.time[span[0]])
+
+
+def travel(recording: Recording, span: Span) -> float | None:
+    """Way between the first and the last sample of a span [m]; None without a position."""
+    if recording.position is None:
+        return None
+    return float(abs(recording.position[span[1] - 1] - recording.position[span[0]]))
+
+
+def sliding_speed(recording: Recording) -> NDArray[np.float64] | None:
+    """Speed of the carriage over `SMOOTHING`; single wrong counts do not show; None without a position."""
+    from scipy.ndimage import median_filter
+
+    if recording.position is None:
+        return None
+    position = median_filter(recording.position, 5, mode="nearest")
+    half = max(1, _width(recording.time) // 2)
+    place = np.arange(len(position))
+    later, earlier = np.minimum(place + half, len(position) - 1), np.maximum(place - half, 0)
+    moved = (position[later] - position[earlier]) / (recording.time[later] - recording.time[earlier])
+    return np.asarray(moved, dtype=np.float64)
+
+
+def middle(recording: Recording, slide: Span, contact: Contact, trim: float) -> Span:
+    """Leave out a fraction of the way at both ends of a slide, and what is not well inside the contact.
+
+    Parameters
+    ----------
+    recording : Recording
+        With its position; of the time, where it has none.
+    slide : tuple of int
+        Samples.
+    contact : Contact
+        Around it.
+    trim : float
+        Fraction of the way [1].
+
+    Returns
+    -------
+    tuple of int
+        Samples of the steady middle.
+    """
+    first, last = slide
+    along = recording.time if recording.position is None else recording.position
+    way = np.abs(along[first:last] - along[first])
+    inside = np.flatnonzero((way >= trim * way[-1]) & (way <= (1 - trim) * way[-1]))
+    guard = _width(recording.time)
+    begin = max(first + int(inside[0]), contact.span[0] + guard)
+    end = min(first + int(inside[-1]) + 1, contact.span[1] - guard)
+    return begin, end
+
+
+def _period(time: NDArray[np.float64]) -> float:
+    return float((time[-1] - time[0]) / (len(time) - 1))
+
+
+def _width(time: NDArray[np.float64]) -> int:
+    return max(3, round(SMOOTHING / _period(time)))
+
+
+def _level(time: NDArray[np.float64], force: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Take off the drift in proportion to time with which two levels describe the force best."""
+    thin = slice(None, None, max(1, len(force) // 2000))
+    few, at = force[thin], np.linspace(-0.5, 0.5, len(force[thin]))
+    span = 2 * float(np.ptp(few))
+    best = 0.0
+    for _ in range(3):  # each time around the best so far, ten times as fine
+        slopes = best + span * np.linspace(-1, 1, 41)
+        best = min(slopes, key=lambda slope: _scatter_about_two_levels(few - slope * at))
+        span /= 10
+    return np.asarray(force - best * (time - time.mean()) / (time[-1] - time[0]))
+
+
+def _scatter_about_two_levels(values: NDArray[np.float64]) -> float:
+    """Sum of squares about the means of the two groups with the least of it."""
+    level = _split(values)
+    high = values > level
+    return float(
+        sum(np.sum((part - part.mean()) ** 2) for part in (values[high], values[~high]) if len(part))
+    )
+
+
+def _split(values: NDArray[np.float64]) -> float:
+    """Find the level that splits values into two groups of least scatter (Otsu's threshold)."""
+    ordered = np.sort(values)
+    count = np.arange(1, len(ordered))
+    left = np.cumsum(ordered)[:-1]
+    right = ordered.sum() - left
+    between = count * (len(ordered) - count) * (left / count - right / (len(ordered) - count)) ** 2
+    return float(ordered[int(np.argmax(between))])
+
+
+def _closed(mask: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
+    """Fill gaps shorter than a count of samples between two true stretches."""
+    filled = mask.copy()
+    gaps = [gap for gap in _runs(~mask) if gap[0] > 0 and gap[1] < len(mask)]
+    for first, last in gaps:
+        if last - first < count:
+            filled[first:last] = True
+    return filled
+
+
+def _runs(mask: NDArray[np.bool_]) -> list[Span]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _with_free_sides(
+    time: NDArray[np.float64], force: NDArray[np.float64], spans: list[Span], levels: tuple[float, float]
+) -> list[Contact]:
+    """Add to each contact the free samples before and after it, without those in which the load comes and goes."""
+    free, loaded = levels
+    tenth = force > free + (loaded - free) / 10
+    shortest = max(3, round(SHORTEST / _period(time)))
+    bounds = [0, *(edge for span in spans for edge in span), len(time)]
+    found = []
+    for number, (first, last) in enumerate(spans):
+        start, stop = bounds[2 * number], bounds[2 * number + 3]
+        rise = _run_length(tenth[start:first][::-1])
+        fall = _run_length(tenth[last:stop])
+        # the load reaches its tenth later than it begins: leave out as much again, but never all there is
+        lead = min(2 * rise + shortest, (first - start) // 2)
+        tail = min(2 * fall + shortest, (stop - last) // 2)
+        before = (start, first - lead) if first - lead - start >= shortest else None
+        after = (last + tail, stop) if stop - last - tail >= shortest else None
+        found.append(Contact((first, last), before, after))
+    return _with_far_sides(found)
+
+
+def _with_far_sides(contacts: list[Contact]) -> list[Contact]:
+    """Where a finger came back too soon, take the free samples on the other side of its neighbours."""
+    before, after = None, None
+    befores, afters = [], []
+    for contact in contacts:
+        before = contact.before or before
+        befores.append(before)
+    for contact in reversed(contacts):
+        after = contact.after or after
+        afters.append(after)
+    sides = zip(contacts, befores, reversed(afters), strict=True)
+    return [Contact(contact.span, before, after) for contact, before, after in sides]
+
+
+def _run_length(mask: NDArray[np.bool_]) -> int:
+    """Count how many are true before the first false."""
+    false = np.flatnonzero(~mask)
+    return int(false[0]) if len(false) else len(mask)

@@ -1,0 +1,164 @@
+"""An experiment as one frozen tree of models."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any, ClassVar, Final, Self
+
+from pydantic import Field, model_validator
+
+from electrovib.core.model import Model, read_model
+from electrovib.core.paths import put
+from electrovib.physics.circuit import Circuit
+from electrovib.physics.contact import Contact
+from electrovib.physics.drive.base import Drive
+from electrovib.physics.finger import Finger
+from electrovib.physics.force import ForceLaw, wanted_layer
+from electrovib.physics.friction import Friction, Load
+from electrovib.physics.interface import beside_interface
+from electrovib.physics.limits import Limits
+from electrovib.physics.moisture import Moisture
+from electrovib.physics.motion import HeldOff, Motion
+from electrovib.physics.perception import Perception
+from electrovib.physics.rig import Rig
+from electrovib.physics.stack import Stack
+from electrovib.scenario.grids import FrequencyGrid, TimeGrid
+from electrovib.scenario.sources import BY_THE_USER
+
+SCHEMA: Final = 1
+"""Of the scenario files that this version reads and writes."""
+
+
+class Scenario(Model):
+    """A finger on a plate under a drive: everything that `simulate` needs.
+
+    Notes
+    -----
+    `title` and `sources` are words for people: they do not enter the hash, nor equality.
+    """
+
+    example: ClassVar[Mapping[str, Any]] = {
+        "drive": {"model": "Constant", "level": 100},
+        "force": {"model": "GapPlane"},
+        "friction": {"model": "Coulomb", "coefficient": 0.5},
+        "contact": {"model": "FixedArea", "area": 1e-4},
+        "load": {"normal_force": 0.5},
+        "circuit": Circuit.example,
+        "stack": Stack.example,
+    }
+
+    title: str = ""
+    drive: Drive
+    force: ForceLaw
+    friction: Friction
+    contact: Contact
+    load: Load
+    motion: Motion = Motion()
+    finger: Finger | None = None
+    rig: Rig | None = None
+    perception: Perception | None = None
+    moisture: Moisture | None = None
+    circuit: Circuit
+    stack: Stack
+    time: TimeGrid = TimeGrid()
+    frequency: FrequencyGrid = FrequencyGrid()
+    limits: Limits = Limits()
+    sources: dict[str, str] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _law_finds_its_layers(self) -> Self:
+        roles = self.stack.roles
+        for role in self.force.needs:
+            if beside_interface(roles, role) is None:
+                raise ValueError(f"{type(self.force).__name__} needs {wanted_layer(role)}")
+        return self
+
+    @model_validator(mode="after")
+    def _touches(self) -> Self:
+        if self.contact.gross_area(self.load.normal_force) <= 0:
+            raise ValueError(
+                f"contact = {type(self.contact).__name__}: without a load there is no contact area; give load.normal_force,"
+                " or contact.model = FixedArea"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _held_off_has_a_gap(self) -> Self:
+        if isinstance(self.motion.distance, HeldOff) and self.stack.gap_name is None:
+            raise ValueError(
+                "motion.distance = HeldOff: the finger is as far off the plate as the gap is thick, and the stack has"
+                " none; add [stack.gap] with a thickness, or leave motion.distance away for a finger in touch"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _moistened(self) -> Self:
+        """Let moisture set what it moves, so that every table shows what was computed with."""
+        if self.moisture is not None:
+            from electrovib.scenario.moisture import moistened
+
+            content = self.to_dict()
+            put(content, moistened(self, self.moisture))
+            object.__setattr__(self, "stack", read_model(Stack, content["stack"]))
+            friction = read_model(Friction, content["friction"])  # type: ignore[type-abstract]
+            object.__setattr__(self, "friction", friction)
+        return self
+
+    @model_validator(mode="after")
+    def _charge_sits_on_one_contact(self) -> Self:
+        charged = [name for name, layer in self.stack.layers.items() if layer.initial_charge]
+        if charged and self.circuit.return_path.second_contact(1.0):
+            raise ValueError(
+                f"stack.{charged[0]}.initial_charge goes with one contact only: with a SecondElectrode it would have to be"
+                " told for both; remove the charge, or use another return path"
+            )
+        return self
+
+    @property
+    def contact_area(self) -> float:
+        """Gross contact area under the full load [m2]."""
+        return self.contact.gross_area(self.load.normal_force)
+
+    def canonical(self) -> str:
+        """Write the canonical JSON of the physics, without the words for people."""
+        content = self.model_copy(update={"title": "", "sources": {}})
+        return Model.canonical(content)
+
+    def replace(self, changes: Mapping[str, Any]) -> Self:
+        """Give a copy with some parameters changed, and their sources marked as the user's.
+
+        Parameters
+        ----------
+        changes : mapping of str to value
+            Dotted path to number, text with a unit, or table.
+
+        Returns
+        -------
+        Scenario
+            Validated.
+
+        Raises
+        ------
+        InputError
+            Every mistake at once.
+        """
+        changed = Model.replace(self, changes)
+        if changed.moisture is not None:
+            from electrovib.scenario.moisture import refuse_what_moisture_sets
+
+            refuse_what_moisture_sets(changed, changes)
+        kept = {
+            path: text
+            for path, text in self.sources.items()
+            if not any(
+                path == change or path.startswith(f"{change.removesuffix('.model')}.") for change in changes
+            )
+        }
+        paths = [path for path, _, _ in changed.parameters()]
+        theirs = {p: BY_THE_USER for p in paths if any(p == c or p.startswith(f"{c}.") for c in changes)}
+        return changed.model_copy(update={"sources": kept | theirs})
+
+    def to_json(self) -> str:
+        """Write everything, measured samples included, as one line of JSON."""
+        return json.dumps({"schema": SCHEMA} | self.to_dict(), default=lambda samples: samples.packed())

@@ -1,0 +1,89 @@
+"""What moisture changes in a scenario."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from electrovib.core.errors import InputError
+from electrovib.core.lamps import Lamp
+from electrovib.core.units import format_quantity
+from electrovib.physics.interface import beside_interface
+from electrovib.physics.moisture import Moisture
+from electrovib.scenario import Scenario
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+
+def moistened(scenario: Scenario, moisture: Moisture) -> dict[str, float]:
+    """Changes that bring a scenario to a moisture, for `Scenario.replace`.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Whose layers, materials and friction say what there is to change.
+    moisture : Moisture
+        How moist.
+
+    Returns
+    -------
+    dict of str to float
+        Dotted path to value in SI: conductivity of the stratum corneum, of the gap or of the bridges in it, and
+        the coefficient of friction; only what the scenario has.
+    """
+    layers, found = scenario.stack.layers, {}
+    known = {path for path, _, _ in scenario.parameters()}
+    skin, gap = _skin(scenario), scenario.stack.gap_name
+    if skin is not None:
+        conductivity = moisture.skin_conductivity(layers[skin].thickness)
+        found[f"stack.{skin}.material.conductivity"] = conductivity
+    for name in ("conductivity", "spot_conductivity") if gap else ():
+        found[f"stack.{gap}.material.{name}"] = 1 / moisture.gap_resistivity()
+    for where in ("friction", "friction.steady"):
+        found[f"{where}.coefficient"] = moisture.coefficient()
+    return {path: value for path, value in found.items() if path in known}
+
+
+def _skin(scenario: Scenario) -> str | None:
+    """Name the layer that moisture acts on: the one of the finger at the interface."""
+    return beside_interface(scenario.stack.roles, "finger")
+
+
+def moisture_lamp(scenario: Scenario) -> Lamp | None:
+    """Say what moisture has set, whatever the tables said of it, and what it found nothing to set for."""
+    if scenario.moisture is None:
+        return None
+    units = {path: quantity.unit for path, _, quantity in scenario.parameters()}
+    moved = moistened(scenario, scenario.moisture)
+    shown = ", ".join(f"{path} = {format_quantity(value, units[path])}" for path, value in moved.items())
+    text = f"moisture.level = {scenario.moisture.level:g} sets {shown or 'nothing'}"
+    skin, gap = (f"stack.{name}." for name in (_skin(scenario), scenario.stack.gap_name))
+    starts = {skin: "the skin", gap: "the gap", "friction": "friction"}
+    idle = [name for start, name in starts.items() if not any(path.startswith(start) for path in moved)]
+    if idle:
+        text += f"; it has no number of {' and '.join(idle)} to set here"
+    return Lamp("moisture", "warning" if idle else "ok", text)
+
+
+def refuse_what_moisture_sets(scenario: Scenario, changes: Collection[str]) -> None:
+    """Refuse changes that moisture would undo.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Changed.
+    changes : collection of str
+        Dotted paths.
+
+    Raises
+    ------
+    InputError
+        With each of them.
+    """
+    moisture = scenario.moisture
+    undone = [] if moisture is None else [path for path in moistened(scenario, moisture) if path in changes]
+    if undone:
+        raise InputError(
+            f"{path}: moisture sets it. Change moisture.level or its dry and wet values, or leave the table [moisture] away"
+            for path in undone
+        )

@@ -1,0 +1,248 @@
+"""Scenarios from TOML, papers, tables and Traces."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from electrovib.core.discovery import paper
+from electrovib.core.errors import InputError, nearest
+from electrovib.core.files import note_input, relative_to
+from electrovib.core.model import read_model
+from electrovib.core.parsing import read_json, read_toml
+from electrovib.core.paths import put
+from electrovib.scenario.experiment import SCHEMA, Scenario
+
+if TYPE_CHECKING:
+    import xarray
+
+DROPPED: Final = ("ridge_share",)
+"""Parameters of a contact that older Traces carry and that changed no result but a signal of their own."""
+DEFAULT: Final = "vezzoli_2014/fig6"
+_TRACES: Final = {".nc", ".csv", ".mat"}
+_FILES: Final = {".toml", *_TRACES}
+
+
+def load(source: str | Path | Mapping[str, Any], *, changes: Mapping[str, Any] | None = None) -> Any:
+    """Read a scenario or a Trace, whatever the source holds.
+
+    Parameters
+    ----------
+    source : str, Path or mapping
+        A TOML file, a Trace file (``.nc``, ``.csv``, ``.mat``), a paper's scenario such as
+        ``"vezzoli_2014/fig6"``, or nested tables.
+    changes : mapping of str to value, optional
+        Dotted path to value, put into the scenario; a file named here is looked for from the working folder.
+
+    Returns
+    -------
+    Scenario or xarray.Dataset
+        A Scenario from TOML, a paper or tables; a Trace from a Trace file, or with `changes` its scenario.
+
+    Raises
+    ------
+    InputError
+        Every mistake of the file at once.
+    """
+    if isinstance(source, Mapping):
+        return _read({"schema": SCHEMA} | dict(source), changes, Path())
+    path = Path(source)
+    note_input(path)
+    if path.suffix in _TRACES:
+        trace = _load_trace(path)
+        return _one_scenario(trace, path).replace(changes) if changes else trace
+    if not paper_of_preset(source):
+        return _read(_tables(path), changes, path.parent)
+    scenario = paper_scenario(str(source))
+    return scenario.replace(changes) if changes else scenario
+
+
+def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Path) -> Scenario:
+    """Build a scenario; changes may mend what is wrong in the tables."""
+    content = _without_schema(content)
+    try:
+        with relative_to(folder):
+            scenario = read_model(Scenario, content)
+    except InputError:
+        if not changes:
+            raise
+        put(content, _beside(changes, folder), strict=False)
+        with relative_to(folder):
+            return read_model(Scenario, content)
+    return scenario.replace(changes) if changes else scenario
+
+
+def _beside(changes: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Write files that the caller names as seen from the scenario's folder."""
+    found = dict(changes)
+    for path, value in changes.items():
+        if path.rpartition(".")[2] == "file" and isinstance(value, str):
+            found[path] = os.path.relpath(value, folder)
+    return found
+
+
+def load_scenario(
+    source: str | Path | Mapping[str, Any] | Scenario, *, before_sweep: bool = False
+) -> Scenario:
+    """Read a scenario from anything that has one, a Trace included.
+
+    Parameters
+    ----------
+    source : str, Path, mapping or Scenario
+        As for `load`.
+    before_sweep : bool
+        Give the scenario from which a sweep began; else a sweep is refused, which is many scenarios.
+
+    Returns
+    -------
+    Scenario
+        The one.
+
+    Raises
+    ------
+    InputError
+        If the source has no scenario, or many.
+    """
+    if isinstance(source, Scenario):
+        return source
+    found = load(source)
+    if isinstance(found, Scenario):
+        return found
+    return scenario_of(found) if before_sweep else _one_scenario(found, source)
+
+
+def _one_scenario(trace: xarray.Dataset, source: object) -> Scenario:
+    """Give back the scenario of a run; that of a sweep would leave out what it goes over."""
+    axes, _ = sweep_of(trace)
+    if axes:
+        raise InputError(
+            f"{source}: holds a sweep over {' and '.join(axes)}, that is many scenarios; write the one it began from with"
+            f" 'electrovib init {source}', and set {' and '.join(axes)} there"
+        )
+    return scenario_of(trace)
+
+
+def scenario_of(trace: xarray.Dataset) -> Scenario:
+    """Give back the scenario a Trace carries.
+
+    Raises
+    ------
+    InputError
+        If it carries none, as a measurement does.
+    """
+    if "scenario" not in trace.attrs:
+        raise InputError("this Trace carries no scenario: it is a measurement, or was made by something else")
+    content = _without_schema(dict(structured(trace, "scenario", Mapping)))
+    if isinstance(contact := content.get("contact"), dict):
+        for parameter in DROPPED:
+            contact.pop(parameter, None)
+    return read_model(Scenario, content)
+
+
+def sweep_of(trace: xarray.Dataset) -> tuple[dict[str, list[Any]], list[str]]:
+    """Give back the values that a swept Trace runs over, by dotted path, and its quantities; both empty for a run.
+
+    Raises
+    ------
+    InputError
+        If what it carries is damaged.
+    """
+    axes = structured(trace, "over", Mapping) if "over" in trace.attrs else {}
+    names = structured(trace, "quantities", list) if "quantities" in trace.attrs else []
+    if not all(isinstance(values, list) and values for values in axes.values()):
+        raise _damaged_attribute("over", "it lists no values")
+    if not all(isinstance(name, str) for name in names):
+        raise _damaged_attribute("quantities", "it lists no names")
+    return dict(axes), names
+
+
+def structured(trace: xarray.Dataset, name: str, kind: type[Any]) -> Any:
+    """Read an attribute of a Trace that is written as JSON.
+
+    Raises
+    ------
+    InputError
+        If it is damaged or holds something of another kind.
+    """
+    try:
+        found = read_json(trace.attrs[name])
+    except ValueError as error:
+        raise _damaged_attribute(name, str(error)) from None
+    if not isinstance(found, kind):
+        raise _damaged_attribute(name, f"it holds a {type(found).__name__}")
+    return found
+
+
+def _damaged_attribute(name: str, why: str) -> InputError:
+    return InputError(
+        f"the attribute '{name}' of this Trace is damaged: {why[:120]}. Its numbers can still be used; to compute"
+        " again, start from the scenario file"
+    )
+
+
+def _load_trace(path: Path) -> xarray.Dataset:
+    from electrovib.data.traces import load_csv, load_nc
+
+    if path.suffix == ".mat":
+        reader = importlib.import_module("electrovib.export.matlab")  # found late: a door, not a part
+        found: xarray.Dataset = reader.load_mat(path)
+        return found
+    return load_nc(path) if path.suffix == ".nc" else load_csv(path)
+
+
+def _tables(path: Path) -> dict[str, Any]:
+    try:
+        if path.exists() and not path.is_file():
+            what = "a folder" if path.is_dir() else "not an ordinary file"
+            raise InputError(f"{path}: is {what}; give a .toml file or a paper, for instance {DEFAULT}")
+        text = path.read_bytes().decode("utf-8-sig")  # editors of Windows begin with a byte-order mark
+    except OSError as error:
+        raise InputError(
+            f"{path}: {error.strerror or error}. Give a .toml file or a paper, for instance {DEFAULT}"
+        ) from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not a text in UTF-8; a scenario is TOML, saved as UTF-8") from None
+    if not text.strip():
+        raise InputError(f"{path}: the file is empty. 'electrovib init {DEFAULT}' prints one to start from")
+    try:
+        return read_toml(text)
+    except ValueError as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+
+
+def _without_schema(content: dict[str, Any]) -> dict[str, Any]:
+    schema = content.pop("schema", None)
+    if schema != SCHEMA:
+        raise InputError(
+            f"schema = {repr(schema)[:60]}: this version reads 'schema = {SCHEMA}'; write it as the first line"
+        )
+    return content
+
+
+def paper_of_preset(source: object) -> str:
+    """Name the paper, ``author_year``, whose ready-made scenario a source asks for; empty for a scenario of one's own."""
+    path = Path(source) if isinstance(source, (str, Path)) else None
+    if path is None or path.suffix in _FILES or path.exists():
+        return ""
+    return str(source).partition("/")[0]
+
+
+def paper_scenario(name: str) -> Scenario:
+    """Find a paper's scenario by ``author_year/name``.
+
+    Raises
+    ------
+    InputError
+        With the nearest name.
+    """
+    author_year, _, wanted = name.partition("/")
+    module = paper(author_year)
+    found: Mapping[str, Scenario] = module.scenarios() if hasattr(module, "scenarios") else {}
+    if not found:
+        raise InputError(f"'{author_year}' has no scenario")
+    if wanted not in found:
+        raise InputError(f"'{name}': {author_year} has no scenario '{wanted}'.{nearest(wanted, found)}")
+    return found[wanted]

@@ -1,0 +1,66 @@
+"""Where the values of a ready-made scenario come from: what its paper gives, and what it does not."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from electrovib.core.units import format_quantity
+
+if TYPE_CHECKING:
+    from electrovib.scenario.experiment import Scenario
+
+BY_THE_USER = "set by the user"
+"""Source of a value that was changed."""
+
+
+def is_default(scenario: Scenario, path: str, value: Any) -> bool:
+    """Tell whether a value is what its model takes if nothing is given.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Holds the parameter.
+    path : str
+        Dotted path of a parameter.
+    value : any
+        Of the parameter.
+
+    Returns
+    -------
+    bool
+        Whether it is the default of the model that owns it.
+    """
+    owner: Any = scenario
+    *parents, name = path.split(".")
+    for part in parents:
+        owner = owner[int(part)] if isinstance(owner, tuple) else getattr(owner, part)
+    return bool(type(owner).model_fields[name].default == value)
+
+
+def not_in_paper(scenario: Scenario, paper: str) -> dict[str, str]:
+    """Find the values of a paper's scenario that are not found in the paper.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        One of the paper's, perhaps with some values changed.
+    paper : str
+        ``author_year``.
+
+    Returns
+    -------
+    dict of str to str
+        Dotted path to the value as text. A source that begins with author and year, ``Vezzoli 2014, section 4``, says that
+        the value is found there; any other source says that it is not. Values that the user
+        has set, and defaults of 0, with which a model has nothing of a thing, are left out.
+    """
+    author, _, year = paper.partition("_")
+    printed = f"{author.capitalize()} {year}"
+    found = {}
+    for path, value, quantity in scenario.parameters():
+        source = scenario.sources.get(path)
+        if source is None or value is None or source == BY_THE_USER or source.startswith(printed):
+            continue
+        if value != 0 or not is_default(scenario, path, value):
+            found[path] = format_quantity(value, quantity.unit, digits=4)
+    return found

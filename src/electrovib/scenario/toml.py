@@ -1,0 +1,130 @@
+"""A scenario as a commented TOML file, the form in which people write it."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+from electrovib.core.model import Model, quantity_of
+from electrovib.core.samples import Samples
+from electrovib.core.units import exact_text
+from electrovib.scenario import SCHEMA, Scenario
+
+
+def to_toml(scenario: Scenario) -> str:
+    """Write a scenario so that it reads back equal, with the meaning of every parameter.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Any.
+
+    Returns
+    -------
+    str
+        TOML. Measured samples are left to the file they came from.
+    """
+    import tomlkit
+    from tomlkit.items import KeyType, SingleKey
+
+    document = tomlkit.document()
+    document.add("schema", tomlkit.item(SCHEMA))
+    if scenario.title:
+        document.add("title", tomlkit.item(scenario.title))
+    for name, value in scenario:
+        if isinstance(value, Model):
+            document.add(name, _table(value))
+    if scenario.sources:
+        sources = tomlkit.table()
+        for path, text in scenario.sources.items():
+            sources.add(SingleKey(path, t=KeyType.Basic), tomlkit.item(text))
+        document.add("sources", sources)
+    return tomlkit.dumps(document)
+
+
+def _table(model: Model) -> Any:
+    import tomlkit
+
+    table = tomlkit.table()
+    if type(model).__mro__[1] is not Model:
+        table.add("model", tomlkit.item(type(model).__name__))
+    nested = []
+    for name, value in model:
+        if value is None or (isinstance(value, Samples) and _field(model, "file")):
+            continue
+        if isinstance(value, Model):
+            nested.append((name, value))
+            continue
+        item = tomlkit.item(_written(model, name, value))
+        meaning = _meaning(model, name)
+        if meaning and "\n" not in tomlkit.dumps({name: item}).strip():
+            item.comment(meaning)
+        table.add(name, item)
+    for name, value in nested:
+        table.add(name, _table(value))
+    return table
+
+
+def _meaning(model: Model, name: str) -> str:
+    quantity = quantity_of(type(model), name) if name in type(model).model_fields else None
+    if quantity is not None:
+        return quantity.doc
+    field = type(model).model_fields.get(name)
+    return (field.description or "") if field is not None else ""
+
+
+def left_away(model: Model, prefix: str = "") -> dict[str, str]:
+    """Find the optional parts that a tree of models leaves away.
+
+    Parameters
+    ----------
+    model : Model
+        A scenario, or a part of one.
+    prefix : str
+        Dotted path of the part, with a dot at its end.
+
+    Returns
+    -------
+    dict of str to str
+        Dotted path to what can be put there: members of the family, or parameters of the part.
+    """
+    from electrovib.core.discovery import find_members
+
+    found: dict[str, str] = {}
+    for name, field in type(model).model_fields.items():
+        kinds = [
+            kind for kind in get_args(field.annotation) if isinstance(kind, type) and issubclass(kind, Model)
+        ]
+        if kinds and getattr(model, name) is None:
+            kind = kinds[0]
+            names = sorted(find_members(kind)) if kind.is_family else list(kind.model_fields)
+            found[f"{prefix}{name}"] = ("one of " if kind.is_family else "") + ", ".join(names)
+    for name, value in model:
+        if isinstance(value, Model):
+            found |= left_away(value, f"{prefix}{name}.")
+    return found
+
+
+def _field(model: Model, name: str) -> Any:
+    return getattr(model, name, None)
+
+
+def _written(model: Model, name: str, value: Any) -> Any:
+    quantity = quantity_of(type(model), name) if name in type(model).model_fields else None
+    if quantity is not None:
+        return exact_text(value, quantity.unit)
+    if isinstance(value, tuple):
+        return [_inline(item) if isinstance(item, Model) else item for item in value]
+    return value.packed() if isinstance(value, Samples) else value
+
+
+def _inline(model: Model) -> Any:
+    import tomlkit
+
+    table = tomlkit.inline_table()
+    if type(model).__mro__[1] is not Model:
+        table.add("model", type(model).__name__)
+    for name, value in model:
+        if value is None:
+            continue
+        table.add(name, _inline(value) if isinstance(value, Model) else _written(model, name, value))
+    return table

@@ -1,0 +1,308 @@
+"""How far an answer in time is off because materials were reduced to Debye terms.
+
+What a reduction changes in a linear quantity is itself linear in the drive: D = declared - reduced, the one from
+impedances at each frequency, the other from modes. D is fitted by signed relaxations on a fixed dense grid of
+rates, a linear least-squares problem, and the drive is sent through that fit. Nothing of it rests on the fit of
+the material.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from electrovib.scenario import PeriodicState
+from electrovib.solve.electrics.electrical import linear_quantities
+from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.respond import AMPLITUDE
+from electrovib.solve.stack.band import SAME, lowest_frequency, run_band
+from electrovib.solve.stack.expand import attraction, left_by_charge, phasors, total_pull
+from electrovib.solve.stack.integrator import drive_mean, integral_weight
+from electrovib.solve.stack.reduce import reduction_band
+from electrovib.solve.stack.transfer import Transfer
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from electrovib.physics.drive.base import Drive
+    from electrovib.scenario import Scenario
+    from electrovib.solve.electrics.electrical import Electrical
+    from electrovib.solve.stack.section import ModalSection
+    from electrovib.solve.stack.transfer import Complex, Real
+
+FORCE: Final = "force"
+CURRENT: Final = "current"
+TAIL: Final = 1e-4
+"""Share of the peak down to which an error is told against the value at that time."""
+POLES_PER_DECADE: Final = 10
+ROWS_PER_DECADE: Final = 16
+BEYOND: Final = 10.0
+"""How far beyond the band, on both sides, relaxations of D may lie."""
+SAFETY: Final = 1.5
+"""On the error found: for what the fit of D leaves out, and for what lies between two probes."""
+SPREAD: Final = 3.0
+"""On the largest relative residual of the fit of D: what it may become in time."""
+POWERS: Final = (0.0, -0.5, -1.0, 0.5, 1.0)
+"""Powers of the frequency by which a quantity may fall: the fit of D is weighted by the one that suits best."""
+SMALLEST: Final = 1e-10
+"""Singular value over the largest below which a combination of relaxations is left out of the fit of D."""
+MEASURED: Final = 1e-4
+"""The same where a law is a measured table, whose noise no relaxations follow."""
+PROBES: Final = 400
+"""Output times at which D is evaluated; between two of them the larger one counts."""
+AT_REST: Final = 1e-60
+"""A frequency that stands for 0 [Hz], where a power law has no value."""
+LARGEST: Final = 0.01
+"""Error, of what is left of a quantity, from which on it counts as not known."""
+LOOKING_BACK: Final = 0.9
+_GOLDEN: Final = 0.6180339887498949
+
+
+class Judged(NamedTuple):
+    """How far a quantity is off in time.
+
+    Parameters
+    ----------
+    error : float
+        Largest error over the value at that time, 1, while that is above `TAIL` of the peak.
+    share : float
+        Largest error over the largest value from `LOOKING_BACK` of that time on, 1: of an oscillation its size.
+    lost : float
+        From when on that is above `LARGEST` [s]; infinite if never.
+    """
+
+    error: float
+    share: float
+    lost: float
+
+
+def answer_errors(
+    scenario: Scenario, section: ModalSection, answer: Electrical, times: Real, *, known: tuple[float, float]
+) -> dict[str, Judged]:
+    """Bound what the reduction of materials does to the answer in time.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    section : ModalSection
+        Its stack as modes.
+    answer : Electrical
+        The answer at the output times.
+    times : ndarray, shape (n,)
+        Output times [s].
+    known : tuple of float
+        Lowest and highest frequency at which all materials are known [Hz]; the answer is judged up to
+        1/(2 pi low).
+
+    Returns
+    -------
+    dict of str to Judged
+        Of each linear quantity and of ``force``. Empty where nothing is known. The moments of jumps of the drive
+        are left out: their values are limits of infinite frequency.
+
+    Notes
+    -----
+    The response of D = declared - reduced to the drive, times `SAFETY`, plus `SPREAD` times the relative
+    residual of the fit of D over frequency.
+    """
+    low, high = reduction_band(*run_band(scenario, times))
+    low, high = max(low, known[0]), min(high, known[1])
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    if settled and lowest_frequency(scenario) < known[0] * (1 - SAME):
+        return {}
+    lasts = 1 / (2 * np.pi * known[0]) if known[0] and not settled else np.inf
+    judged = (times <= lasts) & ~_at_corner(scenario.drive, times, bends=False)
+    if not low < high or not np.any(judged):
+        return {}
+    steady = settled and known[0] == 0 and bool(drive_mean(scenario.drive))
+    fit = _Fit.over(low, high, steady=steady, smallest=MEASURED if known[0] else SMALLEST)
+    differences, residuals = _differences(scenario, section, fit, settled=settled)
+    probes = np.flatnonzero(judged)[_probes(int(np.count_nonzero(judged)))]
+    found = {name: row for name, row in answer.found.items() if name in differences and row.ndim == 1}
+    errors = _respond(scenario, differences, times[probes], settled=settled)
+    bounds = {
+        name: (row, SAFETY * np.abs(errors[name]) + SPREAD * residuals[name] * np.abs(row[probes]))
+        for name, row in found.items()
+    }
+    amplitudes = {name: row[probes] for name, row in found.items() if name.startswith(AMPLITUDE)}
+    if amplitudes and scenario.force.causal:
+        bounds[FORCE] = (answer.force, _of_force(scenario, times[probes], amplitudes, errors, residuals))
+    straight = judged & ~_at_corner(scenario.drive, times, bends=True)
+    return {
+        name: _judge(row, times, probes, bound, straight if name == CURRENT else judged)
+        for name, (row, bound) in bounds.items()
+    }
+
+
+def _at_corner(drive: Drive, times: Real, *, bends: bool) -> NDArray[np.bool_]:
+    """Tell the output times at which the drive jumps, or bends as well."""
+    marks, heights = drive.corners(float(times[-1]))
+    begins = [0.0] if bends or drive.voltage(0.0) else []
+    corners = np.sort(np.append(marks if bends else marks[heights != 0], begins))
+    if not len(corners):
+        return np.zeros(len(times), bool)
+    after = np.searchsorted(corners, times)
+    sides = [np.abs(times - corners[np.clip(after - side, 0, len(corners) - 1)]) for side in (0, 1)]
+    return np.asarray(np.min(sides, axis=0) <= SAME * times[-1])
+
+
+def _probes(count: int) -> NDArray[np.intp]:
+    """Choose output times: all of few; of many some, nearly even but never in step with a drive that repeats."""
+    if count <= PROBES:
+        return np.arange(count)
+    share = np.arange(PROBES)
+    spread = (share + (share * _GOLDEN) % 1) / PROBES
+    slow = np.geomspace(1, count - 1, PROBES // 5)  # a tail, and what follows the beginning
+    places = np.concatenate([[0, count - 1], np.floor(spread * count), slow])
+    return np.unique(places.astype(np.intp))
+
+
+def _judge(
+    row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]
+) -> Judged:
+    """Hold a bound at the probes against a quantity at all output times."""
+    sizes, places = np.where(judged, np.abs(row), 0.0), np.arange(len(row))
+    after = np.minimum(np.searchsorted(probes, places), len(probes) - 1)
+    larger = np.where(probes[after] == places, bound[after], np.maximum(bound[after], bound[after - 1]))
+    left = np.maximum.accumulate(sizes[::-1])[::-1][np.searchsorted(times, LOOKING_BACK * times)]
+    told, peak = sizes > TAIL * np.max(sizes), TAIL * np.max(sizes)
+    shares = np.where(judged & (left > peak), larger / np.maximum(left, peak or 1.0), 0.0)
+    lost = times[shares > LARGEST]
+    return Judged(
+        error=float(np.max(larger[told] / sizes[told], initial=0.0)),
+        share=float(np.max(shares, initial=0.0)),
+        lost=float(lost[0]) if len(lost) else np.inf,
+    )
+
+
+def _of_force(
+    scenario: Scenario,
+    times: Real,
+    amplitudes: Mapping[str, Real],
+    errors: Mapping[str, Real],
+    residuals: Mapping[str, float],
+) -> Real:
+    """Bound the error of the attraction [N] at times [s] from the errors of the law's amplitudes."""
+    now = {name.removeprefix(AMPLITUDE): row for name, row in amplitudes.items()}
+    off = {name.removeprefix(AMPLITUDE): row + errors[name] for name, row in amplitudes.items()}
+    pull = total_pull(scenario, now)
+    force = attraction(scenario, pull, times)
+    residual = 2 * max(residuals[name] for name in amplitudes)
+    moved = np.abs(attraction(scenario, total_pull(scenario, off), times) - force)
+    left = np.abs(
+        attraction(scenario, pull * (1 + residual), times) - force
+    )  # more where the area grows with it
+    return np.asarray(SAFETY * moved + SPREAD * left)
+
+
+def _respond(
+    scenario: Scenario, transfers: dict[str, Transfer], times: Real, *, settled: bool
+) -> dict[str, Real]:
+    """Send the drive through linear quantities, past leaks, limits and motion."""
+    amplifier, drive = scenario.circuit.amplifier, scenario.drive
+    if amplifier is None or drive.quantity == "current":
+        return transient(transfers, drive, times, settled=settled)
+    if amplifier.is_limited:
+        found = transient(transfers, drive, times)
+        return {name: amplifier.gain * row for name, row in found.items()}
+    from electrovib.solve.electrics.amplifier.amplifier import amplified_response
+
+    return amplified_response(transfers, drive, times, amplifier=amplifier, settled=settled).found
+
+
+def _differences(
+    scenario: Scenario, section: ModalSection, fit: _Fit, *, settled: bool
+) -> tuple[dict[str, Transfer], dict[str, float]]:
+    """Fit declared - reduced of every linear quantity; relative residuals beside."""
+    declared = linear_quantities(scenario, phasors(scenario, fit.frequency, leaks=False))
+    reduced = linear_quantities(scenario, section)
+    reduced.pop("stack_voltage")  # the sum of the layers', and nothing under a drive of 0 V
+    transfers, residuals = {}, {}
+    for name in reduced:
+        # a current is the rate of change of its charge, which varies far less over frequency
+        axis = 2j * np.pi * fit.frequency if name == CURRENT else 1.0
+        pair = declared[name] / axis, reduced[name].at(fit.frequency) / axis
+        unasked = name == CURRENT or bool(integral_weight(reduced[name]))
+        found, residuals[name] = fit.of(*pair, unasked=unasked)
+        transfers[name] = _slope(found) if name == CURRENT else found
+    if settled or not np.any(section.modes.charges):
+        return transfers, residuals
+    left = linear_quantities(scenario, left_by_charge(scenario, fit.frequency, section.modes.charges))
+    for name in reduced:
+        found, residual = fit.of(left[name], reduced[name].free_at(fit.frequency))
+        transfers[name] = replace(transfers[name], free=found.gains * found.rates)
+        residuals[name] = max(residual, residuals[name])
+    return transfers, residuals
+
+
+def _slope(transfer: Transfer) -> Transfer:
+    """Give the rate of change of a quantity: s times its transfer."""
+    weights = transfer.gains * transfer.rates
+    return Transfer(transfer.rates, -weights, float(np.sum(weights)), transfer.direct, static=0.0)
+
+
+class _Fit:
+    """Signed relaxations on a fixed grid of rates that follow D over a band.
+
+    Parameters
+    ----------
+    low, high : float
+        Band [Hz].
+    steady : bool
+        Follow D at zero frequency as well.
+    smallest : float
+        Singular value over the largest that counts.
+    """
+
+    def __init__(self, low: float, high: float, *, steady: bool, smallest: float) -> None:
+        self.frequency = _spaced(low, high, ROWS_PER_DECADE)
+        self.rates = 2 * np.pi * _spaced(low / BEYOND, high * BEYOND, POLES_PER_DECADE)
+        falls = [(self.frequency / low) ** -power for power in POWERS]
+        if steady:
+            self.frequency = np.append(AT_REST, self.frequency)
+            self.rates = np.append(1e-6 * self.rates[0], self.rates)
+            falls = [np.append(fall[0], fall) for fall in falls]
+        s = 2j * np.pi * self.frequency[:, None]
+        columns = np.concatenate([np.ones((len(s), 1)), self.rates / (s + self.rates)], axis=1)
+        self.columns = np.concatenate([columns.real, columns.imag])
+        self.inverses = [_inverse(self.columns, np.tile(1 / fall, 2), smallest) for fall in falls]
+
+    @staticmethod
+    @functools.lru_cache(maxsize=16)
+    def over(low: float, high: float, *, steady: bool, smallest: float) -> _Fit:
+        """Give the fit over a band, the same object for the same band."""
+        return _Fit(low, high, steady=steady, smallest=smallest)
+
+    def of(self, declared: Complex, reduced: Complex, *, unasked: bool = False) -> tuple[Transfer, float]:
+        """Fit one D; the largest residual is told over the quantity's own size there; its value at rest may be unasked."""
+        difference, size = declared - reduced, np.maximum(np.abs(declared), np.abs(reduced))
+        if unasked and self.frequency[0] == AT_REST:
+            difference[0], size[0] = difference[1], size[1]
+        wanted = np.concatenate([difference.real, difference.imag])
+        size[0] = max(size[:2])  # at rest a quantity may vanish
+        floor = np.finfo(float).eps * float(np.max(size, initial=0.0))
+        weights = 1 / np.tile(np.maximum(size, floor or 1.0), 2)
+        best, found = np.inf, np.zeros(len(self.rates) + 1)
+        for inverse in self.inverses:
+            tried = inverse @ wanted
+            left = float(np.max(np.abs(self.columns @ tried - wanted) * weights))
+            if left < best:
+                best, found = left, tried
+        return Transfer(self.rates, found[1:], float(found[0])), best
+
+
+def _inverse(columns: Real, weights: Real, smallest: float) -> Real:
+    """Pseudo-inverse of weighted rows; columns count alike, and none is added to cancel another."""
+    weighted = columns * weights[:, None]
+    sizes = np.linalg.norm(weighted, axis=0)
+    return np.asarray(np.linalg.pinv(weighted / sizes, rcond=smallest) / sizes[:, None] * weights)
+
+
+def _spaced(low: float, high: float, per_decade: int) -> Real:
+    return np.geomspace(low, high, max(2, int(np.ceil(per_decade * np.log10(high / low))) + 1))

@@ -1,0 +1,98 @@
+"""Whether the times at which a result is wanted are close enough to show it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.lamps import Lamp
+from electrovib.core.units import format_quantity
+from electrovib.physics.drive.parts import Linear, Part
+
+if TYPE_CHECKING:
+    from electrovib.physics.drive.base import Drive
+    from electrovib.solve.stack.transfer import Real
+
+FEWEST: Final = 8
+"""Samples a cycle of the drive below which a curve misleads: the force has two cycles in it."""
+MISSED: Final = 1 / 3
+"""Area between straight pieces and a line through the times, over that between them and their mean, above which the
+line misleads: a pulse that no time meets has 1, a square with 8 samples a period a quarter."""
+ROUNDING: Final = 1e-9
+"""Share by which a step may be too long."""
+MOST: Final = 4_000_000
+"""Samples beyond which no number of even times is advised."""
+
+
+def sampling(drive: Drive, times: Real) -> list[Lamp]:
+    """Warn where a result is exact at its times but a line through them is not the result.
+
+    Parameters
+    ----------
+    drive : Drive
+        What oscillates.
+    times : ndarray, shape (n,)
+        When the result is wanted, increasing [s].
+
+    Returns
+    -------
+    list of Lamp
+        One warning with the number of samples that would do, or none.
+    """
+    if len(times) < 2 or _shows(drive, times):
+        return []
+    step, fastest = float(np.max(np.diff(times))), _fastest(drive)
+    start, end = float(times[0]), float(times[-1])
+    needed = max(len(times), math.ceil(FEWEST * fastest * (end - start)) + 1)
+    while needed <= MOST and not _shows(drive, np.linspace(start, end, needed)):
+        needed = 2 * needed - 1
+    changes = f"changes with {format_quantity(fastest, 'Hz')}"
+    if step * fastest * FEWEST <= 1 + ROUNDING:
+        changes = "has pieces that lie between them"
+    advice = f"time.samples = {needed} would show it"
+    if drive.time_stamps is not None:
+        advice = "leave time.samples away: the times of the measured drive show it"
+    elif needed > MOST:
+        advice = f"more than {MOST} samples would be needed: ask for numbers with --quantity, or a shorter time.duration"
+    text = (
+        f"the times are {format_quantity(step, 's')} apart, but the drive {changes}: right at each of them, misleading"
+        f" between them; {advice}"
+    )
+    return [Lamp("sampling", "warning", text, float(needed), float(len(times)), "1")]
+
+
+def _shows(drive: Drive, times: Real) -> bool:
+    """Tell whether a line through these times [s] shows oscillations and straight pieces of a drive."""
+    step = float(np.max(np.diff(times)))
+    if step * _fastest(drive) * FEWEST > 1 + ROUNDING:
+        return False
+    straight = [part for part in drive.parts() if isinstance(part, Linear) and not part.is_step]
+    return all(_missed(part, times) <= MISSED for part in straight)
+
+
+def _missed(part: Linear, times: Real) -> float:
+    """Area between straight pieces and a line through these times [s], over that between them and their mean."""
+    corners = part.corners(float(times[-1]))[0]
+    inside = corners[(corners > times[0]) & (corners < times[-1])]
+    every = np.union1d(times, inside)
+    after, before = part.value(every)[:-1], part.value_before(every[1:])
+    line = np.interp(every, times, part.value(times))
+    lengths = np.diff(every)
+    mean = float(lengths @ (after + before)) / (2 * float(lengths.sum()))
+    whole = float(lengths @ (np.abs(after - mean) + np.abs(before - mean)))
+    between = float(lengths @ (np.abs(after - line[:-1]) + np.abs(before - line[1:])))
+    return between / whole if whole > 0 else 0.0
+
+
+def _fastest(drive: Drive) -> float:
+    """Give the highest frequency of the parts [Hz]; of straight pieces, how often the whole of them passes."""
+    return max((_fastest_of(part) for part in drive.parts()), default=0.0)
+
+
+def _fastest_of(part: Part) -> float:
+    if not isinstance(part, Linear):
+        return part.highest_frequency
+    lasts = part.period or float(part.times[-1])
+    return 1 / lasts if lasts else 0.0

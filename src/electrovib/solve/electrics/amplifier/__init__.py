@@ -1,0 +1,1 @@
+"""The amplifier before the stack: gain, bandwidth, and limits of voltage, slope and current."""

@@ -1,0 +1,333 @@
+"""Plate and stack behind an amplifier with limits, in closed form while it does one thing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.solve.electrics.amplifier.slewing import Course, Modes, Network
+from electrovib.solve.electrics.amplifier.unlimited import Unlimited, behind, corner_apart
+from electrovib.solve.stack.transfer import Transfer
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from electrovib.physics.amplifier import Amplifier
+    from electrovib.physics.drive.base import Drive
+    from electrovib.solve.stack.transfer import Real
+
+HYSTERESIS = 1e-10
+"""How far over its limit a current, or past its aim a voltage, changes what the amplifier does: noise shall not."""
+_ROUNDED = 256
+"""Roundings of a current that are no change of it; those of the phase of an oscillation are added."""
+_SLACK = 1e-6
+"""Share of a limit up to which a current beyond it, where it has just left it, is rounding."""
+_NOISE = 1e-12
+"""How far past the largest voltage an aim is held there, or let go again."""
+
+
+@dataclass(frozen=True, eq=False)
+class Span:
+    """What an amplifier does from one change to the next.
+
+    Parameters
+    ----------
+    start : float
+        s.
+    mode : int
+        1 or -1 at its largest current of that sign, 0 at its voltage.
+    held : int
+        1 or -1 while its aim is held at its largest voltage of that sign, else 0.
+    course : Course or None
+        The plate; where it follows the drive, its distance from what it would do without limits, or None for none.
+    states : ndarray, shape (modes,)
+        At the beginning [V], of the same.
+    slack : float
+        By how much more a current may pass its limit [A]: rounding of when it left a limit that it stays near.
+    """
+
+    start: float
+    mode: int
+    held: int
+    course: Course | None
+    states: Real
+    slack: float = 0.0
+
+    @property
+    def follows(self) -> bool:
+        """Tell whether the plate follows the drive."""
+        return self.mode == 0 and self.held == 0
+
+
+class LimitedPlate:
+    """What a plate does while its amplifier does one thing, and how far that is from a change.
+
+    Parameters
+    ----------
+    transfers : mapping of str to Transfer
+        Per volt of the plate; `current` [A per volt] among them.
+    amplifier : Amplifier
+        Gain, pole, limits and stray capacitance.
+    drive : Drive
+        A voltage, off before time 0.
+    end : float
+        Last time [s].
+    """
+
+    def __init__(
+        self, transfers: Mapping[str, Transfer], amplifier: Amplifier, drive: Drive, end: float
+    ) -> None:
+        self.drive = drive
+        self.network = Network.of(transfers["current"], amplifier.stray_capacitance)
+        self.modes: Modes = self.network.modes()
+        driven = [t.rates[(t.gains != 0) & (t.rates > 0)] for t in transfers.values()]
+        self.rates = np.unique(np.concatenate(driven))
+        self.branches = np.searchsorted(self.rates, self.network.rates)
+        self.corner = corner_apart(amplifier, self.rates)
+        if self.corner is not None:
+            amplifier = amplifier.model_copy(update={"bandwidth": self.corner / (2 * np.pi)})
+        self.amplifier, self.limits = amplifier, amplifier.current_limits
+        self.largest = np.inf if amplifier.saturation is None else amplifier.saturation
+        none = np.zeros(0)
+        stray = Transfer(none, none, 0.0, amplifier.stray_capacitance, static=0.0)
+        self.unlimited = Unlimited(
+            drive,
+            gain=amplifier.gain,
+            corner=self.corner,
+            rates=self.rates,
+            current=behind(transfers["current"] + stray, amplifier),
+        )
+        bound = abs(amplifier.gain) * sum(part.bound() for part in drive.parts())
+        self.scale = max(1e-12, min(bound, self.largest))
+        admittance = self.network.direct + self.network.capacitance * (self.corner or 0.0)
+        cycles = 2 * np.pi * drive.highest_frequency * end
+        self.rounding = float(np.finfo(float).eps) * (_ROUNDED + 2 * cycles) * self.scale * admittance
+        marks, heights = drive.corners(end)
+        self.jumps = marks[heights != 0]
+
+    def margins(self, span: Span, time: Real, hysteresis: float) -> Real:
+        """How far an amplifier is from what would change it.
+
+        Parameters
+        ----------
+        span : Span
+            What holds.
+        time : ndarray, shape (n,)
+            Increasing, not before the span [s].
+        hysteresis : float
+            Share of a limit by which it may be passed; 0 to find when it is met.
+
+        Returns
+        -------
+        ndarray, shape (1, n) or (3, n)
+            Below 0 where it changes. At a largest current: to its voltage [V]. At its voltage: to the highest and to the
+            lowest current [A], and to another aim [V]; the last is below 0 also at a jump against a capacitance.
+        """
+        if span.mode:
+            return self.behind(span, time)[None] + hysteresis * self.scale
+        current = self._of_current(span, time, hysteresis)
+        jumps = np.where(self._jumps_at(time), -1.0, 1.0)
+        return np.concatenate([current, np.minimum(self._of_aim(span, time, hysteresis), jumps)[None]])
+
+    def margin(self, span: Span, when: float, kind: int) -> float:
+        """How far an amplifier is from one change.
+
+        Parameters
+        ----------
+        span : Span
+            What holds.
+        when : float
+            s.
+        kind : int
+            Row of `margins`.
+
+        Returns
+        -------
+        float
+            As there, without hysteresis and jumps.
+        """
+        at = np.array([when])
+        if span.mode:
+            return float(self.behind(span, at)[0])
+        if kind == 2:
+            return float(self._of_aim(span, at, 0.0)[0])
+        return float(self._of_current(span, at, 0.0)[kind, 0])
+
+    def _of_current(self, span: Span, time: Real, hysteresis: float) -> Real:
+        lowest, highest = self.limits
+        if not np.isfinite(highest):
+            return np.ones((2, len(time)))
+        current, slack = self.current(span, time), span.slack + (self.rounding if hysteresis else 0.0)
+        over, under = highest * (1 + hysteresis) - current, current - lowest * (1 + hysteresis)
+        return np.array([over, under]) + slack
+
+    def _of_aim(self, span: Span, time: Real, hysteresis: float) -> Real:
+        if not np.isfinite(self.largest):
+            return np.ones(len(time))
+        noise, wanted = _NOISE if hysteresis else 0.0, self.amplifier.gain * self.drive.voltage(time)
+        if span.held:
+            return np.asarray(span.held * wanted - self.largest * (1 - noise))
+        return np.asarray(self.largest * (1 + noise) - np.abs(wanted))
+
+    def _jumps_at(self, time: Real) -> NDArray[np.bool_]:
+        """Tell the times at which the plate would have to jump against a capacitance."""
+        bound = self.corner is None and self.network.capacitance > 0 and np.isfinite(self.limits[1])
+        if not bound or not len(self.jumps):
+            return np.zeros(len(time), bool)
+        return np.isin(time, self.jumps)
+
+    def held(self, when: float) -> int:
+        """Tell whether the aim is held at a largest voltage.
+
+        Parameters
+        ----------
+        when : float
+            From when on [s].
+
+        Returns
+        -------
+        int
+            Its sign, or 0.
+        """
+        wanted = self.amplifier.gain * float(self.drive.voltage(when))
+        side, distance = int(np.sign(wanted)), abs(wanted) - self.largest
+        if abs(distance) > _NOISE * self.scale:
+            return side if distance > 0 else 0
+        rises = side * self.amplifier.gain * float(self.drive.slope(when)) > 0
+        return side if rises else 0
+
+    def state(self, span: Span, when: float) -> tuple[float, Real]:
+        """Find where plate and modes are.
+
+        Parameters
+        ----------
+        span : Span
+            What holds.
+        when : float
+            s.
+
+        Returns
+        -------
+        voltage : float
+            Of the plate just before that time [V].
+        modes : ndarray, shape (modes,)
+            V.
+        """
+        since = np.array([when - span.start])
+        voltage, states = 0.0, np.zeros(len(self.rates))
+        if span.follows:
+            voltage, states = self.unlimited.state(when)
+        if span.course is None:
+            return voltage, states
+        voltage += float(span.course.voltage(since)[0])
+        return voltage, states + span.course.answer(self.rates, span.states, since)[:, 0]
+
+    def span(self, start: float, mode: int, held: int, voltage: float, states: Real) -> Span:
+        """Begin to do one thing.
+
+        Parameters
+        ----------
+        start : float
+            s.
+        mode, held : int
+            As in `Span`.
+        voltage : float
+            Of the plate just before [V].
+        states : ndarray, shape (modes,)
+            V.
+
+        Returns
+        -------
+        Span
+            From then on.
+        """
+        if mode:
+            current = self.limits[mode > 0]
+            course = self.network.slewed(current, voltage, states[self.branches], start, self.modes)
+            return Span(start, mode, held, course, states)
+        level = held * self.largest
+        if not held:  # what it would do without limits, and the distance from there
+            level, expected = self.unlimited.state(start)
+            states = states - expected
+        rates, levels = np.zeros(int(bool(held))), np.full(int(bool(held)), level)
+        if self.corner is not None:
+            rates, levels = np.append(rates, self.corner), np.append(levels, voltage - level)
+        return Span(start, mode, held, Course(rates, levels, np.zeros(len(levels))), states)
+
+    def current(self, span: Span, time: Real) -> Real:
+        """Current of an amplifier at its voltage.
+
+        Parameters
+        ----------
+        span : Span
+            What holds.
+        time : ndarray, shape (n,)
+            Increasing, not before the span [s].
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            A.
+        """
+        found = self.unlimited.current(time) if span.follows else self.network.fading(time)
+        if span.course is None:
+            return found
+        return found + self.network.current(span.course, span.states[self.branches], time - span.start)
+
+    def left(self, span: Span) -> Span:
+        """Let a current that has just left its limit stay near it.
+
+        Parameters
+        ----------
+        span : Span
+            Begins where a largest current ended.
+
+        Returns
+        -------
+        Span
+            With slack for the rounding of that moment.
+        """
+        if span.mode or not np.isfinite(self.limits[1]):
+            return span
+        beyond = -float(np.min(self._of_current(span, np.array([span.start]), 0.0)))
+        return replace(span, slack=2 * beyond) if 0 < beyond < _SLACK * self.limits[1] else span
+
+    def aim(self, time: Real) -> Real:
+        """Voltage that the amplifier aims at.
+
+        Parameters
+        ----------
+        time : ndarray, shape (n,)
+            s.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            V.
+        """
+        return np.asarray(self.amplifier.aim(self.drive.voltage(time)))
+
+    def behind(self, span: Span, time: Real) -> Real:
+        """How far an amplifier at a largest current is behind the voltage it wants.
+
+        Parameters
+        ----------
+        span : Span
+            What holds.
+        time : ndarray, shape (n,)
+            Increasing, not before the span [s].
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            V; above 0 as long as it cannot reach it.
+        """
+        assert span.course is not None
+        lag = self.aim(time) - span.course.voltage(time - span.start)
+        if self.corner is not None:
+            lag = lag - span.course.slope(time - span.start) / self.corner
+        return np.asarray(span.mode * lag)

@@ -1,0 +1,304 @@
+"""Plate, stack and stray capacitance behind an amplifier, from one change of its behaviour to the next.
+
+Seen from the plate the linear layers are branches of a resistance and a capacitor each. While the amplifier gives
+its voltage the plate follows a straight line or lags behind it; while it gives its largest current the plate's
+voltage relaxes in the modes of branches and stray capacitance, whose rates are roots of a sum of poles. Either
+way it is a sum of exponentials and their integrals, and so is every answer of the stack to it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.solve.electrics.linear.straight import chunks
+from electrovib.solve.stack.secular import secular_roots
+
+if TYPE_CHECKING:
+    from electrovib.solve.stack.transfer import Real, Transfer
+
+
+_SAME_RATE = 1e-8
+"""Rates nearer to each other than this share count as equal."""
+
+
+def risen(rates: Real, time: Real) -> Real:
+    """Integral of exp(-rate t) from 0 to each time.
+
+    Parameters
+    ----------
+    rates : ndarray, shape (m,)
+        >= 0 [1/s].
+    time : ndarray, shape (times,)
+        s.
+
+    Returns
+    -------
+    ndarray, shape (m, times)
+        s.
+    """
+    return overlap(rates, np.zeros(1), time)[:, 0]
+
+
+def _apart_from(rates: Real, fading: Real) -> Real:
+    """Move rates that equal one of others away by a little: t exp(-rate t) is then met to about 1e-8."""
+    near = np.abs(rates[:, None] - fading) <= _SAME_RATE * fading
+    positive = rates[rates > 0]
+    step = np.where(fading > 0, fading, np.min(positive) if len(positive) else 1.0)
+    return np.where(np.any(near, axis=0), fading + 2 * _SAME_RATE * step, fading)
+
+
+def overlap(first: Real, second: Real, time: Real) -> Real:
+    """Integral over s of exp(-first (t - s)) exp(-second s), without cancellation.
+
+    Parameters
+    ----------
+    first, second : ndarray, shapes (m,) and (n,)
+        Rates, >= 0 [1/s].
+    time : ndarray, shape (times,)
+        s.
+
+    Returns
+    -------
+    ndarray, shape (m, n, times)
+        s.
+    """
+    slower = np.minimum(first[:, None], second)[..., None]
+    apart = np.abs(first[:, None] - second)[..., None] * time
+    share = np.ones_like(apart)
+    np.divide(-np.expm1(-apart), apart, out=share, where=apart > 0)
+    return np.asarray(time * np.exp(-slower * time) * share)
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Voltage of the plate since some time: sum of level exp(-rate t) and of slope (1 - exp(-rate t))/rate.
+
+    Parameters
+    ----------
+    rates, levels, slopes : ndarray, shape (n,)
+        1/s, >= 0; V; V/s.
+    """
+
+    rates: Real
+    levels: Real
+    slopes: Real
+
+    def voltage(self, time: Real) -> Real:
+        """Voltage [V] at times since [s]."""
+        falling = np.exp(-np.outer(self.rates, time))
+        return np.asarray(self.levels @ falling + self.slopes @ risen(self.rates, time))
+
+    def slope(self, time: Real) -> Real:
+        """Rate of change [V/s] at times since [s]."""
+        return np.asarray((self.slopes - self.rates * self.levels) @ np.exp(-np.outer(self.rates, time)))
+
+    def answer(self, rates: Real, state: Real, time: Real) -> Real:
+        """States x' = rate (v - x) beneath this voltage.
+
+        Parameters
+        ----------
+        rates, state : ndarray, shape (m,)
+            1/s; V, at the beginning.
+        time : ndarray, shape (times,)
+            Since then [s].
+
+        Returns
+        -------
+        ndarray, shape (m, times)
+            V.
+        """
+        found = state[:, None] * np.exp(-np.outer(rates, time))
+        for piece in chunks(len(time), len(rates) * len(self.rates) + 1):
+            some = time[piece]
+            shared = overlap(rates, self.rates, some)
+            found[:, piece] += np.einsum("n,mnt->mt", self.levels, shared) * rates[:, None]
+            found[:, piece] += self.slopes @ risen(self.rates, some)
+            found[:, piece] -= np.einsum("n,mnt->mt", self.slopes, shared)
+        return np.asarray(found)
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """What hangs on the plate.
+
+    Parameters
+    ----------
+    rates, conductances : ndarray, shape (n,)
+        Branches of a resistance and a capacitor each: 1/s, 1/ohm, both above 0.
+    static : float
+        Conductance that never blocks [1/ohm].
+    capacitance : float
+        Stray capacitance, and that of a stack without resistance [F].
+    stray : float
+        Of them the stray capacitance [F].
+    free_rates, free : ndarray, shape (m,)
+        Current that initial charge drives at 0 V, sum free exp(-rate t) [1/s, A].
+    """
+
+    rates: Real
+    conductances: Real
+    static: float
+    capacitance: float
+    stray: float
+    free_rates: Real
+    free: Real
+
+    @classmethod
+    def of(cls, current: Transfer, stray: float) -> Network:
+        """Read the branches off the current per volt.
+
+        Parameters
+        ----------
+        current : Transfer
+            A per volt of the plate.
+        stray : float
+            Stray capacitance [F].
+
+        Returns
+        -------
+        Network
+            The same current, and that into the stray capacitance.
+        """
+        on, left = current.gains < 0, current.free != 0
+        return cls(
+            current.rates[on],
+            -current.gains[on],
+            current.at_rest(),
+            stray + current.slope,
+            stray,
+            current.rates[left],
+            current.free[left],
+        )
+
+    @property
+    def direct(self) -> float:
+        """Conductance to a jump of the voltage [1/ohm], where no capacitance forbids one."""
+        return self.static + float(np.sum(self.conductances))
+
+    def current(self, course: Course, states: Real, time: Real) -> Real:
+        """Current of the amplifier, without what initial charge drives.
+
+        Parameters
+        ----------
+        course : Course
+            Voltage of the plate.
+        states : ndarray, shape (n,)
+            Of the branches at the beginning [V].
+        time : ndarray, shape (times,)
+            Since then [s].
+
+        Returns
+        -------
+        ndarray, shape (times,)
+            A.
+        """
+        voltage = course.voltage(time)
+        lag = self.conductances @ (voltage - course.answer(self.rates, states, time))
+        return np.asarray(self.static * voltage + self.capacitance * course.slope(time) + lag)
+
+    def fading(self, time: Real) -> Real:
+        """Current that initial charge drives [A] at times since time 0 [s]."""
+        return np.asarray(self.free @ np.exp(-np.outer(self.free_rates, time)))
+
+    def slewed(self, current: float, voltage: float, states: Real, time: float, modes: Modes) -> Course:
+        """Course of the plate's voltage under a constant current.
+
+        Parameters
+        ----------
+        current : float
+            Of the amplifier [A].
+        voltage : float
+            Of the plate at the beginning [V]; of no account where it may jump.
+        states : ndarray, shape (n,)
+            Of the branches at the beginning [V].
+        time : float
+            When it begins [s].
+        modes : Modes
+            As from `modes`.
+
+        Returns
+        -------
+        Course
+            From then on.
+        """
+        loads = self.conductances / self.rates
+        charge = modes.shapes @ (loads * states) + self.capacitance * voltage
+        levels, slopes = charge / modes.sizes, current / modes.sizes
+        rates = modes.rates
+        if self.capacitance == 0:  # what the resistance takes at once
+            rates, slopes = np.append(rates, 0.0), np.append(slopes, 0.0)
+            levels = np.append(levels, current / self.direct)
+        if len(self.free):
+            rates, levels, slopes = self._fading(time, modes, rates, levels, slopes)
+        return Course(rates, levels, slopes)
+
+    def _fading(
+        self, time: float, modes: Modes, rates: Real, levels: Real, slopes: Real
+    ) -> tuple[Real, Real, Real]:
+        """Add what the current that initial charge drives takes away."""
+        now, fading = self.free * np.exp(-self.free_rates * time), _apart_from(modes.rates, self.free_rates)
+        apart = modes.rates[:, None] - fading
+        weights = now / apart / modes.sizes[:, None]
+        levels = levels.copy()
+        levels[: len(modes.rates)] += weights.sum(axis=1)
+        taken = -weights.sum(axis=0)
+        if self.capacitance == 0:
+            taken = taken - now / self.direct
+        return (
+            np.append(rates, fading),
+            np.append(levels, taken),
+            np.append(slopes, np.zeros(len(fading))),
+        )
+
+    def modes(self) -> Modes:
+        """Modes of the plate under a given current.
+
+        Returns
+        -------
+        Modes
+            One for each branch and one for the capacitance.
+
+        Notes
+        -----
+        C + sum a/(q - m) - static/m = 0 for a mode exp(-m t), a branch of conductance a and rate q; the branch
+        then is at q/(q - m) of the plate's voltage. Modes are orthogonal in energy, whose size is
+        C + sum a q/(q - m)^2.
+        """
+        leaks = self.static > 0
+        if not leaks and not len(self.rates):
+            return Modes(np.zeros(1), np.ones((1, 0)), np.array([self.capacitance]))
+        nodes = np.append(0.0, self.rates) if leaks else self.rates
+        weights = np.append(self.static, self.conductances) if leaks else self.conductances
+        order = np.argsort(nodes)
+        found = secular_roots(nodes[order], weights[order], self.capacitance)
+        apart = -found.differences()[:, np.argsort(order)][
+            :, int(leaks) :
+        ]  # rate of branch less that of mode
+        rates, shapes = found.values, self.rates / apart
+        sizes = rates * found.slope
+        if not leaks:
+            rates = np.append(0.0, rates)
+            shapes = np.vstack([np.ones(len(self.rates)), shapes])
+            total = self.capacitance + float(np.sum(self.conductances / self.rates))
+            sizes = np.append(total, sizes)
+        return Modes(rates, shapes, sizes)
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Modes of a plate under a given current.
+
+    Parameters
+    ----------
+    rates, sizes : ndarray, shape (m,)
+        1/s; F.
+    shapes : ndarray, shape (m, n)
+        Voltage of each branch over that of the plate.
+    """
+
+    rates: Real
+    shapes: Real
+    sizes: Real

@@ -1,0 +1,237 @@
+"""What a stack does behind an amplifier as long as no limit is met: in closed form at any time, asked for many times."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.physics.drive.parts import Linear
+from electrovib.solve.electrics.linear.break_states import BreakStates
+from electrovib.solve.electrics.linear.straight import chunks, lag_since_breaks
+from electrovib.solve.electrics.linear.transient import part_lag, transient
+from electrovib.solve.stack.transfer import Transfer
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.physics.amplifier import Amplifier
+    from electrovib.physics.drive.base import Drive
+    from electrovib.solve.stack.transfer import Real
+
+_SAME_RATE = 1e-8
+"""A corner nearer than this to a rate of the stack, relative, is moved away by it."""
+
+
+def corner_apart(amplifier: Amplifier, rates: Real) -> float | None:
+    """Give the angular corner of an amplifier, moved away from rates that it almost meets.
+
+    Parameters
+    ----------
+    amplifier : Amplifier
+        Its bandwidth.
+    rates : ndarray, shape (n,)
+        Of the stack [1/s].
+
+    Returns
+    -------
+    float or None
+        rad/s; None without a pole.
+    """
+    if amplifier.bandwidth is None:
+        return None
+    corner = 2 * np.pi * amplifier.bandwidth
+    if np.any(np.abs(rates - corner) < _SAME_RATE * corner):
+        corner *= 1 + 2 * _SAME_RATE
+    return corner
+
+
+def behind(transfer: Transfer, amplifier: Amplifier) -> Transfer:
+    """Put gain and pole of an amplifier before a linear quantity of the plate's voltage.
+
+    Parameters
+    ----------
+    transfer : Transfer
+        Per volt of the plate.
+    amplifier : Amplifier
+        Its limits are left out.
+
+    Returns
+    -------
+    Transfer
+        Per volt of the drive; what initial charge leaves behind is as before.
+    """
+    gain, corner = amplifier.gain, corner_apart(amplifier, transfer.rates)
+    if corner is None:
+        static = None if transfer.static is None else transfer.static * gain
+        forced = (transfer.gains * gain, transfer.direct * gain, transfer.slope * gain)
+        return Transfer(transfer.rates, *forced, transfer.free, static)
+    apart = corner - transfer.rates
+    direct = transfer.direct if transfer.static is None else transfer.static - float(np.sum(transfer.gains))
+    own = direct - transfer.slope * corner - float(np.sum(transfer.gains * transfer.rates / apart))
+    return Transfer(
+        np.append(transfer.rates, corner),
+        gain * np.append(transfer.gains * corner / apart, own),
+        gain * transfer.slope * corner,
+        0.0,
+        np.append(transfer.free, 0.0),
+        None if transfer.static is None else gain * transfer.static,
+    )
+
+
+def without_limits(
+    transfers: Mapping[str, Transfer],
+    drive: Drive,
+    time: Real,
+    *,
+    amplifier: Amplifier,
+    settled: bool = False,
+) -> dict[str, Real]:
+    """Response of linear quantities of the plate's voltage to gain and pole alone.
+
+    Parameters
+    ----------
+    transfers : mapping of str to Transfer
+        Per volt of the plate; `current` [A per volt] among them.
+    drive : Drive
+        A voltage, off before time 0 when starting from rest.
+    time : ndarray, shape (n,)
+        Increasing, >= 0 [s].
+    amplifier : Amplifier
+        Gain, pole and stray capacitance.
+    settled : bool
+        Start from the periodic state.
+
+    Returns
+    -------
+    dict of str to ndarray
+        The wanted quantities, `plate_voltage` and `amplifier_current`.
+    """
+    none = np.zeros(0)
+    wanted = dict(transfers) | {
+        "plate_voltage": Transfer(none, none, 1.0),
+        "stray current": Transfer(none, none, 0.0, amplifier.stray_capacitance, static=0.0),
+    }
+    found = transient(
+        {name: behind(transfer, amplifier) for name, transfer in wanted.items()}, drive, time, settled=settled
+    )
+    found["amplifier_current"] = found.pop("stray current") + found["current"]
+    return found
+
+
+class Lags:
+    """How far modes lag behind a drive, from rest: x - u, x' = rate (u - x).
+
+    Parameters
+    ----------
+    drive : Drive
+        Off before time 0 [V].
+    rates : ndarray, shape (modes,)
+        1/s, > 0.
+    """
+
+    def __init__(self, drive: Drive, rates: Real) -> None:
+        self.rates = rates
+        self.smooth = [part for part in drive.parts() if not isinstance(part, Linear)]
+        pieces = [part for part in drive.parts() if isinstance(part, Linear)]
+        self.straight = [BreakStates(each, rates, np.zeros(len(rates))) for each in pieces]
+
+    def of(self, gains: Real, time: Real) -> Real:
+        """Sum gain (x - u).
+
+        Parameters
+        ----------
+        gains : ndarray, shape (outputs, modes)
+            What each output takes of each mode.
+        time : ndarray, shape (n,)
+            Increasing, 0 to the end [s].
+
+        Returns
+        -------
+        ndarray, shape (outputs, n)
+            V.
+        """
+        found = np.zeros((len(gains), len(time)))
+        if not len(self.rates):
+            return found
+        for piece in chunks(len(time), len(self.rates)):
+            some = time[piece]
+            for part in self.smooth:
+                found[:, piece] += part_lag(part, self.rates, gains, some, settled=False)
+            for states in self.straight:
+                found[:, piece] += lag_since_breaks(states, gains, some)
+        return found
+
+
+class Unlimited:
+    """Plate, modes and current behind an amplifier that never meets a limit.
+
+    Parameters
+    ----------
+    drive : Drive
+        Off before time 0.
+    gain : float
+        Of the amplifier.
+    corner : float or None
+        Its pole [rad/s], apart from all rates.
+    rates : ndarray, shape (modes,)
+        Of the modes of the stack [1/s], > 0.
+    current : Transfer
+        Of the amplifier, per volt of the drive [A].
+    """
+
+    def __init__(
+        self, drive: Drive, *, gain: float, corner: float | None, rates: Real, current: Transfer
+    ) -> None:
+        self.drive, self.gain, self.corner, self.current_per_volt = drive, gain, corner, current
+        self.rates = rates
+        self.modes = Lags(drive, rates if corner is None else np.append(rates, corner))
+        driven = (current.gains != 0) & (current.rates > 0)
+        self.flows, self.weights = Lags(drive, current.rates[driven]), current.gains[None, driven]
+
+    def current(self, time: Real) -> Real:
+        """Current of the amplifier.
+
+        Parameters
+        ----------
+        time : ndarray, shape (n,)
+            Increasing [s].
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            A; right after a jump of the drive.
+        """
+        per_volt = self.current_per_volt
+        found = per_volt.at_rest() * self.drive.voltage(time) + self.flows.of(self.weights, time)[0]
+        if per_volt.slope:
+            found = found + per_volt.slope * self.drive.slope(time)
+        left = per_volt.free != 0
+        if np.any(left):
+            found = found + per_volt.free[left] @ np.exp(-np.outer(per_volt.rates[left], time))
+        return np.asarray(found)
+
+    def state(self, time: float) -> tuple[float, Real]:
+        """Voltage of the plate just before a time, and its modes.
+
+        Parameters
+        ----------
+        time : float
+            s.
+
+        Returns
+        -------
+        voltage : float
+            V.
+        modes : ndarray, shape (modes,)
+            V.
+        """
+        at = np.array([time])
+        lags = self.modes.of(np.eye(len(self.modes.rates)), at)[:, 0]
+        now = float(self.drive.voltage(at)[0])
+        if self.corner is None:
+            before = sum(float(part.value_before(at)[0]) for part in self.drive.parts()) if time > 0 else 0.0
+            return self.gain * before, self.gain * (now + lags)
+        lags, own = lags[:-1], float(lags[-1])
+        lags = (self.corner * lags - self.rates * own) / (self.corner - self.rates)
+        return self.gain * (now + own), self.gain * (now + lags)

@@ -1,0 +1,230 @@
+"""One layer that conducts out of proportion to its field: linear modes and one scalar nonlinear branch.
+
+All that is linear keeps its modes and its exact response to the drive. The leak is a current J(E) beside one
+layer; from step to step it is taken as straight, its modes are marched exactly under it, and the field at the
+end of the step follows from one scalar equation E + weight J(E) = known, which has one root because J never
+falls. The error is of second order in the step; it is measured by halving all steps, and told. What is returned is
+extrapolated from both marches, a hundred times better where the field crosses no kink of J.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.budget import Meter
+from electrovib.physics.drive.parts import Linear
+from electrovib.solve.costs import SHORTER, leak_step
+from electrovib.solve.electrics.leaks.steps import jump_heights, step_grid
+from electrovib.solve.electrics.linear.straight import straight_response
+from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.recursion import hold_weights
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.physics.conduction import Conduction
+    from electrovib.physics.drive.base import Drive
+    from electrovib.solve.stack.transfer import Real, Transfer
+
+TOLERANCE = 2e-5
+"""Error of the layer's field over its largest, before extrapolation, at which the steps are fine enough."""
+MOST_HALVINGS = 4
+_CHUNK = 1 << 14
+_ROUNDING = 16 * float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class Leaked:
+    """What a stack with a leak does.
+
+    Parameters
+    ----------
+    found : dict of str to ndarray
+        Responses at the output times.
+    steps : int
+        Steps of the finest march.
+    error : float
+        Error of the layer's field over its largest, by halving all steps, before extrapolation: a bound.
+    """
+
+    found: dict[str, Real]
+    steps: int
+    error: float
+
+    def reason(self, name: str, leak: Conduction) -> str:
+        """Say why this solver ran and how well."""
+        return (
+            f"layer '{name}' leaks by {type(leak).__name__}, not in proportion to its field: linear modes and one"
+            f" nonlinear branch from rest, {self.steps} steps; by halving them the error of its field is"
+            f" {self.error:.1e} of its largest before extrapolation"
+        )
+
+
+def leaky_response(
+    driven: Mapping[str, Transfer],
+    leaking: Mapping[str, Transfer],
+    drive: Drive,
+    time: Real,
+    *,
+    leak: Conduction,
+    control: str,
+) -> Leaked:
+    """Response from rest of quantities that are linear in a drive and in one leak.
+
+    Parameters
+    ----------
+    driven, leaking : mapping of str to Transfer
+        Per unit of the drive and per A/m2 of leak, the same names.
+    drive : Drive
+        Off before time 0.
+    time : ndarray, shape (n,)
+        Increasing, >= 0 [s].
+    leak : Conduction
+        Current density from field.
+    control : str
+        Name of the field the leak feels.
+
+    Returns
+    -------
+    Leaked
+        At a jump of the drive the value after it.
+
+    Notes
+    -----
+    Steps are halved until the error is below `TOLERANCE`, `MOST_HALVINGS` times at most.
+    """
+    grid = step_grid(drive, time, driven[control], leaking[control], leak=leak)
+    meter = Meter(
+        "the leaking layer", end=float(time[-1]), each=leak_step(len(driven[control].rates)), remedy=SHORTER
+    )
+    meter.expect(len(grid))
+    coarse = follow(driven[control], leaking[control], drive, grid, leak=leak)
+    fine, error = coarse, 0.0
+    for _ in range(MOST_HALVINGS):
+        coarse = fine
+        meter.expect(2 * len(grid))
+        grid = np.unique(np.concatenate([grid, (grid[:-1] + grid[1:]) / 2]))
+        fine = follow(driven[control], leaking[control], drive, grid, leak=leak)
+        error = fine.distance(coarse)
+        if error < TOLERANCE:
+            break
+    found = transient(driven, drive, time)
+    for name, transfer in leaking.items():
+        answers = [_under(march.flow(), transfer, time) for march in (fine, coarse)]
+        found[name] = found[name] + answers[0] + (answers[0] - answers[1]) / 3
+    return Leaked(found, len(grid) - 1, error)
+
+
+def _under(flow: Linear, transfer: Transfer, time: Real) -> Real:
+    """Answer to the leak's current density, straight from step to step."""
+    active = transfer.gains != 0
+    direct: Real = transfer.direct * flow.value(time)
+    if not np.any(active):
+        return direct
+    rest = np.zeros(int(np.count_nonzero(active)))
+    gains = transfer.gains[None, active]
+    modal: Real = straight_response(flow, transfer.rates[active], gains, time, rest)[0]
+    return direct + modal
+
+
+@dataclass(frozen=True)
+class Followed:
+    """Field of the leaking layer and its leak at the ends of all steps, before and after the drive's jumps."""
+
+    grid: Real
+    before: Real
+    after: Real
+    flow_before: Real
+    flow_after: Real
+
+    def flow(self) -> Linear:
+        """Give the leak's current density, straight from step to step."""
+        return Linear(self.grid, self.flow_before, self.flow_after)
+
+    def distance(self, coarser: Followed) -> float:
+        """Error of this march, from one with steps twice as long: a third of the difference."""
+        common = np.searchsorted(self.grid, coarser.grid)
+        moved = np.abs([self.before[common] - coarser.before, self.after[common] - coarser.after])
+        return float(np.max(moved)) / 3 / (float(np.max(np.abs([self.before, self.after]))) or 1.0)
+
+
+def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, leak: Conduction) -> Followed:
+    """March the field of a leaking layer over given steps.
+
+    Parameters
+    ----------
+    driven, leaking : Transfer
+        Its field per unit of the drive and per A/m2 of leak; the latter without direct part.
+    drive : Drive
+        Off before time 0.
+    grid : ndarray, shape (n,)
+        Ends of the steps, the first 0, with every jump of the drive among them [s].
+    leak : Conduction
+        Current density from field.
+
+    Returns
+    -------
+    Followed
+        Of second order in the steps.
+    """
+    free = transient({"field": driven}, drive, grid)["field"]
+    jumps = driven.direct * jump_heights(drive, grid)
+    active = leaking.gains != 0
+    rates, gains = leaking.rates[active], leaking.gains[active]
+    before, after, flow_before, flow_after = np.zeros((4, len(grid)))
+    after[0] = free[0]
+    flow_after[0] = leak.current_density(free[0])
+    state, density = np.zeros(len(rates)), float(flow_after[0])
+    for begin in range(0, len(grid) - 1, _CHUNK):
+        steps = np.diff(grid[begin : begin + _CHUNK + 1])
+        decays, firsts, lasts = hold_weights(-np.outer(steps, rates))
+        weights = -(lasts @ gains)
+        for index, weight in enumerate(weights.tolist()):
+            now = begin + index + 1
+            state = decays[index] * state + firsts[index] * density
+            known = float(free[now] - jumps[now] + gains @ state)
+            field = field_under_leak(leak, known, weight)
+            density = float(leak.current_density(field))
+            state = state + lasts[index] * density
+            before[now], flow_before[now] = field, density
+            if jumps[now]:
+                field = field + float(jumps[now])
+                density = float(leak.current_density(field))
+            after[now], flow_after[now] = field, density
+    return Followed(grid, before, after, flow_before, flow_after)
+
+
+def field_under_leak(leak: Conduction, known: float, weight: float) -> float:
+    """Solve E + weight J(E) = known.
+
+    Parameters
+    ----------
+    leak : Conduction
+        J(E), which never falls.
+    known : float
+        Field without the leak of this step [V/m].
+    weight : float
+        What a unit of leak takes from the field within the step [ohm m], >= 0.
+
+    Returns
+    -------
+    float
+        V/m, between 0 and `known`, to rounding.
+
+    Notes
+    -----
+    Newton's steps within a bracket that shrinks.
+    """
+    low, high = sorted((0.0, known))
+    field = known
+    for _ in range(200):
+        excess = field + weight * float(leak.current_density(field)) - known
+        low, high = (low, min(high, field)) if excess > 0 else (max(low, field), high)
+        step = excess / (1 + weight * float(leak.slope(field)))
+        if abs(step) <= _ROUNDING * abs(field) or low == high:
+            break
+        field = field - step if low < field - step < high else (low + high) / 2
+    return field

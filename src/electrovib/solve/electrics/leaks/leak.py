@@ -1,0 +1,169 @@
+"""What a stack without leaks answers to a leak beside one of its layers: as linear as its answer to the drive."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.solve.stack.integrator import INTEGRATING
+from electrovib.solve.stack.modes import StackModes, bound_residues, slab_impedance
+from electrovib.solve.stack.section import ModalSection, section_of, slabs_of
+from electrovib.solve.stack.transfer import Transfer
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.physics.circuit import SeriesElement
+    from electrovib.physics.stack import Layer
+    from electrovib.solve.stack.transfer import Real
+
+
+def leaking_layer(layers: Mapping[str, Layer], *, second: float) -> str | None:
+    """Find the layer with a leak.
+
+    Parameters
+    ----------
+    layers : mapping of str to Layer
+        From the plate to the finger.
+    second : float
+        First contact area over that of a second contact; 0 for none.
+
+    Returns
+    -------
+    str or None
+        Its name; None if all layers are linear.
+
+    Raises
+    ------
+    InputError
+        If there are several, or a second contact, whose layers would leak too.
+    """
+    names = [name for name, layer in layers.items() if layer.leak is not None]
+    if len(names) > 1:
+        listed = " and ".join(f"stack.{name}.leak" for name in names)
+        raise InputError(
+            f"{listed}: one layer of a stack may have a leak; give the others a material that conducts"
+        )
+    if names and second:
+        raise InputError(
+            f"stack.{names[0]}.leak: with a second electrode there are two such layers; use Grounded or Floating"
+        )
+    return names[0] if names else None
+
+
+def linearised(layers: Mapping[str, Layer]) -> dict[str, Layer]:
+    """Replace every leak by the conductivity that a vanishing sine sees.
+
+    Parameters
+    ----------
+    layers : mapping of str to Layer
+        From the plate to the finger.
+
+    Returns
+    -------
+    dict of str to Layer
+        The same layers where nothing leaks.
+    """
+    found = {}
+    for name, layer in layers.items():
+        found[name] = layer
+        if layer.leak is not None:
+            conductivity = layer.material.conductivity + layer.leak.small_signal
+            material = layer.material.conducting(conductivity)
+            found[name] = layer.model_copy(update={"material": material, "leak": None})
+    return found
+
+
+def leak_section(
+    section: ModalSection, layers: dict[str, Layer], name: str, *, area: float, element: SeriesElement
+) -> ModalSection:
+    """Expand the answer of a stack under voltage drive to the leak beside one of its layers.
+
+    Parameters
+    ----------
+    section : ModalSection
+        The same stack per volt, without the leak.
+    layers : dict of str to Layer
+        From the plate to the finger.
+    name : str
+        Layer with the leak.
+    area : float
+        Contact area [m2].
+    element : SeriesElement
+        Source and return path.
+
+    Returns
+    -------
+    ModalSection
+        Per A/m2 of leak, at a drive of 0 V.
+
+    Notes
+    -----
+    E_j T_j = z_j z_k/Z - [j = k] z_k for a leak beside layer k. The poles are the zeros of Z and the nodes that
+    several parts share; one at 0 is an interface that the leak charges. The own answer has residues of one
+    sign: it is minus the impedance of layer k beside all the others.
+    """
+    modes, place = section.modes, list(layers).index(name)
+    driven, shared = modes.rates[: modes.driven], modes.rates[modes.driven :]
+    rates = np.where(modes.rates == 0, INTEGRATING, modes.rates)
+    into = _residues(modes.fields[place], driven) * layers[name].thickness  # of z_k/Z
+    drops = into / _residues(modes.current_density, driven)  # z_k where Z is 0
+    slabs = slabs_of(layers, section.debye)
+    expanded = [slab_impedance(slab) for slab in slabs]
+    own = np.array([_at(shared, *each) for each in expanded])
+    others = np.delete(own, place, axis=0).sum(axis=0) + area * element.elastance * (shared == element.rate)
+    fields, displacements = [], []
+    for j, (slab, (nodes, residues)) in enumerate(zip(slabs, expanded, strict=True)):
+        share = (-others if j == place else own[place]) / (own[place] + others)
+        field = np.append(_residues(modes.fields[j], driven) * drops, own[j] * share / slab.thickness)
+        fields.append(Transfer(rates, field / rates))
+        bound = _at(shared, nodes, bound_residues(slab, nodes, residues)) * share
+        displacement = np.append(_residues(modes.displacements[j], driven) * drops, bound)
+        displacements.append(Transfer(rates, displacement / rates))
+    sums = [float(np.sum(residues)) for _, residues in expanded]
+    at_once = sums[place] / (sum(sums) + area * element.elastance) if element.resistance == 0 else 0.0
+    current = Transfer(rates, np.append(into, 0 * shared) / rates, at_once)
+    nothing = np.zeros(len(slabs) + 1)
+    answer = StackModes(rates, tuple(fields), tuple(displacements), current, modes.driven, nothing)
+    return section_of(layers, section.debye, answer)
+
+
+def _residues(transfer: Transfer, driven: Real) -> Real:
+    return transfer.gains[: len(driven)] * driven
+
+
+def _at(nodes: Real, rates: Real, residues: Real) -> Real:
+    """Residues of a layer at some nodes, 0 where it has none."""
+    return np.array([float(np.sum(residues[rates == node])) for node in nodes.tolist()])
+
+
+def leak_alone(section: ModalSection, layers: dict[str, Layer], name: str, *, area: float) -> ModalSection:
+    """Expand the answer of a stack under current drive to the leak beside one of its layers.
+
+    Parameters
+    ----------
+    section : ModalSection
+        The same stack per ampere, without the leak.
+    layers : dict of str to Layer
+        From the plate to the finger.
+    name : str
+        Layer with the leak.
+    area : float
+        Contact area [m2].
+
+    Returns
+    -------
+    ModalSection
+        Per A/m2 of leak, at a drive of 0 A: the leak takes its current from this layer alone.
+    """
+    modes, rates = section.modes, section.modes.rates
+    nothing = Transfer(rates, np.zeros(len(rates)))
+    fields, displacements = [], []
+    for other, field, displacement in zip(layers, modes.fields, modes.displacements, strict=True):
+        fields.append(Transfer(rates, -area * field.gains) if other == name else nothing)
+        displacements.append(Transfer(rates, -area * displacement.gains) if other == name else nothing)
+    charges = np.zeros(len(layers) + 1)
+    answer = StackModes(rates, tuple(fields), tuple(displacements), nothing, modes.driven, charges)
+    return section_of(layers, section.debye, answer)

@@ -1,0 +1,168 @@
+"""Which steps a march of a nonlinear branch takes: fine where the drive jumps, growing from there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.physics.drive.parts import Linear, Smooth, Tones
+from electrovib.solve.electrics.linear.transient import transient
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from electrovib.physics.conduction import Conduction
+    from electrovib.physics.drive.base import Drive
+    from electrovib.solve.stack.transfer import Real, Transfer
+
+STEPS = 400
+"""Steps over the whole time that there are at least."""
+STEPS_PER_PERIOD = 64
+GROWTH = 1.1
+"""Of each step over the one before, after a jump: every time constant is met with steps that suit it."""
+FIRST = 0.01
+"""First step after a jump, times the fastest rate there is."""
+FEW = 200
+"""As many bends of a drive get fine steps after them, as its jumps do."""
+_SLACK = 512 * float(np.finfo(float).eps)
+"""Steps shorter than this against the time could not be halved."""
+
+
+def step_grid(drive: Drive, time: Real, driven: Transfer, leaking: Transfer, *, leak: Conduction) -> Real:
+    """Choose the steps to begin with.
+
+    Parameters
+    ----------
+    drive : Drive
+        Off before time 0.
+    time : ndarray, shape (n,)
+        Output times, all of which become ends of steps [s].
+    driven, leaking : Transfer
+        The leaking layer's field per unit of the drive and per A/m2 of leak.
+    leak : Conduction
+        Current density from field.
+
+    Returns
+    -------
+    ndarray
+        Increasing, from 0 to the last output time [s]: output times, breaks of the drive, a share of its
+        fastest oscillation, and after each jump steps that grow from a share of the fastest time constant.
+    """
+    end = float(time[-1])
+    if end <= 0:
+        return np.zeros(1)
+    marks, heights = drive.corners(end)
+    pieces = [time, marks, np.linspace(0.0, end, STEPS + 1)]
+    pieces += [_oscillating(part, end) for part in drive.parts() if not isinstance(part, Linear)]
+    fields = transient({"field": driven}, drive, np.unique(np.concatenate(pieces)))["field"]
+    speed = float(np.max(np.concatenate([driven.rates, leaking.rates, [1 / end]])))
+    speed += float(np.sum(np.abs(leaking.gains * leaking.rates)) * np.max(leak.slope(fields)))
+    jumps = np.unique(np.append(marks[heights != 0], 0.0))
+    for jump, following in zip(jumps.tolist(), [*jumps[1:].tolist(), end], strict=True):
+        pieces.append(jump + _growing(FIRST / speed, following - jump))
+    return _with_marks(np.concatenate(pieces), marks, end)
+
+
+def _oscillating(part: Tones | Smooth, end: float) -> Real:
+    """Even shares of the shortest period while an oscillation is on."""
+    first, last = max(part.start, 0.0), min(part.stop, end)
+    count = int(np.ceil(max(last - first, 0.0) * part.highest_frequency * STEPS_PER_PERIOD))
+    return np.linspace(first, max(first, last), count + 1)
+
+
+def _growing(first: float, span: float) -> Real:
+    """Times after a jump at which steps end that grow evenly."""
+    if span <= first:
+        return np.zeros(1)
+    count = int(np.ceil(np.log1p((GROWTH - 1) * span / first) / np.log(GROWTH)))
+    times = first * (GROWTH ** np.arange(count + 1, dtype=float) - 1) / (GROWTH - 1)
+    return np.asarray(np.minimum(times, span), dtype=float)
+
+
+def _with_marks(points: Real, marks: Real, end: float) -> Real:
+    """Sort points between 0 and the end; one that almost meets another, or a mark, gives way to it."""
+    points = np.unique(points[(points >= 0) & (points <= end)])
+    points = points[np.diff(points, prepend=-1.0) > _SLACK * points]
+    fixed = np.unique(np.concatenate([[0.0], marks, [end]]))
+    places = np.clip(np.searchsorted(fixed, points), 1, len(fixed) - 1)
+    nearest = np.minimum(np.abs(points - fixed[places - 1]), np.abs(points - fixed[places]))
+    return np.unique(np.concatenate([fixed, points[nearest > _SLACK * points]]))
+
+
+def jump_heights(drive: Drive, grid: Real) -> Real:
+    """Height by which the drive jumps at each of some times.
+
+    Parameters
+    ----------
+    drive : Drive
+        Off before time 0.
+    grid : ndarray, shape (n,)
+        Increasing, with every jump among them [s].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In the unit of the drive; 0 where it does not jump, and at time 0.
+    """
+    marks, heights = drive.corners(float(grid[-1]))
+    found = np.zeros(len(grid))
+    np.add.at(found, np.searchsorted(grid, marks), heights)
+    return found
+
+
+def smooth_grid(
+    drive: Drive, end: float, *, speed: float, spans: Sequence[tuple[float, float]], fastest: float
+) -> Real:
+    """Choose steps for a march of high order beneath something that moves.
+
+    Parameters
+    ----------
+    drive : Drive
+        Off before time 0.
+    end : float
+        Last time [s].
+    speed : float
+        Fastest rate of what is marched [1/s].
+    spans : sequence of (float, float)
+        From when until when there is smooth motion [s].
+    fastest : float
+        Highest frequency of the motion [Hz].
+
+    Returns
+    -------
+    ndarray
+        Increasing, from 0 to the end [s]; output times are put in by `with_outputs`.
+    """
+    if end <= 0:
+        return np.zeros(1)
+    marks, heights = drive.corners(end)
+    kinks = marks if len(marks) <= FEW else marks[heights != 0]
+    jumps = np.unique(np.append(kinks, 0.0))
+    bends = np.array([each for span in spans for each in span if 0 < each < end])
+    pieces = [bends, np.linspace(0.0, end, STEPS + 1)]
+    for first, last in spans:
+        count = int(np.ceil((last - first) * fastest * STEPS_PER_PERIOD))
+        pieces.append(np.linspace(first, last, count + 1))
+    pieces += [_oscillating(part, end) for part in drive.parts() if not isinstance(part, Linear)]
+    for jump, following in zip(jumps.tolist(), [*jumps[1:].tolist(), end], strict=True):
+        pieces.append(jump + _growing(FIRST / speed, following - jump))
+    return _with_marks(np.concatenate(pieces), np.concatenate([marks, bends]), end)
+
+
+def with_outputs(grid: Real, time: Real) -> Real:
+    """Put output times between the ends of steps, less those that almost meet one.
+
+    Parameters
+    ----------
+    grid : ndarray, shape (n,)
+        Ends of steps, from 0 on [s].
+    time : ndarray, shape (m,)
+        Output times [s].
+
+    Returns
+    -------
+    ndarray
+        Increasing [s].
+    """
+    return _with_marks(time, grid, float(grid[-1]))

@@ -1,0 +1,159 @@
+"""Modes under a sine whose frequency runs evenly: in closed form at any time, however many cycles went before.
+
+An exponential times a chirp has the exponential of a quadratic as its integrand, whose integral is an error
+function of a complex argument. Written with Faddeeva's function nothing of it grows: what is left is an envelope
+times the sine of the moment, and what the beginning left behind. The envelope varies slowly; at many times it is
+read from polynomials.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from electrovib.physics.drive.parts import Chirped
+    from electrovib.solve.stack.transfer import Complex, Real
+
+FAR = 30.0
+"""Modulus of an argument from which on `TERMS` terms of the expansion of Faddeeva's function are exact to rounding."""
+TERMS = 7
+GONE = 40.0
+"""Modes faster than this, as rate^2/(2 pi sweep), have forgotten by exp(-GONE) when a chirp passed their rate."""
+DEGREE = 16
+"""Of the polynomials through the envelope."""
+FEW = 4 * DEGREE
+"""Times up to which the envelope of a piece is computed at each of them."""
+_UNDERFLOW = 745.0
+_CHUNK = 1 << 16
+"""States held at once."""
+
+
+def chirp_response(part: Chirped, rates: Real, gains: Real, time: Real, *, lag: bool = False) -> Real:
+    """Response of modes x' = rate (v - x) to a chirp, from rest.
+
+    Parameters
+    ----------
+    part : Chirped
+        The drive v.
+    rates : ndarray, shape (modes,)
+        1/s, > 0.
+    gains : ndarray, shape (outputs, modes)
+        What each output takes of each mode.
+    time : ndarray, shape (n,)
+        Increasing, >= 0 [s].
+    lag : bool
+        Take x - v in the place of x.
+
+    Returns
+    -------
+    ndarray, shape (outputs, n)
+        V.
+
+    Notes
+    -----
+    With p = rate + j w(0) and a = pi sweep, exp(E(u)), E = p u + j a u^2, has the integral exp(E) W,
+    W = sqrt(pi)/(2 j alpha) w(E'/(2 alpha)), alpha^2 = j a, E' = rate + j w(u), where w(z) is Faddeeva's function
+    and w(u) the angular frequency. Fast modes take the root alpha whose argument lies in the upper half plane, where
+    W is close to 1/E', the answer to a sine of that moment; where a rising chirp passes w = rate the root changes, and
+    W by something that they have forgotten. Slow modes keep one root.
+    """
+    modes = _Modes(part, rates, gains, lag)
+    found = np.zeros((len(gains), len(time)))
+    ends = np.array([max(part.start, 0.0), part.stop])
+    first, last = np.searchsorted(time, ends)
+    on, after = time[first:last], time[last:]
+    (begun, over), (start, stop) = ends.tolist(), (modes.answer(ends) * np.exp(1j * part.phase(ends))).imag.T
+    if len(on):
+        found[:, first:last] = (modes.envelope(on) * np.exp(1j * part.phase(on))).imag
+        found[:, first:last] -= _fading(gains * start, rates, on - begun)
+    if len(after) and over > begun:
+        left = stop - start * np.exp(-rates * (over - begun))
+        found[:, last:] = _fading(gains * left, rates, after - over)
+    return part.amplitude * found
+
+
+def _fading(weights: Real, rates: Real, since: Real) -> Real:
+    """Sum weight exp(-rate t) at increasing times, without the work where nothing is left."""
+    found = np.empty((len(weights), len(since)))
+    length = max(1, _CHUNK // len(rates))
+    for first in range(0, len(since), length):
+        left = rates * since[first] < _UNDERFLOW
+        some = since[first : first + length]
+        found[:, first : first + length] = weights[:, left] @ np.exp(-np.outer(rates[left], some))
+    return found
+
+
+@dataclass(frozen=True)
+class _Modes:
+    """Outputs of modes before a chirp: rates [1/s], gains, and whether as x - v."""
+
+    part: Chirped
+    rates: Real
+    gains: Real
+    lag: bool
+
+    def envelope(self, time: Real) -> Complex:
+        """Give what times exp(j phase) has the outputs as its imaginary part, at increasing times."""
+        found = np.empty((len(self.gains), len(time)), complex)
+        for first, last, coefficients in self._pieces(time, 0, len(time)):
+            some = time[first:last]
+            if coefficients is None:
+                found[:, first:last] = self.gains @ self.answer(some, lag=self.lag)
+            else:
+                inside = (2 * some - some[0] - some[-1]) / (some[-1] - some[0])
+                found[:, first:last] = np.polynomial.chebyshev.chebval(inside, coefficients)
+        return found
+
+    def _pieces(self, time: Real, first: int, last: int) -> Iterator[tuple[int, int, Complex | None]]:
+        """Halve a stretch of times until a polynomial is exact to rounding on it, or few times are left."""
+        if last - first <= FEW:
+            yield first, last, None
+            return
+        nodes, to_coefficients = _rule()
+        begin, end = time[first], time[last - 1]
+        states = self.answer((begin + end) / 2 + (end - begin) / 2 * nodes, lag=self.lag)
+        coefficients = to_coefficients @ (self.gains @ states).T
+        rounding = 8 * np.finfo(float).eps * np.max(np.abs(self.gains) @ np.abs(states), axis=1)
+        if np.all(np.abs(coefficients[-3:]) <= rounding):
+            yield first, last, coefficients
+            return
+        middle = int(np.searchsorted(time, (begin + end) / 2))
+        middle = min(max(middle, first + 1), last - 1)
+        yield from self._pieces(time, first, middle)
+        yield from self._pieces(time, middle, last)
+
+    def answer(self, time: Real, *, lag: bool = False) -> Complex:
+        """Give rate W of each mode, less 1 for the lag."""
+        from scipy.special import wofz
+
+        rates, sweep = self.rates[:, None], self.part.sweep
+        angular = 2 * np.pi * (self.part.first + sweep * time)
+        root = complex(np.sqrt(np.pi * abs(sweep)) * np.exp(0.25j * np.pi * np.sign(sweep)))
+        slope = rates + 1j * angular
+        near = np.abs(slope) < 2 * FAR * abs(root)
+        small = 2 * (root / np.where(near, np.inf, slope)) ** 2  # 1/(2 z^2)
+        more = np.zeros_like(small)
+        for order in range(TERMS, 0, -1):
+            more = (2 * order - 1) * small * (1 + more)
+        answer = (rates * more - 1j * angular) / slope if lag else rates * (1 + more) / slope
+        if np.any(near):
+            rate = np.broadcast_to(rates, near.shape)[near]
+            other = (slope.real > slope.imag)[near] & (rate**2 > 2 * GONE * np.pi * sweep) & (sweep > 0)
+            side = np.where(other, -1.0, 1.0)
+            answer[near] = rate * side * wofz(side * slope[near] / (2 * root)) * np.sqrt(np.pi) / (2j * root)
+            answer[near] -= lag
+        return np.asarray(answer, complex)
+
+
+@functools.cache
+def _rule() -> tuple[Real, Real]:
+    """Nodes between -1 and 1, and Chebyshev's coefficients from the values there."""
+    nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
+    values = np.polynomial.chebyshev.chebvander(nodes, DEGREE)
+    return nodes, np.asarray(np.linalg.inv(values))

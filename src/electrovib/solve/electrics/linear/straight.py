@@ -1,0 +1,168 @@
+"""Modes under straight pieces, exact at any output times, from a given state."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.solve.electrics.linear.break_states import BreakStates
+from electrovib.solve.recursion import hold_weights, march
+
+if TYPE_CHECKING:
+    from electrovib.physics.drive.parts import Linear
+    from electrovib.solve.stack.transfer import Real
+
+CHUNK = 1 << 16
+"""States held at once, so that a million samples need no gigabyte."""
+MANY_SAMPLES = 20_000
+"""From here on the block scan is faster than the closed form of each segment."""
+ROUNDING = 8 * float(np.finfo(float).eps)
+"""How far, over the last time, a grid may be off and still count as even."""
+
+
+def straight_response(part: Linear, rates: Real, gains: Real, time: Real, state: Real) -> Real:
+    """Response of modes to straight pieces at any times.
+
+    Parameters
+    ----------
+    part : Linear
+        The pieces.
+    rates : ndarray, shape (modes,)
+        1/s, > 0.
+    gains : ndarray, shape (outputs, modes)
+        What each output takes of each mode.
+    time : ndarray, shape (n,)
+        Increasing, from 0 on [s].
+    state : ndarray, shape (modes,)
+        At time 0.
+
+    Returns
+    -------
+    ndarray, shape (outputs, n)
+        Without the direct part.
+    """
+    even = _even_step(part, time)
+    if even is not None:
+        before, after = _sides(part.until(float(time[-1])), time)
+        zero = np.zeros(len(gains))
+        output, _ = march(-rates, gains, zero, after[:-1], before[1:], even, state)
+        return output
+    states = BreakStates(part, rates, state)
+    index, elapsed = part.locate(time)
+    now = part.value(time)
+    result = np.empty((len(gains), len(time)))
+    for piece in chunks(len(time), len(rates)):
+        decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
+        began = part.after[index[piece]]
+        known = states.at(index[piece], part.count_periods(time[piece]))
+        result[:, piece] = gains @ (decay * known + begin * began + end * now[piece])
+    return result
+
+
+def straight_lag(part: Linear, rates: Real, gains: Real, time: Real, state: Real) -> Real:
+    """Response of modes to straight pieces less the drive itself, at any times.
+
+    Parameters
+    ----------
+    part, rates, gains, time, state
+        As for `straight_response`: 1/s, 1, s, V.
+
+    Returns
+    -------
+    ndarray, shape (outputs, n)
+        sum gain (x - v), V.
+
+    Notes
+    -----
+    x - v = exp(-rate t) (x_0 - v_0) - v' (1 - exp(-rate t))/rate since the beginning of a piece. At a break
+    the piece before it is used, less the jump: a fast mode has forgotten the rounding of x_0 - v_0 by then.
+    """
+    even = _even_step(part, time)
+    slow = rates * (even or 0.0) < 1 if even else np.zeros(len(rates), bool)
+    result = np.zeros((len(gains), len(time)))
+    if np.any(slow):
+        result += straight_response(part, rates[slow], gains[:, slow], time, state[slow])
+        result -= np.outer(gains[:, slow].sum(axis=1), part.value(time))
+    if np.all(slow):
+        return result
+    rates, gains, state = rates[~slow], gains[:, ~slow], state[~slow]
+    return result + lag_since_breaks(BreakStates(part, rates, state), gains, time)
+
+
+def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:
+    """Response of modes to straight pieces less the drive itself, from the states at the breaks.
+
+    Parameters
+    ----------
+    states : BreakStates
+        Of the modes [V].
+    gains, time
+        As for `straight_response`: 1, s.
+
+    Returns
+    -------
+    ndarray, shape (outputs, n)
+        sum gain (x - v), V.
+    """
+    part, rates = states.part, states.rates
+    result, slopes = np.zeros((len(gains), len(time))), part.slopes()
+    index, elapsed = part.locate(time)
+    periods = part.count_periods(time)
+    first = (index == 0) & (periods == 0)
+    back = (elapsed == 0) & ~first
+    last = max(len(part.times) - 2, 0) if part.period is not None else 0
+    before = np.where(back, np.where(index > 0, index - 1, last), index)
+    periods = periods - (back & (index == 0))
+    elapsed = np.where(back, part.lengths()[before], elapsed)
+    reached = part.before[np.where(index > 0, index, -1)]
+    jump = np.where(back, part.after[index] - reached, 0.0)
+    for piece in chunks(len(time), len(rates)):
+        fallen = np.expm1(-rates[:, None] * elapsed[piece])
+        since = states.at(before[piece], periods[piece]) - part.after[before[piece]]
+        lag = (1 + fallen) * since + slopes[before[piece]] * fallen / rates[:, None] - jump[piece]
+        result[:, piece] = gains @ lag
+    return result
+
+
+def chunks(samples: int, modes: int) -> list[slice]:
+    """Cut many times into stretches whose states are held at once.
+
+    Parameters
+    ----------
+    samples, modes : int
+        How many.
+
+    Returns
+    -------
+    list of slice
+        Of the times.
+    """
+    length = max(1, CHUNK // modes)
+    return [slice(first, first + length) for first in range(0, samples, length)]
+
+
+def _even_step(part: Linear, time: Real) -> float | None:
+    """Give the step of an even grid that begins at 0 and holds every break, if there are many samples."""
+    if len(time) < MANY_SAMPLES or time[0] != 0:
+        return None
+    end = float(time[-1])
+    if part.count_breaks(end) > len(time):
+        return None
+    step, rounding = end / (len(time) - 1), ROUNDING * end
+    times = part.until(end).times
+    breaks = times[times <= end + rounding]
+    off = np.max(np.abs(breaks - step * np.round(breaks / step)))
+    uneven = np.max(np.abs(time - step * np.arange(len(time))))
+    return step if max(off, uneven) <= rounding else None
+
+
+def _sides(part: Linear, time: Real) -> tuple[Real, Real]:
+    """Drive just before and just after each time of a grid that holds every break."""
+    step = float(time[-1]) / (len(time) - 1)
+    after = part.value(time)
+    before = after.copy()
+    inside = part.times <= time[-1] * (1 + ROUNDING)
+    places = np.round(part.times[inside] / step).astype(int)
+    before[places], after[places] = part.before[inside], part.after[inside]
+    return before, after

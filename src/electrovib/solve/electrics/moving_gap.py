@@ -1,0 +1,334 @@
+"""A finger held near the plate: linear layers under a gap that is moved, with charge as the state.
+
+Modes end where a thickness changes; charge between the layers and slow polarisation in them do not. They obey
+a linear system whose coefficients follow the gap, marched by Radau's collocation of order 5: every step is one
+linear equation, all of them solved at once. Where no layer conducts or relaxes the charges stay, and the fields
+follow from the gap in closed form. The error is measured by halving all steps, and told.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.budget import Meter
+from electrovib.core.errors import InputError
+from electrovib.physics.drive.parts import Linear, Tones
+from electrovib.solve.costs import SHORTER, gap_step
+from electrovib.solve.electrics.leaks.steps import jump_heights, smooth_grid, with_outputs
+from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.stack.transfer import Transfer
+
+if TYPE_CHECKING:
+    from electrovib.physics.amplifier import Amplifier
+    from electrovib.physics.drive.base import Drive
+    from electrovib.physics.motion import Distance
+    from electrovib.solve.stack.layer_states import StackStates
+    from electrovib.solve.stack.transfer import Real
+
+TOLERANCE = 1e-8
+"""Error of the gap's field over its largest, at which the steps are fine enough."""
+MOST_HALVINGS = 4
+_ORDER = 3
+"""What the error estimate counts on; the method has 5, less beneath fast modes."""
+_NUMBERS_AT_ONCE = 1 << 22
+_ROOT = np.sqrt(6.0)
+_NODES = np.array([(4 - _ROOT) / 10, (4 + _ROOT) / 10, 1.0])
+_WEIGHTS = np.array(
+    [
+        [(88 - 7 * _ROOT) / 360, (296 - 169 * _ROOT) / 1800, (-2 + 3 * _ROOT) / 225],
+        [(296 + 169 * _ROOT) / 1800, (88 + 7 * _ROOT) / 360, (-2 - 3 * _ROOT) / 225],
+        [(16 - _ROOT) / 36, (16 + _ROOT) / 36, 1 / 9],
+    ]
+)
+
+
+@dataclass(frozen=True)
+class Moved:
+    """What a stack does under a gap that is moved.
+
+    Parameters
+    ----------
+    found : dict of str to ndarray
+        Signals at the output times.
+    steps : int
+        Of the finest march; 0 where the charges stay.
+    error : float
+        Error of the gap's field over its largest, by halving all steps.
+    """
+
+    found: dict[str, Real]
+    steps: int
+    error: float
+
+    def reason(self, motion: Distance) -> str:
+        """Say why this solver ran and how well.
+
+        Parameters
+        ----------
+        motion : Distance
+            Of the finger.
+        """
+        why = f"linear layers and a gap moved by {type(motion).__name__}: charge as the state, from rest"
+        if self.steps == 0:
+            return f"{why}; no layer conducts or relaxes, so that it stays: closed form"
+        return f"{why}, {self.steps} steps; by halving them the error of its field is {self.error:.1e} of its largest"
+
+
+@dataclass(frozen=True)
+class _Plate:
+    """Voltage of the plate behind an amplifier without limits."""
+
+    drive: Drive
+    amplifier: Amplifier | None
+
+    @property
+    def gain(self) -> float:
+        return 1.0 if self.amplifier is None else self.amplifier.gain
+
+    @property
+    def corner(self) -> float | None:
+        band = None if self.amplifier is None else self.amplifier.bandwidth
+        return None if band is None else 2 * np.pi * band
+
+    def within(self, grid: Real) -> tuple[Real, Real]:
+        """Voltage and its rate at the nodes of each step, up to just before its end; shape (steps, 3)."""
+        begins, steps = grid[:-1, None], np.diff(grid)[:, None]
+        times, middle = begins + steps * _NODES, begins + steps / 2
+        value, slope = np.zeros((2, *times.shape))
+        for part in self.drive.parts():
+            if isinstance(part, Linear):
+                rise = part.slope(middle)
+                value, slope = value + part.value(middle) + rise * (times - middle), slope + rise
+                continue
+            on = (middle >= part.start) & (middle < part.stop)
+            always = Tones(part.frequencies, part.amplitudes) if isinstance(part, Tones) else None
+            value = value + np.where(on, always.value(times) if always else part.formula(times), 0.0)  # type: ignore[union-attr]
+            slope = slope + np.where(on, always.slope(times) if always else part.derivative(times), 0.0)  # type: ignore[union-attr]
+        if self.corner is None:
+            return self.gain * value, self.gain * slope
+        plate = self.lagging(times.ravel()).reshape(times.shape)
+        return plate, self.corner * (self.gain * value - plate)
+
+    def at(self, times: Real) -> tuple[Real, Real]:
+        """Voltage and its rate at some times, just after a break."""
+        value = self.gain * self.drive.voltage(times)
+        if self.corner is None:
+            return value, self.gain * self.drive.slope(times)
+        plate = self.lagging(times)
+        return plate, self.corner * (value - plate)
+
+    def jumps(self, grid: Real) -> Real:
+        """Heights of the jumps at the ends of steps, that of switching on included."""
+        if self.corner is not None:
+            return np.zeros(len(grid))
+        heights = jump_heights(self.drive, grid)
+        heights[0] = self.drive.voltage(np.zeros(1))[0]
+        return self.gain * heights
+
+    def lagging(self, times: Real) -> Real:
+        assert self.corner is not None
+        pole = Transfer(np.array([self.corner]), np.array([self.gain]))
+        return transient({"v": pole}, self.drive, times)["v"]
+
+
+def move_gap(
+    space: StackStates,
+    drive: Drive,
+    time: Real,
+    *,
+    motion: Distance,
+    amplifier: Amplifier | None = None,
+) -> Moved:
+    """Response from rest of linear layers beneath a gap that is moved.
+
+    Parameters
+    ----------
+    space : StackStates
+        Layers without leaks, one of them moving, and series elements.
+    drive : Drive
+        A voltage, off before time 0.
+    time : ndarray, shape (n,)
+        Increasing, >= 0 [s].
+    motion : Distance
+        Thickness of the moving layer.
+    amplifier : Amplifier, optional
+        Without limits.
+
+    Returns
+    -------
+    Moved
+        `drive_voltage`, `plate_voltage`, `stack_voltage`, `current`, `amplifier_current`, `gap`, and each
+        layer's ``field NAME`` and ``displacement NAME``; at a jump of the drive the value after it.
+
+    Raises
+    ------
+    InputError
+        If a layer leaks out of proportion, the amplifier has limits, or the drive prescribes the current.
+
+    Notes
+    -----
+    E_k = (D_1 + Q_k - P_k)/(eps0 high_k) with D_1 from the sum of all voltages, dq/dt = J_k - J_(k+1). Steps are
+    halved until the error is below `TOLERANCE`, `MOST_HALVINGS` times at most.
+    """
+    _refuse(space, drive, amplifier)
+    plate = _Plate(drive, amplifier)
+    if _stays(space):
+        states = np.repeat(space.start()[:, None], len(time), axis=1)
+        return Moved(_signals(space, plate, time, states, motion), 0, 0.0)
+    gaps = motion.gap(np.linspace(0.0, float(time[-1]), 4001))
+    extremes = np.array([np.min(gaps), np.max(gaps)])
+    matrices, _, _ = _system(space, extremes, np.zeros(2))
+    speed = float(np.max(np.abs(matrices).sum(axis=2))) + 1 / max(float(time[-1]), 1e-12)
+    end = float(time[-1])
+    grid = smooth_grid(drive, end, speed=speed, spans=_spans(motion, end), fastest=motion.fastest)
+    grid, error = _fine_enough(space, plate, grid, motion)
+    grid = with_outputs(grid, time)
+    around = _around(grid, time)
+    places = around[np.argmin(np.abs(grid[around] - time), axis=0), np.arange(len(time))]
+    states = _march(space, plate, grid, motion)[:, places]
+    return Moved(_signals(space, plate, time, states, motion), len(grid) - 1, error)
+
+
+def _fine_enough(space: StackStates, plate: _Plate, grid: Real, motion: Distance) -> tuple[Real, float]:
+    """Halve all steps until the error of the gap's field is small, and tell it."""
+    meter = Meter("the moving gap", end=float(grid[-1]), each=gap_step(space.size), remedy=SHORTER)
+    meter.expect(len(grid))
+    coarse = _field(space, plate, grid, _march(space, plate, grid, motion), motion)
+    error = 0.0
+    for _ in range(MOST_HALVINGS if len(grid) > 1 else 0):
+        meter.expect(2 * len(grid))
+        finer = np.unique(np.concatenate([grid, (grid[:-1] + grid[1:]) / 2]))
+        fine = _field(space, plate, finer, _march(space, plate, finer, motion), motion)
+        largest = float(np.max(np.abs(fine))) or 1.0
+        moved = fine[np.searchsorted(finer, grid)] - coarse
+        error = float(np.max(np.abs(moved))) / largest / (2**_ORDER - 1)
+        grid, coarse = finer, fine
+        if error < TOLERANCE:
+            break
+    return grid, error
+
+
+def _refuse(space: StackStates, drive: Drive, amplifier: Amplifier | None) -> None:
+    if space.moving is None:
+        raise InputError("motion.distance: it needs a layer whose thickness it is; add a table stack.gap")
+    if drive.quantity == "current":
+        raise InputError(
+            f"drive = {type(drive).__name__}: with a prescribed current the field in the gap does not depend on the gap;"
+            " leave motion.distance away"
+        )
+    if space.leaks or (amplifier is not None and amplifier.is_limited):
+        raise InputError("motion.distance: a leak or a limit of the amplifier is for the general solver")
+
+
+def _stays(space: StackStates) -> bool:
+    """Tell whether no charge can move within the stack and no voltage is left outside."""
+    return not (np.any(space.conductivities) or len(space.rates) or space.resistance)
+
+
+def _spans(motion: Distance, end: float) -> list[tuple[float, float]]:
+    """From when until when the gap changes at all, cut at the breaks of the motion."""
+    marks = [0.0, *(each for each in motion.breaks() if 0 < each < end), end]
+    looks = np.linspace(0.0, 1.0, 16, endpoint=False)[1:]
+    return [(a, b) for a, b in pairwise(marks) if np.any(motion.rate(a + (b - a) * looks))]
+
+
+def _around(grid: Real, time: Real) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
+    right = np.clip(np.searchsorted(grid, time), 0, len(grid) - 1)
+    return np.array([np.maximum(right - 1, 0), right])
+
+
+def _system(space: StackStates, gap: Real, closing: Real) -> tuple[Real, Real, Real]:
+    """Rate of the state = matrix state + column voltage, and the last state also + slope; over n gaps."""
+    count, size, interfaces = len(gap), space.size, len(space.charges)
+    weights = (space.repeats / space.permittivities)[:, None] * space.with_gap(gap)
+    elastance = weights.sum(axis=0)
+    mixing = space.mixing()
+    taken = np.einsum("en,es->ns", weights, mixing)
+    if space.resistance > 0:
+        taken[:, -1] += 1.0
+    fields = (mixing - (taken / elastance[:, None])[:, None, :]) / space.permittivities[:, None]
+    driven = 1 / (elastance[:, None] * space.permittivities)
+    flows, flows_driven = space.conductivities[:, None] * fields, space.conductivities * driven
+    creep = (space.rates * space.strengths)[:, None] * fields[:, space.owners]
+    terms = np.arange(len(space.rates))
+    creep[:, terms, interfaces + terms] -= space.rates
+    creep_driven = space.rates * space.strengths * driven[:, space.owners]
+    matrix, column = np.zeros((count, size, size)), np.zeros((count, size))
+    matrix[:, :interfaces] = flows[:, :-1] - flows[:, 1:]
+    column[:, :interfaces] = flows_driven[:, :-1] - flows_driven[:, 1:]
+    matrix[:, interfaces : interfaces + len(terms)] = creep
+    column[:, interfaces : interfaces + len(terms)] = creep_driven
+    if space.resistance > 0:
+        for term, owner in enumerate(space.owners.tolist()):
+            flows[:, owner] += creep[:, term]
+            flows_driven[:, owner] += creep_driven[:, term]
+        matrix[:, -1] = np.einsum("en,nes->ns", weights, flows)
+        column[:, -1] = np.einsum("en,ne->n", weights, flows_driven)
+        assert space.moving is not None
+        opening = space.repeats[space.moving] * closing
+        matrix[:, -1] -= opening[:, None] * fields[:, space.moving]
+        column[:, -1] -= opening * driven[:, space.moving]
+        matrix[:, -1, -1] -= elastance / (space.area * space.resistance)
+    return matrix, column, np.append(np.zeros(size - 1), float(space.resistance > 0)) if size else np.zeros(0)
+
+
+def _march(space: StackStates, plate: _Plate, grid: Real, motion: Distance) -> Real:
+    """States at the ends of all steps, after the drive's jumps; shape (size, len(grid))."""
+    size, heights = space.size, plate.jumps(grid)
+    states = np.empty((len(grid), size))
+    state = space.start()
+    chunk = max(1, _NUMBERS_AT_ONCE // (9 * size**2))
+    jumps = np.zeros(size)
+    if space.resistance > 0:
+        jumps[-1] = 1.0
+    states[0] = state = state + jumps * heights[0]
+    for first in range(0, len(grid) - 1, chunk):
+        piece = grid[first : first + chunk + 1]
+        carried, added = _carry(space, plate, piece, motion)
+        for index in range(len(piece) - 1):
+            state = carried[index] @ state + added[index] + jumps * heights[first + index + 1]
+            states[first + index + 1] = state
+    return states.T
+
+
+def _carry(space: StackStates, plate: _Plate, grid: Real, motion: Distance) -> tuple[Real, Real]:
+    """Matrix and vector that carry the state over each step."""
+    size, steps = space.size, np.diff(grid)
+    times = (grid[:-1, None] + steps[:, None] * _NODES).ravel()
+    matrix, column, sloped = _system(space, motion.gap(times), motion.rate(times))
+    voltage, slope = plate.within(grid)
+    forced = (column * voltage.reshape(-1, 1) + sloped * slope.reshape(-1, 1)).reshape(len(steps), 3, size)
+    matrix = matrix.reshape(len(steps), 3, size, size)
+    blocks = -np.einsum("n,ij,njab->niajb", steps, _WEIGHTS, matrix).reshape(len(steps), 3 * size, 3 * size)
+    blocks += np.eye(3 * size)
+    right = np.empty((len(steps), 3, size, size + 1))
+    right[..., :size] = np.eye(size)
+    right[..., size] = np.einsum("n,ij,nja->nia", steps, _WEIGHTS, forced)
+    found = np.linalg.solve(blocks, right.reshape(len(steps), 3 * size, size + 1))[:, 2 * size :]
+    return found[:, :, :size], found[:, :, size]
+
+
+def _field(space: StackStates, plate: _Plate, time: Real, states: Real, motion: Distance) -> Real:
+    assert space.moving is not None
+    field: Real = space.moment(states, plate.at(time)[0], gap=motion.gap(time)).field[space.moving]
+    return field
+
+
+def _signals(
+    space: StackStates, plate: _Plate, time: Real, states: Real, motion: Distance
+) -> dict[str, Real]:
+    (voltage, slope), gap = plate.at(time), motion.gap(time)
+    moment = space.moment(states, voltage, gap=gap, closing=motion.rate(time))
+    current = space.area * space.density(states, slope, moment)
+    stray = 0.0 if plate.amplifier is None else plate.amplifier.stray_capacitance
+    return {
+        "drive_voltage": plate.drive.voltage(time),
+        "plate_voltage": voltage,
+        "current": current,
+        "amplifier_current": current + stray * slope,
+        "gap": gap,
+    } | space.named(states, moment, gap)

@@ -1,0 +1,204 @@
+"""A contact that grows: load, attraction and area of one equilibrium, and all states that there are."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
+from electrovib.physics.contact import FixedArea
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from electrovib.physics.contact import Contact
+    from electrovib.solve.stack.transfer import Real
+
+LARGEST = 10.0
+"""Area [m2] beyond which a contact counts as growing without bound."""
+FAR, NEAR = 4.0, 1 + 1 / 64
+"""Ratio of the forces between which a state is looked for: where there can be one only, and where there may be more."""
+LOOKS = 256
+"""Forces at which is asked whether the contact presses back the more the more it is pressed."""
+SMALLEST = 1e-200
+"""Share of the load below which a repelled contact counts as lifted."""
+MOST_STEPS, HALVED = 200, 12
+"""Steps to a root at most, and every how many of them halve the range, should straight lines stall."""
+
+
+def pressed(contact: Contact, load: Real, pull: Real) -> Real:
+    """Force with which skin and plate are pressed together when the area under it carries the attraction.
+
+    Parameters
+    ----------
+    contact : Contact
+        Area under a force.
+    load : ndarray
+        With which the finger is pressed [N], 0 or more.
+    pull : ndarray, same shape
+        Attraction per area [Pa]; it may be negative; NaN gives NaN.
+
+    Returns
+    -------
+    ndarray, same shape
+        W [N] with W = load + pull area(W); 0 where there is no load.
+
+    Raises
+    ------
+    InputError
+        If the attraction lets the area grow without bound.
+
+    Notes
+    -----
+    Of several states it is the one with the least force: that is where a slowly rising attraction leads from the load
+    alone. There is one only where the mean pressure rises with the force.
+    """
+    load, pull = np.broadcast_arrays(np.asarray(load, dtype=float), np.asarray(pull, dtype=float))
+    if isinstance(contact, FixedArea):
+        return np.asarray(load + pull * contact.area)
+    whole = np.where(np.isnan(load + pull), np.nan, load)
+    found = (load > 0) & (pull != 0) & np.isfinite(load + pull)
+    if np.any(found):
+        whole[found] = _least(contact, load[found], pull[found])
+    return whole
+
+
+def _least(contact: Contact, load: Real, pull: Real) -> Real:
+    """Least force above the load where the attraction draws, below it where it repels."""
+
+    def lacking(whole: Real, which: Any = slice(None)) -> Real:
+        return np.asarray(whole - load[which] - pull[which] * contact.outline(whole))
+
+    highest = np.maximum(load + pull * LARGEST, load * (1 + 1e-9))  # a faint pull is lost in rounding
+    low, high = np.array(load), np.array(load)
+    ratio = FAR if _one_state(contact, float(np.min(load)), float(np.max(highest))) else NEAR
+    open_ = pull > 0
+    while np.any(open_):
+        low = np.where(open_, high, low)
+        high = np.where(open_, np.minimum(ratio * high, highest), high)
+        short = open_ & (lacking(high) < 0)
+        if np.any(short & (high >= highest)):
+            raise without_bound(contact, float(np.max(pull[short])))
+        open_ = short
+    open_ = pull < 0
+    while np.any(open_):
+        high = np.where(open_, low, high)
+        low = np.where(open_, low / FAR, low)
+        open_ = open_ & (lacking(low) > 0) & (low > SMALLEST * load)
+    return np.asarray(np.where(lacking(low) > 0, 0.0, _bracketed(lacking, low, high)))
+
+
+def _one_state(contact: Contact, least: float, most: float) -> bool:
+    """Tell whether a contact presses back the more the more it is pressed, between two forces [N]."""
+    forces = np.geomspace(least, max(most, 2 * least), LOOKS)
+    return bool(np.all(np.diff(contact.mean_pressure(forces)) >= 0))
+
+
+def _bracketed(function: Callable[[Real, Any], Real], low: Real, high: Real) -> Real:
+    """Root of a function that is below 0 at `low` and not below at `high`, by straight lines (Anderson and Bjoerck)."""
+    root, left = np.array(high), np.arange(len(high))
+    at_low, at_high = function(low, left), function(high, left)
+    for step in range(MOST_STEPS):
+        with np.errstate(invalid="ignore", divide="ignore"):
+            middle = low - at_low * (high - low) / (at_high - at_low)
+        halve = (step % HALVED == HALVED - 1) | ~((middle > low) & (middle < high))
+        middle = np.where(halve, (low + high) / 2, middle)
+        value = function(middle, left)
+        right = value >= 0
+        kept = np.where(right, at_high, at_low)  # the end that is replaced
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = 1 - value / kept
+        share = np.where(share > 0, share, 0.5)
+        at_low, at_high = np.where(right, at_low * share, value), np.where(right, value, at_high * share)
+        low, high = np.where(right, low, middle), np.where(right, middle, high)
+        root[left] = middle
+        open_ = (np.abs(value) > np.spacing(high)) & (high - low > np.spacing(high))
+        if not np.any(open_):
+            break
+        left = left[open_]
+        low, high, at_low, at_high = (each[open_] for each in (low, high, at_low, at_high))
+    return root
+
+
+def pressed_states(contact: Contact, load: float, pull: float) -> tuple[tuple[float, bool], ...]:
+    """All forces with which a contact may be pressed under one load and one attraction.
+
+    Parameters
+    ----------
+    contact : Contact
+        Area under a force.
+    load : float
+        N, above 0.
+    pull : float
+        Attraction per area [Pa].
+
+    Returns
+    -------
+    tuple of (float, bool)
+        W [N] and whether the state is stable, from the least force to the largest; none where the area grows without
+        bound.
+
+    Notes
+    -----
+    Looked for in steps of a 64th of the force: two states closer than that are missed.
+    """
+    if pull <= 0 or isinstance(contact, FixedArea):
+        return ((float(pressed(contact, np.array([load]), np.array([pull]))[0]), True),)
+
+    def lacking(whole: Real) -> Real:
+        return np.asarray(whole - load - pull * contact.outline(whole))
+
+    return crossed(lacking, load, max(load + pull * LARGEST, load * (1 + 1e-9)))
+
+
+def crossed(lacking: Callable[[Real], Real], least: float, most: float) -> tuple[tuple[float, bool], ...]:
+    """Forces at which a function changes its sign, and whether it rises there.
+
+    Parameters
+    ----------
+    lacking : callable
+        Of forces [N]: what of them neither load nor attraction makes.
+    least, most : float
+        Where it is looked for [N], the first above 0.
+
+    Returns
+    -------
+    tuple of (float, bool)
+        In rising order.
+    """
+    count = max(2, int(np.ceil(np.log(most / least) / np.log(NEAR))) + 1)
+    forces = np.geomspace(least, most, count)
+    values = lacking(forces)
+    places = np.flatnonzero((values[:-1] < 0) != (values[1:] < 0))
+    found = []
+    for place in places.tolist():
+        rises = bool(values[place] < 0)
+        sign = 1.0 if rises else -1.0
+        ends = np.array([forces[place]]), np.array([forces[place + 1]])
+        root = _bracketed(lambda whole, _, sign=sign: sign * lacking(whole), *ends)  # type: ignore[misc]
+        found.append((float(root[0]), rises))
+    return tuple(found)
+
+
+def without_bound(contact: Contact, pull: float) -> InputError:
+    """Say that an attraction lets the area of a contact grow without bound.
+
+    Parameters
+    ----------
+    contact : Contact
+        Area under a force.
+    pull : float
+        Attraction per area [Pa].
+
+    Returns
+    -------
+    InputError
+        To be raised.
+    """
+    return InputError(
+        f"contact = {type(contact).__name__}: an attraction of {format_quantity(pull, 'Pa', digits=4)} lets the contact grow"
+        f" beyond {LARGEST:g} m2, without bound for any finger: more area attracts more, and the contact presses back with"
+        " too little for each area. Lower the voltage, or contact.exponent (at 1 the pressure does not rise with the area)"
+    )

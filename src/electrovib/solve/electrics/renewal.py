@@ -1,0 +1,290 @@
+"""Charge carried away by sliding: fresh film comes under the leading edge, and takes what leaked onto it away.
+
+In the finger's frame de/dt + u de/dx = dV/dt - e/tau. Along a place of the film it is an ordinary response that
+begins when the place comes under the finger; so each place needs only the modes at that moment.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.stack.transfer import Transfer
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from electrovib.physics.drive.base import Drive
+    from electrovib.physics.motion import Motion
+    from electrovib.solve.stack.transfer import Real
+
+PANELS = 16
+"""Even panels of the contact: a quarter of a turn of a sine fits in one."""
+HALVINGS = 20
+"""How often the first panel is halved: fresh film is charged through a series resistance within some nanometres."""
+REASON = "each place of the film answers from when it comes under the finger"
+_NODES = np.array(
+    [
+        0.9914553711208126,
+        0.9491079123427585,
+        0.8648644233597691,
+        0.7415311855993945,
+        0.5860872354676911,
+        0.4058451513773972,
+        0.20778495500789848,
+        0.0,
+    ]
+)
+_KRONROD = np.array(
+    [
+        0.022935322010529224,
+        0.06309209262997856,
+        0.10479001032225019,
+        0.14065325971552592,
+        0.1690047266392679,
+        0.19035057806478542,
+        0.20443294007529889,
+        0.20948214108472782,
+    ]
+)
+_AT_ONCE = 1 << 18
+"""Places times moments that are held at once."""
+
+
+@dataclass(frozen=True)
+class Renewal:
+    """Where on the contact one looks, and how much of it each place stands for.
+
+    Parameters
+    ----------
+    places : ndarray, shape (places,)
+        Distance from the leading edge [m].
+    weights, coarse : ndarray, shape (places,)
+        Share of the contact's length, by Kronrod's rule of 15 points in each panel, and by that of Gauss on 7 of
+        them; each adds up to 1.
+    """
+
+    places: Real
+    weights: Real
+    coarse: Real
+
+    @classmethod
+    def over(cls, length: float) -> Renewal:
+        """Grade places towards the leading edge of a contact [m], where the charge is youngest."""
+        points = np.concatenate([-_NODES, _NODES[-2::-1]])
+        kronrod, gauss = np.concatenate([_KRONROD, _KRONROD[-2::-1]]), np.zeros(len(points))
+        gauss[1::2] = np.polynomial.legendre.leggauss(7)[1]
+        even = np.linspace(0.0, 1.0, PANELS + 1)
+        ends = np.concatenate([[0.0], even[1] * 0.5 ** np.arange(HALVINGS, 0, -1), even[1:]])
+        half = np.diff(ends)[:, None] / 2
+        places = ends[:-1, None] + half * (1 + points)
+        return cls(length * places.ravel(), (half * kronrod).ravel(), (half * gauss).ravel())
+
+
+def entered(motion: Motion, time: Real, places: Real) -> Real:
+    """When each place under the finger came under its leading edge.
+
+    Parameters
+    ----------
+    motion : Motion
+        Sliding speed over time.
+    time : ndarray, shape (n,)
+        s, 0 or more.
+    places : ndarray, shape (places,)
+        Distance from the leading edge [m].
+
+    Returns
+    -------
+    ndarray, shape (places, n)
+        s; 0 for a place that has been there since time 0.
+
+    Notes
+    -----
+    The way is a square between corners of the speed, so the time is the root of a square.
+    """
+    corners = np.array([t for t, _ in motion.programme.corners()])
+    marks = np.unique(np.concatenate([[0.0], corners[corners > 0], [max(float(np.max(time)), 1e-300)]]))
+    speeds = motion.speeds(marks)
+    ways = np.append(0.0, np.cumsum(np.diff(marks) * (speeds[1:] + speeds[:-1]) / 2))
+    gains = np.append(np.diff(speeds) / np.diff(marks), 0.0)
+
+    def way(at: Real) -> Real:
+        index = np.clip(np.searchsorted(marks, at, side="right") - 1, 0, len(marks) - 1)
+        since = at - marks[index]
+        return np.asarray(ways[index] + since * (speeds[index] + gains[index] * since / 2))
+
+    wanted = np.maximum(way(time)[None, :] - places[:, None], 0.0)
+    index = np.clip(np.searchsorted(ways, wanted, side="left") - 1, 0, len(marks) - 1)
+    left = wanted - ways[index]
+    root = np.sqrt(np.maximum(speeds[index] ** 2 + 2 * gains[index] * left, 0.0))
+    since = np.divide(2 * left, speeds[index] + root, out=np.zeros_like(left), where=left > 0)
+    return np.asarray(np.minimum(np.where(wanted > 0, marks[index] + since, 0.0), time[None, :]))
+
+
+def renewed(
+    transfers: Mapping[str, Transfer], drive: Drive, time: Real, *, motion: Motion, renewal: Renewal
+) -> dict[str, Real]:
+    """Response of linear quantities at every place under a sliding finger.
+
+    Parameters
+    ----------
+    transfers : mapping of str to Transfer
+        What to compute, all of one stack.
+    drive : Drive
+        Off before time 0.
+    time : ndarray, shape (n,)
+        Increasing, >= 0 [s].
+    motion : Motion
+        Sliding speed over time.
+    renewal : Renewal
+        Places.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (places, n)
+        In the unit of each quantity.
+
+    Notes
+    -----
+    A place that came under the finger at t0 has no memory of before: its modes are x(t) - x(t0) exp(-rate (t -
+    t0)), and the free part, what its layers' initial charge does, begins at t0. The whole column is fresh, the
+    skin's own polarisation too, and what is in series with the stack counts for each place as if it were alone:
+    right where the film blocks and the series impedance takes little of the voltage. The current of a place is
+    what charges it while it is under the finger; what it takes away or gives back as it leaves is not in it.
+    """
+    whole = transient(transfers, drive, time)
+    began = entered(motion, time, renewal.places)
+    age = time[None, :] - began
+    memory = _Memory(drive, began)
+    found = {}
+    for name, transfer in transfers.items():
+        answer = np.tile(whole[name], (len(began), 1))
+        for rate, gain, free in zip(transfer.rates, transfer.gains, transfer.free, strict=True):
+            fading = np.exp(-rate * age) if gain or free else 0.0
+            if gain and rate > 0:
+                answer -= gain * memory.state(float(rate)) * fading
+            if free:
+                answer += free * (fading - np.exp(-rate * time)[None, :])
+        found[name] = answer
+    return found
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Mean over the contact of what the places do.
+
+    Parameters
+    ----------
+    found : dict of str to ndarray
+        At the output times.
+    error : float
+        Of the quadrature over the places: largest difference between two rules, over the largest value of the
+        quantity.
+    """
+
+    found: dict[str, Real]
+    error: float
+
+    def reason(self) -> str:
+        """Say why this solver ran and how well."""
+        return (
+            f"linear layers under a finger that slides over fresh film: real modes from rest, {REASON}; by two rules of"
+            f" quadrature the error of the mean over the contact is {self.error:.1e} of the largest value"
+        )
+
+
+def mean_over_contact(
+    transfers: Mapping[str, Transfer],
+    drive: Drive,
+    time: Real,
+    *,
+    motion: Motion,
+    length: float,
+    read: Callable[[dict[str, Real]], dict[str, Real]],
+) -> Mean:
+    """Mean over the contact of what every place under a sliding finger does.
+
+    Parameters
+    ----------
+    transfers, drive, time, motion
+        As for `renewed`; Hz and s as there.
+    length : float
+        Of the contact along the way [m].
+    read : callable
+        From the answers of the places to the quantities that are averaged, which need not be linear in them.
+
+    Returns
+    -------
+    Mean
+        By Kronrod's rule; its error by that of Gauss.
+
+    Notes
+    -----
+    A place that came under the finger at a jump of the drive is the end of a step along the contact, which
+    either rule meets within a panel: then the error is some thousandths, and told.
+    """
+    over = Renewal.over(length)
+    many = max(1, _AT_ONCE // len(over.places))
+    means: dict[str, list[Real]] = {}
+    for first in range(0, len(time), many):
+        places = renewed(transfers, drive, time[first : first + many], motion=motion, renewal=over)
+        for name, rows in read(places).items():
+            means.setdefault(name, []).append(np.stack([over.weights, over.coarse]) @ rows)
+    both = {name: np.concatenate(pieces, axis=1) for name, pieces in means.items()}
+    apart = [
+        float(np.max(np.abs(fine - coarse))) / (float(np.max(np.abs(fine))) or 1.0)
+        for fine, coarse in both.values()
+    ]
+    return Mean({name: fine for name, (fine, _) in both.items()}, max(apart))
+
+
+class _Memory:
+    """State of single modes at the moments of entry, each computed once."""
+
+    def __init__(self, drive: Drive, began: Real) -> None:
+        self._drive = drive
+        self._times, self._places = np.unique(began, return_inverse=True)
+        self._shape = began.shape
+        self.state = functools.cache(self._state)
+
+    def _state(self, rate: float) -> Real:
+        """Mode of this rate at the moments of entry, 0 at time 0."""
+        mode = Transfer(np.array([rate]), np.array([1.0]))
+        found = transient({"mode": mode}, self._drive, self._times)["mode"]
+        found = np.where(self._times > 0, found, 0.0)
+        return np.asarray(found[self._places.ravel()].reshape(self._shape))
+
+
+def refuse_with(
+    *, settled: bool, current: bool, leak: str | None, floating: bool, amplified: bool, closing: bool
+) -> None:
+    """Refuse what renewal does not go together with.
+
+    Parameters
+    ----------
+    settled, current, floating, amplified, closing : bool
+        Periodic state, current drive, floating body or second electrode, an amplifier, a gap that yields.
+    leak : str or None
+        Layer with a nonlinear leak.
+
+    Raises
+    ------
+    InputError
+        With what to do instead.
+    """
+    reasons = {
+        "time.initial_state = PeriodicState: start AtRest and look at a late period": settled,
+        "a drive that prescribes the current: the places share it; use a voltage drive": current,
+        f"stack.{leak}.leak: give the layer a material that conducts": leak is not None,
+        "circuit.amplifier: leave it away": amplified,
+        "contact.closing: leave it away": closing,
+        "this circuit.return_path: the places share its voltage; use Grounded": floating,
+    }
+    found = [text for text, applies in reasons.items() if applies]
+    if found:
+        raise InputError([f"motion.renews_film does not go with {text}" for text in found])

@@ -1,0 +1,241 @@
+"""A force that is costly to ask for, as cubics between its corners: smooth where it is smooth."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from electrovib.solve.stack.transfer import Real
+
+KNOTS = 2000
+"""Even times, besides those asked for, at which the force is looked at first."""
+PER_CHANGE = 4
+"""Even times in the shortest time in which it changes."""
+MOST = 4_000_000
+"""Times at which it is looked at in all."""
+TOLERANCE = 1e-6
+"""What a cubic may miss in its middle, over the largest force."""
+MOST_HALVINGS = 40
+_SINCE_CORNER = np.geomspace(1e-5, 0.5, 40)
+"""Shares of a stretch after a corner, in which a force may fade quickly, at which a force that is asked once is asked."""
+_BEFORE = 1e-6
+"""How long before a corner the force before it is looked up, as a share of the stretch that ends there."""
+_SOON = 1e-9
+"""The same, as a share of the whole time: the longest."""
+_ROUNDING = 64 * float(np.finfo(float).eps)
+"""Corners nearer to each other than this share of the whole time, or rather sixteen times as much, are one."""
+
+
+class Cubics(NamedTuple):
+    """Cubics over intervals; at a corner two knots meet, one for the force before it and one for that after it.
+
+    Parameters
+    ----------
+    knots, values, slopes : ndarray, shape (n,)
+        s, N, N/s.
+    """
+
+    knots: Real
+    values: Real
+    slopes: Real
+
+    def at(self, place: Any, time: Any) -> Any:
+        """Force [N] in the interval behind a knot, at a time [s]; many of both, or one."""
+        start, length = self.knots[place], self.knots[place + 1] - self.knots[place]
+        share = (time - start) / length
+        rise = self.values[place + 1] - self.values[place]
+        early, late = self.slopes[place] * length - rise, rise - self.slopes[place + 1] * length
+        return self.values[place] + share * (rise + (1 - share) * (early * (1 - share) + late * share))
+
+
+class Between:
+    """A force as cubics between its corners, where it may bend or jump; right-continuous there.
+
+    Parameters
+    ----------
+    force_at : callable
+        Force [N] at increasing times [s], at a jump the value after it.
+    times : ndarray, shape (n,)
+        Where it has to be right [s], the last one the end.
+    corners : ndarray
+        Where it may bend or jump [s].
+    shortest : float
+        Shortest time in which it changes [s].
+    once : bool
+        Whether it is asked once, at even times, as a march is; else intervals are halved until the force in their
+        middle is met within `TOLERANCE`.
+
+    Raises
+    ------
+    InputError
+        If a look at every change and every corner takes more than `MOST` times.
+    """
+
+    def __init__(
+        self,
+        force_at: Callable[[Real], Real],
+        times: Real,
+        corners: Real,
+        *,
+        shortest: float = math.inf,
+        once: bool = False,
+    ) -> None:
+        end = float(times[-1])
+        inside = np.unique(corners[(corners > 0) & (corners < end)])
+        apart = 16 * _ROUNDING * end
+        inside = inside[(np.diff(inside, prepend=0.0) > apart) & (end - inside > apart)]
+        self.ends = np.unique(np.concatenate([[0.0], inside, [end]]))
+        lengths = np.diff(self.ends)
+        early = np.maximum(np.minimum(_BEFORE * lengths, _SOON * end), _ROUNDING * end)
+        self._just = self.ends[1:] - early
+        count = math.ceil(max((4 if once else 1) * KNOTS, PER_CHANGE * end / shortest))
+        if (needed := count + len(times) + 3 * len(self.ends)) > MOST:
+            changes = f"changes {end / shortest:.4g} times and " if end / shortest > 1 else ""
+            raise InputError(
+                f"time.duration = {format_quantity(end, 's')}: in that time the force on the finger {changes}has"
+                f" {len(inside)} corners, and what is marched with it has to look at it at {needed} times, more than {MOST}."
+                " Ask for a shorter time, or a slower drive"
+            )
+        even = np.linspace(0.0, end, count + 1)
+        soon = (self.ends[:-1, np.newaxis] + lengths[:, np.newaxis] * _SINCE_CORNER).ravel()
+        soon = soon if once and len(soon) < count else soon[:0]
+        asked = np.unique(np.concatenate([even, times, self.ends, soon]))
+        beyond = np.searchsorted(self.ends, asked, side="right") - 1
+        near = (asked > self.ends[beyond]) & (
+            (asked - self.ends[beyond] < apart) | (asked >= self._just[np.minimum(beyond, len(lengths) - 1)])
+        )
+        near[asked >= end] = True
+        self._asked, self._force = self._looked(force_at, np.concatenate([asked[~near], self._just]))
+        self._missed = 0.0
+        self._pieces = self._cubics(np.ones(len(self._asked), bool))
+        if once:
+            self._missed = self._every_other()
+        else:
+            self._halve(force_at)
+        self._listed: tuple[list[float], ...] | None = None
+
+    @property
+    def pieces(self) -> Cubics:
+        """The cubics."""
+        return self._pieces
+
+    def __call__(self, time: Any) -> Any:
+        """Force [N] at times [s], scalar or array."""
+        pieces = self._pieces
+        if np.ndim(time) == 0:
+            if self._listed is None:
+                self._listed = tuple(each.tolist() for each in pieces)
+            return _one(self._listed, float(time))
+        return pieces.at(self._place(np.asarray(time)), np.asarray(time))
+
+    def error(self) -> float:
+        """What the cubics miss, over the largest force."""
+        return self._missed / self._scale
+
+    @property
+    def _scale(self) -> float:
+        return float(np.max(np.abs(self._force))) or 1.0
+
+    def _place(self, time: Real) -> Any:
+        """Knot before each time, of the interval that holds it."""
+        last = len(self._pieces.knots) - 2
+        return np.clip(np.searchsorted(self._pieces.knots, time, side="right") - 1, 0, last)
+
+    def _looked(self, force_at: Callable[[Real], Real], times: Real) -> tuple[Real, Real]:
+        times = np.unique(times)
+        return times, np.asarray(force_at(times), dtype=float)
+
+    def _every_other(self) -> float:
+        """Error of cubics through all knots [N]: a fifteenth of what those through every other miss."""
+        kept = np.zeros(len(self._asked), bool)
+        kept[::2] = True
+        kept |= np.isin(self._asked, np.concatenate([self.ends, self._just]))
+        whole, self._pieces = self._pieces, self._cubics(kept)
+        coarse, self._pieces = self(self._asked), whole
+        return float(np.max(np.abs(coarse - self._force), initial=0.0)) / 15
+
+    def _halve(self, force_at: Callable[[Real], Real]) -> None:
+        """Look at the force in the middle of intervals, until it is met there or `MOST` times are used up."""
+        if not np.all(np.isfinite(self._force)):
+            return
+        unmet = 0.0
+        open_ends = self._pieces.knots[:-1][np.diff(self._pieces.knots) > 0]
+        for _ in range(MOST_HALVINGS):
+            place = self._place(open_ends)
+            lengths = self._pieces.knots[place + 1] - self._pieces.knots[place]
+            middle = self._pieces.knots[place] + lengths / 2
+            just = self._just[np.searchsorted(self.ends, middle, side="right") - 1]
+            divisible = (lengths > 4 * _ROUNDING * self.ends[-1]) & (middle < just)
+            place, middle = place[divisible], middle[divisible]
+            if not len(middle) or len(self._asked) + len(middle) > MOST:
+                break
+            force = np.asarray(force_at(middle), dtype=float)
+            missed = np.abs(force - self._pieces.at(place, middle))
+            found = np.concatenate([self._asked, middle])
+            order = np.argsort(found, kind="stable")
+            self._asked, self._force = found[order], np.concatenate([self._force, force])[order]
+            starts = self._pieces.knots[place]
+            self._pieces = self._cubics(np.ones(len(self._asked), bool))
+            wrong = ~(missed <= TOLERANCE * self._scale)
+            self._missed = max(float(np.max(missed[~wrong], initial=0.0)), self._missed)
+            unmet = float(np.max(missed[wrong], initial=0.0))
+            open_ends = np.sort(np.concatenate([starts[wrong], middle[wrong]]))
+        self._missed = max(self._missed, unmet)
+
+    def _cubics(self, kept: NDArray[np.bool_]) -> Cubics:
+        """Lay cubics with continuous curvature between the corners; the last value before a corner holds up to it."""
+        from scipy.linalg import solve_banded
+
+        knots, values = self._asked[kept], self._force[kept]
+        last = np.flatnonzero(np.isin(knots, self._just))
+        knots[last] = self.ends[1:]
+        first = np.append(0, last[:-1] + 1)
+        lengths, size = np.diff(knots), len(knots)
+        jump = np.zeros(size - 1, bool)
+        jump[last[:-1]] = True
+        lengths = np.where(jump, 1.0, lengths)  # between two knots of one corner: in no equation
+        rise = np.diff(values) / lengths
+        before, after = np.append(1.0, lengths), np.append(lengths, 1.0)
+        band = np.zeros((3, size))
+        band[0, 1:], band[1], band[2, :-1] = before[:-1], 2 * (before + after), after[1:]
+        right = np.zeros(size)
+        right[1:-1] = 3 * (after[1:-1] * rise[:-1] + before[1:-1] * rise[1:])
+        few = last - first < 3
+        for edge, sign in ((first, 1), (last, -1)):
+            inner = edge if sign == 1 else edge - 1  # the interval at the edge
+            side, slope = lengths[inner], rise[inner]
+            beyond = np.clip(inner + sign, 0, size - 2)
+            next_, next_slope = lengths[beyond], rise[beyond]
+            both = side + next_
+            band[1, edge] = np.where(few, 2.0, next_)
+            towards = np.where(few, 1.0, both)
+            if sign == 1:
+                band[0, edge + 1], band[2, edge[1:] - 1] = towards, 0.0
+            else:
+                band[2, edge - 1], band[0, edge[:-1] + 1] = towards, 0.0
+            smooth = ((side + 2 * both) * next_ * slope + side**2 * next_slope) / both
+            right[edge] = np.where(few, 3 * slope, smooth)
+        slopes = solve_banded((1, 1), band, right, overwrite_ab=True, overwrite_b=True, check_finite=False)
+        return Cubics(knots, values, slopes)
+
+
+def _one(pieces: tuple[list[float], ...], time: float) -> float:
+    """The same as `Cubics.at`, for one time in plain numbers: many times quicker than with an array."""
+    knots, values, slopes = pieces
+    place = min(max(bisect_right(knots, time) - 1, 0), len(knots) - 2)
+    length = knots[place + 1] - knots[place]
+    share = (time - knots[place]) / length
+    rise = values[place + 1] - values[place]
+    early, late = slopes[place] * length - rise, rise - slopes[place + 1] * length
+    return values[place] + share * (rise + (1 - share) * (early * (1 - share) + late * share))

@@ -1,0 +1,211 @@
+"""Mechanics and sensors under a force that is no straight line, to a stated error."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.solve.mechanics.chain.grid import PER_CHANGE, Grid, increasing
+from electrovib.solve.mechanics.filters.follow import finite, march_through
+from electrovib.solve.mechanics.filters.stretches import Stretches
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from electrovib.physics.drive.parts import Indices
+    from electrovib.solve.mechanics.filters.filter import Filter, Real
+
+FAINT = 1e-9
+"""Outputs are compared with no less than this share of what the filter could put out: below is rounding."""
+ROUNDING = 1e-13
+"""Share of what the filter could put out that rounding alone moves."""
+FORGOTTEN = 25.0
+"""Time constants after which nothing is left of a force: 1e-11 of it."""
+PIECES = 100_000
+"""Pieces of a first grid that are followed at once: more takes memory, less takes time for what comes before."""
+EXTRAPOLATIONS = 2
+"""Powers of the length of a piece that are taken away."""
+TOGETHER = 64
+"""Outputs that are followed until all of them stand still."""
+
+
+def respond_mechanically(
+    force_at: Callable[[Real], Real],
+    filters: Mapping[str, Filter],
+    times: ArrayLike,
+    *,
+    tolerance: float = 1e-6,
+    most: int = 4_000_000,
+    jumps: ArrayLike = (),
+    shortest: float = math.inf,
+    held: float = math.inf,
+) -> tuple[dict[str, Real], float]:
+    """Outputs of linear mechanics and sensors under one force, to a stated error.
+
+    Parameters
+    ----------
+    force_at : callable
+        Force [N] at increasing times [s], the value after at a jump; asked only between the first and the last
+        of `times`.
+    filters : mapping of str to Filter
+        What to compute.
+    times : array_like, shape (n,)
+        When the outputs are wanted [s], increasing, need not be even.
+    tolerance : float
+        Largest change of an extrapolated output by the last halving, as a share of its largest value.
+    most : int
+        Pieces of the finest grid allowed; where they do not suffice the error returned is above `tolerance`.
+    jumps : array_like, shape (m,)
+        Times [s] at which the force jumps or bends, any order; between them it is smooth. A jump that is not
+        named costs the order of convergence.
+    shortest : float
+        Shortest time in which the force changes, for instance a period of its fastest oscillation [s]: a grid
+        that meets it at the same phase again and again would not see it.
+    held : float
+        For how long the force at the first time had been held before [s]; 0 for rest, infinite for steadiness.
+
+    Returns
+    -------
+    outputs : dict of str to ndarray, shape (n,)
+        In the order of `filters`.
+    error : float
+        Largest change by the last halving, relative; some fifteen times the error of a smooth force.
+
+    Raises
+    ------
+    InputError
+        If times do not increase, the force is not finite, or one piece for each time is more than `most`.
+
+    Notes
+    -----
+    The force is taken as straight between the points of a grid, on which the modes are followed exactly, however
+    stiff. What is left is the bend of the force in a piece, of second order in its length; from grids that halve each
+    other's pieces two orders are known and taken away (Romberg), which leaves the sixth. What no output remembers any
+    more is not looked at, and what only outputs remember that stand still is not looked at more finely.
+    """
+    stamps, marks = increasing(times), np.asarray(jumps, dtype=float).ravel()
+    memory = FORGOTTEN / _slowest(filters)
+    found = {name: np.empty(len(stamps)) for name in filters}
+    sizes = {name: _Size() for name in filters}
+    for group in _groups(stamps, marks, memory, shortest):
+        begins = max(stamps[group.start] - memory, stamps[0])
+        early = begins < stamps[group.start]
+        grid = Grid.over(np.append(begins, stamps[group]) if early else stamps[group], marks, memory)
+        before = held if begins == stamps[0] else math.inf
+        rows = _settled(force_at, filters, grid, before, shortest, most, tolerance, sizes)
+        for name, row in rows.items():
+            found[name][group] = row[int(early) :]
+    return found, max((size.moved / (size.largest or 1.0) for size in sizes.values()), default=0.0)
+
+
+@dataclass
+class _Size:
+    """Largest value of an output so far, and by how much the last halving of its grid moved it."""
+
+    largest: float = 0.0
+    moved: float = 0.0
+
+
+def _groups(stamps: Real, jumps: Real, memory: float, shortest: float) -> list[slice]:
+    """Outputs that are followed together: some `PIECES` of a first grid, if that is long against the memory [s]."""
+    lengths = np.append(0.0, np.minimum(np.diff(stamps), memory))
+    pieces = np.cumsum(lengths * PER_CHANGE / shortest) + np.searchsorted(np.sort(jumps), stamps)
+    together = max(PIECES, 4 * memory * PER_CHANGE / shortest)
+    edges = np.flatnonzero(np.diff(np.floor(pieces / together), prepend=0.0))
+    bounds = [0, *edges[edges > 0].tolist(), len(stamps)]
+    return [slice(first, last) for first, last in itertools.pairwise(bounds)]
+
+
+def _settled(
+    force_at: Callable[[Real], Real],
+    filters: Mapping[str, Filter],
+    grid: Grid,
+    held: float,
+    shortest: float,
+    most: int,
+    tolerance: float,
+    sizes: dict[str, _Size],
+) -> dict[str, Real]:
+    """Halve the pieces of a grid where outputs move, until they stand still or `most` pieces are used up."""
+    density, halvings = grid.density(shortest, most), 0
+    remaining = np.ones(len(grid.wanted), bool)
+    divisions = grid.divisions(density, halvings, grid.counts(remaining))
+    coarse, possible = _on_grid(force_at, filters, grid, divisions, held)
+    found, moved = dict(coarse), {name: np.zeros(len(remaining)) for name in filters}
+    tables = {name: [row] for name, row in coarse.items()}
+    while True:
+        halvings += 1
+        divisions = grid.divisions(density, halvings, grid.counts(remaining))
+        fine, possible = _on_grid(force_at, filters, grid, divisions, held)
+        moves = np.zeros(len(remaining), bool)
+        for name, size in sizes.items():
+            row = _extrapolated(tables[name], fine[name])
+            changes = [np.abs(now - before) for now, before in zip(row, tables[name], strict=False)]
+            change = np.maximum(np.min(changes, axis=0) - ROUNDING * possible[name], 0.0)
+            moved[name] = np.where(remaining, change, moved[name])
+            found[name] = np.where(remaining, row[-1], found[name])
+            tables[name] = row
+            size.largest = max(size.largest, float(np.max(np.abs(found[name]))), FAINT * possible[name])
+            moves |= moved[name] > tolerance * size.largest
+        remaining = _with_neighbours(moves)
+        more = grid.divisions(density, halvings + 1, grid.counts(remaining)).sum()
+        if not np.any(remaining) or more > most or grid.is_point:
+            for name, size in sizes.items():
+                size.moved = max(size.moved, float(np.max(moved[name])))
+            return found
+
+
+def _slowest(filters: Mapping[str, Filter]) -> float:
+    """Slowest rate of all filters [1/s]; 1e9 if none has a memory."""
+    return min((float(np.min(-each.poles.real, initial=1e9)) for each in filters.values()), default=1e9)
+
+
+def _with_neighbours(moved: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Mark whole groups of outputs, in which no single one stands still by chance."""
+    groups = np.arange(len(moved)) // TOGETHER
+    return np.isin(groups, groups[moved])
+
+
+def _extrapolated(before: list[Real], fine: Real) -> list[Real]:
+    """Next row of Romberg's table: each grid halves the pieces, and the error goes in even powers of their length."""
+    row = [fine]
+    for order, coarse in zip(range(1, EXTRAPOLATIONS + 1), before, strict=False):
+        row.append(row[-1] + (row[-1] - coarse) / (4**order - 1))
+    return row
+
+
+def _on_grid(
+    force_at: Callable[[Real], Real],
+    filters: Mapping[str, Filter],
+    grid: Grid,
+    divisions: Indices,
+    held: float,
+) -> tuple[dict[str, Real], dict[str, float]]:
+    """Follow all filters on one grid; and the largest output that each could give."""
+    begins, lengths = grid.points(divisions)
+    force = finite(force_at(np.append(begins, grid.knots[-1])))
+    marks = np.cumsum(np.append(0, divisions))
+    before = force[marks[1:]]
+    if grid.jumps.size:
+        moments = grid.knots[grid.jumps]
+        last = lengths[marks[grid.jumps] - 1]
+        back = np.maximum(1e-6 * last, 64 * np.finfo(float).eps * np.abs(moments))
+        before[grid.jumps - 1] = finite(force_at(moments - back))
+    stretches = Stretches(begins, lengths, divisions, grid.graded, force, before)
+    found: dict[str, Real] = {}
+    largest: dict[str, float] = {}
+    for name, filter_ in filters.items():
+        if grid.is_point:
+            state = filter_.state(float(force[0]), held)
+            output = march_through(filter_, force, force, 0.0, state)[:1]
+        else:
+            output = stretches.output(filter_, held)
+        possible = (abs(filter_.direct) + 2 * np.abs(filter_.gains).sum()) * np.abs(force).max()
+        found[name], largest[name] = output[grid.wanted], float(possible)
+    return found, largest

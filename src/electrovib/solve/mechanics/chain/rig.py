@@ -1,0 +1,209 @@
+"""What the skin does and what the rig reads."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.core.lamps import Lamp
+from electrovib.core.units import format_quantity
+from electrovib.physics.drive.parts import Linear
+from electrovib.solve.mechanics.chain.grid import increasing
+from electrovib.solve.mechanics.chain.respond import respond_mechanically
+from electrovib.solve.mechanics.filters.declared import cascade, of_stages
+from electrovib.solve.mechanics.filters.follow import finite, through_pieces
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from electrovib.physics.finger import Finger
+    from electrovib.physics.rig import Digitiser, Rig
+    from electrovib.solve.mechanics.filters.filter import Filter, Real
+
+
+def finger_filters(finger: Finger) -> dict[str, Filter]:
+    """Filters from lateral force to the motion of the skin.
+
+    Parameters
+    ----------
+    finger : Finger
+        Declared; at one sliding speed.
+
+    Returns
+    -------
+    dict of str to Filter
+        ``skin_displacement`` [m/N] and its rate of change ``skin_speed`` [m/(N s)].
+    """
+    displacement = finger.compliance_at_rest() * of_stages((finger.resonance(),))
+    return {"skin_displacement": displacement, "skin_speed": displacement.rate()}
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What a rig reads.
+
+    Parameters
+    ----------
+    signals : dict of str to ndarray, shape (n,)
+        ``normal_force_measured`` and ``lateral_force_measured`` at the times asked for [N].
+    error : float
+        As from `respond_mechanically`; 0 for forces given as samples, which are followed exactly.
+    lamps : list of Lamp
+        One for each channel of a digitiser: whether it was driven beyond its range.
+    """
+
+    signals: dict[str, Real]
+    error: float
+    lamps: list[Lamp]
+
+
+def measured(
+    rig: Rig,
+    times: ArrayLike,
+    normal_force: Callable[[Real], Real] | ArrayLike,
+    lateral_force: Callable[[Real], Real] | ArrayLike,
+    *,
+    tolerance: float = 1e-6,
+    most: int = 4_000_000,
+    jumps: ArrayLike = (),
+    shortest: float = math.inf,
+    held: float = math.inf,
+    friction: Filter | None = None,
+    before: float = 0.0,
+    unknown: Callable[[Real], NDArray[np.bool_]] | None = None,
+) -> Measured:
+    """Forces as the rig reads them: through its sensors, then digitised with its noise.
+
+    Parameters
+    ----------
+    rig : Rig
+        Declared.
+    times : array_like, shape (n,)
+        When readings are wanted [s], increasing. A digitiser reads from the first time on at its own rate, and
+        holds each reading until the next.
+    normal_force, lateral_force : callable or array_like, shape (n,)
+        True forces [N]: at any times between the first and the last, or at `times` and straight between them.
+    tolerance, most, jumps, shortest, held
+        As for `respond_mechanically`; `held` also for samples. A piezo sensor shows nothing of a force held for
+        ever before the first time.
+    friction : Filter, optional
+        Between `lateral_force`, then a function, and the lateral force on the sensor.
+    before : float
+        How long before the first time `lateral_force` is followed, from a state held until then [s].
+    unknown : callable, optional
+        Tells at which times [s] the lateral reading stands on a force that is not known: it is NaN there.
+
+    Returns
+    -------
+    Measured
+        Readings [N], error and lamps.
+
+    Raises
+    ------
+    InputError
+        As `respond_mechanically`; or if samples and times differ in number.
+    """
+    stamps = increasing(times)
+    moments = stamps if rig.digitiser is None else _moments(rig.digitiser, stamps, most)
+    sensor = of_stages(rig.lateral_stages())
+    channels = {
+        "normal": (normal_force, of_stages(rig.normal_stages()), 0.0),
+        "lateral": (lateral_force, sensor if friction is None else cascade(friction, sensor), before),
+    }
+    found, worst = {}, 0.0
+    for name, (force, filter_, early) in channels.items():
+        if callable(force):
+            options = {"tolerance": tolerance, "shortest": shortest, "held": held}
+            asked = np.append(moments[0] - early, moments) if early else moments
+            outputs, error = respond_mechanically(
+                force, {name: filter_}, asked, most=most, jumps=jumps, **options
+            )
+            found[name], worst = outputs[name][len(asked) - len(moments) :], max(worst, error)
+        else:
+            found[name] = _of_samples(filter_, stamps, force, moments, held, f"{name}_force")
+    if unknown is not None:
+        found["lateral"] = np.where(unknown(moments), np.nan, found["lateral"])
+    signals, lamps = found, list[Lamp]()
+    if rig.digitiser is not None:
+        signals, lamps = _digitised(rig, rig.digitiser, found)
+        place = np.floor((stamps - stamps[0]) * rig.digitiser.sampling_rate + 1e-6).astype(int)
+        signals = {name: values[np.minimum(place, len(moments) - 1)] for name, values in signals.items()}
+    return Measured({f"{name}_force_measured": row for name, row in signals.items()}, worst, lamps)
+
+
+def _moments(digitiser: Digitiser, stamps: Real, most: int) -> Real:
+    """Times of the readings; one that falls on the last stamp but for rounding counts."""
+    count = refuse_readings(digitiser, float(stamps[-1] - stamps[0]), most)
+    moments: Real = np.minimum(stamps[0] + np.arange(count) / digitiser.sampling_rate, stamps[-1])
+    return moments
+
+
+def refuse_readings(digitiser: Digitiser, span: float, most: int) -> int:
+    """Count the readings of a digitiser, and refuse too many.
+
+    Parameters
+    ----------
+    digitiser : Digitiser
+        With its rate.
+    span : float
+        From the first to the last output time [s].
+    most : int
+        Twice as many as are allowed.
+
+    Returns
+    -------
+    int
+        How many.
+
+    Raises
+    ------
+    InputError
+        If there are more.
+    """
+    count = math.floor(span * digitiser.sampling_rate + 1e-6) + 1
+    if 2 * count > most:
+        raise InputError(
+            f"digitiser.sampling_rate = {format_quantity(digitiser.sampling_rate, 'Hz')}: {count} readings are"
+            f" more than half of {most}. Lower it, or ask for a shorter time."
+        )
+    return count
+
+
+def _of_samples(
+    filter_: Filter, stamps: Real, force: ArrayLike, moments: Real, held: float, name: str
+) -> Real:
+    samples = finite(force)
+    if len(samples) != len(stamps):
+        raise InputError(
+            f"{name}: {len(samples)} samples for {len(stamps)} times. Give one for each, or a function."
+        )
+    part = Linear(stamps - stamps[0], samples, samples)
+    return through_pieces(filter_, part, moments - stamps[0], filter_.state(float(samples[0]), held))
+
+
+def _digitised(rig: Rig, digitiser: Digitiser, forces: dict[str, Real]) -> tuple[dict[str, Real], list[Lamp]]:
+    """Add noise, round, clip; one stream of noise for each channel."""
+    streams = np.random.SeedSequence(digitiser.seed).spawn(2)
+    ranges = (digitiser.normal_range, digitiser.lateral_range)
+    readings, lamps = {}, []
+    for (name, force), noise, full_scale, stream in zip(
+        forces.items(), rig.noises(), ranges, streams, strict=True
+    ):
+        seen = force + noise * np.random.default_rng(stream).standard_normal(len(force))
+        readings[name] = digitiser.reading(seen, full_scale)
+        nearest = digitiser.levels(seen, full_scale) * (full_scale / 2.0 ** (digitiser.bits - 1))
+        known, allowed = np.isfinite(seen), format_quantity(full_scale, "N")
+        beyond = int(np.count_nonzero((readings[name] != nearest) & known))
+        text = (
+            f"{beyond} of {np.count_nonzero(known)} {name} readings lie beyond the range of {allowed} and are"
+            if beyond
+            else f"no {name} reading lies beyond the range of {allowed}, none is"
+        )
+        lamps.append(Lamp(f"{name} range", "warning" if beyond else "ok", f"{text} cut off there"))
+    return readings, lamps

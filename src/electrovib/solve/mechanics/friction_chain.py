@@ -1,0 +1,341 @@
+"""From the steady friction of a scenario to its friction, its skin and its sensors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.core.lamps import Lamp
+from electrovib.physics.finger import Finger, MassSpringDamper
+from electrovib.physics.friction import BristleFriction, SteadyFriction
+from electrovib.physics.programme import Steady
+from electrovib.scenario import PeriodicState
+from electrovib.solve.electrics.electrical import Electrical
+from electrovib.solve.mechanics.between import Between
+from electrovib.solve.mechanics.chain import Measured, finger_filters, measured, respond_mechanically
+from electrovib.solve.mechanics.filters.declared import cascade, of_stages
+from electrovib.solve.mechanics.filters.filter import Filter
+from electrovib.solve.mechanics.lateral import (
+    along_the_motion,
+    friction_filter,
+    memory_changes,
+    shortest_time,
+)
+from electrovib.solve.mechanics.unknown import COUNTS, not_known, resting
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from electrovib.scenario import Scenario
+    from electrovib.solve.stack.transfer import Real
+
+MOST = 4_000_000
+"""Pieces of the finest grid on which the mechanics is followed."""
+QUICK = ("transient", "periodic", "current drive", "one sine")
+"""Solvers that answer at any times for little."""
+CLOSED = (*QUICK, "renewal")
+"""Solvers whose answer at a time does not depend on the other times asked for; a mean over places costs more."""
+FORGOTTEN = 25.0
+"""Time constants after which a beginning counts as forgotten: 1e-11 of it is left."""
+MOST_PERIODS = 3000
+
+
+@dataclass
+class Mechanics:
+    """What the mechanics does over time.
+
+    Parameters
+    ----------
+    signals : dict
+        Dimensions and values of every signal.
+    how : dict
+        Errors and events, for the Trace.
+    lamps : list of Lamp
+        What a user should know.
+    """
+
+    signals: dict[str, Any] = field(default_factory=dict)
+    how: dict[str, Any] = field(default_factory=dict)
+    lamps: list[Lamp] = field(default_factory=list)
+
+    def add(self, rows: dict[str, Real]) -> None:
+        """Take signals over time.
+
+        Parameters
+        ----------
+        rows : dict of str to ndarray, shape (n,)
+            By the name of the signal, in its unit.
+        """
+        self.signals |= {name: (("time",), row) for name, row in rows.items()}
+
+
+class FrictionChain:
+    """The linear mechanics of a scenario behind the force of a steady friction."""
+
+    def __init__(
+        self, scenario: Scenario, times: Real, answer: Electrical, at: Callable[[Real], Electrical]
+    ) -> None:
+        self.scenario, self.times, self.answer, self.at = scenario, times, answer, at
+        self.settled = isinstance(scenario.time.initial_state, PeriodicState)
+        self.bend = self.run_in = 0.0
+        self.lateral_at: Callable[[Real], Real] | None = None
+        self.rests = () if isinstance(scenario.friction, BristleFriction) else resting(scenario.motion)
+        self.prepared = answer.choice["solver"] in QUICK
+
+    def steady(self, times: Real, force: Real) -> Real:
+        """Friction that load and attraction would have, were the finger sliding without memory.
+
+        Parameters
+        ----------
+        times : ndarray, shape (n,)
+            s; before 0 the load is that of time 0.
+        force : ndarray, shape (n,)
+            Attraction [N].
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            N; 0 off the plate.
+        """
+        motion, law = self.scenario.motion, self.scenario.friction.without_memory()
+        normal = self.scenario.load.forces(np.maximum(times, 0.0))
+        force = self.pressing(times, force)
+        lateral = law.lateral_force(normal, force, self.real_area(normal + force))
+        return np.where(motion.touches(times), lateral, 0.0)
+
+    def pressing(self, times: Real, force: Real) -> Real:
+        """Attraction that presses skin and plate together: none where a hand holds against it.
+
+        Parameters
+        ----------
+        times : ndarray, shape (n,)
+            s.
+        force : ndarray, shape (n,)
+            Attraction [N].
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            N.
+        """
+        return np.where(self.scenario.motion.touches(times), force, 0.0)
+
+    def real_area(self, force: Real) -> Real:
+        """Area that touches [m2] under a whole normal force [N]; NaN where the contact does not tell."""
+        contact = self.scenario.contact
+        if contact.surface is None and not self.scenario.friction.without_memory().needs_real_area:
+            return np.full(len(force), np.nan)
+        return np.asarray(contact.real_area(force))
+
+    def comes_and_goes(self) -> bool:
+        """Tell whether the friction has to be marched along the motion: no filter from the steady friction gives it."""
+        scenario, rests = self.scenario, bool(self.rests)
+        lifts = scenario.motion.distance is not None and not isinstance(scenario.friction, SteadyFriction)
+        return lifts or memory_changes(scenario) or (rests and scenario.finger is not None)
+
+    def prepare(self) -> None:
+        """March an attraction once that has no closed form, before it is asked for many times."""
+        if not self.prepared:
+            at, choice = self.at, self.answer.choice
+            shortest = shortest_time(self.scenario.drive)
+            force = Between(
+                lambda times: at(times).force, self.times, self._corners(), shortest=shortest, once=True
+            )
+            self.at, self.bend = (lambda times: Electrical({}, force(times), choice)), force.error()
+            self.prepared = True
+
+    def filters(self) -> dict[str, Filter]:
+        """Name what follows the steady friction: the friction itself, and the skin."""
+        found = {"lateral_force": friction_filter(self.scenario)}
+        return found | {name: cascade(found["lateral_force"], each) for name, each in self.skin().items()}
+
+    def skin(self) -> dict[str, Filter]:
+        """Name what follows the friction in the skin."""
+        finger, speed = self.scenario.finger, self.scenario.motion.speed
+        return {} if finger is None else finger_filters(_at_speed(finger, speed))
+
+    def along(self, moved: Mechanics) -> float:
+        """March a friction along the motion, and follow the skin behind it; give the error."""
+        scenario = self.scenario
+        if self.settled and len(scenario.motion.breaks()) > 1:
+            raise InputError(
+                f"time.initial_state = PeriodicState: motion.programme = {type(scenario.motion.programme).__name__}"
+                " happens once, and the friction remembers it. Start AtRest"
+            )
+        self.prepare()
+        stiffness = None
+        if scenario.finger is not None:
+            stiffness = 1 / _at_speed(scenario.finger, scenario.motion.speed).compliance_at_rest()
+        found = along_the_motion(scenario, self._force, self.times, self._corners(), stiffness=stiffness)
+        self.lateral_at, self.rests, error = found.force, found.unknown, found.error
+        moved.add({"lateral_force": self.known(found.force(self.times))})
+        if skin := self.skin():
+            rows, more = respond_mechanically(found.force, skin, self.times, **self._options())
+            moved.add(rows)
+            error = max(error, more)
+        return error
+
+    def known(self, lateral: Real, filter_: Filter | None = None) -> Real:
+        """Put NaN where a friction is not determined: at rest, and as long as a filter before it remembers that.
+
+        Parameters
+        ----------
+        lateral : ndarray, shape (n,)
+            Friction at the output times [N].
+        filter_ : Filter, optional
+            That it came through.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            N.
+        """
+        if not self.rests:
+            return lateral
+        unknown = self.unknown(Filter.through(), self.times)
+        if filter_ is not None:
+            unknown = (unknown | self.unknown(filter_, self.times)) & self.scenario.motion.touches(self.times)
+        return np.where(unknown, np.nan, lateral)
+
+    def unknown(self, filter_: Filter, times: Real) -> Any:
+        """Tell when more of a filter's output than counts stands on a friction that is not determined.
+
+        Parameters
+        ----------
+        filter_ : Filter
+            Behind that friction.
+        times : ndarray, shape (n,)
+            s.
+
+        Returns
+        -------
+        ndarray of bool, shape (n,)
+            True where it does.
+        """
+        return not_known(filter_, self.rests, times) > COUNTS
+
+    def slip(self, moved: Mechanics) -> float:
+        """March a skin with bristles, which no filter describes; give the error of the attraction in between."""
+        from electrovib.solve.mechanics.bristles import slide
+
+        self.prepare()
+        law, count = self.scenario.friction, len(self.times)
+        assert isinstance(law, BristleFriction)
+        found, march, how = slide(self.scenario, law, self.times, self._force, self._corners())
+        rows = {"lateral_force": found.lateral_force, "bristle_deflection": found.bristle_deflection}
+        if self.scenario.finger is not None:
+            rows |= {"skin_displacement": found.skin_displacement, "skin_speed": found.skin_speed}
+        moved.add({name: row[len(row) - count :] for name, row in rows.items()})
+        error = max(self.bend, float(how.pop("mechanics_error")))
+        moved.how |= how
+        self.lateral_at = lambda wanted: march(np.append(0.0, wanted)).lateral_force[1:]
+        return error
+
+    def follow(self, wanted: dict[str, Filter]) -> tuple[dict[str, Real], float]:
+        """Run filters behind the steady friction."""
+        self.prepare()
+        began = self._before(min(_slowest(each) for each in wanted.values()))
+        asked = np.append(-began, self.times) if began else self.times
+        rows, error = respond_mechanically(self._force, wanted, asked, **self._options())
+        return {name: row[len(row) - len(self.times) :] for name, row in rows.items()}, error
+
+    def _force(self, times: Real) -> Real:
+        """Steady friction at any times, before the beginning that of the load alone."""
+        return self.steady(times, self.attraction(times))
+
+    def attraction(self, times: Real) -> Real:
+        """Attraction [N] at any times [s]: none before the beginning, or in the periodic state as ever."""
+        wrapped = np.mod(times, self._period) if self.settled else np.maximum(times, 0.0)
+        order = np.argsort(wrapped, kind="stable")
+        force = np.empty(len(wrapped))
+        force[order] = self.at(wrapped[order]).force
+        return force if self.settled else np.where(times < 0, 0.0, force)
+
+    @property
+    def _period(self) -> float:
+        return self.scenario.drive.period or 1.0
+
+    def _before(self, slow: float) -> float:
+        """How early to begin [s]: in the periodic state so that a rate [1/s] is forgotten, else before a jump at 0."""
+        if self.settled:
+            return self._settling(slow)
+        if len(self.times) > 1:
+            began = self._force(np.array([-1.0, 0.0]))
+            if began[0] != began[1]:
+                return 1e-3 * float(np.min(np.diff(self.times)))
+        return 0.0
+
+    def _settling(self, slow: float) -> float:
+        """Whole periods of the drive [s] in which a rate [1/s] forgets; a press happens once and has none."""
+        programme = self.scenario.load.programme
+        if not isinstance(programme, Steady):
+            raise InputError(
+                f"time.initial_state = PeriodicState: load.programme = {type(programme).__name__} happens once. Start AtRest"
+            )
+        periods = math.ceil(FORGOTTEN / (slow * self._period))
+        if periods > MOST_PERIODS:
+            raise InputError(
+                f"time.initial_state = PeriodicState: the mechanics needs {periods} periods of the drive to settle;"
+                " start AtRest and look at a late period"
+            )
+        self.run_in = periods * self._period
+        return self.run_in
+
+    def _options(self) -> dict[str, Any]:
+        return {"most": MOST, "jumps": self._corners(), "shortest": shortest_time(self.scenario.drive)}
+
+    def _corners(self) -> Real:
+        """Times at which the attraction, the load or the contact may bend or jump."""
+        end = float(self.times[-1])
+        load = np.array([time for time, _ in self.scenario.load.programme.corners()])
+        moves = np.array([time for time in self.scenario.motion.breaks() if time >= 0])
+        corners = np.concatenate([[0.0], self.scenario.drive.corners(end)[0], load, moves])
+        if self.settled and self.run_in:
+            marks = self.scenario.drive.corners(self._period)[0]
+            back = np.arange(1, math.ceil(self.run_in / self._period) + 1) * self._period
+            corners = np.concatenate([corners, (marks[:, None] - back).ravel()])
+        return corners[corners <= end]
+
+    def _normal(self, times: Real) -> Real:
+        """Force on the sensor under the plate: the load, off the plate less the pull."""
+        load = self.scenario.load.forces(np.maximum(times, 0.0))
+        if self.scenario.motion.distance is None:
+            return load
+        return np.where(self.scenario.motion.touches(times), load, load - self.attraction(times))
+
+    def measured(self) -> Measured:
+        """Read load and friction through the rig."""
+        rig, scenario = self.scenario.rig, self.scenario
+        assert rig is not None
+
+        normal: Any = self._normal
+        if scenario.motion.distance is None and isinstance(scenario.load.programme, Steady):
+            normal = scenario.load.forces(self.times)  # samples of what is held are exact
+        sensor = of_stages(rig.lateral_stages())
+        options = self._options()
+        if self.lateral_at is None:
+            friction = friction_filter(scenario)
+            before = self._before(min(_slowest(sensor), _slowest(friction)))
+            options |= {"friction": friction, "before": before}
+            sensor = cascade(friction, sensor)
+        if self.rests:
+            options["unknown"] = lambda times: self.unknown(sensor, times)
+        return measured(rig, self.times, normal, self.lateral_at or self._force, **options)
+
+
+def _slowest(filter_: Filter) -> float:
+    """Slowest rate of a filter [1/s]; infinite if it has no memory."""
+    return float(np.min(-filter_.poles.real)) if len(filter_.poles) else math.inf
+
+
+def _at_speed(finger: Finger, speed: float | None) -> Finger:
+    """Give the fingertip at the full sliding speed [m/s]."""
+    if not isinstance(finger, MassSpringDamper) or finger.growth is None:
+        return finger
+    if speed is None:
+        raise InputError("finger.growth needs motion.speed, for instance motion.speed = '50 mm/s'")
+    return finger.at_speed(speed)

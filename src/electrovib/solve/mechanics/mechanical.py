@@ -1,0 +1,158 @@
+"""From the attraction over time to what finger and rig make of it: load, area, friction, skin, sensors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.physics.contact import FixedArea
+from electrovib.physics.friction import BristleFriction, FollowingFriction, SteadyFriction
+from electrovib.solve.electrics.electrical import Electrical
+from electrovib.solve.mechanics.chain import refuse_readings
+from electrovib.solve.mechanics.friction_chain import MOST, QUICK, FrictionChain, Mechanics
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from electrovib.scenario import Scenario
+    from electrovib.solve.stack.transfer import Real
+
+
+def mechanical(
+    scenario: Scenario, times: Real, answer: Electrical, at: Callable[[Real], Electrical]
+) -> Mechanics:
+    """Compute load, contact, friction, skin and readings over time.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    times : ndarray, shape (n,)
+        Increasing, >= 0 [s].
+    answer : Electrical
+        Attraction at these times.
+    at : callable
+        Attraction at other times.
+
+    Returns
+    -------
+    Mechanics
+        Signals, errors and lamps.
+
+    Raises
+    ------
+    InputError
+        If models do not go together.
+
+    Notes
+    -----
+    The friction is that of load and attraction together, where the finger slides. Off the plate there is none. At
+    rest it is not determined, NaN, unless the finger has a skin whose spring tells it, or the friction is one of
+    bristles; behind a memory it is not known until that has forgotten the rest. The sensor under the plate reads the
+    load alone while the finger touches: the attraction is balanced by the contact that it presses. Off the plate a
+    hand holds against the attraction: it presses nothing, and the sensor reads the pull.
+    """
+    chain = FrictionChain(scenario, times, answer, at)
+    moved = Mechanics()
+    moved.add(_given(chain))
+    error = _friction(chain, moved)
+    if scenario.rig is not None:
+        chain.prepare()
+        readings = chain.measured()
+        moved.add(readings.signals)
+        moved.lamps += readings.lamps
+        error = max(error, readings.error)
+    if error:
+        moved.how["mechanics_error"] = max(error, chain.bend)
+    return moved
+
+
+def refuse_unsolved_mechanics(scenario: Scenario, end: float) -> None:
+    """Build what the mechanics is made of, so that what does not go together is told before any work.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    end : float
+        Last output time [s].
+
+    Raises
+    ------
+    InputError
+        If models do not go together.
+    """
+    nothing = Electrical({}, np.zeros(1), {"solver": QUICK[0]})
+    chain = FrictionChain(scenario, np.zeros(1), nothing, lambda _: nothing)
+    chain.real_area(scenario.load.forces(np.zeros(1)))
+    if isinstance(scenario.friction, BristleFriction):
+        from electrovib.solve.mechanics.bristles import refuse_unslid
+
+        refuse_unslid(scenario)
+    elif isinstance(scenario.friction, (SteadyFriction, FollowingFriction)):
+        chain.filters() if not chain.comes_and_goes() else chain.skin()
+    digitiser = None if scenario.rig is None else scenario.rig.digitiser
+    if digitiser is not None:
+        refuse_readings(digitiser, end, MOST)
+
+
+def slowest_rates(scenario: Scenario) -> list[float]:
+    """Slowest rate [1/s] of friction and skin, each of them that has a memory.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        One that `refuse_unsolved_mechanics` lets through.
+
+    Returns
+    -------
+    list of float
+        Above 0; empty where the friction follows at once and there is no skin.
+    """
+    nothing = Electrical({}, np.zeros(1), {"solver": QUICK[0]})
+    chain = FrictionChain(scenario, np.zeros(1), nothing, lambda _: nothing)
+    filters = chain.skin() if chain.comes_and_goes() else chain.filters()
+    return [float(np.min(-each.poles.real)) for each in filters.values() if len(each.poles)]
+
+
+def _given(chain: FrictionChain) -> dict[str, Real]:
+    """Load, speed and areas, which only load and attraction decide on."""
+    scenario, times = chain.scenario, chain.times
+    rows = {"normal_force": scenario.load.forces(times)}
+    if scenario.motion.speed is not None:
+        rows["sliding_speed"] = scenario.motion.speeds(times)
+    whole = rows["normal_force"] + chain.pressing(times, chain.answer.force)
+    touches = scenario.motion.touches(times)
+    if scenario.contact.surface is not None or not isinstance(scenario.contact, FixedArea):
+        rows["gross_contact_area"] = np.where(touches, scenario.contact.outline(whole), 0.0)
+    if scenario.contact.surface is not None:
+        rows["real_contact_area"] = np.where(touches, chain.real_area(whole), 0.0)
+    return rows
+
+
+def _friction(chain: FrictionChain, moved: Mechanics) -> float:
+    """Friction and skin, by the way that the friction asks for; gives the error."""
+    friction = chain.scenario.friction
+    if isinstance(friction, BristleFriction):
+        return chain.slip(moved)
+    if not isinstance(friction, (SteadyFriction, FollowingFriction)):
+        raise InputError(
+            f"friction = {type(friction).__name__}: it belongs to none of the families that the mechanics follows; make it"
+            " a SteadyFriction, a FollowingFriction or a BristleFriction"
+        )
+    if chain.comes_and_goes():
+        return chain.along(moved)
+    wanted = chain.filters()
+    if isinstance(friction, SteadyFriction):
+        lateral = chain.steady(chain.times, chain.answer.force)
+        moved.add({"lateral_force": chain.known(lateral)})
+        del wanted["lateral_force"]
+    if not wanted:
+        return 0.0
+    rows, error = chain.follow(wanted)
+    if "lateral_force" in rows:
+        rows["lateral_force"] = chain.known(rows["lateral_force"], wanted["lateral_force"])
+    moved.add(rows)
+    return error

@@ -1,0 +1,1 @@
+"""Skin that sticks and slips behind bristles, marched step by step."""

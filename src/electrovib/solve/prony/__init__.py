@@ -1,5 +1,0 @@
-"""Reduction of a polarisation spectrum to non-negative Debye terms."""
-
-from electrovib.solve.prony.fit import PronyFit as PronyFit
-from electrovib.solve.prony.fit import fit_debye as fit_debye
-from electrovib.solve.prony.fit import fit_debye_table as fit_debye_table

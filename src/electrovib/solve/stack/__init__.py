@@ -1,0 +1,1 @@
+"""The stack of layers in numbers: over frequency, as relaxation modes, as physical states."""

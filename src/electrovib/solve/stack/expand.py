@@ -1,0 +1,289 @@
+"""A scenario's stack as something to compute with: over frequency, as modes, and the force of it all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from electrovib.core.constants import eps0
+from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.contact import FixedArea
+from electrovib.physics.interface import interface_place, roles_of
+from electrovib.scenario import Scenario
+from electrovib.solve.electrics.leaks.leak import linearised
+from electrovib.solve.electrics.linear.current import current_section, per_ampere
+from electrovib.solve.electrics.pressed import pressed
+from electrovib.solve.stack.band import run_band
+from electrovib.solve.stack.reduce import Reduction, reduce_material
+from electrovib.solve.stack.section import (
+    ChargedSection,
+    ModalSection,
+    PhasorLayer,
+    PhasorSection,
+    modal_section,
+    phasor_section,
+)
+from electrovib.solve.stack.transfer import Complex, Real
+
+PHASES = 32
+"""Points of a period over which a force is averaged: exact for a pressure of second degree on an area that stays."""
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What of a scenario the sections need besides the layers."""
+
+    area: float
+    element: SeriesElement
+    second: float
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Surroundings:
+        """Collect contact and circuit."""
+        area = scenario.contact_area
+        second = scenario.circuit.return_path.second_contact(area)
+        return cls(area, scenario.circuit.element(), second)
+
+
+def phasors(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> PhasorSection:
+    """Give the scenario's stack over frequency, exact for the materials as declared.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Stack, contact and circuit.
+    frequency : ndarray, shape (n,)
+        Hz, above 0.
+    leaks : bool
+        Count a leak as the conductivity that a vanishing sine sees, or leave it out.
+
+    Returns
+    -------
+    PhasorSection
+        Per volt of the drive; per ampere of a drive that prescribes the current.
+    """
+    section = per_volt_of(scenario, frequency, leaks=leaks)
+    area = scenario.contact_area
+    return per_ampere(section, area=area) if scenario.drive.quantity == "current" else section
+
+
+def per_volt_of(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> PhasorSection:
+    """Give the scenario's stack over frequency per volt, also where the drive prescribes the current.
+
+    Parameters
+    ----------
+    scenario, frequency, leaks
+        As for `phasors`; Hz.
+
+    Returns
+    -------
+    PhasorSection
+        Per volt across everything.
+    """
+    around, layers = Surroundings.of(scenario), scenario.stack.layers
+    return phasor_section(
+        linearised(layers) if leaks else layers,
+        area=around.area,
+        element=around.element,
+        second=around.second,
+        frequency=frequency,
+    )
+
+
+def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> ChargedSection:
+    """Give what initial charge leaves behind, as Laplace transforms at j w, exact for the materials as declared.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Stack, contact and circuit.
+    frequency : ndarray, shape (n,)
+        Hz, above 0.
+    charges : ndarray, shape (layers + 1,)
+        Displacement before each layer and behind the last at time 0, `StackModes.charges` [C/m2].
+
+    Returns
+    -------
+    ChargedSection
+        Fields V s/m, displacements C s/m2, voltage V s, current density C/m2.
+
+    Notes
+    -----
+    E_k T_k = z_k (Q_k + J), J = -(sum z_j Q_j)/Z over all parts of the circuit, the body's capacitor among them;
+    J = 0 under a prescribed current.
+    """
+    around, layers = Surroundings.of(scenario), scenario.stack.layers
+    drops = {name: layer.impedance(frequency) for name, layer in layers.items()}
+    held = dict(zip(layers, charges, strict=False))
+    current: Complex = np.zeros(len(frequency), complex)
+    if scenario.drive.quantity == "voltage":
+        element = around.element
+        stack = np.sum(list(drops.values()), axis=0) * (1 + around.second)
+        body = around.area * element.elastance / (2j * np.pi * frequency + element.rate)
+        driving = np.sum([drops[name] * held[name] for name in layers], axis=0)
+        driving = driving + body * (charges[-1] + element.charge / around.area)
+        current = -driving / (stack + around.area * element.impedance(frequency))
+    states = {}
+    for name, layer in layers.items():
+        field = drops[name] * (held[name] + current) / layer.thickness
+        bound = eps0 * layer.material.polarisation(frequency) * field
+        states[name] = PhasorLayer(layer.thickness, layer.material, field, bound)
+    voltage = np.sum([state.field * state.thickness for state in states.values()], axis=0)
+    roles = roles_of(layers)
+    start = float(charges[interface_place(roles.values())])
+    return ChargedSection(frequency, states, roles, voltage, current, start)
+
+
+def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSection:
+    """Give a section per volt of the drive from one per volt of the plate.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its amplifier, whose limits are left out; itself if there is none.
+    section : PhasorSection
+        Per volt of the plate.
+
+    Returns
+    -------
+    PhasorSection
+        Fields, voltage and current density times gain/(1 + j f/bandwidth).
+    """
+    amplifier = scenario.circuit.amplifier
+    if amplifier is None:
+        return section
+    pole = 1.0 if amplifier.bandwidth is None else 1 + 1j * section.frequency / amplifier.bandwidth
+    factor = amplifier.gain / pole
+    layers = {
+        name: replace(layer, field=layer.field * factor, displacement=layer.displacement * factor)
+        for name, layer in section.layers.items()
+    }
+    voltage, density = section.voltage * factor, section.current_density * factor
+    return PhasorSection(section.frequency, layers, section.roles, voltage, density)
+
+
+def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduction]:
+    """Give every layer's polarisation as Debye terms, over the band that a run needs.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Layers, drive and grids.
+    times : ndarray, shape (n,), optional
+        Output times [s]; by default those of the scenario.
+
+    Returns
+    -------
+    dict of str to Reduction
+        From the plate to the finger.
+    """
+    if times is None:
+        times = scenario.time.times(scenario.drive)
+    low, high = run_band(scenario, times)
+    layers = scenario.stack.layers
+    return {name: reduce_material(layer.material, low=low, high=high) for name, layer in layers.items()}
+
+
+def modes(scenario: Scenario, times: Real | None = None) -> tuple[ModalSection, float]:
+    """Give the stack without leaks as modes per unit of the drive, and the largest error of a polarisation.
+
+    Parameters
+    ----------
+    scenario, times
+        As for `reductions`; s.
+
+    Returns
+    -------
+    ModalSection
+        Per volt, or per ampere of a drive that prescribes the current.
+    float
+        Largest |reduced/declared - 1| of a polarisation, 1.
+    """
+    found = reductions(scenario, times)
+    debye = {name: reduction.debye for name, reduction in found.items()}
+    error = max(reduction.largest_error for reduction in found.values())
+    around, layers = Surroundings.of(scenario), scenario.stack.layers
+    if scenario.drive.quantity == "current":
+        return current_section(layers, debye, area=around.area), error
+    section = modal_section(layers, debye, area=around.area, element=around.element, second=around.second)
+    return section, error
+
+
+def total_pull(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
+    """Attraction over the area of the first contact; a second contact carries the same current through its own area.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Law, contact and circuit.
+    amplitudes : dict of str to ndarray
+        What the law's pressure takes, in its units.
+
+    Returns
+    -------
+    ndarray
+        Pa.
+    """
+    second = Surroundings.of(scenario).second
+    total = scenario.force.pressure(**amplitudes)
+    if second:
+        denser = {name: values * second for name, values in amplitudes.items()}
+        total = total + scenario.force.pressure(**denser) / second
+    return np.asarray(total)
+
+
+def attraction(scenario: Scenario, pull: Real, times: Real | None = None) -> Real:
+    """Force of an attraction per area, on the area that load and attraction make together.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Contact, load and motion.
+    pull : ndarray, shape (..., n)
+        Attraction per area [Pa].
+    times : ndarray, shape (n,), optional
+        When [s]; by default under the full load, in touch.
+
+    Returns
+    -------
+    ndarray, shape (..., n)
+        N. Off the plate a hand holds against the attraction: the area is that under the load alone.
+
+    Raises
+    ------
+    InputError
+        If the attraction lets the area grow without bound.
+    """
+    contact, load = scenario.contact, scenario.load
+    if isinstance(contact, FixedArea):
+        return np.asarray(contact.area * pull)
+    if times is None:
+        forces, pressing = np.asarray(load.normal_force), pull
+    else:
+        forces, pressing = load.forces(times), np.where(scenario.motion.touches(times), pull, 0.0)
+    return np.asarray(pull * contact.outline(pressed(contact, forces, pressing)))
+
+
+def mean_force(scenario: Scenario, section: PhasorSection, amplitude: float) -> Real:
+    """Time mean of the attraction under one sine.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Law, contact and circuit.
+    section : PhasorSection
+        The stack over frequency.
+    amplitude : float
+        Peak of the drive [V, or A].
+
+    Returns
+    -------
+    ndarray, shape (frequencies,)
+        N.
+    """
+    count = PHASES if isinstance(scenario.contact, FixedArea) else 16 * PHASES
+    turns = np.exp(2j * np.pi * np.arange(count) / count)[:, None]
+    phasor: dict[str, Complex] = scenario.force.amplitudes(section)
+    waves = {name: np.real(amplitude * value * turns) for name, value in phasor.items()}
+    return np.asarray(np.mean(attraction(scenario, total_pull(scenario, waves)), axis=0))

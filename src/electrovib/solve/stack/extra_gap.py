@@ -1,0 +1,86 @@
+"""Field in one more gap behind the layers: for laws whose gap is not the same everywhere."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.constants import eps0
+from electrovib.core.errors import InputError
+from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.debye_sum import DebyeSum
+from electrovib.solve.stack.modes import Slab, stack_modes
+from electrovib.solve.stack.section import ModalSection, PhasorSection
+from electrovib.solve.stack.transfer import Transfer
+
+if TYPE_CHECKING:
+    from electrovib.physics.stack import Linear, Section
+    from electrovib.solve.stack.transfer import Complex
+
+IDLE = 1e-12
+"""Gain below which a mode of the stack's voltage is rounding [V per volt of the drive]."""
+
+
+def field_in_gap(section: Section, *, thickness: float, conductivity: float = 0.0) -> Linear:
+    """Field in an empty gap in series with all layers, under the voltage of the stack.
+
+    Parameters
+    ----------
+    section : Section
+        The layers without this gap.
+    thickness : float
+        Of the gap [m], above 0.
+    conductivity : float
+        Of what is in it [S/m].
+
+    Returns
+    -------
+    Linear
+        V/m per volt of the drive, of the same kind as the fields of the section.
+
+    Raises
+    ------
+    InputError
+        If a layer has an initial charge, whose share in this gap is not computed.
+
+    Notes
+    -----
+    E = V/(u + h eps_u), h = sum T/eps* over the layers and eps_u = 1 + conductivity/(s eps0). V is what the
+    layers without the gap leave of the drive, the same at every place: a place with this gap is taken as a
+    part of the contact too small to change it.
+    """
+    if isinstance(section, ModalSection):
+        return _modal(section, thickness, conductivity)
+    assert isinstance(section, PhasorSection)
+    return _phasor(section, thickness, conductivity)
+
+
+def _phasor(section: PhasorSection, thickness: float, conductivity: float) -> Complex:
+    layers = section.layers.values()
+    parts = [layer.thickness / layer.material.complex_permittivity(section.frequency) for layer in layers]
+    leaking = 1 + conductivity / (2j * np.pi * section.frequency * eps0)
+    field: Complex = section.voltage / (thickness + np.sum(parts, axis=0) * leaking)
+    return field
+
+
+def _modal(section: ModalSection, thickness: float, conductivity: float) -> Transfer:
+    if any(np.any(layer.field.free) for layer in section.layers.values()):
+        raise InputError(
+            "stack: initial_charge is not carried into gaps that differ from place to place. Give the stack one layer"
+            " 'gap' and a law of it, for instance force.model = GapPlane, or take the charge away"
+        )
+    slabs = [
+        Slab(layer.thickness, section.debye[name], layer.material.conductivity)
+        for name, layer in section.layers.items()
+    ]
+    slabs.append(Slab(thickness, DebyeSum(1.0, (), ()), conductivity))
+    field = stack_modes(slabs, area=1.0, element=SeriesElement()).fields[-1]
+    return _busy(section.voltage) * _busy(field)
+
+
+def _busy(transfer: Transfer) -> Transfer:
+    """Leave out modes that the drive does not excite: a product divides by the distance between rates."""
+    scale = abs(transfer.direct) + float(np.sum(np.abs(transfer.gains)))
+    kept = (np.abs(transfer.gains) > IDLE * scale) & (transfer.rates > 0)
+    return Transfer(transfer.rates[kept], transfer.gains[kept], transfer.direct)

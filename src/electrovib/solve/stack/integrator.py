@@ -1,0 +1,175 @@
+"""Integrals over time as modes: the charge that a current has brought, from rest and in the periodic state."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
+from electrovib.physics.drive.parts import Linear, Tones
+from electrovib.solve.stack.transfer import Transfer
+
+if TYPE_CHECKING:
+    from electrovib.physics.drive.base import Drive
+    from electrovib.physics.drive.parts import Part
+    from electrovib.solve.stack.transfer import Real
+
+INTEGRATING: Final = 1e-30
+"""Rate that stands for an integrator [1/s]: what it forgets in 1e5 s is nothing that 53 bits could hold."""
+_NO_MEAN = 1e-12
+"""Mean of a drive over its largest value, below which it is rounding."""
+_NOTHING = 1e-13
+"""Response at zero frequency over the largest mode, below which it is the rounding of their sum."""
+
+
+def integrated(rate: Transfer, *, start: float = 0.0) -> Transfer:
+    """Give the integral over time of a linear quantity, for instance the charge that a current brings.
+
+    Parameters
+    ----------
+    rate : Transfer
+        What is integrated; no free part at a rate of 0.
+    start : float
+        The integral at time 0.
+
+    Returns
+    -------
+    Transfer
+        Over the same modes; with one of the rate `INTEGRATING` where a constant drive makes it grow without end,
+        and one of rate 0 for what stays of the beginning.
+
+    Notes
+    -----
+    H = static + slope s - sum gain s/(s + rate) gives H/s = static/s + slope - sum gain/(s + rate).
+    """
+    rates, safe = rate.rates, np.where(rate.rates > 0, rate.rates, 1.0)
+    static = resting(rate)
+    gains, free = -rate.gains / safe, -rate.free / safe
+    constant = start - float(np.sum(free))
+    if static:
+        rates, gains = np.append(rates, INTEGRATING), np.append(gains, static / INTEGRATING)
+        free = np.append(free, 0.0)
+    if constant:
+        rates, gains = np.append(rates, 0.0), np.append(gains, 0.0)
+        free = np.append(free, constant)
+    return Transfer(rates, gains, rate.slope, 0.0, free)
+
+
+def resting(transfer: Transfer) -> float:
+    """Give the response at zero frequency, 0 where it is only the rounding of the modes' sum."""
+    if transfer.static is not None:
+        return transfer.static
+    level = transfer.at_rest()
+    largest = max(abs(transfer.direct), float(np.max(np.abs(transfer.gains), initial=0.0)))
+    return level if abs(level) > _NOTHING * largest else 0.0
+
+
+def without_integrators(transfer: Transfer) -> Transfer:
+    """Leave out what integrates the drive."""
+    gains = np.where(transfer.rates == INTEGRATING, 0.0, transfer.gains)
+    return Transfer(transfer.rates, gains, transfer.direct, transfer.slope, transfer.free, transfer.static)
+
+
+def integral_weight(transfer: Transfer) -> float:
+    """Give how much of a quantity is the integral of the drive over time [its unit per unit of the drive and s]."""
+    return float(np.sum((transfer.gains * transfer.rates)[transfer.rates == INTEGRATING]))
+
+
+def settled_integral(drive: Drive, time: Real) -> Real:
+    """Integral of a repeating drive over time, counted from its own mean over a period.
+
+    Parameters
+    ----------
+    drive : Drive
+        Made of sines and repeating straight pieces, with a mean of 0.
+    time : ndarray, shape (n,)
+        s.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Unit of the drive times s.
+
+    Raises
+    ------
+    InputError
+        If the drive has a mean.
+    """
+    mean = drive_mean(drive)
+    if mean:
+        what = (
+            f"the current has a mean of {format_quantity(mean, 'A')}, which has charged what does not conduct without end"
+            if drive.quantity == "current"
+            else f"the drive has a mean of {format_quantity(mean, 'V')} and every layer up to the interface conducts, so that"
+            " the charge there has grown without end. Give the stack a layer with role = 'gap'"
+        )
+        raise InputError(
+            f"time.initial_state = PeriodicState: {what}. Give it no mean, or start from rest: AtRest"
+        )
+    total: Real = np.sum([_integral(part, time) for part in drive.parts()], axis=0)
+    return total
+
+
+def refuse_unrepeated(drive: Drive) -> None:
+    """Refuse the periodic state of a drive that neither repeats nor is held.
+
+    Parameters
+    ----------
+    drive : Drive
+        Any.
+
+    Raises
+    ------
+    InputError
+        With what to do instead.
+    """
+    steady = all(isinstance(part, Linear) and part.is_step for part in drive.parts())
+    if drive.period is None and not steady:
+        raise InputError(
+            f"time.initial_state = PeriodicState: {type(drive).__name__} does not repeat. Give it a period,"
+            " or start from rest: AtRest"
+        )
+
+
+def drive_mean(drive: Drive) -> float:
+    """Give the mean of a repeating drive over a period, 0 where it is rounding [its unit]."""
+    mean = sum(_mean(part) for part in drive.parts())
+    return mean if abs(mean) > _NO_MEAN * sum(part.bound() for part in drive.parts()) else 0.0
+
+
+def _mean(part: Part) -> float:
+    if isinstance(part, Tones):
+        return float(np.sum(part.amplitudes[part.frequencies == 0].real))
+    assert isinstance(part, Linear)
+    if part.period is None:
+        return float(part.after[0])
+    return float(np.sum((part.after[:-1] + part.before[1:]) / 2 * np.diff(part.times))) / part.period
+
+
+def _integral(part: Part, time: Real) -> Real:
+    """Integral of a part without its mean, itself without mean."""
+    if isinstance(part, Tones):
+        moving = part.frequencies > 0
+        angular = 2 * np.pi * part.frequencies[moving]
+        waves = np.exp(1j * np.outer(angular, time)) / (1j * angular[:, None])
+        integral: Real = (part.amplitudes[moving] @ waves).real
+        return integral
+    assert isinstance(part, Linear)
+    if part.period is None:
+        return np.zeros(len(time))
+    return _straight_integral(part, part.period, time)
+
+
+def _straight_integral(part: Linear, period: float, time: Real) -> Real:
+    """Parabolas from break to break."""
+    first, last = part.after[:-1] - _mean(part), part.before[1:] - _mean(part)
+    steps = np.diff(part.times)
+    slopes = (last - first) / steps
+    begun = np.concatenate([[0.0], np.cumsum((first + last) / 2 * steps)[:-1]])
+    mean = float(np.sum(begun * steps + first * steps**2 / 2 + slopes * steps**3 / 6)) / period
+    index, elapsed = part.locate(time)
+    index = np.minimum(index, len(steps) - 1)
+    integral: Real = begun[index] + (first[index] + slopes[index] * elapsed / 2) * elapsed - mean
+    return integral

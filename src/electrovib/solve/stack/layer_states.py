@@ -1,0 +1,270 @@
+"""Layers in series as physical states: fields, flows and rates of change under a voltage."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.physics.conduction import PolarityConduction
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from electrovib.physics.conduction import Conduction
+    from electrovib.solve.stack.transfer import Real
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """Fields and flows at one time, or at n times.
+
+    Parameters
+    ----------
+    field : ndarray, shape (elements,) or (elements, n)
+        V/m; the last element is the body's capacitor, if there is one.
+    flow : ndarray, same shape
+        Conduction current density [A/m2].
+    creep : ndarray, shape (terms,) or (terms, n)
+        Rate of change of each polarisation [A/m2].
+    elastance : float or ndarray, shape (n,)
+        Of all elements at infinite frequency, times area [m2/F].
+    loss : float or ndarray, shape (n,)
+        Rate at which the voltage across all elements falls without current [V/s].
+    """
+
+    field: Real
+    flow: Real
+    creep: Real
+    elastance: Real
+    loss: Real
+
+
+@dataclass(frozen=True, eq=False)
+class StackStates:
+    """Layers, and a body's capacitor as one more, in series; see `stack_states`.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Layers from the plate to the finger.
+    thicknesses, permittivities, conductivities, repeats : ndarray, shape (elements,)
+        m; F/m, far above all relaxations; S/m; how often the element is in the circuit.
+    leaks : tuple
+        Index and law of each leak.
+    owners, strengths, rates : ndarray, shape (terms,)
+        Element of each Debye term, its strength [F/m], its relaxation rate [1/s].
+    charges : ndarray, shape (elements - 1,)
+        Free charge between the elements at time 0 [C/m2].
+    area, resistance : float
+        m2; ohm, in series.
+    interface : int
+        The gap, or where the finger touches the one of no thickness in its place.
+    moving : int or None
+        Which layer's thickness is told anew at each time.
+    """
+
+    names: tuple[str, ...]
+    thicknesses: Real
+    permittivities: Real
+    conductivities: Real
+    repeats: Real
+    leaks: tuple[tuple[int, Conduction], ...]
+    owners: NDArray[np.intp]
+    strengths: Real
+    rates: Real
+    charges: Real
+    area: float
+    resistance: float
+    interface: int
+    moving: int | None
+
+    @property
+    def size(self) -> int:
+        """How many states there are."""
+        return len(self.charges) + len(self.rates) + (self.resistance > 0)
+
+    @property
+    def polarities(self) -> tuple[int, ...]:
+        """Elements with a leak that has a kink where the field changes its sign."""
+        return tuple(index for index, leak in self.leaks if isinstance(leak, PolarityConduction))
+
+    def mixing(self) -> Real:
+        """Charge before each element less its slow polarisation, per state; shape (elements, size)."""
+        count, interfaces = len(self.thicknesses), len(self.charges)
+        found = np.zeros((count, self.size))
+        found[:, :interfaces] = np.tri(count, interfaces, -1)
+        found[self.owners, interfaces + np.arange(len(self.rates))] = -1.0
+        return found
+
+    def start(self) -> Real:
+        """State of time 0 at 0 V: charges and their image on the plate, no current, nothing polarised; shape (size,)."""
+        state = np.zeros(self.size)
+        state[: len(self.charges)] = self.charges
+        return state
+
+    def with_gap(self, gap: float | Real | None) -> Real:
+        """Thickness of each element [m] with the moving one replaced; shape (elements,) or (elements, n)."""
+        if gap is None or self.moving is None:
+            return self.thicknesses
+        rows = np.shape(gap)
+        found = np.broadcast_to(_column(self.thicknesses, rows), (len(self.thicknesses), *rows)).copy()
+        found[self.moving] = gap
+        return found
+
+    def moment(
+        self,
+        state: Real,
+        voltage: float | Real,
+        *,
+        gap: float | Real | None = None,
+        closing: float | Real = 0.0,
+        signs: Mapping[int, float | Real] | None = None,
+    ) -> Moment:
+        """Fields and flows under a voltage.
+
+        Parameters
+        ----------
+        state : ndarray, shape (size,) or (size, n)
+            Charges [C/m2], polarisations [C/m2], and with a resistance the voltage across it [V].
+        voltage : float or ndarray, shape (n,)
+            Of the plate against ground [V].
+        gap, closing : float or ndarray, shape (n,)
+            Thickness of the moving layer [m], and its rate of change [m/s].
+        signs : mapping of int to float or ndarray, optional
+            On which side of its kink each leak of `polarities` is taken; by default that of its field.
+
+        Returns
+        -------
+        Moment
+            Of all elements.
+        """
+        rows = np.shape(state)[1:]
+        interfaces, terms = len(self.charges), len(self.rates)
+        thickness = self.with_gap(gap)
+        permittivity = _column(self.permittivities, rows)
+        weights = _column(self.repeats, rows) * _column(thickness, rows) / permittivity
+        held = np.concatenate([np.zeros((1, *rows)), np.cumsum(state[:interfaces], axis=0)])
+        polarised = state[interfaces : interfaces + terms]
+        slow = np.zeros((len(self.thicknesses), *rows))
+        np.add.at(slow, self.owners, polarised)
+        apart = held - slow
+        across = voltage - state[-1] if self.resistance > 0 else voltage
+        elastance = np.sum(weights, axis=0)
+        plate = (across - np.sum(weights * apart, axis=0)) / elastance
+        field = (plate + apart) / permittivity
+        flow = _column(self.conductivities, rows) * field
+        for index, leak in self.leaks:
+            flow[index] += _leak(leak, field[index], None if signs is None else signs.get(index))
+        creep = _column(self.rates, rows) * (_column(self.strengths, rows) * field[self.owners] - polarised)
+        lost = flow.copy()
+        np.add.at(lost, self.owners, creep)
+        loss = np.sum(weights * lost, axis=0)
+        if self.moving is not None:
+            loss = loss - self.repeats[self.moving] * closing * field[self.moving]
+        return Moment(field, flow, creep, elastance, loss)
+
+    def density(self, state: Real, slope: float | Real, moment: Moment) -> Real:
+        """Total current density.
+
+        Parameters
+        ----------
+        state : ndarray, shape (size,) or (size, n)
+            As for `moment`.
+        slope : float or ndarray, shape (n,)
+            Rate of change of the voltage [V/s].
+        moment : Moment
+            Of the same times.
+
+        Returns
+        -------
+        ndarray, shape () or (n,)
+            A/m2.
+        """
+        if self.resistance > 0:
+            return np.asarray(state[-1] / (self.resistance * self.area))
+        return np.asarray((slope + moment.loss) / moment.elastance)
+
+    def rate(self, state: Real, slope: float, moment: Moment) -> Real:
+        """Rate of change of the state.
+
+        Parameters
+        ----------
+        state : ndarray, shape (size,)
+            As for `moment`.
+        slope : float
+            Rate of change of the voltage [V/s].
+        moment : Moment
+            Of the same time.
+
+        Returns
+        -------
+        ndarray, shape (size,)
+            A/m2, and V/s for the voltage across a resistance.
+        """
+        parts = [moment.flow[:-1] - moment.flow[1:], moment.creep]
+        if self.resistance > 0:
+            fall = moment.loss - moment.elastance * self.density(state, slope, moment)
+            parts.append(np.array([slope + fall]))
+        return np.concatenate(parts)
+
+    def displacement(self, state: Real, moment: Moment, index: int) -> Real:
+        """Bound displacement of an element.
+
+        Parameters
+        ----------
+        state : ndarray, shape (size,) or (size, n)
+            As for `moment`.
+        moment : Moment
+            Of the same times.
+        index : int
+            Which element.
+
+        Returns
+        -------
+        ndarray, shape () or (n,)
+            C/m2.
+        """
+        terms = np.arange(len(self.rates))[self.owners == index] + len(self.charges)
+        return np.asarray(self.permittivities[index] * moment.field[index] + np.sum(state[terms], axis=0))
+
+    def named(self, state: Real, moment: Moment, gap: float | Real | None = None) -> dict[str, Real]:
+        """Give the voltage across the layers, and each one's field and bound displacement by its name.
+
+        Parameters
+        ----------
+        state : ndarray, shape (size, n)
+            At n times.
+        moment : Moment
+            Of the same times.
+        gap : float or ndarray, shape (n,)
+            Thickness of the moving layer [m].
+
+        Returns
+        -------
+        dict of str to ndarray, shape (n,)
+            `stack_voltage` [V], ``field NAME`` [V/m] and ``displacement NAME`` [C/m2].
+        """
+        thickness, count = self.with_gap(gap), len(self.names)
+        drops = moment.field * (thickness if thickness.ndim > 1 else thickness[:, None])
+        found = {"stack_voltage": np.asarray(np.sum(drops[:count], axis=0))}
+        for index, name in enumerate(self.names):
+            found[f"field {name}"] = moment.field[index]
+            found[f"displacement {name}"] = self.displacement(state, moment, index)
+        return found
+
+
+def _leak(leak: Conduction, field: Real, sign: float | Real | None) -> Real:
+    """Current density of a leak, on one side of its kink where that is told."""
+    if sign is None or not isinstance(leak, PolarityConduction):
+        return leak.current_density(field)
+    sides = leak.conductivity_positive, leak.conductivity_negative
+    return np.asarray(np.where(np.asarray(sign) > 0, *sides) * field)
+
+
+def _column(values: Real, rows: tuple[int, ...]) -> Real:
+    """Stand values of elements beside n times."""
+    return values[:, None] if rows and values.ndim == 1 else values

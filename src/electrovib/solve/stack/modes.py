@@ -1,0 +1,269 @@
+"""A stack of dispersive, leaky layers as real modes, with nearly full relative accuracy.
+
+Each layer is a sum of Debye terms and a conduction, so its impedance times area is
+z(s) = sum residue/(s + rate). The poles of every field under a voltage drive are the zeros of the whole
+impedance. Both steps are secular equations with positive weights, solved between brackets; an eigenvalue
+routine would lose the slow modes against the fast ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.constants import eps0
+from electrovib.solve.stack.secular import Roots, secular_roots
+from electrovib.solve.stack.transfer import Real, Transfer
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from electrovib.physics.circuit import SeriesElement
+    from electrovib.physics.debye_sum import DebyeSum
+
+
+@dataclass(frozen=True)
+class Slab:
+    """A layer ready to be solved.
+
+    Parameters
+    ----------
+    thickness : float
+        m.
+    debye : DebyeSum
+        Polarisation.
+    conductivity : float
+        S/m.
+    charge : float
+        Free charge at time 0 on the face towards the finger [C/m2].
+    """
+
+    thickness: float
+    debye: DebyeSum
+    conductivity: float
+    charge: float = 0.0
+
+
+@dataclass(frozen=True)
+class StackModes:
+    """Fields of every layer per volt of the drive, over common modes.
+
+    Parameters
+    ----------
+    rates : ndarray, shape (n,)
+        Rates of all modes [1/s], those excited by the drive first, then those only charge excites.
+    fields, displacements : tuple of Transfer
+        One for each layer, V/m and C/m2 per volt.
+    current_density : Transfer
+        A/m2 per volt.
+    driven : int
+        How many of the modes the drive can excite.
+    charges : ndarray, shape (layers + 1,)
+        Displacement that the initial charges leave before each layer, and behind the last, at 0 V [C/m2].
+    """
+
+    rates: Real
+    fields: tuple[Transfer, ...]
+    displacements: tuple[Transfer, ...]
+    current_density: Transfer
+    driven: int
+    charges: Real
+
+
+def merged_terms(debye: DebyeSum) -> tuple[Real, Real]:
+    """Give relaxation rates, increasing, and strengths; equal rates added, empty terms dropped."""
+    totals: dict[float, float] = {}
+    for strength, time in zip(debye.strengths, debye.relaxation_times, strict=True):
+        if strength > 0:
+            totals[1 / time] = totals.get(1 / time, 0.0) + strength
+    rates = np.array(sorted(totals))
+    return rates, np.array([totals[rate] for rate in rates])
+
+
+def slab_impedance(slab: Slab) -> tuple[Real, Real]:
+    """Expand impedance times area of a slab as sum residue/(s + rate).
+
+    Parameters
+    ----------
+    slab : Slab
+        One layer.
+
+    Returns
+    -------
+    rates, residues : ndarray
+        1/s, increasing, the first 0 if the slab does not conduct; ohm m2/s.
+    """
+    relaxations, strengths = merged_terms(slab.debye)
+    scale = slab.thickness / eps0
+    if slab.conductivity > 0:
+        nodes = np.concatenate([[0.0], relaxations])
+        weights = np.concatenate([[slab.conductivity / eps0], strengths * relaxations])
+    else:
+        nodes, weights = relaxations, strengths * relaxations
+    rates, residues = np.zeros(0), np.zeros(0)
+    if len(nodes):
+        roots = secular_roots(nodes, weights, slab.debye.high)
+        rates, residues = roots.values, scale / (roots.values * roots.slope)
+    if slab.conductivity == 0:
+        static = slab.debye.high + float(np.sum(strengths))
+        rates, residues = np.append(0.0, rates), np.append(scale / static, residues)
+    return rates, residues
+
+
+def stack_modes(slabs: list[Slab], *, area: float, element: SeriesElement, second: float = 0.0) -> StackModes:
+    """Solve a stack in series with its surroundings.
+
+    Parameters
+    ----------
+    slabs : list of Slab
+        From the plate to the finger.
+    area : float
+        Contact area [m2].
+    element : SeriesElement
+        Source and return path.
+    second : float
+        First contact area over that of a second, equal stack in the return path; 0 for none.
+
+    Returns
+    -------
+    StackModes
+        Real, non-positive poles.
+
+    Notes
+    -----
+    E_k T_k = z_k V/Z. Charge Q_k, summed over the electrode and the interfaces on the plate's side of part k of
+    the circuit, adds z_k (Q_k - sum_j z_j Q_j/Z) to it, and -sum_j z_j Q_j/Z to the current density. Before
+    time 0 the plate is at 0 V and holds the image of the charges between the layers, so that the voltages across
+    all parts add up to 0 and no current flows at once. A body that floats is one more part; it is neutral at
+    time 0 unless `SeriesElement.charge` says otherwise.
+    """
+    expansion = _expand(slabs, area, element, second)
+    nodes, resistance = expansion.nodes, expansion.resistance
+    roots = secular_roots(nodes, expansion.total, resistance) if len(nodes) > 1 or resistance > 0 else None
+    return _assemble(slabs, expansion, roots)
+
+
+@dataclass(frozen=True)
+class _Expansion:
+    """Impedances times area as sums over common nodes, z = sum residue/(s + node) + resistance."""
+
+    nodes: Real
+    layers: Real  # (layers, nodes), of z_k
+    bound: Real  # (layers, nodes), of eps0 eps_pol z_k/T_k: displacement per current
+    total: Real  # (nodes,), of the whole
+    body: Real  # (nodes,), of the body's capacitor
+    shared: NDArray[np.bool_]  # (nodes,), where more than one part has a pole
+    resistance: float
+    charges: Real  # (layers + 1,), before each layer and behind the last
+    of_body: float  # charge of a floating body over the contact area
+
+
+def _expand(slabs: list[Slab], area: float, element: SeriesElement, second: float) -> _Expansion:
+    expanded = [slab_impedance(slab) for slab in slabs]
+    everything = [rates for rates, _ in expanded]
+    if element.elastance > 0:
+        everything.append(np.array([element.rate]))
+    nodes = np.unique(np.concatenate(everything))
+    layers, bound = np.zeros((2, len(slabs), len(nodes)))
+    for k, (slab, (rates, residues)) in enumerate(zip(slabs, expanded, strict=True)):
+        places = np.searchsorted(nodes, rates)
+        layers[k, places] = residues
+        bound[k, places] = bound_residues(slab, rates, residues)
+    body = np.zeros(len(nodes))
+    sharing = np.count_nonzero(layers, axis=0) * (2 if second else 1)
+    if element.elastance > 0:
+        place = np.searchsorted(nodes, element.rate)
+        body[place] = area * element.elastance
+        sharing[place] += 1
+    total = layers.sum(axis=0) * (1 + second) + body
+    charges = _charges(slabs, layers, body, element.charge / area)
+    return _Expansion(
+        nodes,
+        layers,
+        bound,
+        total,
+        body,
+        sharing > 1,
+        area * element.resistance,
+        charges,
+        element.charge / area,
+    )
+
+
+def _charges(slabs: list[Slab], layers: Real, body: Real, of_body: float) -> Real:
+    """Displacement before each layer, and behind the last, with the plate's image of the charges at 0 V."""
+    held = np.concatenate([[0.0], np.cumsum([slab.charge for slab in slabs])])
+    if not (np.any(held) or of_body):
+        return held
+    elastances = np.append(layers.sum(axis=1), body.sum())  # at once, before anything relaxes
+    on_parts = held + np.append(np.zeros(len(slabs)), of_body)
+    return np.asarray(held - float(elastances @ on_parts) / float(elastances.sum()))
+
+
+def bound_residues(slab: Slab, rates: Real, residues: Real) -> Real:
+    """Expand bound displacement per current density of a slab.
+
+    Parameters
+    ----------
+    slab : Slab
+        One layer.
+    rates, residues : ndarray, shape (n,)
+        From `slab_impedance` [1/s, ohm m2/s].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        1/s, all >= 0: eps0 eps_pol rate = conductivity at each rate.
+    """
+    if slab.conductivity > 0:
+        return slab.conductivity * residues / (slab.thickness * rates)
+    return np.where(rates == 0, 1.0, 0.0)  # without conduction the displacement is the charge
+
+
+def _assemble(slabs: list[Slab], expansion: _Expansion, roots: Roots | None) -> StackModes:
+    nodes, shared = expansion.nodes, expansion.shared
+    driven = np.zeros(0) if roots is None else roots.values
+    slopes = np.zeros(0) if roots is None else roots.slope
+    apart = np.zeros((0, len(nodes))) if roots is None else roots.differences()
+    rates = np.concatenate([driven, nodes[shared]])
+    held = expansion.charges[:-1]  # Q_k
+    on_body = expansion.charges[-1] + expansion.of_body
+    drops = -(expansion.layers @ (1 / apart).T)  # z_k at the zeros of Z, shape (layers, modes)
+    bound = -(expansion.bound @ (1 / apart).T)
+    forced = -1 / slopes  # residues of 1/Z
+    driving = held @ drops - on_body * (expansion.body @ (1 / apart).T)
+    charged = -driving * forced  # residues of the current that charge leaves behind
+    driving = held @ expansion.layers[:, shared] + on_body * expansion.body[shared]
+    shares = driving / expansion.total[shared]
+    limit = expansion.layers.sum(axis=1) / expansion.total.sum() * (expansion.resistance == 0)
+    fields, displacements = [], []
+    for k, slab in enumerate(slabs):
+        idle = held[k] - shares
+        direct = float(limit[k]) / slab.thickness
+        free = np.append(drops[k] * charged, expansion.layers[k, shared] * idle) / slab.thickness
+        gains = _gains(drops[k] * forced / slab.thickness, rates)
+        fields.append(Transfer(rates, gains, direct, 0.0, free))
+        free = np.append(bound[k] * charged, expansion.bound[k, shared] * idle)
+        gains = _gains(bound[k] * forced, rates)
+        displacements.append(Transfer(rates, gains, eps0 * slab.debye.high * direct, 0.0, free))
+    free = np.append(charged, np.zeros(len(rates) - len(driven)))
+    current = _current(expansion, rates, _gains(forced, rates), free)
+    charges = expansion.charges
+    return StackModes(rates, tuple(fields), tuple(displacements), current, len(driven), charges)
+
+
+def _gains(residues: Real, rates: Real) -> Real:
+    """Divide by the rates of the driven modes; the others are not driven."""
+    return np.append(residues / rates[: len(residues)], np.zeros(len(rates) - len(residues)))
+
+
+def _current(expansion: _Expansion, rates: Real, gains: Real, free: Real) -> Transfer:
+    """Give the current density; without resistance it has a part in the drive's rate of change."""
+    nodes, total, resistance = expansion.nodes, expansion.total, expansion.resistance
+    static = 1 / (resistance + float(np.sum(total / nodes))) if nodes.all() else 0.0
+    if resistance > 0:
+        return Transfer(rates, gains, 1 / resistance, 0.0, free, static)
+    elastance = float(total.sum())
+    return Transfer(rates, gains, float(total @ nodes) / elastance**2, 1 / elastance, free, static)

@@ -1,0 +1,307 @@
+"""The two forms in which a force law sees the stack: phasors of the materials as declared, and modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.constants import eps0
+from electrovib.core.errors import InputError
+from electrovib.physics.interface import Role, interface_place, roles_of
+from electrovib.solve.stack.integrator import integrated
+from electrovib.solve.stack.inverse_root import inverse_root_thickness
+from electrovib.solve.stack.modes import Slab, StackModes, stack_modes
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from electrovib.physics.circuit import SeriesElement
+    from electrovib.physics.debye_sum import DebyeSum
+    from electrovib.physics.material import Material
+    from electrovib.physics.stack import Layer
+    from electrovib.solve.stack.transfer import Complex, Real, Transfer
+
+_APART: Final = (1e-3, 1e9)
+"""Frequencies at which a permittivity is compared to see whether it disperses [Hz]."""
+
+
+@dataclass(frozen=True)
+class PhasorLayer:
+    """A layer's state as complex amplitudes per volt of the drive, shape (frequencies,)."""
+
+    thickness: float
+    material: Material
+    field: Complex
+    displacement: Complex
+
+
+@dataclass(frozen=True)
+class PhasorSection:
+    """The stack at given frequencies, exact for the materials as declared."""
+
+    frequency: Real
+    layers: dict[str, PhasorLayer]
+    roles: Mapping[str, Role]
+    voltage: Complex
+    current_density: Complex
+
+    @property
+    def interface_displacement(self) -> Complex:
+        """Displacement where plate and finger separate, if there is no gap: what the current has brought."""
+        return self.current_density / (2j * np.pi * self.frequency)
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Layers from the plate to the finger."""
+        return tuple(self.layers)
+
+    def __getitem__(self, name: str) -> PhasorLayer:
+        """Look up a layer."""
+        return self.layers[name]
+
+    def inverse_root_thickness(self, names: Sequence[str]) -> Complex:
+        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2]."""
+        parts = [self[n].thickness / self[n].material.polarisation(self.frequency) for n in names]
+        total: Complex = np.sum(parts, axis=0) ** -0.5
+        return total
+
+
+@dataclass(frozen=True)
+class ChargedSection(PhasorSection):
+    """What initial charge leaves behind, as Laplace transforms at j w; `start` before the interface [C/m2]."""
+
+    start: float = 0.0
+
+    @property
+    def interface_displacement(self) -> Complex:
+        """Displacement where plate and finger separate, if there is no gap: as it began and what has flown."""
+        return (self.start + self.current_density) / (2j * np.pi * self.frequency)
+
+
+def phasor_section(
+    layers: dict[str, Layer], *, area: float, element: SeriesElement, second: float, frequency: Real
+) -> PhasorSection:
+    """Divide the voltage over the impedances.
+
+    Parameters
+    ----------
+    layers : dict of str to Layer
+        From the plate to the finger.
+    area : float
+        Contact area [m2].
+    element : SeriesElement
+        Source and return path.
+    second : float
+        First contact area over that of a second, equal stack; 0 for none.
+    frequency : ndarray
+        Hz, above 0.
+
+    Returns
+    -------
+    PhasorSection
+        Per volt of the drive.
+    """
+    drops = {name: layer.impedance(frequency) for name, layer in layers.items()}
+    stack = np.sum(list(drops.values()), axis=0)
+    current = 1 / (stack * (1 + second) + area * element.impedance(frequency))
+    states = {}
+    for name, layer in layers.items():
+        field = drops[name] * current / layer.thickness
+        displacement = eps0 * layer.material.polarisation(frequency) * field
+        states[name] = PhasorLayer(layer.thickness, layer.material, field, displacement)
+    return PhasorSection(frequency, states, roles_of(layers), stack * current, current)
+
+
+@dataclass(frozen=True)
+class ModalLayer:
+    """A layer's state as transfer functions."""
+
+    thickness: float
+    material: Material
+    field: Transfer
+    displacement: Transfer
+
+
+@dataclass(frozen=True)
+class ModalSection:
+    """The stack as modes, for every drive."""
+
+    layers: dict[str, ModalLayer]
+    debye: dict[str, DebyeSum]
+    roles: Mapping[str, Role]
+    modes: StackModes
+    _roots: dict[tuple[str, ...], Transfer] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def frequency(self) -> Real:
+        """Refuse: a law that asks for the frequency has no time-domain form."""
+        raise TypeError("modes have no single frequency")
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Layers from the plate to the finger."""
+        return tuple(self.layers)
+
+    def __getitem__(self, name: str) -> ModalLayer:
+        """Look up a layer."""
+        return self.layers[name]
+
+    @property
+    def voltage(self) -> Transfer:
+        """Voltage across all layers."""
+        drops = [layer.field * layer.thickness for layer in self.layers.values()]
+        return sum(drops[1:], start=drops[0])
+
+    @property
+    def current_density(self) -> Transfer:
+        """Total current density."""
+        return self.modes.current_density
+
+    @property
+    def interface_displacement(self) -> Transfer:
+        """Displacement where plate and finger separate, if there is no gap: initial charge and what has flown."""
+        start = float(self.modes.charges[interface_place(self.roles.values())])
+        return integrated(self.modes.current_density, start=start)
+
+    def inverse_root_thickness(self, names: Sequence[str]) -> Transfer:
+        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter; found once for a section."""
+        known = tuple(names)
+        if known not in self._roots:
+            slabs = [(self[name].thickness, self.debye[name]) for name in names]
+            self._roots[known] = inverse_root_thickness(slabs, avoid=self.modes.rates)
+        return self._roots[known]
+
+
+@dataclass(frozen=True)
+class TimeLayer:
+    """A layer's state as numbers over time, shape (n,)."""
+
+    thickness: Any
+    material: Material
+    field: Real
+    displacement: Real
+
+
+@dataclass(frozen=True)
+class TimeSection:
+    """The stack as a solver found it over time, where it has no modes: gap in motion, several leaks."""
+
+    layers: dict[str, TimeLayer]
+    roles: Mapping[str, Role]
+    voltage: Real
+    current_density: Real
+    interface_displacement: Real
+
+    @property
+    def frequency(self) -> Real:
+        """Refuse: a law that asks for the frequency has no time-domain form."""
+        raise TypeError("a record has no single frequency")
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Layers from the plate to the finger."""
+        return tuple(self.layers)
+
+    def __getitem__(self, name: str) -> TimeLayer:
+        """Look up a layer."""
+        return self.layers[name]
+
+    def inverse_root_thickness(self, names: Sequence[str]) -> Any:
+        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2], where nothing in them disperses.
+
+        Raises
+        ------
+        InputError
+            If a permittivity depends on frequency: the filter needs modes, which this stack has not.
+        """
+        total: Any = 0.0
+        for name in names:
+            low, high = (self[name].material.polarisation(np.array(f)) for f in _APART)
+            if abs(low - high) > 1e-12 * abs(high):
+                raise InputError(
+                    f"stack.{name}.material: the law filters by permittivities, which depend on frequency here; with this"
+                    " gap, leak or amplifier use force.model = GapPlane, or a material that does not disperse"
+                )
+            total = total + self[name].thickness / float(high.real)
+        return total**-0.5
+
+
+def modal_section(
+    layers: dict[str, Layer],
+    debye: dict[str, DebyeSum],
+    *,
+    area: float,
+    element: SeriesElement,
+    second: float,
+) -> ModalSection:
+    """Expand the stack in modes.
+
+    Parameters
+    ----------
+    layers : dict of str to Layer
+        From the plate to the finger.
+    debye : dict of str to DebyeSum
+        Polarisation of each layer, reduced to Debye terms.
+    area : float
+        Contact area [m2].
+    element : SeriesElement
+        Source and return path.
+    second : float
+        First contact area over that of a second, equal stack; 0 for none.
+
+    Returns
+    -------
+    ModalSection
+        Per volt of the drive.
+    """
+    modes = stack_modes(slabs_of(layers, debye), area=area, element=element, second=second)
+    return section_of(layers, debye, modes)
+
+
+def slabs_of(layers: dict[str, Layer], debye: dict[str, DebyeSum]) -> list[Slab]:
+    """Give the layers ready to be solved.
+
+    Parameters
+    ----------
+    layers : dict of str to Layer
+        From the plate to the finger.
+    debye : dict of str to DebyeSum
+        Their polarisations.
+
+    Returns
+    -------
+    list of Slab
+        In the same order, without leaks.
+    """
+    return [
+        Slab(layer.thickness, debye[name], layer.material.conductivity, layer.initial_charge)
+        for name, layer in layers.items()
+    ]
+
+
+def section_of(layers: dict[str, Layer], debye: dict[str, DebyeSum], modes: StackModes) -> ModalSection:
+    """Name the fields of solved modes by their layers.
+
+    Parameters
+    ----------
+    layers : dict of str to Layer
+        From the plate to the finger.
+    debye : dict of str to DebyeSum
+        Their polarisations.
+    modes : StackModes
+        With one field for each layer.
+
+    Returns
+    -------
+    ModalSection
+        What a law sees.
+    """
+    states = {
+        name: ModalLayer(layer.thickness, layer.material, field, displacement)
+        for (name, layer), field, displacement in zip(
+            layers.items(), modes.fields, modes.displacements, strict=True
+        )
+    }
+    return ModalSection(states, debye, roles_of(layers), modes)

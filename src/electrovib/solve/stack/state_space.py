@@ -1,0 +1,117 @@
+"""The stack as physical states: charge between the layers, polarisation in them, and what lies in series.
+
+A layer's bound displacement is that of the plate plus all free charge between, D_k = D_1 + Q_k, and its field
+is what the slow polarisation leaves of it, E_k = (D_1 + Q_k - P_k)/(eps0 high_k). The thicknesses then add up
+to the voltage, which gives D_1. Modes need fixed thicknesses and conduction in proportion; these states do not.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.constants import eps0
+from electrovib.core.errors import InputError
+from electrovib.physics.debye_sum import DebyeSum
+from electrovib.physics.interface import INTERFACE, beside_interface, interface_place, roles_of
+from electrovib.solve.stack.layer_states import StackStates
+from electrovib.solve.stack.modes import Slab, merged_terms
+from electrovib.solve.stack.section import slabs_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.physics.circuit import SeriesElement
+    from electrovib.physics.stack import Layer
+
+
+def stack_states(
+    layers: Mapping[str, Layer],
+    debye: Mapping[str, DebyeSum],
+    *,
+    area: float,
+    element: SeriesElement,
+    second: float = 0.0,
+    moving: str | None = None,
+) -> StackStates:
+    """Write a stack and its surroundings as physical states.
+
+    Parameters
+    ----------
+    layers : mapping of str to Layer
+        From the plate to the finger, with any number of leaks.
+    debye : mapping of str to DebyeSum
+        Their polarisations.
+    area : float
+        Contact area [m2].
+    element : SeriesElement
+        Source and return path.
+    second : float
+        First contact area over that of a second, equal stack; 0 for none.
+    moving : str, optional
+        Layer whose thickness changes in time.
+
+    Returns
+    -------
+    StackStates
+        As many states as there are interfaces, Debye terms, and a resistance.
+
+    Raises
+    ------
+    InputError
+        If a leak or a charge goes with a second contact, or the layer that moves is missing.
+
+    Notes
+    -----
+    A body's capacitor is one more element, on which the current is spread over the contact area. A stack without
+    a gap gets one of no thickness at its interface, `INTERFACE`: its field is that of a vanishing gap.
+    """
+    _refuse(layers, second, moving)
+    roles, names = roles_of(layers), list(layers)
+    slabs = slabs_of(dict(layers), dict(debye))
+    place = interface_place(roles.values())
+    if beside_interface(roles, "gap") is None:
+        names.insert(place, INTERFACE)
+        slabs.insert(place, Slab(0.0, DebyeSum(1.0, (), ()), 0.0))
+    terms = [merged_terms(slab.debye) for slab in slabs]
+    owners = np.concatenate([np.full(len(rates), k) for k, (rates, _) in enumerate(terms)])
+    columns = np.array([[s.thickness, eps0 * s.debye.high, s.conductivity, 1 + second] for s in slabs])
+    charges = [slab.charge for slab in slabs][:-1]
+    if element.elastance > 0:
+        columns = np.vstack([columns, [area * element.elastance * eps0, eps0, element.rate * eps0, 1.0]])
+        charges.append(element.charge / area)
+    thicknesses, permittivities, conductivities, repeats = columns.T
+    return StackStates(
+        tuple(names),
+        thicknesses,
+        permittivities,
+        conductivities,
+        repeats,
+        tuple((names.index(name), layer.leak) for name, layer in layers.items() if layer.leak is not None),
+        owners.astype(np.intp),
+        eps0 * np.concatenate([strengths for _, strengths in terms]),
+        np.concatenate([rates for rates, _ in terms]),
+        np.array(charges, dtype=float),
+        area,
+        element.resistance,
+        place,
+        None if moving is None else names.index(moving),
+    )
+
+
+def _refuse(layers: Mapping[str, Layer], second: float, moving: str | None) -> None:
+    if moving is not None and moving not in layers:
+        raise InputError(
+            f"motion.distance: it is the thickness of the layer '{moving}', and the stack has"
+            f" {', '.join(layers)} only; add a table stack.{moving}"
+        )
+    for name, layer in layers.items():
+        if second and layer.leak is not None:
+            raise InputError(
+                f"stack.{name}.leak: with a second electrode there are two such layers; use Grounded or Floating"
+            )
+        if second and layer.initial_charge:
+            raise InputError(
+                f"stack.{name}.initial_charge goes with one contact only; use Grounded or Floating"
+            )
