@@ -14,7 +14,7 @@ import pytest
 
 ROOT = Path(__file__).parent.parent.parent
 SOURCE = ROOT / "src" / "electrovib"
-WITH_SECTIONS = ("core", "physics", "solve", "study")
+WITH_SECTIONS = ("core", "physics", "scenario", "solve", "study", "recordings")
 ARRAYS = ("ArrayLike", "NDArray", "ndarray", "Real", "Complex")
 
 

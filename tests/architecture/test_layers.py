@@ -44,11 +44,12 @@ def test_a_broken_layer_would_be_noticed(tmp_path):
 
 
 def test_layers_are_in_the_order_of_the_data():
-    order = ["core", "physics", "solve", "study", "papers", "view", "bench", "apps"]
+    order = ["core", "physics", "scenario", "solve", "study", "papers", "view", "bench", "apps"]
     places = {name.strip(): place for place, line in enumerate(reversed(LAYERS)) for name in line.split("|")}
     assert [places[name] for name in order] == sorted(places[name] for name in order)
     assert places["data"] == places["physics"]
     assert places["export"] == places["view"]
+    assert places["recordings"] == places["study"]
 
 
 def test_every_folder_is_in_a_layer():
@@ -68,7 +69,7 @@ def test_papers_are_found_and_not_imported_from_below():
     ]
     named = [
         f"{path.relative_to(SOURCE)}: {name}"
-        for folder in ("core", "physics", "data", "solve", "study")
+        for folder in ("core", "physics", "data", "scenario", "solve", "study", "recordings")
         for path in (SOURCE / folder).rglob("*.py")
         for name in names
         if f"papers.{name}" in path.read_text(encoding="utf-8")

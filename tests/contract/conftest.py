@@ -30,9 +30,10 @@ def model_classes():
     """Every class of the package and of contributed papers, without those that other tests define."""
     find_members(Drive)  # imports all physics and papers
     contributed = {module.__name__ for module in papers().values()}
-    solve = importlib.import_module("electrovib.solve")
-    for info in pkgutil.walk_packages(solve.__path__, "electrovib.solve."):
-        importlib.import_module(info.name)
+    for room in ("electrovib.scenario", "electrovib.solve"):
+        folder = importlib.import_module(room)
+        for info in pkgutil.walk_packages(folder.__path__, f"{room}."):
+            importlib.import_module(info.name)
     found, waiting = [], [Model]
     while waiting:
         for kind in waiting.pop().__subclasses__():

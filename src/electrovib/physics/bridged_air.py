@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
+from electrovib.core.arrays import Complex
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.debye_sum import DebyeSum
-from electrovib.physics.material import Complex, Constant, Material
+from electrovib.physics.material import Constant, Material
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

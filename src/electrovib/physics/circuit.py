@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from electrovib.physics.material import Complex
+    from electrovib.core.arrays import Complex
 
 _BODY = "1 kohm is the usual design value of a body (IEEE guide, second-hand)"
 _RESISTANCE = Quantity("ohm", 0, 1e12, "body", _BODY)

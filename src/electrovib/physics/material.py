@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from electrovib.core.arrays import Complex
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.lamps import Lamp
 from electrovib.core.model import Model
@@ -20,7 +21,6 @@ from electrovib.physics.debye_sum import DebyeSum
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-Complex: TypeAlias = NDArray[np.complex128]
 
 _CONDUCTIVITY = Quantity("S/m", 0, 1e3, "conductivity at zero frequency")
 _HIGH = Quantity("1", 1, 1e9, "relative permittivity far above the band")

@@ -8,12 +8,13 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError, ValidationError
 
+from electrovib.core.arrays import Complex
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.conduction import Conduction
 from electrovib.physics.interface import INTERFACE, Role, beside_interface, role_problems, roles_of
-from electrovib.physics.material import Complex, Constant, Material
+from electrovib.physics.material import Constant, Material
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -181,6 +182,10 @@ class Section(Protocol):
     @property
     def roles(self) -> Mapping[str, Role]:
         """Name to role of each layer, from the plate to the finger."""
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Names of the layers and of a vanishing gap, from the plate to the finger."""
 
     @property
     def interface_displacement(self) -> Linear:

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Complex: TypeAlias = NDArray[np.complex128]
+from electrovib.core.arrays import Complex
+
 _NAN_PASSES = np.errstate(invalid="ignore")
 
 

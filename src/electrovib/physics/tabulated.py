@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
+from electrovib.core.arrays import Complex
 from electrovib.core.column_unit import column_unit, is_unit_of
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.discovery import find_members
@@ -19,7 +20,7 @@ from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.physics.kramers_kronig import kramers_kronig_residual
 from electrovib.physics.loss_column import LossColumn, LossFactor
-from electrovib.physics.material import Complex, Material
+from electrovib.physics.material import Material
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

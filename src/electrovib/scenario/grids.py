@@ -7,10 +7,10 @@ from typing import Annotated, Final, Self
 import numpy as np
 from pydantic import model_validator
 
+from electrovib.core.arrays import Real
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
-from electrovib.solve.stack.transfer import Real
 
 FORMULA_SAMPLES: Final = 2001
 """Even times at which a drive is looked at that is a formula, if nothing else is said."""

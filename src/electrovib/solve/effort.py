@@ -37,8 +37,8 @@ from electrovib.solve.mechanics.mechanical import slowest_rates
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.stack.transfer import Real
 
 BYTES: Final = 8
 SIGNALS: Final = 24

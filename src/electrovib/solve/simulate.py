@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.core.model import Model
 from electrovib.core.trace import make_trace
 from electrovib.scenario import Scenario
@@ -16,7 +17,6 @@ from electrovib.solve.diagnostics.sampling import sampling
 from electrovib.solve.solution import Solution
 from electrovib.solve.stack.expand import behind_amplifier, mean_force, per_volt_of, phasors
 from electrovib.solve.stack.section import PhasorSection
-from electrovib.solve.stack.transfer import Real
 
 if TYPE_CHECKING:
     import xarray

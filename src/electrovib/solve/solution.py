@@ -19,12 +19,12 @@ from electrovib.solve.mechanics.mechanical import mechanical, refuse_unsolved_me
 from electrovib.solve.stack.expand import modes, phasors
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.core.lamps import Lamp
     from electrovib.physics.force import ForceLaw
     from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.peaks import PeakRecord
     from electrovib.solve.stack.section import ModalSection, PhasorSection
-    from electrovib.solve.stack.transfer import Real
 
 
 LATER_PERIODS: Final = 10

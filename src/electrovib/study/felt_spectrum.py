@@ -14,8 +14,8 @@ from electrovib.solve.simulate import simulate
 if TYPE_CHECKING:
     import xarray
 
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.stack.transfer import Real
 
 FEWEST: Final = 1 << 13
 """Samples of a period or window to begin with: 250 Hz is harmonic 17 of 15 Hz, so what folds back is small."""

@@ -15,8 +15,8 @@ from electrovib.study.felt_spectrum import FEWEST
 from electrovib.study.perceive import felt_level
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.stack.transfer import Real
 
 Pair = Callable[[float], "tuple[Scenario, Scenario]"]
 

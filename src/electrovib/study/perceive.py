@@ -29,7 +29,7 @@ from electrovib.study.percept import Felt, Percept, stands_on, verdict
 if TYPE_CHECKING:
     import xarray
 
-    from electrovib.solve.stack.transfer import Complex, Real
+    from electrovib.core.arrays import Complex, Real
 
 Compliance = Callable[[Any], Any]
 

@@ -5,14 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final, TypeAlias
+from typing import Any, Final
 
-import numpy as np
-from numpy.typing import NDArray
-
+from electrovib.core.arrays import Real
 from electrovib.core.units import KINDS
-
-Real: TypeAlias = NDArray[np.float64]
 
 VERDICTS: Final = ("reproduced", "consistent", "open", "check")
 """The first three hold a row against the paper; a check is an identity or a control of ours."""

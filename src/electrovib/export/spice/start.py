@@ -19,9 +19,9 @@ from electrovib.solve.stack.transfer import Transfer
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.debye_sum import DebyeSum
     from electrovib.solve.stack.section import ModalSection
-    from electrovib.solve.stack.transfer import Real
 
 APART = 1e-7
 """Relative distance that a relaxation is moved from a rate of the stack, so that the two can be told apart."""

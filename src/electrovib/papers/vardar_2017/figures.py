@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.core.discovery import papers
 from electrovib.papers import plutchik_1963
 from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, VOLTAGE, first_order_skin, scenarios
@@ -18,7 +19,6 @@ from electrovib.papers.vardar_2017.thresholds import (
     sine_over_square,
 )
 from electrovib.physics.material import Material
-from electrovib.solve.stack.transfer import Real
 from electrovib.study.felt_threshold import ThresholdCurves, threshold_over_frequency
 from electrovib.study.reproduction import Curve, Panel
 

@@ -6,13 +6,13 @@ from typing import Final
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
 from electrovib.papers.vardar_2017 import figures
 from electrovib.papers.vardar_2017.scenarios import first_order_skin
 from electrovib.papers.vardar_2017.thresholds import BOTH_CHANNELS, sine_over_square
 from electrovib.papers.vardar_2017.values import CITATION, NOT_READ
 from electrovib.physics.perception import MOTION, RYU, NonPacinian, Pacinian
-from electrovib.solve.stack.transfer import Real
 from electrovib.study.reproduction import Page, Reproduction, Row, Table
 
 EQUATIONS: Final = {

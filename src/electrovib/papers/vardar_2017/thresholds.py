@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from electrovib.core.arrays import Real
 from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, scenarios
 from electrovib.physics.material import Material
 from electrovib.physics.perception import RECALLED_CORNER, ElasticViscousSkin, Pacinian, Perception
@@ -22,7 +23,7 @@ ON_DISPLACEMENT: Final = Perception(
 """The Pacinian weight after a skin with a recalled corner; its stiffness plays no part in a ratio."""
 
 
-def weight(frequency: ArrayLike) -> NDArray:
+def weight(frequency: ArrayLike) -> Real:
     """Sensitivity of the Pacinian channel [1] at a frequency [Hz], 2 x^2/(1 + x^4), x = f/250 Hz."""
     return Pacinian().weight(frequency)
 

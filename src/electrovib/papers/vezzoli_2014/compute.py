@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from electrovib.core.arrays import Real
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.discovery import papers
 from electrovib.papers.vezzoli_2014 import values
@@ -18,7 +19,6 @@ from electrovib.physics.skin import Skin
 from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import mean_force, phasors
-from electrovib.solve.stack.transfer import Real
 
 POINT_BY_FORCE = "paper point, 15.4 ms"
 """The paper's skin if its 7.7 ms is the decay of the force."""
@@ -186,7 +186,7 @@ def causality_residual(material: Material, *, ramp: float = 20e-3, before: float
     time = np.arange(count) * period / count - period / 2
     drive = Trapezium(high=1.0, rise=ramp, hold=0.2, fall=ramp)
     spectrum = np.fft.rfft(drive.voltage(time))
-    frequency = np.fft.rfftfreq(count, period / count)[1:]
+    frequency = np.asarray(np.fft.rfftfreq(count, period / count)[1:], dtype=np.float64)
     film = eps0 * values.FILM_PERMITTIVITY / values.FILM_THICKNESS
     skin = eps0 * material.complex_permittivity(frequency) / values.SKIN_THICKNESS
     spectrum[0] = 0.0  # the law gives nothing at zero frequency

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.papers.vezzoli_2014 import compute, decay, values
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.physics.skin import time_constant
 from electrovib.physics.tabulated import Tabulated
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.transfer import Real
 from electrovib.study.reproduction import Curve, Panel
 
 SHOWN = ("paper point", "palmar men 2 uS", "palmar men 20 uS", "1963 impedance", "Gabriel wet", "Gabriel dry")

@@ -50,6 +50,7 @@ def _equations() -> tuple[Row, ...]:
     scenario = scenarios()["fig6"].replace({"circuit.return_path.resistance": 0.0})
     section, _ = modes(scenario)
     effective = scenario.force.effective_voltage(section)
+    assert effective is not None
     wanted = {"v_e": effective, "v_sc": section["stratum_corneum"].field * values.SKIN_THICKNESS}
     wanted |= {"D_i": section["insulator"].displacement, "D_s": section["stratum_corneum"].displacement}
     time = np.linspace(0.0, 5 * tau, 501)
@@ -121,7 +122,7 @@ def _trapezium() -> tuple[Row, ...]:
     by_voltage, by_force = decay.BY_VOLTAGE, decay.BY_FORCE
     slippery, rough = values.FRICTION
     lateral = (slippery * min(force), rough * max(force))
-    needed = tuple(each / 1e-3 for each in values.attraction_of(values.FORCE_MEASURED))
+    needed = _range(each / 1e-3 for each in values.attraction_of(values.FORCE_MEASURED))
     friction = f"a coefficient of friction of {slippery:g} to {rough:g}, a choice of ours"
     residuals = [
         compute.causality_residual(skin.material)
@@ -133,7 +134,7 @@ def _trapezium() -> tuple[Row, ...]:
             "the paper prints no ramp; taken as 36 ms, which gives 2.5 mN with law (1) and 7.7 ms of the voltage. Over the"
             " skins and planes of the table below"),
         Row("trapezium_force_measured", "peak lateral force under the trapezium, as measured",
-            tuple(each / 1e-3 for each in values.FORCE_MEASURED), lateral, "mN", "open",
+            _range(each / 1e-3 for each in values.FORCE_MEASURED), lateral, "mN", "open",
             f"ours is the attraction of the row above times {friction}; the paper prints neither ramp nor friction"),
         Row("attraction_measured", "attraction behind the measured 2 to 5 mN of lateral force", None, needed, "mN", "open",
             f"divided by {friction}. The paper sets its 2.5 mN of attraction beside the lateral force: as lateral force they are"

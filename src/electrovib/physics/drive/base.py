@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from electrovib.physics.drive.parts import Part, Real
+    from electrovib.core.arrays import Real
+    from electrovib.physics.drive.parts import Part
 
 
 _ROUNDED = 16 * float(np.finfo(float).eps)

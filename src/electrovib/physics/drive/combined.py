@@ -8,9 +8,10 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from electrovib.core.arrays import Real
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive, common_period
-from electrovib.physics.drive.parts import Linear, Part, Real
+from electrovib.physics.drive.parts import Linear, Part
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Chirped, Linear, Part, Real, Smooth, Tones
+from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

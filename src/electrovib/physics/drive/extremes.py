@@ -14,7 +14,8 @@ from electrovib.physics.drive.parts import LOOKS, MOST_LOOKS, Linear, Smooth, To
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from electrovib.physics.drive.parts import Complex, Indices, Part, Real
+    from electrovib.core.arrays import Complex, Indices, Real
+    from electrovib.physics.drive.parts import Part
 
 TOLERANCE = 1e-12
 """Of a searched extreme, over the sum of the amplitudes."""

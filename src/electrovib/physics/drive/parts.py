@@ -8,14 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+
+from electrovib.core.arrays import Complex, Indices, Real
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-Real: TypeAlias = NDArray[np.float64]
-Complex: TypeAlias = NDArray[np.complex128]
-Indices: TypeAlias = NDArray[np.intp]
 
 _SLACK = 8 * float(np.finfo(float).eps)
 """A time this close to a break, relative, counts as at it: time stamps are rounded."""

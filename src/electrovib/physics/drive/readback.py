@@ -13,7 +13,7 @@ from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 
 if TYPE_CHECKING:
-    from electrovib.physics.drive.parts import Indices, Real
+    from electrovib.core.arrays import Indices, Real
 
 
 class Readback(Model, family=True):

@@ -9,13 +9,14 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from electrovib.core.arrays import Real
 from electrovib.core.column_unit import column_unit, is_unit_of
 from electrovib.core.files import read_columns
 from electrovib.core.model import Model
 from electrovib.core.quantity import Quantity
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Linear, Real
+from electrovib.physics.drive.parts import Linear
 from electrovib.physics.drive.readback import Readback, WholeVoltage
 
 if TYPE_CHECKING:

@@ -22,9 +22,9 @@ from electrovib.solve.electrics.linear.current import caveat
 from electrovib.solve.electrics.respond import is_marched
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.solve.stack.section import ModalSection
-    from electrovib.solve.stack.transfer import Real
 
 SQUEEZED = 8
 """Times the frequency of a finger that moves: its field, over the gap, has sharper peaks than the motion."""

@@ -15,9 +15,9 @@ from electrovib.solve.stack.band import SAME, lowest_frequency, shortest_time
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.memory import Judged
-    from electrovib.solve.stack.transfer import Real
 
 LINEAR: Final = frozenset({"transient", "periodic", "current drive", "one sine"})
 """Solvers whose answer is linear in the drive, so that the error found bounds it."""

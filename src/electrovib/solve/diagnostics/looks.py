@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.stack.transfer import Real
 
 PER_CYCLE = 64
 """Looks at each cycle of the drive's fastest oscillation; a parabola through three of them meets a largest value to 1e-6."""

@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
     from electrovib.solve.electrics.electrical import Electrical
     from electrovib.solve.stack.section import ModalSection
-    from electrovib.solve.stack.transfer import Complex, Real
 
 FORCE: Final = "force"
 CURRENT: Final = "current"

@@ -14,8 +14,8 @@ from electrovib.solve.stack.expand import Surroundings
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.stack.transfer import Real
 
 REFINEMENTS = 3
 """Each divides the time around a largest value by `_DIVISIONS`/2."""

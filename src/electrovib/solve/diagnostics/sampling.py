@@ -12,8 +12,8 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.drive.parts import Linear, Part
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.stack.transfer import Real
 
 FEWEST: Final = 8
 """Samples a cycle of the drive below which a curve misleads: the force has two cycles in it."""

@@ -16,8 +16,8 @@ from electrovib.solve.mechanics.unknown import resting
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.stack.transfer import Real
 
 
 def contact_lamps(scenario: Scenario, variables: dict[str, Any], times: Real) -> list[Lamp]:

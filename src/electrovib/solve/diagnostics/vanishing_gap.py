@@ -10,8 +10,8 @@ from electrovib.core.lamps import Lamp
 from electrovib.core.units import format_quantity
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.stack.transfer import Real
 
 SMALLEST_GAP: Final = 1e-9
 """Smallest gap that one may mean [m]: about the roughness of the smoothest plates; a choice."""

@@ -19,10 +19,9 @@ from electrovib.solve.stack.integrator import drive_mean, integral_weight
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
-    from electrovib.physics.drive.parts import Indices
+    from electrovib.core.arrays import Indices, Real
     from electrovib.physics.force import ForceLaw
     from electrovib.solve.stack.section import ModalSection
-    from electrovib.solve.stack.transfer import Real
 
 ACROSS = (
     "drive_voltage",

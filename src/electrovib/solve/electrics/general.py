@@ -15,11 +15,11 @@ from electrovib.solve.electrics.pressed import pressed
 from electrovib.solve.stack.section import TimeLayer, TimeSection
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.physics.circuit import SeriesElement
     from electrovib.scenario import Scenario
     from electrovib.solve.nonlinear.finger import Yielding
     from electrovib.solve.stack.section import ModalSection
-    from electrovib.solve.stack.transfer import Real
 
 
 def beyond_modes(scenario: Scenario) -> str:

@@ -23,11 +23,11 @@ from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.motion import Distance
     from electrovib.solve.stack.layer_states import StackStates
-    from electrovib.solve.stack.transfer import Real
 
 TOLERANCE = 1e-8
 """Error of the gap's field over its largest, at which the steps are fine enough."""

@@ -13,8 +13,8 @@ from electrovib.physics.contact import FixedArea
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.contact import Contact
-    from electrovib.solve.stack.transfer import Real
 
 LARGEST = 10.0
 """Area [m2] beyond which a contact counts as growing without bound."""

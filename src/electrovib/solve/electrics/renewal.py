@@ -19,9 +19,9 @@ from electrovib.solve.stack.transfer import Transfer
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.motion import Motion
-    from electrovib.solve.stack.transfer import Real
 
 PANELS = 16
 """Even panels of the contact: a quarter of a turn of a sine fits in one."""

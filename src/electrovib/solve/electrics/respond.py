@@ -20,11 +20,12 @@ from electrovib.solve.stack.integrator import refuse_unrepeated
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.circuit import SeriesElement
     from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
     from electrovib.solve.stack.section import ModalSection
-    from electrovib.solve.stack.transfer import Real, Transfer
+    from electrovib.solve.stack.transfer import Transfer
 
 AMPLITUDE = "amplitude "
 """Before the name of an amplitude of the force law, among what is wanted of a solver."""

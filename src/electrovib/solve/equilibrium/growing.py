@@ -14,8 +14,8 @@ from electrovib.solve.equilibrium.states import BEYOND, Equilibrium
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.contact import Attraction, Contact, Surface
-    from electrovib.solve.stack.transfer import Real
 
 
 def growing_states(

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
 from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
 from electrovib.physics.contact.surface import Surface
@@ -19,8 +20,6 @@ SAME = 1e-9
 """Relative distance below which a state is the one of the step before."""
 BETWEEN = 65
 """Gaps between two steps at which is asked whether a branch ends there."""
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from electrovib.solve.stack.transfer import Real
+    from electrovib.core.arrays import Real
 
 KNOTS = 2000
 """Even times, besides those asked for, at which the force is looked at first."""

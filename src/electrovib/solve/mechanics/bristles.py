@@ -17,9 +17,9 @@ from electrovib.solve.mechanics.stick_slip.sliding import Slide, sliding
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.friction import BristleFriction
     from electrovib.scenario import Scenario
-    from electrovib.solve.stack.transfer import Real
 
 
 def slide(

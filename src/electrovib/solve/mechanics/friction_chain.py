@@ -30,8 +30,8 @@ from electrovib.solve.mechanics.unknown import COUNTS, not_known, resting
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.stack.transfer import Real
 
 MOST = 4_000_000
 """Pieces of the finest grid on which the mechanics is followed."""

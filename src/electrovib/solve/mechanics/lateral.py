@@ -18,11 +18,11 @@ from electrovib.solve.recursion import march
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.motion import Motion
     from electrovib.scenario import Scenario
     from electrovib.solve.mechanics.unknown import Spans
-    from electrovib.solve.stack.transfer import Real
 
 STEPS = 4000
 """Steps of a march that there are at least, besides the output times."""

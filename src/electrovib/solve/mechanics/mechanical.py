@@ -16,8 +16,8 @@ from electrovib.solve.mechanics.friction_chain import MOST, QUICK, FrictionChain
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.stack.transfer import Real
 
 
 def mechanical(

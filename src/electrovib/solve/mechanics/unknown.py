@@ -9,9 +9,9 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.motion import Motion
     from electrovib.solve.mechanics.filters.filter import Filter
-    from electrovib.solve.stack.transfer import Real
 
 Spans: TypeAlias = "tuple[tuple[float, float], ...]"
 """Begins and ends [s], the first perhaps minus infinity; the end is outside."""

@@ -13,7 +13,7 @@ from electrovib.core.errors import ElectrovibError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from electrovib.solve.stack.transfer import Real
+    from electrovib.core.arrays import Real
 
 STAGES = 3
 ORDER = 2 * STAGES - 1

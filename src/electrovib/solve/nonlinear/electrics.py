@@ -17,11 +17,11 @@ from electrovib.solve.nonlinear.integrate import System
 from electrovib.solve.nonlinear.stretch import Stretch, stretch_after
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
     from electrovib.solve.nonlinear.integrate import Mode
     from electrovib.solve.stack.layer_states import Moment, StackStates
-    from electrovib.solve.stack.transfer import Real
 
 SLACK = 1e-9
 """How far, over its scale, a field or a voltage passes its kink before the side changes: noise shall not."""

@@ -11,8 +11,8 @@ from electrovib.solve.nonlinear.collocation import Piece, steps_to
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from electrovib.core.arrays import Real
     from electrovib.solve.nonlinear.integrate import Mode, System
-    from electrovib.solve.stack.transfer import Real
 
 _LOOKS = np.array([0.2, 0.4, 0.6, 0.8])
 """Where inside a step the switches are looked at, besides its end."""

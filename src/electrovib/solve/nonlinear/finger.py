@@ -21,11 +21,11 @@ from electrovib.solve.nonlinear.stretch import snapped
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
     from electrovib.solve.nonlinear.integrate import Mode
     from electrovib.solve.stack.layer_states import StackStates
-    from electrovib.solve.stack.transfer import Real
 
 
 CLOSED = 1e-6

@@ -16,7 +16,7 @@ from electrovib.solve.nonlinear.events import first_fall, land
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from electrovib.solve.stack.transfer import Real
+    from electrovib.core.arrays import Real
 
 Mode: TypeAlias = tuple[int, ...]
 """On which side of each of its kinks a system is: the signs and states that hold until the next event."""

@@ -10,9 +10,9 @@ import numpy as np
 from electrovib.physics.drive.parts import Linear, Tones
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.drive.parts import Smooth
-    from electrovib.solve.stack.transfer import Real
 
 _SLACK = 16 * float(np.finfo(float).eps)
 """Breaks nearer to each other than this against the time are one."""

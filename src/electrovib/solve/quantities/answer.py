@@ -16,9 +16,9 @@ from electrovib.solve.quantities.resolve import Resolved, resolve, values_of, wi
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from electrovib.core.arrays import Real
     from electrovib.solve.quantities.names import Named
     from electrovib.solve.solution import Solution
-    from electrovib.solve.stack.transfer import Real
 
 READINGS: Final = ("normal_force_measured", "lateral_force_measured")
 """Signals that a digitiser holds between its readings."""

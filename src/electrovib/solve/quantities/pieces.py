@@ -12,7 +12,7 @@ from numpy.polynomial import chebyshev
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from electrovib.solve.stack.transfer import Real
+    from electrovib.core.arrays import Real
 
 MOST_NODES: Final = 16
 """Chebyshev nodes of a piece, unless there are very many pieces."""

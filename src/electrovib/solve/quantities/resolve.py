@@ -18,9 +18,9 @@ from electrovib.solve.solution import Solution
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.solve.solution import Record
-    from electrovib.solve.stack.transfer import Real
 
 TOLERANCE: Final = 1e-10
 """Last coefficients of a piece, as a share of the signal's largest value, at which it counts as resolved."""

@@ -12,7 +12,8 @@ from electrovib.solve.recursion.scan import fold_length, states_before
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from electrovib.solve.recursion.record import Array, Drive, Modes, States
+    from electrovib.core.arrays import Numbers, Real
+    from electrovib.solve.recursion.record import Drive, Modes
 
 _BLOCK = 64  # samples; shorter costs more in states, longer costs more in the empty half of the triangle
 # Multiplications in one product: OpenBLAS keeps these on one thread. More threads gain a quarter on idle
@@ -37,11 +38,11 @@ class BlockWeights(NamedTuple):
     that every product is one of real numbers.
     """
 
-    onto_output: Array
-    onto_state: Array
+    onto_output: Real
+    onto_state: Real
 
 
-def march_even(modes: Modes, drive: Drive, state: States, keep: int) -> tuple[Array, States]:
+def march_even(modes: Modes, drive: Drive, state: Numbers, keep: int) -> tuple[Real, Numbers]:
     """Follow relaxing or ringing modes through a drive whose pieces last equally long.
 
     Parameters
@@ -92,7 +93,7 @@ def march_even(modes: Modes, drive: Drive, state: States, keep: int) -> tuple[Ar
     return output, final
 
 
-def block_weights(modes: Modes, z: States, signals: int, block: int, keep: int) -> BlockWeights:
+def block_weights(modes: Modes, z: Numbers, signals: int, block: int, keep: int) -> BlockWeights:
     """Spread the one-step weights over a block, for the drive alone or for the drive and its jumps.
 
     Parameters
@@ -127,7 +128,7 @@ def block_weights(modes: Modes, z: States, signals: int, block: int, keep: int) 
     return BlockWeights(onto_output, numbers(np.ascontiguousarray(kernels[:, :0:-1])))
 
 
-def numbers(modes: States) -> Array:
+def numbers(modes: Numbers) -> Real:
     """Lay real and imaginary parts side by side, or leave real modes as they are.
 
     Parameters
@@ -143,7 +144,7 @@ def numbers(modes: States) -> Array:
     return np.ascontiguousarray(modes).view(np.float64)
 
 
-def block_states(whole: Sequence[Array], onto_state: Array, z: States, state: States) -> Array:
+def block_states(whole: Sequence[Real], onto_state: Real, z: Numbers, state: Numbers) -> Real:
     """Give the state before every whole block and after the last.
 
     Parameters
@@ -173,14 +174,14 @@ def block_states(whole: Sequence[Array], onto_state: Array, z: States, state: St
     return states[: blocks + 1]
 
 
-def _fill(output: Array, whole: Sequence[Array], states: Array, onto_output: Array) -> None:
+def _fill(output: Real, whole: Sequence[Real], states: Real, onto_output: Real) -> None:
     """Write the output of all whole blocks, (blocks, block), tile by tile."""
     for tile in _tiles(len(output), onto_output):
         inputs = np.concatenate([*(signal[tile] for signal in whole), states[tile]], axis=1)
         np.matmul(inputs, onto_output, out=output[tile])
 
 
-def _tiles(blocks: int, weights: Array) -> Iterator[slice]:
+def _tiles(blocks: int, weights: Real) -> Iterator[slice]:
     """Cut the blocks into tiles whose product with the weights stays on one thread."""
     height = max(1, PRODUCT // max(1, weights.size))  # no poles, no weights
     for begin in range(0, blocks, height):

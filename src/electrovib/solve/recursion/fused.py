@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from electrovib.solve.recursion.record import Array, Modes, States
+    from electrovib.core.arrays import Numbers, Real
+    from electrovib.solve.recursion.record import Modes
 
     System = tuple[ArrayLike, ArrayLike, float]
 
@@ -85,7 +86,7 @@ def march_chain(
         whole = march_even(front, drive, rest, 1)[0][0]
         formula(whole)
         start = np.full(back.poles.size, settled * whole[0], complex)
-        kept: Array = march_even(back, Drive(whole[:-1], whole[1:], drive.steps), start, keep)[0][0]
+        kept: Real = march_even(back, Drive(whole[:-1], whole[1:], drive.steps), start, keep)[0][0]
         return kept
     z, rows = back.poles * step, (values.size - 1) // keep
     onto_state = block_weights(back, z, 1, keep, keep).onto_state[0]
@@ -100,20 +101,20 @@ def march_chain(
     table = states.view(z.dtype).reshape(lines, columns, z.size).swapaxes(0, 1)
     states_before(table, np.exp(keep * z), np.exp(keep * columns * z), start)
     free = numbers(np.conj(back.gains[0]))
-    output: Array = states[: rows + 1] @ free
+    output: Real = states[: rows + 1] @ free
     output += (back.direct[0] + float((back.gains[0] @ last).real)) * inputs
     return output
 
 
 def _between(
     front: Modes,
-    formula: Callable[[Array], object],
-    values: Array,
+    formula: Callable[[Real], object],
+    values: Real,
     step: float,
     keep: int,
     block: int,
-    state: States,
-) -> Iterator[tuple[slice, Array]]:
+    state: Numbers,
+) -> Iterator[tuple[slice, Real]]:
     """Give what the second system sees, some rows of ``keep`` samples at a time, then the first of what is left.
 
     Every array given is used up before the next one is made, in the same memory.

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from electrovib.core.arrays import Numbers, Real
 from electrovib.solve.recursion.hold import weights_of
-from electrovib.solve.recursion.record import Array, Drive, Modes, States
+from electrovib.solve.recursion.record import Drive, Modes
 from electrovib.solve.recursion.scan import fold_length, states_before
 
 _CHUNK = 64 * 64  # pieces; half and twice the side are slower: calls, then memory
 
 
-def march_jittered(modes: Modes, drive: Drive, state: States, keep: int) -> tuple[Array, States]:
+def march_jittered(modes: Modes, drive: Drive, state: Numbers, keep: int) -> tuple[Real, Numbers]:
     """Follow relaxing modes through a drive whose pieces last unequally long.
 
     Parameters
@@ -46,7 +47,7 @@ def march_jittered(modes: Modes, drive: Drive, state: States, keep: int) -> tupl
     return output, state
 
 
-def _advance(poles: States, drive: Drive, state: States) -> tuple[States, States]:
+def _advance(poles: Numbers, drive: Drive, state: Numbers) -> tuple[Numbers, Numbers]:
     """Give the states before every piece of one chunk, (pieces, poles), and after the chunk."""
     pieces = drive.starts.size
     columns, rows = fold_length(pieces)
@@ -59,7 +60,7 @@ def _advance(poles: States, drive: Drive, state: States) -> tuple[States, States
     return first.swapaxes(0, 1).reshape(rows * columns, -1)[:pieces], final
 
 
-def _fold(samples: Array, columns: int, rows: int) -> Array:
+def _fold(samples: Real, columns: int, rows: int) -> Real:
     """Lay samples row by row into (columns, rows, 1); the rest are pieces of no duration."""
     padded = np.zeros(rows * columns)
     padded[: samples.size] = samples

@@ -12,7 +12,8 @@ from electrovib.solve.recursion.record import gather
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from electrovib.solve.recursion.record import Array, Drive, Modes, States
+    from electrovib.core.arrays import Numbers, Real
+    from electrovib.solve.recursion.record import Drive, Modes
 
 
 def march_loop(
@@ -82,7 +83,7 @@ def march_pairs_loop(
     return _follow(*gather(poles, gains, direct, starts, ends, steps, initial_state, pairs=True))
 
 
-def _follow(modes: Modes, drive: Drive, state: States) -> tuple[Array, States]:
+def _follow(modes: Modes, drive: Drive, state: Numbers) -> tuple[Real, Numbers]:
     pieces = drive.starts.size
     durations = np.broadcast_to(drive.steps, (pieces,))
     output = np.empty((modes.direct.size, pieces + 1))

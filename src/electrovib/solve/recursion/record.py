@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from electrovib.core.arrays import Numbers, Real
 from electrovib.core.errors import InputError
 
-Array: TypeAlias = NDArray[np.float64]
-States: TypeAlias = NDArray[Any]
 """Of relaxing modes float64; of modes that may ring complex128, one of each conjugate pair."""
 
 
@@ -28,9 +27,9 @@ class Modes(NamedTuple):
         Share of the drive itself in every output [-].
     """
 
-    poles: States
-    gains: States
-    direct: Array
+    poles: Numbers
+    gains: Numbers
+    direct: Real
 
 
 class Drive(NamedTuple):
@@ -44,11 +43,11 @@ class Drive(NamedTuple):
         Durations [s]; one number when all are equal.
     """
 
-    starts: Array
-    ends: Array
-    steps: Array
+    starts: Real
+    ends: Real
+    steps: Real
 
-    def jumps(self) -> Array | None:
+    def jumps(self) -> Real | None:
         """Give the drop of the drive at the beginning of each piece, or None when it never jumps."""
         before, after = self.ends[:-1], self.starts[1:]
         if _same_memory(before, after) or np.array_equal(before, after):
@@ -56,7 +55,7 @@ class Drive(NamedTuple):
         return np.concatenate(([0.0], before - after))
 
 
-def _same_memory(one: Array, other: Array) -> bool:
+def _same_memory(one: Real, other: Real) -> bool:
     """Tell whether both views begin at the same number; both are contiguous and equally long."""
     return bool(one.__array_interface__["data"][0] == other.__array_interface__["data"][0])
 
@@ -72,7 +71,7 @@ def gather(
     *,
     keep: int = 1,
     pairs: bool = False,
-) -> tuple[Modes, Drive, States]:
+) -> tuple[Modes, Drive, Numbers]:
     """Turn the arguments of a recursion into contiguous arrays and refuse what does not fit together.
 
     Parameters
@@ -98,10 +97,10 @@ def gather(
         positive whole number.
     """
     kind = np.complex128 if pairs else np.float64
-    own: list[States] = [np.ascontiguousarray(each, kind) for each in (poles, gains)]
+    own: list[Numbers] = [np.ascontiguousarray(each, kind) for each in (poles, gains)]
     given = [np.ascontiguousarray(each, np.float64) for each in (direct, starts, ends)]
     modes, drive = Modes(own[0], own[1], given[0]), Drive(given[1], given[2], np.asarray(steps, np.float64))
-    state: States = np.array(initial_state, kind)
+    state: Numbers = np.array(initial_state, kind)
     problems = [*_shape_problems(modes, drive, state), *_value_problems(modes, drive)]
     if isinstance(keep, bool) or not isinstance(keep, int) or keep < 1:
         problems.append(f"march.keep = {keep!r}: expected a whole number of points, 1 or more.")
@@ -114,7 +113,7 @@ def gather(
     return modes, drive, state
 
 
-def _shape_problems(modes: Modes, drive: Drive, state: States) -> list[str]:
+def _shape_problems(modes: Modes, drive: Drive, state: Numbers) -> list[str]:
     """List every array whose shape disagrees with the poles, the outputs or the pieces of drive."""
     count, outputs, pieces = modes.poles.size, modes.direct.size, drive.starts.size
     wanted = {

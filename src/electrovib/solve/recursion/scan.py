@@ -1,4 +1,4 @@
-"""States of decaying modes at many points at once, from the push that each stretch of time gives them."""
+"""Numbers of decaying modes at many points at once, from the push that each stretch of time gives them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from electrovib.solve.recursion.record import States
+    from electrovib.core.arrays import Numbers
 
 
 def fold_length(count: int) -> tuple[int, int]:
@@ -27,7 +27,7 @@ def fold_length(count: int) -> tuple[int, int]:
     return columns, -(-count // columns)
 
 
-def states_before(pushes: States, decays: States, row_decays: States, state: States) -> States:
+def states_before(pushes: Numbers, decays: Numbers, row_decays: Numbers, state: Numbers) -> Numbers:
     """Replace the push of every stretch by the state of the modes at the beginning of that stretch.
 
     Parameters

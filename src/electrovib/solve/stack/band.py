@@ -12,9 +12,9 @@ from electrovib.scenario import PeriodicState
 from electrovib.solve.electrics.linear.periodic import spectrum
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.physics.drive.parts import Part
     from electrovib.scenario import Scenario
-    from electrovib.solve.stack.transfer import Real
 
 MARGIN = 10.0
 """How far beyond 1/(2 pi time) the band goes: a relaxation of a time t acts on all times around t."""

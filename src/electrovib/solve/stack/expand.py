@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from electrovib.core.arrays import Complex, Real
 from electrovib.core.constants import eps0
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.contact import FixedArea
@@ -24,7 +25,6 @@ from electrovib.solve.stack.section import (
     modal_section,
     phasor_section,
 )
-from electrovib.solve.stack.transfer import Complex, Real
 
 PHASES = 32
 """Points of a period over which a force is averaged: exact for a pressure of second degree on an area that stays."""

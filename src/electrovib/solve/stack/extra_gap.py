@@ -15,8 +15,8 @@ from electrovib.solve.stack.section import ModalSection, PhasorSection
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Complex
     from electrovib.physics.stack import Linear, Section
-    from electrovib.solve.stack.transfer import Complex
 
 IDLE = 1e-12
 """Gain below which a mode of the stack's voltage is rounding [V per volt of the drive]."""

@@ -12,9 +12,9 @@ from electrovib.physics.drive.parts import Linear, Tones
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.drive.parts import Part
-    from electrovib.solve.stack.transfer import Real
 
 INTEGRATING: Final = 1e-30
 """Rate that stands for an integrator [1/s]: what it forgets in 1e5 s is nothing that 53 bits could hold."""

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.conduction import Conduction
-    from electrovib.solve.stack.transfer import Real
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.core.constants import eps0
 from electrovib.solve.stack.secular import Roots, secular_roots
-from electrovib.solve.stack.transfer import Real, Transfer
+from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

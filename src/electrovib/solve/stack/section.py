@@ -17,11 +17,12 @@ from electrovib.solve.stack.modes import Slab, StackModes, stack_modes
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from electrovib.core.arrays import Complex, Real
     from electrovib.physics.circuit import SeriesElement
     from electrovib.physics.debye_sum import DebyeSum
     from electrovib.physics.material import Material
     from electrovib.physics.stack import Layer
-    from electrovib.solve.stack.transfer import Complex, Real, Transfer
+    from electrovib.solve.stack.transfer import Transfer
 
 _APART: Final = (1e-3, 1e9)
 """Frequencies at which a permittivity is compared to see whether it disperses [Hz]."""

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import decimal
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from electrovib.core.arrays import Indices, Numbers, Real
 from electrovib.core.errors import InputError
-
-Floats: TypeAlias = NDArray[np.float64]
-Indices: TypeAlias = NDArray[np.intp]
-Numbers: TypeAlias = NDArray[Any]  # float64, or objects that are all Decimal
 
 _LARGEST_NODE = 1e20
 _SMALLEST_GAP = 1e-30
@@ -59,13 +56,13 @@ class Roots:
     All arrays are read-only.
     """
 
-    nodes: Floats
-    values: Floats
+    nodes: Real
+    values: Real
     origin: Indices
-    offset: Floats
-    slope: Floats
+    offset: Real
+    slope: Real
 
-    def differences(self) -> Floats:
+    def differences(self) -> Real:
         """Give the distance of each root from each node, without cancellation.
 
         Returns
@@ -159,16 +156,16 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, constant: float) -> Root
             rows = _long_rows(node, weight, float(constant), origin[doubtful], side[doubtful])
             long = _solve(rows, _long(reach[doubtful]), tolerance=_TINY, noise=_TINY**5)
             distance[doubtful] = long.astype(float)
-    offset: Floats = np.where(side > 0, distance, -distance)
+    offset: Real = np.where(side > 0, distance, -distance)
     difference = _differences(node, origin, offset)
-    slope: Floats = (weight / difference / difference).sum(axis=1)
-    values: Floats = node[origin] + offset
+    slope: Real = (weight / difference / difference).sum(axis=1)
+    values: Real = node[origin] + offset
     for array in (node, values, origin, offset, slope):
         array.flags.writeable = False
     return Roots(nodes=node, values=values, origin=origin, offset=offset, slope=slope)
 
 
-def _checked(nodes: ArrayLike, weights: ArrayLike, constant: float) -> tuple[Floats, Floats]:
+def _checked(nodes: ArrayLike, weights: ArrayLike, constant: float) -> tuple[Real, Real]:
     node, weight = np.array(nodes, dtype=float), np.array(weights, dtype=float)
     if node.ndim != 1 or node.size == 0 or weight.shape != node.shape:
         message = f"nodes and weights: shapes {node.shape} and {weight.shape}, expected the same (count,)"
@@ -196,11 +193,11 @@ def _checked(nodes: ArrayLike, weights: ArrayLike, constant: float) -> tuple[Flo
     return node, weight
 
 
-def _nearer_ends(node: Floats, weight: Floats, constant: float) -> tuple[Indices, Indices, Floats]:
+def _nearer_ends(node: Real, weight: Real, constant: float) -> tuple[Indices, Indices, Real]:
     """Give origin, side of the origin the root is on, and an upper bound of its distance."""
     left = np.arange(node.size - 1)
     upwards = np.ones_like(left)
-    reach: Floats = np.diff(node) / 2
+    reach: Real = np.diff(node) / 2
     if left.size:
         rows = _rows(node, weight, constant, left, upwards)
         sums = _sums(rows, reach)
@@ -287,15 +284,15 @@ def _solve(rows: _Rows, reach: Numbers, *, tolerance: Any, noise: Any) -> Number
     return found
 
 
-def _long_rows(node: Floats, weight: Floats, constant: float, origin: Indices, side: Indices) -> _Rows:
+def _long_rows(node: Real, weight: Real, constant: float, origin: Indices, side: Indices) -> _Rows:
     """Give the rows in exact decimals, so that the same steps run with as many digits as the context has."""
     return _rows(_long(node), _long(weight), decimal.Decimal(constant), origin, side)
 
 
-def _long(numbers: Floats) -> Numbers:
+def _long(numbers: Real) -> Numbers:
     return np.array([decimal.Decimal(number) for number in numbers.tolist()], dtype=object)
 
 
-def _differences(node: Floats, origin: Indices, offset: Floats) -> Floats:
-    result: Floats = (node[origin][:, None] - node) + offset[:, None]
+def _differences(node: Real, origin: Indices, offset: Real) -> Real:
+    result: Real = (node[origin][:, None] - node) + offset[:, None]
     return result

@@ -1,5 +1,6 @@
 """Every force law on one stack: how far they are apart, in size and in time, and why."""
 
-from electrovib.study.compare.entry import Comparison, Entry
-from electrovib.study.compare.laws import compare
-from electrovib.study.compare.static import static_force
+from electrovib.study.compare.entry import Comparison as Comparison
+from electrovib.study.compare.entry import Entry as Entry
+from electrovib.study.compare.laws import compare as compare
+from electrovib.study.compare.static import static_force as static_force

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from electrovib.core.arrays import Real
 from electrovib.scenario import Scenario
-from electrovib.solve.stack.transfer import Real
 from electrovib.study.reproduction import Page, Panel, Table
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError, NotCausalError, nearest
 from electrovib.physics.force import ForceLaw
@@ -15,7 +16,6 @@ from electrovib.physics.programme import Steady
 from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import mean_force, phasors
-from electrovib.solve.stack.transfer import Real
 from electrovib.study.compare.entry import Comparison, Entry
 from electrovib.study.compare.panels import over_frequency, over_parameter, over_time
 from electrovib.study.compare.static import air_breaks_down, air_warnings, static_force

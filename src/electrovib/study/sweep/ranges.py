@@ -6,8 +6,8 @@ import re
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import expected, parse_quantity
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from electrovib.scenario import Scenario
 
-Real = NDArray[np.float64]
 _RANGE = re.compile(r"([^=]+)=(.+):(.+):(\d+)(log)?")
 _FORM = "expected PATH=FROM:TO:N or PATH=FROM:TO:Nlog, for instance drive.rise=1ms:100ms:30log"
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.core.budget import Work, refuse_beyond
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.paths import quantity_at
@@ -20,7 +21,6 @@ from electrovib.solve.effort import last_time, works
 from electrovib.solve.quantities import DEFAULTS, Named, answer, read_name, solved
 from electrovib.solve.simulate import simulate
 from electrovib.study.sweep.felt import FELT, felt
-from electrovib.study.sweep.ranges import Real
 from electrovib.study.sweep.table import Case, dataset
 
 if TYPE_CHECKING:

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
     import xarray
 
+    from electrovib.core.arrays import Real
     from electrovib.core.lamps import Lamp
     from electrovib.scenario import Scenario
-    from electrovib.study.sweep.ranges import Real
 
 LARGEST: Final = (
     "reduction_error",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -14,13 +14,16 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.axes import Axes
+    from matplotlib.typing import LineStyleType
 
     from electrovib.study.reproduction import Curve, Panel
 
+    _Dashes: TypeAlias = tuple[LineStyleType, LineStyleType]
+
 _SIZE = (6.4, 3.9)
-_SOLID = ("-", "-.")
-_BROKEN = ("--", ":")
-_DOTTED = (":", (0, (1, 3)))
+_SOLID: _Dashes = ("-", "-.")
+_BROKEN: _Dashes = ("--", ":")
+_DOTTED: _Dashes = (":", (0, (1, 3)))
 
 
 def panel(panel: Panel, *, ax: Axes | None = None) -> Axes:
@@ -50,7 +53,7 @@ def panel(panel: Panel, *, ax: Axes | None = None) -> Axes:
         return axes
 
 
-def _looks(curves: Sequence[Curve]) -> list[tuple[str, str]]:
+def _looks(curves: Sequence[Curve]) -> list[tuple[str, LineStyleType]]:
     """Give every curve its own colour; where there are too few, solid and broken ones are counted apart."""
     few = len(curves) <= len(COLOURS)
     drawn = {_SOLID: 0, _BROKEN: 0, _DOTTED: 0}
@@ -64,7 +67,7 @@ def _looks(curves: Sequence[Curve]) -> list[tuple[str, str]]:
     return looks
 
 
-def _draw(ax: Axes, curve: Curve, colour: str, dash: str, *, floor: float | None) -> None:
+def _draw(ax: Axes, curve: Curve, colour: str, dash: LineStyleType, *, floor: float | None) -> None:
     x, y = (np.asarray(values, dtype=float) for values in (curve.x, curve.y))
     if floor is not None:
         y = np.where(y >= floor, y, np.nan)

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.papers.vezzoli_2014.falling_edge.candidates import HOLD, RAMP, Candidate, candidates
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.transfer import Real
 
 
 @dataclass(frozen=True)

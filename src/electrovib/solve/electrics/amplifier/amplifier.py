@@ -16,9 +16,10 @@ from electrovib.solve.electrics.amplifier.unlimited import without_limits
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.stack.transfer import Real, Transfer
+    from electrovib.solve.stack.transfer import Transfer
 
 
 @dataclass(frozen=True)

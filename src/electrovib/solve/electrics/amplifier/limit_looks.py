@@ -9,8 +9,8 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.stack.transfer import Real
 
 PER_CYCLE = 64
 """Looks at each cycle of the drive's fastest oscillation: a largest value lies at most 0.12 % above the nearest."""

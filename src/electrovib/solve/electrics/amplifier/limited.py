@@ -21,9 +21,10 @@ from electrovib.solve.nonlinear.stretch import snapped
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.stack.transfer import Real, Transfer
+    from electrovib.solve.stack.transfer import Transfer
 
 MOST_CHANGES = 1_000_000
 _FORESEEN = 300

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.stack.transfer import Real
 
 HYSTERESIS = 1e-10
 """How far over its limit a current, or past its aim a voltage, changes what the amplifier does: noise shall not."""

@@ -17,7 +17,8 @@ from electrovib.solve.electrics.linear.straight import chunks
 from electrovib.solve.stack.secular import secular_roots
 
 if TYPE_CHECKING:
-    from electrovib.solve.stack.transfer import Real, Transfer
+    from electrovib.core.arrays import Real
+    from electrovib.solve.stack.transfer import Transfer
 
 
 _SAME_RATE = 1e-8

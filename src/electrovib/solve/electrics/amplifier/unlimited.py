@@ -15,9 +15,9 @@ from electrovib.solve.stack.transfer import Transfer
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.stack.transfer import Real
 
 _SAME_RATE = 1e-8
 """A corner nearer than this to a rate of the stack, relative, is moved away by it."""

@@ -25,9 +25,10 @@ from electrovib.solve.recursion import hold_weights
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.conduction import Conduction
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.stack.transfer import Real, Transfer
+    from electrovib.solve.stack.transfer import Transfer
 
 TOLERANCE = 2e-5
 """Error of the layer's field over its largest, before extrapolation, at which the steps are fine enough."""

@@ -15,9 +15,9 @@ from electrovib.solve.stack.transfer import Transfer
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.circuit import SeriesElement
     from electrovib.physics.stack import Layer
-    from electrovib.solve.stack.transfer import Real
 
 
 def leaking_layer(layers: Mapping[str, Layer], *, second: float) -> str | None:

@@ -12,9 +12,10 @@ from electrovib.solve.electrics.linear.transient import transient
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.conduction import Conduction
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.stack.transfer import Real, Transfer
+    from electrovib.solve.stack.transfer import Transfer
 
 STEPS = 400
 """Steps over the whole time that there are at least."""

@@ -9,8 +9,8 @@ import numpy as np
 from electrovib.solve.recursion import march
 
 if TYPE_CHECKING:
-    from electrovib.physics.drive.parts import Indices, Linear
-    from electrovib.solve.stack.transfer import Real
+    from electrovib.core.arrays import Indices, Real
+    from electrovib.physics.drive.parts import Linear
 
 
 _MODES_AT_ONCE: Final = 64

@@ -17,8 +17,8 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.parts import Chirped
-    from electrovib.solve.stack.transfer import Complex, Real
 
 FAR = 30.0
 """Modulus of an argument from which on `TERMS` terms of the expansion of Faddeeva's function are exact to rounding."""

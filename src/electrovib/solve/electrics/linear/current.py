@@ -18,12 +18,11 @@ from electrovib.solve.stack.section import ModalSection, PhasorLayer, PhasorSect
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Indices, Real
     from electrovib.physics.circuit import SeriesElement
     from electrovib.physics.debye_sum import DebyeSum
     from electrovib.physics.drive.base import Drive
-    from electrovib.physics.drive.parts import Indices
     from electrovib.physics.stack import Layer
-    from electrovib.solve.stack.transfer import Real
 
 REASON = "linear layers, fixed gap and a current drive: every layer's own modes, blocking layers integrate"
 

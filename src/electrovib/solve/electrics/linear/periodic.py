@@ -12,8 +12,8 @@ from electrovib.physics.drive.parts import Linear, Part, Tones
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.stack.transfer import Complex, Real
 
 
 def periodic(

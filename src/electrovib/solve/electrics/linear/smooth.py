@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.physics.drive.parts import Smooth
-    from electrovib.solve.stack.transfer import Real
 
 DEGREE = 6
 RADIANS_PER_STEP = 0.3

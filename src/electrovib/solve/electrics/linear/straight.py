@@ -10,8 +10,8 @@ from electrovib.solve.electrics.linear.break_states import BreakStates
 from electrovib.solve.recursion import hold_weights, march
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.physics.drive.parts import Linear
-    from electrovib.solve.stack.transfer import Real
 
 CHUNK = 1 << 16
 """States held at once, so that a million samples need no gigabyte."""

@@ -21,8 +21,9 @@ from electrovib.solve.stack.integrator import (
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.stack.transfer import Complex, Real, Transfer
+    from electrovib.solve.stack.transfer import Transfer
 
 
 def transient(

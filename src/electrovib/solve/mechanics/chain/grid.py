@@ -13,8 +13,7 @@ from electrovib.core.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from electrovib.physics.drive.parts import Indices
-    from electrovib.solve.mechanics.filters.filter import Real
+    from electrovib.core.arrays import Indices, Real
 
 FEWEST = 3000
 """Pieces of the first grid, whatever the times."""

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from electrovib.physics.drive.parts import Indices
-    from electrovib.solve.mechanics.filters.filter import Filter, Real
+    from electrovib.core.arrays import Indices, Real
+    from electrovib.solve.mechanics.filters.filter import Filter
 
 FAINT = 1e-9
 """Outputs are compared with no less than this share of what the filter could put out: below is rounding."""

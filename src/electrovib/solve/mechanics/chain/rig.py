@@ -22,9 +22,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.finger import Finger
     from electrovib.physics.rig import Digitiser, Rig
-    from electrovib.solve.mechanics.filters.filter import Filter, Real
+    from electrovib.solve.mechanics.filters.filter import Filter
 
 
 def finger_filters(finger: Finger) -> dict[str, Filter]:

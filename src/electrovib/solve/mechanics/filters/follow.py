@@ -13,8 +13,9 @@ from electrovib.solve.recursion import march_pairs
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.parts import Linear
-    from electrovib.solve.mechanics.filters.filter import Complex, Filter, Real
+    from electrovib.solve.mechanics.filters.filter import Filter
 
 
 def filtered(filter_: Filter, samples: ArrayLike, step: float, *, settled: bool, keep: int = 1) -> Real:

@@ -12,8 +12,8 @@ from electrovib.solve.recursion.hold import weights_of
 from electrovib.solve.recursion.scan import fold_length, states_before
 
 if TYPE_CHECKING:
-    from electrovib.physics.drive.parts import Indices
-    from electrovib.solve.mechanics.filters.filter import Complex, Filter, Real
+    from electrovib.core.arrays import Complex, Indices, Real
+    from electrovib.solve.mechanics.filters.filter import Filter
 
 _ALIKE = 1e-9
 """Lengths that differ by less than this share of themselves are one."""

@@ -11,7 +11,7 @@ from electrovib.physics.friction.bristle import strength_at_speed, yielding_rate
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from electrovib.solve.stack.transfer import Real
+    from electrovib.core.arrays import Real
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:

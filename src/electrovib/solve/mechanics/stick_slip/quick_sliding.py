@@ -24,10 +24,10 @@ from electrovib.solve.nonlinear.collocation import COEFFICIENTS, NODES, WEIGHTS
 from electrovib.solve.nonlinear.integrate import MOST_EVENTS
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.physics.friction import BristleFriction
     from electrovib.physics.motion import Motion
     from electrovib.solve.mechanics.between import Between
-    from electrovib.solve.stack.transfer import Real
 
 AT_ONCE = 100_000
 """Steps in one call, some tenths of a second: between calls the march can be interrupted, and tells how far it is."""

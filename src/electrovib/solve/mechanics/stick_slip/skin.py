@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.physics.friction import BristleFriction
-    from electrovib.solve.stack.transfer import Real
 
 
 @dataclass(frozen=True)

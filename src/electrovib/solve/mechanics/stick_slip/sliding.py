@@ -14,10 +14,10 @@ from electrovib.solve.nonlinear.integrate import System, integrate
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.friction import BristleFriction
     from electrovib.solve.mechanics.stick_slip.skin import Energies
     from electrovib.solve.nonlinear.integrate import Mode
-    from electrovib.solve.stack.transfer import Real
 
 OverTime: TypeAlias = "Callable[[float | Real], float | Real]"
 """A quantity at times [s], one or many; at a jump the value after it."""

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from electrovib.core.arrays import Complex, Real
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.solve.stack.prony.given import check_range, evaluated, noise_limit, refuse_active, table
 from electrovib.solve.stack.prony.polish import EXACT, least_squares, level_errors, tidied
-from electrovib.solve.stack.prony.spectrum import Complex, Real, Spectrum, Terms
+from electrovib.solve.stack.prony.spectrum import Spectrum, Terms
 from electrovib.solve.stack.prony.start import clustered_start, even_start
 
 if TYPE_CHECKING:

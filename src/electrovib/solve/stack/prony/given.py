@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from electrovib.solve.stack.prony.spectrum import Complex, Real
+    from electrovib.core.arrays import Complex, Real
 
 # Points at which the estimate of the noise is itself so uncertain that twice of it is allowed.
 FEW = 20

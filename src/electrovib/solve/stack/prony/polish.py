@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from electrovib.solve.stack.prony.spectrum import Complex, Real, Spectrum, Terms, debye_responses, stacked
+from electrovib.core.arrays import Complex, Real
+from electrovib.solve.stack.prony.spectrum import Spectrum, Terms, debye_responses, stacked
 
 # Far beyond any permittivity, well within floating-point numbers.
 LARGEST_LOGARITHM = 200.0

@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-Real = npt.NDArray[np.float64]
-Complex = npt.NDArray[np.complex128]
+from electrovib.core.arrays import Complex, Real
 
 
 class Terms(NamedTuple):

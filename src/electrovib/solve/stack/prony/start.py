@@ -6,7 +6,8 @@ import itertools
 
 import numpy as np
 
-from electrovib.solve.stack.prony.spectrum import Real, Spectrum, Terms, debye_responses, stacked
+from electrovib.core.arrays import Real
+from electrovib.solve.stack.prony.spectrum import Spectrum, Terms, debye_responses, stacked
 
 # scipy's nnls may give up on long nearly dependent grids: 59 times and the high term stay clear of it.
 DENSE = 59
