@@ -8,6 +8,7 @@ import pytest
 
 from electrovib.core.checks import STATUSES, Check
 from electrovib.scenario import not_in_paper
+from electrovib.scenario.sources import BY_THE_USER
 
 
 def checks_in(paper):
@@ -82,6 +83,11 @@ def test_a_scenario_names_the_source_of_every_parameter(scenario):
         if not is_default(scenario, path, value)
     ]
     assert not unsourced
+
+
+def test_no_value_of_a_paper_is_called_the_users(scenario):
+    """As `Scenario.replace` calls what it changes; a paper makes its set-ups with `preset`."""
+    assert not any(source.startswith(BY_THE_USER) for source in scenario.sources.values())
 
 
 def test_sources_belong_to_parameters(scenario):

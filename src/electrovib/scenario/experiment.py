@@ -14,9 +14,8 @@ from electrovib.physics.circuit import Circuit
 from electrovib.physics.contact import Contact
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.finger import Finger
-from electrovib.physics.force import ForceLaw, wanted_layer
+from electrovib.physics.force import ForceLaw, needed_layer, wanted_layer
 from electrovib.physics.friction import Friction, Load
-from electrovib.physics.interface import beside_interface
 from electrovib.physics.limits import Limits
 from electrovib.physics.moisture import Moisture
 from electrovib.physics.motion import HeldOff, Motion
@@ -69,9 +68,9 @@ class Scenario(Model):
     @model_validator(mode="after")
     def _law_finds_its_layers(self) -> Self:
         roles = self.stack.roles
-        for role in self.force.needs:
-            if beside_interface(roles, role) is None:
-                raise ValueError(f"{type(self.force).__name__} needs {wanted_layer(role)}")
+        for wanted in self.force.needs:
+            if needed_layer(roles, wanted) is None:
+                raise ValueError(f"{type(self.force).__name__} needs {wanted_layer(wanted)}")
         return self
 
     @model_validator(mode="after")
