@@ -7,6 +7,9 @@ import math
 import pytest
 
 from electrovib.core.checks import STATUSES, Check
+from electrovib.core.discovery import offers
+from electrovib.physics.material import Material
+from electrovib.physics.stack import Stack
 from electrovib.scenario import not_in_paper
 from electrovib.scenario.sources import BY_THE_USER
 
@@ -45,6 +48,13 @@ def test_a_paper_is_named_author_year(paper):
     assert author.isidentifier()
     assert year.isdigit()
     assert len(year) == 4
+
+
+def test_what_a_paper_offers_is_read_by_its_name(paper):
+    author_year = paper.__name__.rsplit(".", 1)[-1]
+    for kind in (Material, Stack):
+        for name, offer in offers(kind.offered_by, of=author_year).items():
+            assert kind.model_validate(name) == kind.from_offer(offer)
 
 
 def test_a_check_passes(asked):

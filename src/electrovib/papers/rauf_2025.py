@@ -18,7 +18,7 @@ import numpy as np
 
 from electrovib.core.checks import Check
 from electrovib.core.constants import eps0
-from electrovib.physics.material import ColeCole
+from electrovib.physics.material import ColeCole, Material
 from electrovib.scenario import Scenario, preset, sourced
 from electrovib.solve.simulate import simulate
 
@@ -92,6 +92,11 @@ def film() -> ColeCole:
     """Give the relaxor film (PVDF-TrFE-CFE) as the authors fit it in their code; it conducts nothing there."""
     term = {"strength": 54.2 - 4.0, "relaxation_time": 2.82e-6, "broadening": 1 - 0.562}
     return ColeCole.model_validate({"permittivity_high": 4.0, "terms": [term], "conductivity": 0.0})
+
+
+def materials() -> dict[str, Material]:
+    """Give the film."""
+    return {"relaxor": film()}
 
 
 def _check(permittivity: float, gap: float) -> Check:

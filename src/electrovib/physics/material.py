@@ -40,6 +40,13 @@ class Material(Model, family=True):
     Passive: Im eps* <= 0 at all frequencies. Every member declares its `conductivity` at zero frequency.
     """
 
+    offered_by: ClassVar[tuple[str, ...]] = ("skins", "materials")
+
+    @classmethod
+    def from_offer(cls, offer: Any) -> Self:
+        """Take the material out of a published skin, or as it is."""
+        return cls.model_validate(getattr(offer, "material", offer))
+
     if TYPE_CHECKING:  # a parameter of most members; a mixture has it from its parts
 
         @property

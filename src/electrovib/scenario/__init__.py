@@ -2,6 +2,7 @@
 
 from electrovib.scenario.experiment import SCHEMA, Scenario
 from electrovib.scenario.grids import AtRest, FrequencyGrid, InitialState, PeriodicState, TimeGrid
+from electrovib.scenario.offers import skins
 from electrovib.scenario.presets import AIR, plain, preset, sourced
 from electrovib.scenario.reading import (
     DEFAULT,
@@ -33,6 +34,7 @@ __all__ = [
     "plain",
     "preset",
     "scenario_of",
+    "skins",
     "sourced",
     "sweep_of",
 ]

@@ -23,6 +23,7 @@ from electrovib.physics.perception import Perception
 from electrovib.physics.rig import Rig
 from electrovib.physics.stack import Stack
 from electrovib.scenario.grids import FrequencyGrid, TimeGrid
+from electrovib.scenario.offers import with_offers
 from electrovib.scenario.sources import BY_THE_USER
 
 SCHEMA: Final = 1
@@ -64,6 +65,13 @@ class Scenario(Model):
     frequency: FrequencyGrid = FrequencyGrid()
     limits: Limits = Limits()
     sources: dict[str, str] = Field(default_factory=dict)
+
+    @classmethod
+    def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
+        """Read the names of what papers offer, and say of each value where it is from."""
+        content, told = with_offers(content)
+        given = content.get("sources", {})
+        return content | {"sources": told | given} if told and isinstance(given, dict) else content
 
     @model_validator(mode="after")
     def _law_finds_its_layers(self) -> Self:
@@ -142,6 +150,7 @@ class Scenario(Model):
         InputError
             Every mistake at once.
         """
+        changes, told = with_offers(changes)
         changed = Model.replace(self, changes)
         if changed.moisture is not None:
             from electrovib.scenario.moisture import refuse_what_moisture_sets
@@ -155,7 +164,11 @@ class Scenario(Model):
             )
         }
         paths = [path for path, _, _ in changed.parameters()]
-        theirs = {p: BY_THE_USER for p in paths if any(p == c or p.startswith(f"{c}.") for c in changes)}
+        theirs = {
+            path: f"{BY_THE_USER} to {told[path]}" if path in told else BY_THE_USER
+            for path in paths
+            if any(path == change or path.startswith(f"{change}.") for change in changes)
+        }
         return changed.model_copy(update={"sources": kept | theirs})
 
     def to_json(self) -> str:

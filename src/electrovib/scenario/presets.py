@@ -10,6 +10,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import Model, read_model
 from electrovib.core.paths import replaced
 from electrovib.scenario.experiment import Scenario
+from electrovib.scenario.offers import with_offers
 from electrovib.scenario.reading import load_scenario
 from electrovib.scenario.sources import is_default
 
@@ -61,6 +62,7 @@ def preset(
     start = plain() if base is None else load_scenario(base)
     told: dict[str, str] = {path.removesuffix(".model"): "" for path in changes}
     values = {path: _without_sources(given, path, told) for path, given in changes.items()}
+    values, offered = with_offers(values)
     content, problems = replaced(start, values)
     if problems:
         raise InputError(problems)
@@ -72,7 +74,7 @@ def preset(
         if table is None:
             sources[path] = kept.get(path, "")
         elif table == path or not is_default(built, path, value):
-            sources[path] = told[table]
+            sources[path] = told[table] or offered.get(path, "")
     return built.model_copy(update={"sources": {path: source for path, source in sources.items() if source}})
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from electrovib.core.checks import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.palmar_1995 import MEN, WOMEN
-from electrovib.physics.material import Constant, ConstantPhase
+from electrovib.physics.material import Constant, ConstantPhase, Material
 from electrovib.physics.skin import Skin
 from electrovib.physics.stack import Layer
 
@@ -145,6 +145,11 @@ def skins() -> dict[str, Skin]:
             reproduces_force=False,
         )
     return found
+
+
+def materials() -> dict[str, Material]:
+    """Give the plastic film of figures 2 and 6, and the thin coat chosen here for figure 7."""
+    return {"film": FILM.material, "coat": COAT.material}
 
 
 def _check(
