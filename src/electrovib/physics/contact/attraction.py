@@ -10,7 +10,8 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.physics.contact.surface import MOST_TOUCHING, Surface
+from electrovib.physics.contact.rough_surface import MOST_TOUCHING
+from electrovib.physics.contact.surface import Surface
 from electrovib.physics.roughness import ContactSpots, Pull, mean_pull
 
 SMALLEST = 1e-9
@@ -164,7 +165,13 @@ class RoughAttraction:
 
 
 def check_thickness(electrical_thickness: float) -> None:
-    """Refuse an electrical thickness [m] over which the attraction of a closed gap has no bound."""
+    """Refuse an electrical thickness [m] over which the attraction of a closed gap has no bound.
+
+    Raises
+    ------
+    InputError
+        If it is not above 0.
+    """
     if not (electrical_thickness > 0 and math.isfinite(electrical_thickness)):
         raise InputError(
             f"electrical_thickness = {electrical_thickness}: must be above 0 m, for instance 27e-6; without a layer that"
