@@ -87,7 +87,13 @@ class Tabulated(Material):
 
     @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
-        """Read the file's columns unless the samples came along."""
+        """Read the file's columns unless the samples came along.
+
+        Raises
+        ------
+        PydanticCustomError
+            If the file cannot be read, or has not these columns.
+        """
         if not content.get("file") or "frequency_samples" in content:
             return content
         default = {name: cls.model_fields[name].default for name in cls.model_fields} | content

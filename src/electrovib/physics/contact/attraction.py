@@ -53,7 +53,7 @@ class PlateAttraction:
 
     def __post_init__(self) -> None:
         """Refuse what attracts without bound."""
-        check_thickness(self.electrical_thickness)
+        check_thickness(electrical_thickness=self.electrical_thickness)
 
     @property
     def convex(self) -> bool:
@@ -102,7 +102,7 @@ class RoughAttraction:
 
     def __post_init__(self) -> None:
         """Refuse what attracts without bound."""
-        check_thickness(self.electrical_thickness)
+        check_thickness(electrical_thickness=self.electrical_thickness)
 
     @property
     def convex(self) -> bool:
@@ -164,7 +164,7 @@ class RoughAttraction:
         return float(self.surface.real_share(np.asarray(self._borne(gap))))
 
 
-def check_thickness(electrical_thickness: float) -> None:
+def check_thickness(*, electrical_thickness: float) -> None:
     """Refuse an electrical thickness [m] over which the attraction of a closed gap has no bound.
 
     Raises

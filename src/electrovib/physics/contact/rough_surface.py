@@ -47,7 +47,7 @@ class RoughSurface(Surface, family=True):
 
     def real_growth(self, pressure: float) -> float:
         """Growth of the touching share with pressure [1/Pa]."""
-        return contact_growth(pressure, modulus=self.modulus, slope=self.rms_slope)
+        return contact_growth(pressure=pressure, modulus=self.modulus, slope=self.rms_slope)
 
     def gaps(self, pressure: float) -> GaussianGaps:
         """Gaps under a pressure: those with its mean gap and its real contact."""

@@ -36,7 +36,7 @@ def contact_fraction(pressure: ArrayLike, *, modulus: float, slope: float) -> ND
     return share
 
 
-def contact_growth(pressure: float, *, modulus: float, slope: float) -> float:
+def contact_growth(*, pressure: float, modulus: float, slope: float) -> float:
     """Rate at which `contact_fraction` grows with pressure.
 
     Parameters

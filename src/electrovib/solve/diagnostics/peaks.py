@@ -142,7 +142,7 @@ class PeakRecord:
         gap = float(self.rows["gap"][place])
         if share == 0:
             return float(abs(self.rows["interface"][place])), gap
-        return share * paschen_voltage(gap) / gap, gap
+        return share * paschen_voltage(gap=gap) / gap, gap
 
 
 def refined(record: PeakRecord, look: Callable[[Real], PeakRecord]) -> PeakRecord:

@@ -97,8 +97,8 @@ def test_what_is_no_relief_is_refused(mean, touching):
 def test_growth_is_the_slope_of_the_share(pressure):
     given = {"modulus": 1e7, "slope": 0.7}
     exact = mpmath.diff(lambda p: mpmath.erf(mpmath.sqrt(2) * p / 7e6), pressure)
-    assert contact_growth(pressure, **given) == pytest.approx(float(exact), rel=1e-10)
-    assert contact_fraction(1.0, **given) == pytest.approx(contact_growth(0.0, **given), rel=1e-12)
+    assert contact_growth(pressure=pressure, **given) == pytest.approx(float(exact), rel=1e-10)
+    assert contact_fraction(1.0, **given) == pytest.approx(contact_growth(pressure=0.0, **given), rel=1e-12)
 
 
 def test_pull_in_voltage_is_the_printed_formula():
