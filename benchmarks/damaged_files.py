@@ -26,7 +26,7 @@ from electrovib.core.samples import Samples
 from electrovib.core.trace import make_trace
 from electrovib.data.columns import read_columns
 from electrovib.data.traces import save_csv, save_nc
-from electrovib.export.matlab import save_mat
+from electrovib.data.traces.matlab import save_mat
 from electrovib.scenario import load, scenario_of, sweep_of
 
 TIME, VOLTAGE = np.arange(40) * 1e-3, np.sin(np.arange(40.0)) * 100

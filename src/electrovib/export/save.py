@@ -9,7 +9,7 @@ from electrovib.core.errors import InputError, nearest
 from electrovib.data.atomic import check_writable
 from electrovib.data.marks import Form
 from electrovib.data.traces import csv_files, csv_forms, save_csv, save_nc
-from electrovib.export.matlab import save_mat
+from electrovib.data.traces.matlab import save_mat
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping

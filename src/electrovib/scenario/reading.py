@@ -187,7 +187,7 @@ def _load_trace(path: Path) -> xarray.Dataset:
     from electrovib.data.traces import load_csv, load_nc
 
     if path.suffix == ".mat":
-        reader = importlib.import_module("electrovib.export.matlab")  # found late: a door, not a part
+        reader = importlib.import_module("electrovib.data.traces.matlab")  # found late: a door, not a part
         found: xarray.Dataset = reader.load_mat(path)
         return found
     return load_nc(path) if path.suffix == ".nc" else load_csv(path)

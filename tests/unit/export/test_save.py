@@ -9,7 +9,7 @@ import xarray
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
 from electrovib.data.traces import load_csv, load_nc
-from electrovib.export.matlab import load_mat
+from electrovib.data.traces.matlab import load_mat
 from electrovib.export.save import check_output, save
 
 

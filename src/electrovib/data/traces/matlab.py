@@ -17,7 +17,7 @@ from electrovib.data.atomic import writing
 from electrovib.data.columns import DAMAGE, check_file, damaged
 from electrovib.data.marks import Form, unsigned
 from electrovib.data.readers.mat5 import Mat5, Variable
-from electrovib.data.traces import not_a_trace, prepared, rebuilt, structure_of
+from electrovib.data.traces.structure import not_a_trace, prepared, rebuilt, structure_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
