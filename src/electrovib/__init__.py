@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from electrovib.apps.init import init as init
     from electrovib.apps.run import run as run
     from electrovib.core.budget import budget as budget
+    from electrovib.data.traces import open_trace as open_trace
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
     from electrovib.recordings.recording import read_recording as read_recording
@@ -44,6 +45,7 @@ _PLACES = {
     "just_noticeable": "electrovib.study.percept",
     "load": "electrovib.scenario",
     "models": "electrovib.study.catalogue",
+    "open_trace": "electrovib.data.traces",
     "perceive": "electrovib.study.perceive",
     "read_recording": "electrovib.recordings.recording",
     "reduce_swipe": "electrovib.recordings.swipe",

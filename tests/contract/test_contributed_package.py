@@ -97,7 +97,8 @@ def contributed(tmp_path_factory) -> dict[str, str]:
         str(place),
     ]
     subprocess.run([*install, str(wheel)], check=True, capture_output=True)
-    return os.environ | {"PYTHONPATH": str(place)}
+    before = [os.environ["PYTHONPATH"]] if os.environ.get("PYTHONPATH") else []
+    return os.environ | {"PYTHONPATH": os.pathsep.join([str(place), *before])}
 
 
 def call(environment: dict[str, str], *arguments: str, cwd: Path | None = None) -> str:

@@ -4,10 +4,11 @@ from electrovib.scenario.experiment import SCHEMA, Scenario
 from electrovib.scenario.grids import AtRest, FrequencyGrid, InitialState, PeriodicState, TimeGrid
 from electrovib.scenario.reading import (
     DEFAULT,
+    Source,
     load,
-    load_scenario,
     paper_of_preset,
     paper_scenario,
+    read_scenario,
     scenario_of,
     sweep_of,
 )
@@ -21,13 +22,14 @@ __all__ = [
     "InitialState",
     "PeriodicState",
     "Scenario",
+    "Source",
     "TimeGrid",
     "is_default",
     "load",
-    "load_scenario",
     "not_in_paper",
     "paper_of_preset",
     "paper_scenario",
+    "read_scenario",
     "scenario_of",
     "sweep_of",
 ]
