@@ -62,7 +62,7 @@ def export(
     writer = WRITERS.get(place.suffix.lower())
     if writer is None:
         allowed = ", ".join(WRITERS)
-        raise InputError(f"{place}: a scenario is exported as {allowed}, not as '{place.suffix}'.")
+        raise InputError(f"a scenario is exported as {allowed}, not as '{place.suffix}'.", path=place)
     with inputs_noted() as inputs:
         found = read_scenario(scenario, changes=set)
     check_writable({place: Form.NETLIST}, inputs=inputs, force=force)

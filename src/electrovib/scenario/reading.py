@@ -176,20 +176,22 @@ def _tables(path: Path) -> dict[str, Any]:
     try:
         if path.exists() and not path.is_file():
             what = "a folder" if path.is_dir() else "not an ordinary file"
-            raise InputError(f"{path}: is {what}; give a .toml file or a paper, for instance {DEFAULT}")
+            raise InputError(f"is {what}; give a .toml file or a paper, for instance {DEFAULT}", path=path)
         text = path.read_bytes().decode("utf-8-sig")  # editors of Windows begin with a byte-order mark
     except OSError as error:
         raise InputError(
-            f"{path}: {error.strerror or error}. Give a .toml file or a paper, for instance {DEFAULT}"
+            f"{error.strerror or error}. Give a .toml file or a paper, for instance {DEFAULT}", path=path
         ) from None
     except UnicodeDecodeError:
-        raise InputError(f"{path}: not a text in UTF-8; a scenario is TOML, saved as UTF-8") from None
+        raise InputError("not a text in UTF-8; a scenario is TOML, saved as UTF-8", path=path) from None
     if not text.strip():
-        raise InputError(f"{path}: the file is empty. 'electrovib init {DEFAULT}' prints one to start from")
+        raise InputError(
+            f"the file is empty. 'electrovib init {DEFAULT}' prints one to start from", path=path
+        )
     try:
         return read_toml(text)
     except ValueError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
+        raise InputError(f"not valid TOML: {error}", path=path) from None
 
 
 def _without_schema(content: dict[str, Any]) -> dict[str, Any]:

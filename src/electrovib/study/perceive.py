@@ -114,16 +114,7 @@ def _changed(person: Perception, changes: Mapping[str, Any]) -> Perception:
             person = read_model(Perception, changes["perception"])
         return person.replace(inner) if inner else person
     except InputError as error:
-        raise InputError(_in_perception(problem) for problem in error.problems) from None
-
-
-def _in_perception(problem: str) -> str:
-    """Put the prefix before the path that a problem begins with."""
-    return (
-        f"perception.{problem}"
-        if not problem.startswith("the file")
-        else problem.replace("the file", "perception", 1)
-    )
+        raise InputError(problem.within("perception") for problem in error.problems) from None
 
 
 def _compliance(given: Any) -> Compliance:

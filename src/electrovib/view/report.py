@@ -115,7 +115,7 @@ def _simulated(found: Mapping[str, Any]) -> dict[str, xarray.Dataset]:
         try:
             traces[label] = simulate(item) if isinstance(item, Scenario) else item
         except ElectrovibError as error:
-            problems += getattr(error, "problems", [str(error)])
+            problems += error.problems
     if problems:
         raise InputError(problems)
     return labelled(traces)

@@ -89,7 +89,7 @@ def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
             file = io.BytesIO()  # numbers that are all alike, packed more tightly than a reader lets pass
     except (ValueError, TypeError, struct.error, OverflowError, scipy.io.matlab.MatWriteError) as error:
         raise InputError(
-            f"{path}: this Trace does not fit into a .mat file ({error}); save as .nc."
+            f"this Trace does not fit into a .mat file ({error}); save as .nc.", path=path
         ) from error
     header = f"{_VERSION_5}, {unsigned(Form.MATLAB)}"
     file.getbuffer()[:_HEADER] = header.ljust(_HEADER).encode()

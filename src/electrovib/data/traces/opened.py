@@ -61,7 +61,8 @@ def open_trace(path: str | Path) -> xarray.Dataset:
     reader = FORMATS.get(place.suffix.lower())
     if reader is None:
         raise DataFileError(
-            f"{place}: a Trace is opened from {', '.join(FORMATS)}, not from '{place.suffix}'; a scenario is read with"
-            " electrovib.load"
+            f"a Trace is opened from {', '.join(FORMATS)}, not from '{place.suffix}'; a scenario is read with"
+            " electrovib.load",
+            path=place,
         )
     return reader(place)

@@ -96,9 +96,8 @@ def sweep(
         try:
             cases.append(_solved(point, member, asked, records=records))
         except ElectrovibError as error:
-            problems = getattr(error, "problems", [str(error)])
             where = f" (at {words(point)})" if point else ""
-            raise InputError(f"{problem}{where}" for problem in problems) from None
+            raise InputError(problem.followed_by(where) for problem in error.problems) from None
     return dataset(scenario, axes, cases, asked.units, records=records, words=words)
 
 
