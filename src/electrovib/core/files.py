@@ -81,5 +81,6 @@ def read_columns(name: str, wanted: Mapping[str, tuple[str | int, str]]) -> dict
     try:
         columns: dict[str, NDArray[np.float64]] = reader.read_columns(_folder.get() / name, wanted)
     except InputError as error:
-        raise PydanticCustomError("file", "{why}", {"why": str(error)}) from None
+        missing = getattr(error, "column", None)
+        raise PydanticCustomError("file", "{why}", {"why": str(error), "missing_column": missing}) from None
     return columns

@@ -18,7 +18,7 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
+from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, nearest, shortened
 from electrovib.core.quantity import Quantity
 
 M = TypeVar("M", bound="Model")
@@ -267,28 +267,31 @@ def read_model(kind: type[M], content: object) -> M:
     try:
         return kind.model_validate(content)
     except ValidationError as error:
-        raise InputError(sentence(item) for item in error.errors(include_url=False)) from None
+        raise InputError(problem(item) for item in error.errors(include_url=False)) from None
 
 
-def sentence(item: Mapping[str, Any]) -> str:
-    """Write one validation error as ``path = value: why``."""
+def problem(item: Mapping[str, Any]) -> Problem:
+    """Say one validation error with its dotted path and the value that stands there."""
     path = ".".join(shortened(str(part), LONGEST_QUOTED) for part in item["loc"])
-    item = {**item, "msg": item["msg"].removeprefix("Value error, ")}
-    if item["type"] in {"missing_parameter", "unknown"}:
-        return f"{path}: {item['msg']}"
-    shown = item["input"]
+    why = item["msg"].removeprefix("Value error, ")
+    shows_value = item["type"] not in {"missing_parameter", "unknown"}
+    return Problem(why, path=path, value=_shown(item["input"]) if shows_value else "")
+
+
+def _shown(shown: Any) -> str:
+    """Write the value that an error is about, on one short line."""
     if isinstance(shown, Mapping):
         named = [
             f"{key} = {shortened(repr(shown[key]), LONGEST_QUOTED)}, "
             for key in ("model", "file")
             if shown.get(key)
         ]
-        return f"{path or 'the file'} = {{{''.join(named)}...}}: {item['msg']}"
+        return f"{{{''.join(named)}...}}"
     try:
         text = repr(shown)
     except ValueError:  # Python writes no whole number of thousands of digits
         text = "a whole number of thousands of digits"
-    return f"{path or 'the file'} = {shortened(text, LONGEST_QUOTED)}: {item['msg']}"
+    return shortened(text, LONGEST_QUOTED)
 
 
 def _plain(value: Any) -> Any:

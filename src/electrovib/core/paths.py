@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from electrovib.core.errors import InputError, nearest
+from electrovib.core.errors import InputError, Problem, nearest
 from electrovib.core.model import Model, quantity_of
 from electrovib.core.samples import Samples
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from electrovib.core.quantity import Quantity
 
 
-def replaced(model: Model, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
+def replaced(model: Model, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
     """Put changes into the nested tables of a model; the result is not yet validated.
 
     Parameters
@@ -29,14 +29,14 @@ def replaced(model: Model, changes: Mapping[str, Any]) -> tuple[dict[str, Any], 
     -------
     content : dict
         Nested tables.
-    problems : list of str
-        One sentence for each path that does not exist.
+    problems : list of Problem
+        One for each path that does not exist.
     """
     content = model.to_dict()
     return content, put(content, changes)
 
 
-def put(content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = True) -> list[str]:
+def put(content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = True) -> list[Problem]:
     """Put changes into nested tables in place.
 
     Parameters
@@ -51,8 +51,8 @@ def put(content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = T
 
     Returns
     -------
-    list of str
-        One sentence for each path that does not exist, and each table that would be dropped.
+    list of Problem
+        One for each path that does not exist, and each table that would be dropped.
     """
     ordered = sorted(changes, key=lambda path: (path.count("."), not path.endswith(".model")))
     fresh: list[Any] = []
@@ -60,10 +60,13 @@ def put(content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = T
     return _dropped(changes) + [problem for problem in problems if problem]
 
 
-def _dropped(changes: Mapping[str, Any]) -> list[str]:
+def _dropped(changes: Mapping[str, Any]) -> list[Problem]:
     """Say which tables would be dropped whole, because another model is set in their place."""
     return [
-        f"{path}: is set beside the table '{table}', of which nothing would then count; give one of the two"
+        Problem(
+            f"is set beside the table '{table}', of which nothing would then count; give one of the two",
+            path=path,
+        )
         for table, content in changes.items()
         for path, model in changes.items()
         if path.endswith(".model") and path.startswith(f"{table}.")
@@ -83,7 +86,7 @@ def _place(table: Sequence[Any], key: str) -> int | None:
     return int(key) if known and int(key) < len(table) else None
 
 
-def _put(content: dict[str, Any], path: str, value: Any, fresh: list[Any], *, strict: bool) -> str | None:
+def _put(content: dict[str, Any], path: str, value: Any, fresh: list[Any], *, strict: bool) -> Problem | None:
     *parents, last = path.split(".")
     tables: list[Any] = [content]
     for depth, key in enumerate(parents):
@@ -147,15 +150,17 @@ def _forget_samples(tables: list[Any]) -> None:
                 del table[key]
 
 
-def _unknown(table: Any, where: str, key: str, path: str) -> str:
+def _unknown(table: Any, where: str, key: str, path: str) -> Problem:
     if isinstance(table, list):
-        return f"{path}: '{where}' has entries 0 to {len(table) - 1}"
-    if table is None:
-        return f"{path}: '{where}' is not given, so without parameters of its own; if it is a table, set it whole"
-    if not isinstance(table, dict):
-        return f"{path}: '{where}' is a single value, without parameters of its own"
-    owner = f" of {table['model']}" if "model" in table else f" in '{where}'" if where else ""
-    return f"{path}: unknown parameter '{key}'{owner}.{nearest(key, table)}"
+        why = f"'{where}' has entries 0 to {len(table) - 1}"
+    elif table is None:
+        why = f"'{where}' is not given, so without parameters of its own; if it is a table, set it whole"
+    elif not isinstance(table, dict):
+        why = f"'{where}' is a single value, without parameters of its own"
+    else:
+        owner = f" of {table['model']}" if "model" in table else f" in '{where}'" if where else ""
+        why = f"unknown parameter '{key}'{owner}.{nearest(key, table)}"
+    return Problem(why, path=path)
 
 
 def value_at(model: Model, path: str) -> Any:
@@ -185,7 +190,7 @@ def value_at(model: Model, path: str) -> Any:
         elif isinstance(table, list) and (place := _place(table, key)) is not None:
             table = table[place]
         else:
-            raise InputError(_unknown(table, ".".join(parts[:depth]), key, path))
+            raise InputError([_unknown(table, ".".join(parts[:depth]), key, path)])
     return table
 
 
@@ -199,7 +204,7 @@ def quantity_at(model: Model, path: str) -> Quantity:
     """
     declared = {where: quantity for where, _, quantity in walk_parameters(model)}
     if path not in declared:
-        raise InputError(f"{path}: no physical parameter has this path.{nearest(path, declared)}")
+        raise InputError(f"no physical parameter has this path.{nearest(path, declared)}", path=path)
     return declared[path]
 
 

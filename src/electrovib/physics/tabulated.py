@@ -109,7 +109,7 @@ class Tabulated(Material):
             return content | read_columns(str(content["file"]), wanted)
         except PydanticCustomError as fault:
             why = fault.message()
-            if f"no column '{loss.column}'" in why:
+            if (fault.context or {}).get("missing_column") == loss.column:
                 forms = ", ".join(sorted(find_members(LossColumn)))  # type: ignore[type-abstract]
                 why += f' The loss may be told in other forms: loss = {{ model = "..." }} with {forms}.'
             raise PydanticCustomError("file", "{why}", {"why": why}) from None

@@ -11,7 +11,7 @@ from electrovib.core.model import Model, read_model
 from electrovib.core.paths import replaced
 from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.offers import with_offers
-from electrovib.scenario.reading import load_scenario
+from electrovib.scenario.reading import read_scenario
 from electrovib.scenario.sources import is_default
 
 AIR: Final = ({"model": "Constant", "permittivity": 1.0}, "air")
@@ -59,7 +59,7 @@ def preset(
     InputError
         For every path that does not exist and every value that does not fit, all at once.
     """
-    start = plain() if base is None else load_scenario(base)
+    start = plain() if base is None else read_scenario(base)
     told: dict[str, str] = {path.removesuffix(".model"): "" for path in changes}
     values = {path: _without_sources(given, path, told) for path, given in changes.items()}
     values, offered = with_offers(values)

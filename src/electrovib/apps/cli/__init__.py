@@ -21,7 +21,7 @@ from electrovib.apps.cli import (
 )
 from electrovib.apps.cli.terminal import complain, prepare
 from electrovib.apps.start import INTERRUPTED
-from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.errors import ElectrovibError
 
 _MOST: Final = 50  # mistakes told at once
 
@@ -44,10 +44,8 @@ def main() -> None:
     prepare()
     try:
         app()
-    except InputError as error:
-        _stop(*error.problems)
     except ElectrovibError as error:
-        _stop(*str(error).split("\n"))
+        _stop(*error.problems)
     except KeyboardInterrupt:
         _interrupted()
     except SystemExit as stop:  # the library turns an interrupt into this code, without a word

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.allowance import content_allowed, megabytes
-from electrovib.core.errors import DataFileError
+from electrovib.core.errors import DataFileError, suggestion
 from electrovib.data.columns.column import Column, real_numbers
-from electrovib.data.columns.faults import DAMAGE, check_file, damaged, suggestion
+from electrovib.data.columns.faults import DAMAGE, check_file, damaged
 from electrovib.data.readers.mat5 import Mat5
 
 if TYPE_CHECKING:
@@ -89,7 +89,8 @@ def from_matlab(path: Path, columns: Sequence[str | int]) -> dict[str | int, Col
             match = _COLUMN.fullmatch(column)
             if match is None:
                 raise DataFileError(
-                    f"{path}: '{column}' names no column; write 'name[3]' for column 3, 0 first, of the array 'name'."
+                    f"'{column}' names no column; write 'name[3]' for column 3, 0 first, of the array 'name'.",
+                    path=path,
                 )
             wanted, name, unit = match[1], match[2], match[4] or ""
             number = int(match[3]) if match[3] else None
@@ -100,7 +101,7 @@ def from_matlab(path: Path, columns: Sequence[str | int]) -> dict[str | int, Col
         )
     if len({len(column.values) for column in found.values()}) > 1:
         sizes = ", ".join(f"{column.label} {len(column.values)}" for column in found.values())
-        raise DataFileError(f"{path}: the columns differ in length: {sizes}.")
+        raise DataFileError(f"the columns differ in length: {sizes}.", path=path)
     return found
 
 
@@ -110,15 +111,18 @@ def _of(path: Path, name: str, array: NDArray[np.float64], number: int | None) -
     shape = " x ".join(map(str, array.shape))
     if number is None:
         if array.size != max(array.shape):
-            raise DataFileError(f"{path}: {called} is {shape}; name one of its columns, as in '{name}[0]'.")
+            raise DataFileError(
+                f"{called} is {shape}; name one of its columns, as in '{name}[0]'.", path=path
+            )
         return array.ravel()
     if array.ndim != 2:
-        raise DataFileError(f"{path}: {called} is {shape}, not a row per sample and a column per signal.")
+        raise DataFileError(f"{called} is {shape}, not a row per sample and a column per signal.", path=path)
     if not 0 <= number < array.shape[1]:
         turned = "; is it transposed?" if array.shape[1] > 10 * array.shape[0] else ""
         raise DataFileError(
-            f"{path}: there is no column {number} in {called} ({shape}); they are numbered 0 to"
-            f" {array.shape[1] - 1}{turned}."
+            f"there is no column {number} in {called} ({shape}); they are numbered 0 to"
+            f" {array.shape[1] - 1}{turned}.",
+            path=path,
         )
     return array[:, number]
 
@@ -154,8 +158,9 @@ def array_of_version_73(path: Path, wanted: str) -> Iterator[tuple[str, NDArray[
         count, size = math.prod(entry.shape), path.stat().st_size
         if count * np.dtype(np.float64).itemsize > content_allowed(size):
             raise DataFileError(
-                f"{path}: is damaged, or packed too tightly: {megabytes(size)} are too small for the {count} numbers of"
-                f" '{wanted}'. If it is whole, save it with -v6 or -nocompression."
+                f"is damaged, or packed too tightly: {megabytes(size)} are too small for the {count} numbers of"
+                f" '{wanted}'. If it is whole, save it with -v6 or -nocompression.",
+                path=path,
             )
         yield "values", np.asarray(entry[()], dtype=np.float64)
 
@@ -199,24 +204,28 @@ def _chosen(path: Path, wanted: str, known: Known) -> str:
         return ", ".join(shown) + (", ..." if len(names) > 20 else "")
 
     if not known:
-        raise DataFileError(f"{path}: holds no variables.")
+        raise DataFileError("holds no variables.", path=path)
     outside = [name for name in known if "." not in name]
     if wanted:
         if wanted not in known:
             above = next((name for name in reversed(list(_on_the_way(wanted, known)))), "")
             if above and not (inside := _fields(known, above)):
                 raise DataFileError(
-                    f"{path}: '{wanted}' cannot be reached, {_unreachable(above, *known[above][:2])}"
+                    f"'{wanted}' cannot be reached, {_unreachable(above, *known[above][:2])}", path=path
                 )
             names = inside if above else outside
             near = suggestion(wanted, names)
             what = "field" if above else "variable"
             has = f"'{above}'" if above else "It"
-            raise DataFileError(f"{path}: there is no {what} '{wanted}'.{near} {has} has: {listed(names)}.")
+            raise DataFileError(
+                f"there is no {what} '{wanted}'.{near} {has} has: {listed(names)}.", path=path
+            )
         if not known[wanted][2]:
             fields = _fields(known, wanted)
             more = f"; name one of its fields: {listed(fields)}" if fields else ""
-            raise DataFileError(f"{path}: '{wanted}' is no real numeric array, but {listed([wanted])}{more}.")
+            raise DataFileError(
+                f"'{wanted}' is no real numeric array, but {listed([wanted])}{more}.", path=path
+            )
         return wanted
     arrays = [name for name in outside if known[name][2] and max(known[name][1], default=0) > 1]
     if len(arrays) != 1:
@@ -224,7 +233,7 @@ def _chosen(path: Path, wanted: str, known: Known) -> str:
         how = f"; name one, as in '{arrays[0]}[0]'" if arrays else ""
         structs = [name for name in outside if known[name][0] == "struct"]
         how = how or (f"; a field of a struct is named as in '{structs[0]}.force'" if structs else "")
-        raise DataFileError(f"{path}: holds {what}{how}. It has: {listed(outside)}.")
+        raise DataFileError(f"holds {what}{how}. It has: {listed(outside)}.", path=path)
     return arrays[0]
 
 

@@ -17,7 +17,7 @@ from electrovib.data.atomic import writing
 from electrovib.data.columns import DAMAGE, check_file, damaged
 from electrovib.data.marks import Form, unsigned
 from electrovib.data.readers.mat5 import Mat5, Variable
-from electrovib.data.traces import not_a_trace, prepared, rebuilt, structure_of
+from electrovib.data.traces.structure import not_a_trace, prepared, rebuilt, structure_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -89,7 +89,7 @@ def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
             file = io.BytesIO()  # numbers that are all alike, packed more tightly than a reader lets pass
     except (ValueError, TypeError, struct.error, OverflowError, scipy.io.matlab.MatWriteError) as error:
         raise InputError(
-            f"{path}: this Trace does not fit into a .mat file ({error}); save as .nc."
+            f"this Trace does not fit into a .mat file ({error}); save as .nc.", path=path
         ) from error
     header = f"{_VERSION_5}, {unsigned(Form.MATLAB)}"
     file.getbuffer()[:_HEADER] = header.ljust(_HEADER).encode()

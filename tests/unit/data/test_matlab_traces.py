@@ -13,7 +13,7 @@ import xarray
 
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.trace import make_trace
-from electrovib.export.matlab import load_mat, matlab_names, save_mat
+from electrovib.data.traces.matlab import load_mat, matlab_names, save_mat
 
 ROOT = Path(__file__).parents[3]
 LAYERS = ["insulator", "gap", "stratum_corneum"]
