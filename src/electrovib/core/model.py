@@ -18,8 +18,11 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from electrovib.core.discovery import find_members
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, nearest, shortened
+from electrovib.core.files import FileColumn
 from electrovib.core.quantity import Quantity
+from electrovib.core.tables import put
 
 M = TypeVar("M", bound="Model")
 
@@ -80,30 +83,53 @@ class Model(BaseModel):
         return value
 
     @classmethod
-    def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
-        """Add what a table leaves to be found, for instance the numbers of a file it names."""
-        return content
+    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
+        """Say which columns of the file that a table names its parameters are read from, by parameter.
+
+        Parameters
+        ----------
+        table : mapping
+            The model's own, not yet validated.
+
+        Returns
+        -------
+        mapping of str to FileColumn
+            Empty if nothing has to be read, or if the table is wrong, which is told when it is validated.
+        """
+        del table
+        return {}
+
+    @classmethod
+    def part(cls, name: str) -> type[Model] | None:
+        """Give the kind of model that a parameter holds, alone or in a list; None if it holds none."""
+        field = cls.model_fields.get(name)
+        waiting: list[Any] = [] if field is None else [field.annotation]
+        while waiting:
+            kind = waiting.pop()
+            if isinstance(kind, type) and issubclass(kind, Model):
+                return kind
+            waiting += get_args(kind)
+        return None
+
+    @classmethod
+    def chosen(cls, table: Mapping[str, Any]) -> type[Model] | None:
+        """Give the model that a table is of; None where it names no member of the family."""
+        name = table.get("model")
+        if not cls.is_family:
+            return cls
+        return find_members(cls, wanted=name).get(name) if isinstance(name, str) else None
 
     @classmethod
     def _build(cls, content: dict[str, Any], handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """Complete and validate a table; a file that cannot be read does not hide the table's other mistakes."""
+        """Validate a table."""
         if missing := ", ".join(sorted(getattr(cls, "__abstractmethods__", ()))):
             why = f"the class {cls.__name__} does not define {missing}, which {cls.__mro__[1].__name__} asks of its members"
             raise PydanticCustomError("unfinished", "{why}", {"why": why})
-        lines: list[InitErrorDetails] = []
-        complete = content
         try:
-            complete = cls.complete(content)
-        except PydanticCustomError as fault:
-            lines.append(InitErrorDetails(type=fault, loc=(), input=cls._named(content)))
-        try:
-            built = handler(complete)
+            return handler(content)
         except ValidationError as error:
-            found = [cls._explained(item) for item in error.errors(include_url=False)]
-            lines += [line for line in found if line["loc"] or not lines]
-        if lines:
-            raise ValidationError.from_exception_data(cls.__name__, lines)
-        return built
+            lines = [cls._explained(item) for item in error.errors(include_url=False)]
+        raise ValidationError.from_exception_data(cls.__name__, lines)
 
     @classmethod
     def _explained(cls, item: Any) -> InitErrorDetails:
@@ -138,15 +164,11 @@ class Model(BaseModel):
         """Say how to write what stands where a table belongs; of a family, which members there are."""
         if not cls.is_family:
             return f"expected a table of parameters of {cls.__name__}"
-        from electrovib.core.discovery import find_members
-
         known = nearest(str(value), find_members(cls))
         return f'expected a table that names a {cls.__name__} model, {{ model = "..." }}.{known}'
 
     @classmethod
     def _member(cls, name: object) -> type[Self]:
-        from electrovib.core.discovery import find_members
-
         if not isinstance(name, str):
             known = ", ".join(sorted(find_members(cls)))
             why = f'needs a name, for instance model = "...", one of: {known}'
@@ -192,6 +214,11 @@ class Model(BaseModel):
         """Hash the canonical JSON."""
         return hash((type(self).__name__, self.canonical()))
 
+    @classmethod
+    def rebuilt(cls, content: dict[str, Any]) -> Self:
+        """Build the model from tables in which something was changed."""
+        return read_model(cls, content)
+
     def replace(self, changes: Mapping[str, Any]) -> Self:
         """Give a copy with some parameters changed.
 
@@ -210,22 +237,40 @@ class Model(BaseModel):
         InputError
             For every path that does not exist and every value that does not fit, all at once.
         """
-        from electrovib.core.paths import replaced
-
-        content, problems = replaced(self, changes)
+        content = self.to_dict()
+        problems = put(content, changes)
         try:
-            changed = read_model(type(self), content)
+            changed = self.rebuilt(content)
         except InputError as error:
             problems += error.problems
         if problems:
             raise InputError(problems)
         return changed
 
-    def parameters(self) -> Iterator[tuple[str, float | None, Quantity]]:
-        """Walk over the physical parameters: dotted path, value in SI, declaration."""
-        from electrovib.core.paths import walk_parameters
+    def parameters(self, prefix: str = "") -> Iterator[tuple[str, float | None, Quantity]]:
+        """Walk over all physical parameters of this tree of models, in the order of the file.
 
-        return walk_parameters(self)
+        Parameters
+        ----------
+        prefix : str
+            What a path begins with.
+
+        Yields
+        ------
+        tuple
+            Dotted path, value in SI (None where it is optional and absent), declaration.
+        """
+        for name, value in self:
+            path = f"{prefix}{name}"
+            quantity = quantity_of(type(self), name) if name in type(self).model_fields else None
+            if quantity is not None:
+                yield path, value, quantity
+            elif isinstance(value, Model):
+                yield from value.parameters(f"{path}.")
+            elif isinstance(value, tuple):
+                for index, item in enumerate(value):
+                    if isinstance(item, Model):
+                        yield from item.parameters(f"{path}.{index}.")
 
 
 def quantity_of(model: type[BaseModel], field: str) -> Quantity | None:
@@ -253,20 +298,20 @@ def problem(item: Mapping[str, Any]) -> Problem:
     path = ".".join(shortened(str(part), LONGEST_QUOTED) for part in item["loc"])
     why = item["msg"].removeprefix("Value error, ")
     shows_value = item["type"] not in {"missing_parameter", "unknown"}
-    return Problem(why, path=path, value=_shown(item["input"]) if shows_value else "")
+    return Problem(why, path=path, value=shown(item["input"]) if shows_value else "")
 
 
-def _shown(shown: Any) -> str:
+def shown(value: Any) -> str:
     """Write the value that an error is about, on one short line."""
-    if isinstance(shown, Mapping):
+    if isinstance(value, Mapping):
         named = [
-            f"{key} = {shortened(repr(shown[key]), LONGEST_QUOTED)}, "
+            f"{key} = {shortened(repr(value[key]), LONGEST_QUOTED)}, "
             for key in ("model", "file")
-            if shown.get(key)
+            if value.get(key)
         ]
         return f"{{{''.join(named)}...}}"
     try:
-        text = repr(shown)
+        text = repr(value)
     except ValueError:  # Python writes no whole number of thousands of digits
         text = "a whole number of thousands of digits"
     return shortened(text, LONGEST_QUOTED)

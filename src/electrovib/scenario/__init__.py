@@ -1,6 +1,7 @@
 """An experiment as one frozen tree of models, and how it is read."""
 
 from electrovib.scenario.experiment import SCHEMA, Scenario
+from electrovib.scenario.files import read_part
 from electrovib.scenario.grids import AtRest, FrequencyGrid, InitialState, PeriodicState, TimeGrid
 from electrovib.scenario.reading import (
     DEFAULT,
@@ -29,6 +30,7 @@ __all__ = [
     "not_in_paper",
     "paper_of_preset",
     "paper_scenario",
+    "read_part",
     "read_scenario",
     "scenario_of",
     "sweep_of",

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any, get_args
 
+from electrovib.core.discovery import find_members
 from electrovib.core.model import Model, quantity_of
 from electrovib.core.samples import Samples
 from electrovib.core.units import exact_text
-from electrovib.scenario import SCHEMA, Scenario
+from electrovib.scenario.experiment import SCHEMA, Scenario
 
 
 def to_toml(scenario: Scenario) -> str:
@@ -87,8 +88,6 @@ def left_away(model: Model, prefix: str = "") -> dict[str, str]:
     dict of str to str
         Dotted path to what can be put there: members of the family, or parameters of the part.
     """
-    from electrovib.core.discovery import find_members
-
     found: dict[str, str] = {}
     for name, field in type(model).model_fields.items():
         kinds = [
