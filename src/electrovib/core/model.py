@@ -16,12 +16,13 @@ from pydantic import (
     field_validator,
     model_validator,
 )
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic_core import PydanticCustomError
 
-from electrovib.core.discovery import find_members
-from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, nearest, shortened
+from electrovib.core.discovery import find_members, find_offer
+from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
 from electrovib.core.files import FileColumn
-from electrovib.core.quantity import Quantity
+from electrovib.core.mistakes import explained, problem, wants
+from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.tables import put
 
 M = TypeVar("M", bound="Model")
@@ -40,12 +41,16 @@ class Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
     is_family: ClassVar[bool] = True
+    is_member: ClassVar[bool] = False
+    """Whether it is one of a family, whose tables name it."""
     reference: ClassVar[str] = ""
     status: ClassVar[str] = ""
     equation: ClassVar[Mapping[str, str]] = {}
     checks: ClassVar[tuple[Any, ...]] = ()
     example: ClassVar[Mapping[str, Any]] = {}
     """Parameters without a default, for tests and documents."""
+    offered_by: ClassVar[tuple[str, ...]] = ()
+    """Functions of papers that offer ready-made ones, which can then be named ``author_year/name``."""
 
     def __init_subclass__(cls, *, family: bool = False, **kwargs: Any) -> None:
         """Keep classes abstract or final."""
@@ -55,14 +60,17 @@ class Model(BaseModel):
                 msg = f"{cls.__name__} subclasses the final class {parent.__name__}: wrap it instead"
                 raise TypeError(msg)
         cls.is_family = family
+        cls.is_member = not family and cls.__mro__[1] is not Model
 
     @model_validator(mode="wrap")
     @classmethod
     def _read(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         if isinstance(value, cls):
             return value
+        if isinstance(value, str) and "/" in value and cls.offered_by:
+            return cls._offered(value)
         if not isinstance(value, Mapping):
-            raise PydanticCustomError("table", "{why}", {"why": cls._wants(value)})
+            raise PydanticCustomError("table", "{why}", {"why": wants(cls, value)})
         content = dict(value)
         name = content.pop("model", None)
         if cls.is_family:
@@ -100,6 +108,11 @@ class Model(BaseModel):
         return {}
 
     @classmethod
+    def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
+        """Add what a table leaves to be found; it is validated after that."""
+        return content
+
+    @classmethod
     def part(cls, name: str) -> type[Model] | None:
         """Give the kind of model that a parameter holds, alone or in a list; None if it holds none."""
         field = cls.model_fields.get(name)
@@ -126,46 +139,10 @@ class Model(BaseModel):
             why = f"the class {cls.__name__} does not define {missing}, which {cls.__mro__[1].__name__} asks of its members"
             raise PydanticCustomError("unfinished", "{why}", {"why": why})
         try:
-            return handler(content)
+            return handler(cls.complete(content))
         except ValidationError as error:
-            lines = [cls._explained(item) for item in error.errors(include_url=False)]
+            lines = [explained(cls, item) for item in error.errors(include_url=False)]
         raise ValidationError.from_exception_data(cls.__name__, lines)
-
-    @classmethod
-    def _explained(cls, item: Any) -> InitErrorDetails:
-        """Say for an unknown parameter of which class it was, and the nearest known one."""
-        kind, loc, shown = item["type"], item["loc"], item["input"]
-        if kind == "extra_forbidden" and len(loc) == 1:
-            known = nearest(str(loc[0]), cls.model_fields)
-            name = shortened(str(loc[0]), LONGEST_QUOTED)
-            kind, why = "unknown", f"unknown parameter '{name}' of {cls.__name__}.{known}"
-        elif kind == "missing" and len(loc) == 1:
-            kind, why = "missing_parameter", f"missing: {cls._describe(str(loc[0]))}"
-        else:
-            why = item["msg"]
-        if not loc and isinstance(shown, Mapping):
-            shown = cls._named(shown)
-        return InitErrorDetails(type=PydanticCustomError(kind, "{why}", {"why": why}), loc=loc, input=shown)
-
-    @classmethod
-    def _named(cls, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Put the name of the model back into a table, for messages."""
-        return {"model": cls.__name__, **content} if cls.__mro__[1] is not Model else dict(content)
-
-    @classmethod
-    def _describe(cls, field: str) -> str:
-        quantity = quantity_of(cls, field)
-        if quantity is None:
-            return cls.model_fields[field].description or f"'{field}' of {cls.__name__}"
-        return f"{quantity.doc}, between {quantity.range()}"
-
-    @classmethod
-    def _wants(cls, value: object) -> str:
-        """Say how to write what stands where a table belongs; of a family, which members there are."""
-        if not cls.is_family:
-            return f"expected a table of parameters of {cls.__name__}"
-        known = nearest(str(value), find_members(cls))
-        return f'expected a table that names a {cls.__name__} model, {{ model = "..." }}.{known}'
 
     @classmethod
     def _member(cls, name: object) -> type[Self]:
@@ -179,6 +156,19 @@ class Model(BaseModel):
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         return members[name]
 
+    @classmethod
+    def _offered(cls, name: str) -> Self:
+        """Read the name of something that a paper offers."""
+        try:
+            return cls.from_offer(find_offer(name, cls.offered_by))
+        except InputError as error:
+            raise PydanticCustomError("offer", "{why}", {"why": str(error)}) from None
+
+    @classmethod
+    def from_offer(cls, offer: Any) -> Self:
+        """Take the model out of what a paper offers: that itself, unless a family says otherwise."""
+        return cls.model_validate(offer)
+
     def to_dict(self) -> dict[str, Any]:
         """Give the nested tables that build this model again, floats in SI.
 
@@ -187,7 +177,7 @@ class Model(BaseModel):
         dict
             Member of a family: with its ``model`` name first.
         """
-        content = {"model": type(self).__name__} if type(self).__mro__[1] is not Model else {}
+        content = {"model": type(self).__name__} if self.is_member else {}
         return content | {name: _plain(value) for name, value in self}
 
     def canonical(self) -> str:
@@ -273,12 +263,6 @@ class Model(BaseModel):
                         yield from item.parameters(f"{path}.{index}.")
 
 
-def quantity_of(model: type[BaseModel], field: str) -> Quantity | None:
-    """Find the declaration of a field, if it is a physical parameter."""
-    found = [m for m in model.model_fields[field].metadata if isinstance(m, Quantity)]
-    return found[0] if found else None
-
-
 def read_model(kind: type[M], content: object) -> M:
     """Build a model from nested tables and list every mistake at once.
 
@@ -291,30 +275,6 @@ def read_model(kind: type[M], content: object) -> M:
         return kind.model_validate(content)
     except ValidationError as error:
         raise InputError(problem(item) for item in error.errors(include_url=False)) from None
-
-
-def problem(item: Mapping[str, Any]) -> Problem:
-    """Say one validation error with its dotted path and the value that stands there."""
-    path = ".".join(shortened(str(part), LONGEST_QUOTED) for part in item["loc"])
-    why = item["msg"].removeprefix("Value error, ")
-    shows_value = item["type"] not in {"missing_parameter", "unknown"}
-    return Problem(why, path=path, value=shown(item["input"]) if shows_value else "")
-
-
-def shown(value: Any) -> str:
-    """Write the value that an error is about, on one short line."""
-    if isinstance(value, Mapping):
-        named = [
-            f"{key} = {shortened(repr(value[key]), LONGEST_QUOTED)}, "
-            for key in ("model", "file")
-            if value.get(key)
-        ]
-        return f"{{{''.join(named)}...}}"
-    try:
-        text = repr(value)
-    except ValueError:  # Python writes no whole number of thousands of digits
-        text = "a whole number of thousands of digits"
-    return shortened(text, LONGEST_QUOTED)
 
 
 def _plain(value: Any) -> Any:

@@ -3,6 +3,8 @@
 from electrovib.scenario.experiment import SCHEMA, Scenario
 from electrovib.scenario.files import read_part
 from electrovib.scenario.grids import AtRest, FrequencyGrid, InitialState, PeriodicState, TimeGrid
+from electrovib.scenario.offers import skins
+from electrovib.scenario.presets import AIR, plain, preset, sourced
 from electrovib.scenario.reading import (
     DEFAULT,
     Source,
@@ -16,6 +18,7 @@ from electrovib.scenario.reading import (
 from electrovib.scenario.sources import is_default, not_in_paper
 
 __all__ = [
+    "AIR",
     "DEFAULT",
     "SCHEMA",
     "AtRest",
@@ -30,8 +33,12 @@ __all__ = [
     "not_in_paper",
     "paper_of_preset",
     "paper_scenario",
+    "plain",
+    "preset",
     "read_part",
     "read_scenario",
     "scenario_of",
+    "skins",
+    "sourced",
     "sweep_of",
 ]

@@ -8,7 +8,8 @@ from typing import Any, TypeVar
 
 from electrovib.core.errors import DataFileError, InputError, NoColumnError, Problem
 from electrovib.core.files import FileColumn, note_input
-from electrovib.core.model import Model, read_model, shown
+from electrovib.core.mistakes import shown
+from electrovib.core.model import Model, read_model
 from electrovib.data.columns import read_columns
 
 M = TypeVar("M", bound=Model)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any, get_args
 
 from electrovib.core.discovery import find_members
-from electrovib.core.model import Model, quantity_of
+from electrovib.core.model import Model
+from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
 from electrovib.core.units import exact_text
 from electrovib.scenario.experiment import SCHEMA, Scenario
@@ -46,7 +47,7 @@ def _table(model: Model) -> Any:
     import tomlkit
 
     table = tomlkit.table()
-    if type(model).__mro__[1] is not Model:
+    if model.is_member:
         table.add("model", tomlkit.item(type(model).__name__))
     nested = []
     for name, value in model:
@@ -120,7 +121,7 @@ def _inline(model: Model) -> Any:
     import tomlkit
 
     table = tomlkit.inline_table()
-    if type(model).__mro__[1] is not Model:
+    if model.is_member:
         table.add("model", type(model).__name__)
     for name, value in model:
         if value is None:

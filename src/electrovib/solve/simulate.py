@@ -14,8 +14,9 @@ from electrovib.core.model import Model
 from electrovib.core.trace import make_trace
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.sampling import sampling
-from electrovib.solve.solution import Solution
-from electrovib.solve.stack.expand import behind_amplifier, mean_force, per_volt_of, phasors
+from electrovib.solve.electrics.attraction import mean_force
+from electrovib.solve.expanded import Expanded
+from electrovib.solve.stack.expand import behind_amplifier, per_volt_of, phasors
 from electrovib.solve.stack.section import PhasorSection
 
 if TYPE_CHECKING:
@@ -54,11 +55,11 @@ def simulate(scenario: Source, *, time: Real | None = None) -> xarray.Dataset:
     counts as the conductivity that a vanishing sine sees.
     """
     scenario = read_scenario(scenario)
-    solution = Solution(scenario, None if time is None else np.asarray(time, dtype=float))
-    times, frequency = solution.times, scenario.frequency.frequencies()
+    expanded = Expanded(scenario, None if time is None else np.asarray(time, dtype=float))
+    times, frequency = expanded.times, scenario.frequency.frequencies()
     at_frequency = phasors(scenario, frequency)
-    record = solution.at(times, closely=True)
-    spoken, errors = solution.judge(record)
+    record = expanded.at(times, closely=True)
+    spoken, errors = expanded.judge(record)
     attributes = provenance(scenario) | errors | record.how
     variables: dict[str, Any] = {**record.signals, **_over_frequency(scenario, at_frequency)}
     spoken += sampling(scenario.drive, times)
@@ -66,7 +67,7 @@ def simulate(scenario: Source, *, time: Real | None = None) -> xarray.Dataset:
     coordinates = {
         "time": times,
         "frequency": frequency,
-        "layer": np.array(list(solution.section.layers), dtype=object),
+        "layer": np.array(list(expanded.section.layers), dtype=object),
     }
     return make_trace(variables, coordinates, attributes)
 

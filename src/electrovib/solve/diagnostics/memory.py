@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from electrovib.scenario import PeriodicState
-from electrovib.solve.electrics.electrical import linear_quantities
+from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.linear.transient import transient
-from electrovib.solve.electrics.respond import AMPLITUDE
+from electrovib.solve.electrics.wanted import linear_quantities
 from electrovib.solve.stack.band import SAME, lowest_frequency, run_band
-from electrovib.solve.stack.expand import attraction, left_by_charge, phasors, total_pull
+from electrovib.solve.stack.expand import left_by_charge, phasors
 from electrovib.solve.stack.integrator import drive_mean, integral_weight
+from electrovib.solve.stack.keys import AmplitudeOf
 from electrovib.solve.stack.reduce import reduction_band
 from electrovib.solve.stack.transfer import Transfer
 
@@ -32,7 +33,8 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
-    from electrovib.solve.electrics.electrical import Electrical
+    from electrovib.solve.electrics.solution import Solution
+    from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection
 
 FORCE: Final = "force"
@@ -82,8 +84,8 @@ class Judged(NamedTuple):
 
 
 def answer_errors(
-    scenario: Scenario, section: ModalSection, answer: Electrical, times: Real, *, known: tuple[float, float]
-) -> dict[str, Judged]:
+    scenario: Scenario, section: ModalSection, answer: Solution, times: Real, *, known: tuple[float, float]
+) -> dict[Key, Judged]:
     """Bound what the reduction of materials does to the answer in time.
 
     Parameters
@@ -92,7 +94,7 @@ def answer_errors(
         Everything.
     section : ModalSection
         Its stack as modes.
-    answer : Electrical
+    answer : Solution
         The answer at the output times.
     times : ndarray, shape (n,)
         Output times [s].
@@ -102,7 +104,7 @@ def answer_errors(
 
     Returns
     -------
-    dict of str to Judged
+    dict of Key to Judged
         Of each linear quantity and of ``force``. Empty where nothing is known. The moments of jumps of the drive
         are left out: their values are limits of infinite frequency.
 
@@ -121,7 +123,7 @@ def answer_errors(
     if not low < high or not np.any(judged):
         return {}
     steady = settled and known[0] == 0 and bool(drive_mean(scenario.drive))
-    fit = _Fit.over(low, high, steady=steady, smallest=MEASURED if known[0] else SMALLEST)
+    fit = _DifferenceFit.over(low, high, steady=steady, smallest=MEASURED if known[0] else SMALLEST)
     differences, residuals = _differences(scenario, section, fit, settled=settled)
     probes = np.flatnonzero(judged)[_probes(int(np.count_nonzero(judged)))]
     found = {name: row for name, row in answer.found.items() if name in differences and row.ndim == 1}
@@ -130,9 +132,9 @@ def answer_errors(
         name: (row, SAFETY * np.abs(errors[name]) + SPREAD * residuals[name] * np.abs(row[probes]))
         for name, row in found.items()
     }
-    amplitudes = {name: row[probes] for name, row in found.items() if name.startswith(AMPLITUDE)}
+    amplitudes = {name: row[probes] for name, row in found.items() if isinstance(name, AmplitudeOf)}
     if amplitudes and scenario.force.causal:
-        bounds[FORCE] = (answer.force, _of_force(scenario, times[probes], amplitudes, errors, residuals))
+        bounds[FORCE] = (answer.attraction, _of_force(scenario, times[probes], amplitudes, errors, residuals))
     straight = judged & ~_at_corner(scenario.drive, times, bends=True)
     return {
         name: _judge(row, times, probes, bound, straight if name == CURRENT else judged)
@@ -184,13 +186,13 @@ def _judge(
 def _of_force(
     scenario: Scenario,
     times: Real,
-    amplitudes: Mapping[str, Real],
-    errors: Mapping[str, Real],
-    residuals: Mapping[str, float],
+    amplitudes: Mapping[AmplitudeOf, Real],
+    errors: Mapping[Key, Real],
+    residuals: Mapping[Key, float],
 ) -> Real:
     """Bound the error of the attraction [N] at times [s] from the errors of the law's amplitudes."""
-    now = {name.removeprefix(AMPLITUDE): row for name, row in amplitudes.items()}
-    off = {name.removeprefix(AMPLITUDE): row + errors[name] for name, row in amplitudes.items()}
+    now = {name.name: row for name, row in amplitudes.items()}
+    off = {name.name: row + errors[name] for name, row in amplitudes.items()}
     pull = total_pull(scenario, now)
     force = attraction(scenario, pull, times)
     residual = 2 * max(residuals[name] for name in amplitudes)
@@ -202,8 +204,8 @@ def _of_force(
 
 
 def _respond(
-    scenario: Scenario, transfers: dict[str, Transfer], times: Real, *, settled: bool
-) -> dict[str, Real]:
+    scenario: Scenario, transfers: dict[Key, Transfer], times: Real, *, settled: bool
+) -> dict[Key, Real]:
     """Send the drive through linear quantities, past leaks, limits and motion."""
     amplifier, drive = scenario.circuit.amplifier, scenario.drive
     if amplifier is None or drive.quantity == "current":
@@ -217,8 +219,8 @@ def _respond(
 
 
 def _differences(
-    scenario: Scenario, section: ModalSection, fit: _Fit, *, settled: bool
-) -> tuple[dict[str, Transfer], dict[str, float]]:
+    scenario: Scenario, section: ModalSection, fit: _DifferenceFit, *, settled: bool
+) -> tuple[dict[Key, Transfer], dict[Key, float]]:
     """Fit declared - reduced of every linear quantity; relative residuals beside."""
     declared = linear_quantities(scenario, phasors(scenario, fit.frequency, leaks=False))
     reduced = linear_quantities(scenario, section)
@@ -247,7 +249,7 @@ def _slope(transfer: Transfer) -> Transfer:
     return Transfer(transfer.rates, -weights, float(np.sum(weights)), transfer.direct, static=0.0)
 
 
-class _Fit:
+class _DifferenceFit:
     """Signed relaxations on a fixed grid of rates that follow D over a band.
 
     Parameters
@@ -275,9 +277,9 @@ class _Fit:
 
     @staticmethod
     @functools.lru_cache(maxsize=16)
-    def over(low: float, high: float, *, steady: bool, smallest: float) -> _Fit:
+    def over(low: float, high: float, *, steady: bool, smallest: float) -> _DifferenceFit:
         """Give the fit over a band, the same object for the same band."""
-        return _Fit(low, high, steady=steady, smallest=smallest)
+        return _DifferenceFit(low, high, steady=steady, smallest=smallest)
 
     def of(self, declared: Complex, reduced: Complex, *, unasked: bool = False) -> tuple[Transfer, float]:
         """Fit one D; the largest residual is told over the quantity's own size there; its value at rest may be unasked."""

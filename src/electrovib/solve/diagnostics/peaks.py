@@ -10,12 +10,14 @@ import numpy as np
 
 from electrovib.physics.safety import breakdown_share, paschen_voltage
 from electrovib.solve.stack.expand import Surroundings
+from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.stack.keys import Key
 
 REFINEMENTS = 3
 """Each divides the time around a largest value by `_DIVISIONS`/2."""
@@ -35,16 +37,16 @@ class PeakRecord:
     ----------
     times : ndarray, shape (n,)
         Increasing [s].
-    rows : dict of str to ndarray, shape (n,)
-        ``field NAME`` of each layer [V/m], ``interface`` [V/m], ``gap`` [m] and ``breakdown`` [1] where there is a gap,
+    rows : dict of Key to ndarray, shape (n,)
+        Field of each layer [V/m], ``interface`` [V/m], ``gap`` [m] and ``breakdown`` [1] where there is a gap,
         ``across`` [V] (the stack), and what the names of `Limits` say.
     """
 
     times: Real
-    rows: dict[str, Real]
+    rows: dict[Key, Real]
 
     @classmethod
-    def of(cls, scenario: Scenario, times: Real, found: dict[str, Real]) -> PeakRecord:
+    def of(cls, scenario: Scenario, times: Real, found: dict[Key, Real]) -> PeakRecord:
         """Take what is judged from what a solver found.
 
         Parameters
@@ -53,7 +55,7 @@ class PeakRecord:
             Stack, contact and circuit.
         times : ndarray, shape (n,)
             Increasing [s].
-        found : dict of str to ndarray, shape (n,)
+        found : dict of Key to ndarray, shape (n,)
             Voltages, currents, fields and displacements.
 
         Returns
@@ -63,7 +65,7 @@ class PeakRecord:
         """
         around, layers = Surroundings.of(scenario), scenario.stack.layers
         gap = scenario.stack.gap_name
-        rows = {f"field {name}": found[f"field {name}"] for name in layers}
+        rows: dict[Key, Real] = {FieldOf(name): found[FieldOf(name)] for name in layers}
         thicknesses: dict[str, Real | float] = {name: layer.thickness for name, layer in layers.items()}
         if gap is not None:
             thicknesses[gap] = found.get("gap", np.full(len(times), layers[gap].thickness))
@@ -75,10 +77,10 @@ class PeakRecord:
         rows["voltage"] = found.get("plate_voltage", found["drive_voltage"])
         rows["current"] = found.get("amplifier_current", found["current"])
         rows["body_current"] = found["current"]
-        rows["charge"] = around.area * found[f"displacement {next(iter(layers))}"]
+        rows["charge"] = around.area * found[DisplacementOf(next(iter(layers)))]
         energy = np.zeros(len(times))
         for name in layers:
-            energy += thicknesses[name] * found[f"field {name}"] * found[f"displacement {name}"] / 2
+            energy += thicknesses[name] * found[FieldOf(name)] * found[DisplacementOf(name)] / 2
         amplifier = scenario.circuit.amplifier
         stray = 0.0 if amplifier is None else amplifier.stray_capacitance
         rows["stored_energy"] = (1 + around.second) * around.area * energy + stray * rows["voltage"] ** 2 / 2
@@ -92,10 +94,10 @@ class PeakRecord:
         return PeakRecord(times, rows)
 
     @functools.cached_property
-    def _peaks(self) -> dict[str, tuple[float, int, float]]:
+    def _peaks(self) -> dict[Key, tuple[float, int, float]]:
         return {name: self._peak(row) for name, row in self.rows.items()}
 
-    def peaks(self) -> dict[str, float]:
+    def peaks(self) -> dict[Key, float]:
         """Largest absolute value of each quantity, between its times by a parabola; NaN for what is not known."""
         return {name: value for name, (value, _, _) in self._peaks.items()}
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.physics.drive.parts import Linear, Tones
 from electrovib.scenario import PeriodicState
-from electrovib.solve.electrics.linear.periodic import spectrum
+from electrovib.solve.stack.harmonics import spectrum
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real

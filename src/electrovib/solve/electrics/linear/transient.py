@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from electrovib.solve.electrics.linear.break_states import periodic_state
 from electrovib.solve.electrics.linear.chirp import chirp_response
 from electrovib.solve.electrics.linear.smooth import smooth_states
 from electrovib.solve.electrics.linear.straight import chunks, straight_lag, straight_response
+from electrovib.solve.stack.harmonics import count_harmonics
 from electrovib.solve.stack.integrator import (
     integral_weight,
     refuse_unrepeated,
@@ -25,15 +26,17 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.base import Drive
     from electrovib.solve.stack.transfer import Transfer
 
+K = TypeVar("K")
+
 
 def transient(
-    transfers: Mapping[str, Transfer], drive: Drive, time: Real, *, settled: bool = False
-) -> dict[str, Real]:
+    transfers: Mapping[K, Transfer], drive: Drive, time: Real, *, settled: bool = False
+) -> dict[K, Real]:
     """Response of linear quantities to a drive.
 
     Parameters
     ----------
-    transfers : mapping of str to Transfer
+    transfers : mapping of Key to Transfer
         What to compute.
     drive : Drive
         Off before time 0 when starting from rest.
@@ -44,7 +47,7 @@ def transient(
 
     Returns
     -------
-    dict of str to ndarray, shape (n,)
+    dict of Key to ndarray, shape (n,)
         At a jump of the drive the value after it.
 
     Raises
@@ -67,7 +70,7 @@ def transient(
         fading = {name: without_integrators(transfer) for name, transfer in transfers.items()}
         rest = transient(fading, drive, time, settled=True)
         return {name: row + weights[name] * integral for name, row in rest.items()}
-    result: dict[str, Real] = {}
+    result: dict[K, Real] = {}
     voltage = drive.voltage(time)
     slope = drive.slope(time) if any(transfer.slope for transfer in transfers.values()) else None
     for names, rates, lag in _groups(transfers):
@@ -90,9 +93,16 @@ def transient(
     return result
 
 
-def _groups(transfers: Mapping[str, Transfer]) -> list[tuple[list[str], Real, bool]]:
+def how_it_begins(drive: Drive, *, settled: bool) -> str:
+    """Say from which state a drive begins, and that its parts are exact."""
+    count = count_harmonics(drive) if settled else None
+    how = f"its {count} harmonics exactly" if count else "straight pieces and sines exactly"
+    return f"from {'the periodic state' if settled else 'rest'}, {how}"
+
+
+def _groups(transfers: Mapping[K, Transfer]) -> list[tuple[list[K], Real, bool]]:
     """Collect quantities with the same modes, so that they are marched once; those as lag x - v apart."""
-    groups: list[tuple[list[str], Real, bool]] = []
+    groups: list[tuple[list[K], Real, bool]] = []
     for name, transfer in transfers.items():
         lag = transfer.static is not None
         for names, rates, lags in groups:
