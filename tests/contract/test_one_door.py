@@ -29,6 +29,7 @@ CHANGES = {
     "title": "one",
 }
 SCENARIO = ev.load("vezzoli_2014/fig6_gap", changes=CHANGES)
+MEAN = "mean electrostatic_force"
 RISE = {"load.normal_force": [0.5, 1.0]}
 
 
@@ -50,10 +51,12 @@ USES = {
     "load": ev.load,
     "perceive": lambda scenario: ev.perceive(scenario).level,
     "plot.stack": drawn,
-    "prepare": lambda scenario: list(ev.prepare(scenario, free=["load.normal_force"])([0.7]).values()),
+    "prepare": lambda scenario: [
+        *ev.prepare(scenario, free=["load.normal_force"], quantities=[MEAN])({"load.normal_force": 1.0}).values()
+    ],
     "run": lambda scenario: ev.run(scenario)[FORCE].values,
     "simulate": lambda scenario: ev.simulate(scenario).electrostatic_force.values,
-    "sweep": lambda scenario: ev.sweep(scenario, RISE)["mean electrostatic_force"].values,
+    "sweep": lambda scenario: ev.sweep(scenario, RISE)[MEAN].values,
 }  # fmt: skip
 """Public function to what it makes of a scenario."""
 FORMS = ("preset", "text", "path", "mapping", "scenario", "trace", "trace file")

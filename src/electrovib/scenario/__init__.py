@@ -1,6 +1,7 @@
 """An experiment as one frozen tree of models, and how it is read."""
 
 from electrovib.scenario.experiment import SCHEMA, Scenario
+from electrovib.scenario.files import read_part
 from electrovib.scenario.grids import AtRest, FrequencyGrid, InitialState, PeriodicState, TimeGrid
 from electrovib.scenario.offers import skins
 from electrovib.scenario.presets import AIR, plain, preset, sourced
@@ -34,6 +35,7 @@ __all__ = [
     "paper_scenario",
     "plain",
     "preset",
+    "read_part",
     "read_scenario",
     "scenario_of",
     "skins",

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from electrovib.core.discovery import paper
 from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
-from electrovib.core.files import note_input, relative_to
-from electrovib.core.model import read_model
+from electrovib.core.files import note_input
 from electrovib.core.parsing import read_json, read_toml
-from electrovib.core.paths import put
+from electrovib.core.tables import put
 from electrovib.core.trace import is_trace
 from electrovib.data.traces import is_trace_file, open_if_trace
 from electrovib.scenario.experiment import SCHEMA, Scenario
+from electrovib.scenario.files import read_part
 
 if TYPE_CHECKING:
     import xarray
@@ -94,14 +94,12 @@ def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Pa
     """Build a scenario; changes may mend what is wrong in the tables."""
     content = _without_schema(content)
     try:
-        with relative_to(folder):
-            scenario = read_model(Scenario, content)
+        scenario = read_part(Scenario, content, folder=folder)
     except InputError:
         if not changes:
             raise
         put(content, _beside(changes, folder), strict=False)
-        with relative_to(folder):
-            return read_model(Scenario, content)
+        return read_part(Scenario, content, folder=folder)
     return scenario.replace(changes) if changes else scenario
 
 
@@ -128,7 +126,7 @@ def scenario_of(trace: xarray.Dataset) -> Scenario:
     if isinstance(contact := content.get("contact"), dict):
         for parameter in DROPPED:
             contact.pop(parameter, None)
-    return read_model(Scenario, content)
+    return read_part(Scenario, content)
 
 
 def sweep_of(trace: xarray.Dataset) -> tuple[dict[str, list[Any]], list[str]]:

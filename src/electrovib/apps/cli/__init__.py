@@ -20,7 +20,7 @@ from electrovib.apps.cli import (
     settings,
 )
 from electrovib.apps.cli.terminal import complain, prepare
-from electrovib.apps.start import INTERRUPTED
+from electrovib.apps.exit_codes import INTERRUPTED, MISTAKE
 from electrovib.core.errors import ElectrovibError
 
 _MOST: Final = 50  # mistakes told at once
@@ -65,4 +65,4 @@ def _stop(*lines: str) -> None:
     complain(*lines[:_MOST])
     if len(lines) > _MOST:
         complain(f"and {len(lines) - _MOST} more mistakes")
-    sys.exit(2)
+    sys.exit(MISTAKE)
