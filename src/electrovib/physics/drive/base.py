@@ -85,13 +85,15 @@ class Drive(Model, family=True):
             V, same shape; at a jump the value after it.
         """
         times = np.asarray(time, dtype=float)
-        total: Real = np.sum([part.value(times) for part in self.parts()], axis=0)
+        values = [part.value(times) for part in self.parts()]
+        total: Real = values[0] if len(values) == 1 else np.sum(values, axis=0)
         return total
 
     def slope(self, time: ArrayLike) -> Real:
         """Rate of change of the voltage just after these times [V/s]; jumps are not in it."""
         times = np.asarray(time, dtype=float)
-        total: Real = np.sum([part.slope(times) for part in self.parts()], axis=0)
+        slopes = [part.slope(times) for part in self.parts()]
+        total: Real = slopes[0] if len(slopes) == 1 else np.sum(slopes, axis=0)
         return total
 
     def extremes(self, start: float = 0.0, end: float | None = None) -> tuple[float, float]:

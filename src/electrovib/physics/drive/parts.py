@@ -35,12 +35,15 @@ class Linear:
         Voltage just before and just after each break [V]; before the first the drive is off.
     period : float or None
         If given, the pieces repeat with it and the last break is the end of the first period.
+    step : float or None
+        Time from each break to the next, where they are even but for the rounding of their stamps [s].
     """
 
     times: Real
     before: Real
     after: Real
     period: float | None = None
+    step: float | None = None
 
     @property
     def is_step(self) -> bool:
@@ -58,8 +61,16 @@ class Linear:
         elapsed = np.maximum(inside - self.times[index], 0.0)
         return index, elapsed if self.period is None else np.where(elapsed > slack, elapsed, 0.0)
 
+    def begins_with(self, time: Real) -> bool:
+        """Tell whether these times [s] are its first breaks and nothing else."""
+        if self.period is not None or np.ndim(time) != 1 or not 1 < len(time) <= len(self.times):
+            return False
+        return time is self.times or bool(np.array_equal(self.times[: len(time)], time))
+
     def value(self, time: Real) -> Real:
         """Voltage [V] at these times [s]; at a jump the later value; NaN passes."""
+        if self.begins_with(time):
+            return self.after[: len(time)].copy()
         index, elapsed = self.locate(time)
         value = self.after[index] + np.where(np.isnan(time), np.nan, elapsed) * self.slopes()[index]
         return np.where((time < 0) & (self.period is None), 0.0, value)
@@ -136,6 +147,8 @@ class Linear:
 
     def shortest_piece(self, end: float) -> float:  # noqa: ARG002 - the pieces repeat
         """Length of the shortest straight piece [s]; infinite for a step."""
+        if self.step is not None:
+            return self.step
         return float(np.min(np.diff(self.times), initial=np.inf))
 
     def bound(self) -> float:

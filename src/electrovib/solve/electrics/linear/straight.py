@@ -10,6 +10,8 @@ from electrovib.solve.electrics.linear.break_states import BreakStates
 from electrovib.solve.recursion import hold_weights, march
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.parts import Linear
 
@@ -21,7 +23,16 @@ ROUNDING = 8 * float(np.finfo(float).eps)
 """How far, over the last time, a grid may be off and still count as even."""
 
 
-def straight_response(part: Linear, rates: Real, gains: Real, time: Real, state: Real) -> Real:
+def straight_response(
+    part: Linear,
+    rates: Real,
+    gains: Real,
+    time: Real,
+    state: Real,
+    *,
+    direct: Real | None = None,
+    lag: NDArray[np.bool_] | None = None,
+) -> Real:
     """Response of modes to straight pieces at any times.
 
     Parameters
@@ -36,58 +47,43 @@ def straight_response(part: Linear, rates: Real, gains: Real, time: Real, state:
         Increasing, from 0 on [s].
     state : ndarray, shape (modes,)
         At time 0.
+    direct : ndarray, shape (outputs,), optional
+        What each output takes of the drive itself; by default nothing.
+    lag : ndarray of bool, shape (outputs,), optional
+        Which outputs take of each mode what it lags behind the drive, x - v; by default none.
 
     Returns
     -------
     ndarray, shape (outputs, n)
-        Without the direct part.
-    """
-    even = _even_step(part, time)
-    if even is not None:
-        before, after = _sides(part.until(float(time[-1])), time)
-        zero = np.zeros(len(gains))
-        output, _ = march(-rates, gains, zero, after[:-1], before[1:], even, state)
-        return output
-    states = BreakStates(part, rates, state)
-    index, elapsed = part.locate(time)
-    now = part.value(time)
-    result = np.empty((len(gains), len(time)))
-    for piece in chunks(len(time), len(rates)):
-        decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
-        began = part.after[index[piece]]
-        known = states.at(index[piece], part.count_periods(time[piece]))
-        result[:, piece] = gains @ (decay * known + begin * began + end * now[piece])
-    return result
-
-
-def straight_lag(part: Linear, rates: Real, gains: Real, time: Real, state: Real) -> Real:
-    """Response of modes to straight pieces less the drive itself, at any times.
-
-    Parameters
-    ----------
-    part, rates, gains, time, state
-        As for `straight_response`: 1/s, 1, s, V.
-
-    Returns
-    -------
-    ndarray, shape (outputs, n)
-        sum gain (x - v), V.
+        direct v + sum gain x, or direct v + sum gain (x - v), V.
 
     Notes
     -----
-    x - v = exp(-rate t) (x_0 - v_0) - v' (1 - exp(-rate t))/rate since the beginning of a piece. At a break
-    the piece before it is used, less the jump: a fast mode has forgotten the rounding of x_0 - v_0 by then.
+    At the breaks themselves, and on an even grid that holds them, all outputs come from one march.
     """
-    even = _even_step(part, time)
-    slow = rates * (even or 0.0) < 1 if even else np.zeros(len(rates), bool)
-    result = np.zeros((len(gains), len(time)))
-    if np.any(slow):
-        result += straight_response(part, rates[slow], gains[:, slow], time, state[slow])
-        result -= np.outer(gains[:, slow].sum(axis=1), part.value(time))
-    if np.all(slow):
-        return result
-    rates, gains, state = rates[~slow], gains[:, ~slow], state[~slow]
-    return result + lag_since_breaks(BreakStates(part, rates, state), gains, time)
+    direct = np.zeros(len(gains)) if direct is None else direct
+    lag = np.zeros(len(gains), bool) if lag is None else lag
+    marched = _marched(part, time)
+    if marched is not None:
+        output, _ = march(-rates, gains, direct, *marched, state, lag=lag)
+        jump = float(part.value(time[-1:])[0] - marched[1][-1])
+        if jump:  # at a jump the value after it, at the last time too
+            output[:, -1] += (direct - np.where(lag, gains.sum(axis=1), 0.0)) * jump
+        return output
+    index, elapsed = part.locate(time)
+    states = BreakStates(part, rates, state, np.unique(np.concatenate([index, np.maximum(index - 1, 0)])))
+    now = part.value(time)
+    result = np.outer(direct, now)
+    if np.any(lag):
+        result[lag] += lag_since_breaks(states, gains[lag], time)
+    if not np.all(lag):
+        own = gains[~lag]
+        for piece in chunks(len(time), len(rates)):
+            decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
+            began = part.after[index[piece]]
+            known = states.at(index[piece], part.count_periods(time[piece]))
+            result[~lag, piece] += own @ (decay * known + begin * began + end * now[piece])
+    return result
 
 
 def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:
@@ -140,6 +136,19 @@ def chunks(samples: int, modes: int) -> list[slice]:
     """
     length = max(1, CHUNK // modes)
     return [slice(first, first + length) for first in range(0, samples, length)]
+
+
+def _marched(part: Linear, time: Real) -> tuple[Real, Real, Real | float] | None:
+    """Give starts, ends and durations of the pieces between output times, where these hold every break before the last."""
+    if part.begins_with(time):
+        last = len(time) - 1
+        steps = np.diff(time) if part.step is None else part.step
+        return part.after[:last], part.before[1 : last + 1], steps
+    even = _even_step(part, time)
+    if even is None:
+        return None
+    before, after = _sides(part.until(float(time[-1])), time)
+    return after[:-1], before[1:], even
 
 
 def _even_step(part: Linear, time: Real) -> float | None:

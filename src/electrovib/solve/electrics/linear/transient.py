@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Chirped, Part, Smooth, Tones
+from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones
 from electrovib.solve.electrics.linear.break_states import periodic_state
 from electrovib.solve.electrics.linear.chirp import chirp_response
 from electrovib.solve.electrics.linear.smooth import smooth_states
-from electrovib.solve.electrics.linear.straight import chunks, straight_lag, straight_response
+from electrovib.solve.electrics.linear.straight import chunks, straight_response
 from electrovib.solve.stack.integrator import (
     integral_weight,
     refuse_unrepeated,
@@ -19,7 +20,9 @@ from electrovib.solve.stack.integrator import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
 
     from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.base import Drive
@@ -68,53 +71,102 @@ def transient(
         rest = transient(fading, drive, time, settled=True)
         return {name: row + weights[name] * integral for name, row in rest.items()}
     result: dict[str, Real] = {}
-    voltage = drive.voltage(time)
     slope = drive.slope(time) if any(transfer.slope for transfer in transfers.values()) else None
-    for names, rates, lag in _groups(transfers):
-        gains = np.array([transfers[name].gains for name in names])
-        free = np.array([transfers[name].free for name in names])
-        modal = np.zeros((len(names), len(time)))
+    for names, rates in _groups(transfers):
+        group = [transfers[name] for name in names]
+        lag = np.array([transfer.static is not None for transfer in group])
+        direct = np.array(
+            [transfer.direct if transfer.static is None else transfer.static for transfer in group]
+        )
+        gains, free = (
+            np.array([transfer.gains for transfer in group]),
+            np.array([each.free for each in group]),
+        )
         active = np.any(gains != 0, axis=0) & (rates > 0)
-        if np.any(active):
-            respond = part_lag if lag else _part_response
-            for part in drive.parts():
-                modal += respond(part, rates[active], gains[:, active], time, settled=settled)
+        output = _Output(rates[active], gains[:, active], direct, lag)
+        modal = output.of(drive.parts(), time, settled=settled)
         kept = free * (rates == 0) if settled else free  # only trapped charge outlasts for ever
         if np.any(kept):
             modal += kept @ np.exp(-np.outer(rates, time))
-        for name, row in zip(names, modal, strict=True):
-            transfer = transfers[name]
-            result[name] = row + (transfer.at_rest() if lag else transfer.direct) * voltage
+        for name, transfer, row in zip(names, group, modal, strict=True):
+            result[name] = row
             if transfer.slope and slope is not None:
-                result[name] = result[name] + transfer.slope * slope
+                row += transfer.slope * slope
     return result
 
 
-def _groups(transfers: Mapping[str, Transfer]) -> list[tuple[list[str], Real, bool]]:
-    """Collect quantities with the same modes, so that they are marched once; those as lag x - v apart."""
-    groups: list[tuple[list[str], Real, bool]] = []
+def _groups(transfers: Mapping[str, Transfer]) -> list[tuple[list[str], Real]]:
+    """Collect quantities with the same modes, so that these are marched once."""
+    groups: list[tuple[list[str], Real]] = []
     for name, transfer in transfers.items():
-        lag = transfer.static is not None
-        for names, rates, lags in groups:
-            if lags == lag and np.array_equal(rates, transfer.rates):
+        for names, rates in groups:
+            if rates is transfer.rates or np.array_equal(rates, transfer.rates):
                 names.append(name)
                 break
         else:
-            groups.append(([name], transfer.rates, lag))
+            groups.append(([name], transfer.rates))
     return groups
 
 
-def _part_response(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
-    if isinstance(part, Tones):
-        return _tones(part, rates, gains, time, settled=settled)
-    if isinstance(part, Chirped):
-        return chirp_response(part, rates, gains, time)
-    if isinstance(part, Smooth):
-        return gains @ smooth_states(part, rates, time)
-    if settled and part.is_step:
-        return np.outer(gains.sum(axis=1), np.full(len(time), part.after[0]))
-    start = periodic_state(part, rates) if settled else np.zeros(len(rates))
-    return straight_response(part, rates, gains, time, start)
+@dataclass(frozen=True)
+class _Output:
+    """Quantities that share their modes.
+
+    Parameters
+    ----------
+    rates : ndarray, shape (modes,)
+        1/s, > 0.
+    gains : ndarray, shape (outputs, modes)
+        What each takes of each mode x, or of its lag x - v.
+    direct : ndarray, shape (outputs,)
+        What each takes of the drive v itself.
+    lag : ndarray of bool, shape (outputs,)
+        Which of them take the lags.
+    """
+
+    rates: Real
+    gains: Real
+    direct: Real
+    lag: NDArray[np.bool_]
+
+    def of(self, parts: Sequence[Part], time: Real, *, settled: bool) -> Real:
+        """Give the response to the sum of some parts of a drive [V], shape (outputs, n)."""
+        total: Real | None = None
+        for part in parts:
+            found = self._of_part(part, time, settled=settled)
+            if total is None:
+                total = found
+            else:
+                total += found
+        return np.zeros((len(self.direct), len(time))) if total is None else total
+
+    def _of_part(self, part: Part, time: Real, *, settled: bool) -> Real:
+        """Give the response to one part [V]."""
+        if not len(self.rates):
+            return np.outer(self.direct, part.value(time))
+        if isinstance(part, Linear) and not (settled and part.is_step):
+            start = periodic_state(part, self.rates) if settled else np.zeros(len(self.rates))
+            ways = {"direct": self.direct, "lag": self.lag}
+            return straight_response(part, self.rates, self.gains, time, start, **ways)
+        now = part.value(time)
+        found = np.outer(self.direct, now)
+        states = (
+            smooth_states(part, self.rates, time)
+            if isinstance(part, Smooth) and not isinstance(part, Chirped)
+            else now
+        )
+        for lag in {*self.lag.tolist()}:
+            some = self.lag == lag
+            gains = self.gains[some]
+            if isinstance(part, Tones):
+                found[some] += _tones(part, self.rates, gains, time, settled=settled, lag=lag)
+            elif isinstance(part, Chirped):
+                found[some] += chirp_response(part, self.rates, gains, time, lag=lag)
+            elif isinstance(part, Smooth):
+                found[some] += gains @ (states - now if lag else states)
+            elif not lag:  # a constant that has been there for ever
+                found[some] += np.outer(gains.sum(axis=1), now)
+        return found
 
 
 def part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
@@ -134,16 +186,8 @@ def part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool)
     ndarray, shape (outputs, n)
         sum gain (x - v), V.
     """
-    if isinstance(part, Tones):
-        return _tones(part, rates, gains, time, settled=settled, lag=True)
-    if isinstance(part, Chirped):
-        return chirp_response(part, rates, gains, time, lag=True)
-    if isinstance(part, Smooth):
-        return gains @ (smooth_states(part, rates, time) - part.value(time))
-    if settled and part.is_step:
-        return np.zeros((len(gains), len(time)))
-    start = periodic_state(part, rates) if settled else np.zeros(len(rates))
-    return straight_lag(part, rates, gains, time, start)
+    lag = np.ones(len(gains), bool)
+    return _Output(rates, gains, np.zeros(len(gains)), lag).of([part], time, settled=settled)
 
 
 def _tones(part: Tones, rates: Real, gains: Real, time: Real, *, settled: bool, lag: bool = False) -> Real:
