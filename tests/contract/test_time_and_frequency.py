@@ -8,8 +8,9 @@ import pytest
 from electrovib.core.errors import NotCausalError
 from electrovib.core.model import Model
 from electrovib.scenario import load
+from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.stack.expand import phasors
 
 FREQUENCY, AMPLITUDE, SAMPLES = 125.0, 100.0, 64
 EXACT = 1e-9

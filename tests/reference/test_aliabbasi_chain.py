@@ -9,7 +9,8 @@ from electrovib.core.discovery import papers
 from electrovib.papers.aliabbasi_2022 import maximum, maximum_of
 from electrovib.papers.aliabbasi_2024 import GAP, chain, corner, rises_to
 from electrovib.papers.palmar_1995 import MEN, palmar
-from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.electrics.attraction import mean_force
+from electrovib.solve.stack.expand import phasors
 
 LEAKS = (1e9, 2e7, 1e6)
 """Resistivity of the gap [ohm m]."""

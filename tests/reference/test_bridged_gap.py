@@ -8,8 +8,9 @@ import pytest
 from electrovib.physics.bridged_air import BridgedAir
 from electrovib.physics.force import GapPlane
 from electrovib.scenario import Scenario
+from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import mean_force, modes, phasors
+from electrovib.solve.stack.expand import modes, phasors
 
 EPS0 = 8.8541878128e-12
 AREA, VOLTAGE = 1e-4, 300.0

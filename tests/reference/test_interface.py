@@ -14,6 +14,7 @@ from electrovib.scenario import Scenario, load
 from electrovib.solve.nonlinear.finger import follow_finger
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
+from electrovib.solve.stack.keys import FieldOf
 from electrovib.solve.stack.state_space import stack_states
 
 EPS0 = 8.8541878128e-12
@@ -225,7 +226,7 @@ def test_the_general_solver_has_the_same_limit(seed, path, finger):
     debye = {name: layer.material.debye() for name, layer in stack.items()}
     space = stack_states(stack, debye, area=AREA, element=scenario.circuit.element())
     time = np.linspace(0, 9e-3, 19)
-    expected = follow_finger(space, scenario.drive, time, tolerance=1e-10).found["field interface"]
+    expected = follow_finger(space, scenario.drive, time, tolerance=1e-10).found[FieldOf("interface")]
     found = simulate(scenario, time=time).interface_field.values
     assert np.max(np.abs(found - expected)) < 1e-7 * np.max(np.abs(expected))
     assert np.max(np.abs(expected)) > 0
@@ -243,7 +244,7 @@ def test_charge_reaches_the_interface_behind_an_amplifier_too(finger):
     followed = follow_finger(
         space, scenario.drive, time, amplifier=scenario.circuit.amplifier, tolerance=1e-10
     )
-    expected = followed.found["field interface"]
+    expected = followed.found[FieldOf("interface")]
     found = simulate(scenario, time=time).interface_field.values
     assert np.max(np.abs(found - expected)) < 1e-7 * np.max(np.abs(expected))
 

@@ -14,12 +14,13 @@ from electrovib.physics.conduction import FieldConduction
 from electrovib.physics.material import ColeCole, ConstantPhase, HavriliakNegami
 from electrovib.physics.tabulated import Tabulated
 from electrovib.scenario import load
+from electrovib.solve.choice import solve
 from electrovib.solve.diagnostics.known import worst_of
 from electrovib.solve.diagnostics.memory import FORCE, PROBES, TAIL, answer_errors
-from electrovib.solve.electrics.electrical import electrical
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.band import MARGIN, run_band, shortest_time
 from electrovib.solve.stack.expand import modes, phasors, reductions
+from electrovib.solve.stack.keys import FieldOf
 
 SKIN, FILM, COAT, AREA = 200e-6, (90e-6, 3.35), (1e-6, 3.9), 1e-4
 DIGITS, NODES = 25, 30
@@ -294,16 +295,16 @@ def test_each_quantity_has_an_error_of_its_own():
     drive = {"model": "Trapezium", "high": 100.0, "rise": 0.01, "hold": 0.5, "fall": 0.01}
     scenario, times = on(COAT, DRY, drive, force="GapPlane"), np.geomspace(1e-3, 1.0, 9)
     section, _ = modes(scenario, times)
-    answer = electrical(scenario, section, times)
+    answer = solve(scenario, section, times)
     errors = answer_errors(scenario, section, answer, times, known=(0.0, np.inf))
     skin, gap, _ = exact(DRY, COAT, 1000.0, drive, times)
     pairs = {
-        "field stratum_corneum": (answer.found["field stratum_corneum"], skin / SKIN),
+        FieldOf("stratum_corneum"): (answer.found[FieldOf("stratum_corneum")], skin / SKIN),
         "interface_field": (answer.found["interface_field"], gap),
         FORCE: (answer.force, scenario.contact_area * eps0 * gap**2 / 2),
     }
     for name, (found, truth) in pairs.items():
-        known = errors["field interface" if name == "interface_field" else name]
+        known = errors[FieldOf("interface") if name == "interface_field" else name]
         true = largest_error(found, truth)
         assert true <= known.error < 4 * true, name
         assert known.share <= known.error
@@ -315,7 +316,7 @@ def test_the_current_is_judged_apart():
     times, level = np.geomspace(1e-3, 1.0, 7), 100.0
     scenario = on(COAT, DRY, {"model": "Constant", "level": level}, force="GapPlane")
     section, _ = modes(scenario, times)
-    answer = electrical(scenario, section, times)
+    answer = solve(scenario, section, times)
     errors = answer_errors(scenario, section, answer, times, known=(0.0, np.inf))
 
     def current(s):
@@ -428,7 +429,7 @@ def test_what_no_table_knows_is_not_judged():
 
     def errors(times):
         section, _ = modes(scenario, times)
-        answer = electrical(scenario, section, times)
+        answer = solve(scenario, section, times)
         return answer_errors(scenario, section, answer, times, known=TABLE.band)
 
     assert errors(np.array([0.017, 0.05])) == {}

@@ -39,7 +39,8 @@ def test_a_sine_is_felt_at_twice_its_frequency(frequency):
 
 def test_level_is_that_of_the_friction():
     """Without dispersion the force moves by its own mean: friction times that, by phasors and not by marching."""
-    from electrovib.solve.stack.expand import mean_force, phasors
+    from electrovib.solve.electrics.attraction import mean_force
+    from electrovib.solve.stack.expand import phasors
 
     plain = SINE.replace({"stack.stratum_corneum.material": vardar_2017.first_order_skin(7.7e-3)})
     mean = float(mean_force(plain, phasors(plain, np.array([30.0])), plain.drive.amplitude)[0])

@@ -13,6 +13,7 @@ from electrovib.solve.electrics.linear.periodic import periodic
 from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes, phasors
+from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 
 TONES = {
     "sine": {"model": "Sine", "amplitude": 100, "frequency": 125, "phase": 0.4},
@@ -78,7 +79,7 @@ def quantities(section):
     """Give every linear quantity: fields, displacements, current, and what the laws make of them."""
     found = {"voltage": section.voltage, "current": section.current_density}
     for name in section.names:
-        found[f"field {name}"], found[f"displacement {name}"] = (
+        found[FieldOf(name)], found[DisplacementOf(name)] = (
             section[name].field,
             section[name].displacement,
         )

@@ -11,8 +11,9 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.errors import InputError
 from electrovib.papers.persson_2018 import Persson2018RoughGap, scenarios
 from electrovib.physics.roughness import GaussianGaps, IdleSpots, LeakingSpots, PullingSpots, mean_pull
+from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import mean_force, modes, phasors
+from electrovib.solve.stack.expand import modes, phasors
 
 COAT, FILM = 0.378e-6, 27e-6
 AREA, VOLTAGE = 1e-4, 100.0

@@ -7,7 +7,8 @@ import pytest
 
 import electrovib as ev
 from electrovib.papers import palmar_1995
-from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.electrics.attraction import mean_force
+from electrovib.solve.stack.expand import phasors
 
 pytestmark = pytest.mark.slow
 

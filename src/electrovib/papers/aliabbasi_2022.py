@@ -23,7 +23,8 @@ from electrovib.core.checks import Check
 from electrovib.papers import aliabbasi_2024, gabriel_1996, palmar_1995, plutchik_1963
 from electrovib.physics.material import Material
 from electrovib.scenario import Scenario
-from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.electrics.attraction import mean_force
+from electrovib.solve.stack.expand import phasors
 
 CITATION = (
     "E. AliAbbasi, M. A. Sormoli, C. Basdogan, Frequency-dependent behavior of electrostatic forces between human"

@@ -25,7 +25,8 @@ from electrovib.papers import plutchik_1963
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Material
 from electrovib.scenario import Scenario
-from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.electrics.attraction import mean_force
+from electrovib.solve.stack.expand import phasors
 
 CITATION = (
     "E. AliAbbasi and others, Experimental estimation of gap thickness and electrostatic forces between contacting"

@@ -16,8 +16,9 @@ import numpy as np
 from electrovib.core.checks import Check
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario
+from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.stack.expand import phasors
 
 CITATION = (
     "O. Bau, I. Poupyrev, A. Israr, C. Harrison, TeslaTouch: electrovibration for touch surfaces, UIST 2010,"

@@ -20,7 +20,8 @@ from electrovib.core.checks import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario
-from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.electrics.attraction import mean_force
+from electrovib.solve.stack.expand import phasors
 
 CITATION = (
     "H. Kim and others, electrovibration of uniform intensity by current control, IEEE Trans. Haptics 8(4) (2015);"

@@ -22,7 +22,8 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Constant, Material
 from electrovib.scenario import Scenario
-from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.electrics.attraction import mean_force
+from electrovib.solve.stack.expand import phasors
 
 CITATION = (
     "D. J. Meyer, M. A. Peshkin, J. E. Colgate, Fingertip friction modulation due to electrostatic attraction, World"

@@ -20,7 +20,8 @@ import numpy as np
 from electrovib.core.checks import Check
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario
-from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.electrics.attraction import mean_force
+from electrovib.solve.stack.expand import phasors
 
 CITATION = (
     "C. D. Shultz, M. A. Peshkin, J. E. Colgate, On the electrical characterization of electroadhesive displays and"

@@ -15,8 +15,9 @@ import numpy as np
 from electrovib.core.checks import Check
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario
+from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.stack.expand import phasors
 
 CITATION = (
     "R. M. Strong, D. E. Troxel, An electrotactile display, IEEE Trans. Man-Mach. Syst. 11(1) (1970),"

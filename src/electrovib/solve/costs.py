@@ -6,7 +6,10 @@ them again.
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 SAMPLE: Final = 1e-6
 """Of an output time of a stack without relaxations [s]."""
@@ -32,6 +35,31 @@ CASE_MEMORY: Final = 4e4
 FEWER_SAMPLES: Final = "ask for fewer time.samples"
 SHORTER: Final = "choose a shorter time.duration, a slower drive or one with fewer corners"
 """What makes a march shorter."""
+
+NUMBERS_AT_STEP: Final = 14
+
+
+class March(NamedTuple):
+    """What a solver that goes from step to step needs.
+
+    Parameters
+    ----------
+    name : str
+        What is marched, for people.
+    step : callable
+        Computing time of a step [s], of the number of modes.
+    at_corner, in_cycle, for_sample : float
+        Steps after a corner of the drive, in a cycle of what oscillates, and for an output time.
+    numbers : int
+        Held for each step.
+    """
+
+    name: str
+    step: Callable[[int], float]
+    at_corner: float
+    in_cycle: float
+    for_sample: float
+    numbers: int = NUMBERS_AT_STEP
 
 
 def leak_step(modes: int) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
 from electrovib.core.budget import Work, refuse_beyond
 from electrovib.physics.drive.parts import Chirped, Linear, Smooth, Tones
@@ -11,6 +11,7 @@ from electrovib.physics.force import EffectiveMediumPlane
 from electrovib.physics.friction import BristleFriction
 from electrovib.physics.motion import Distance
 from electrovib.scenario import PeriodicState
+from electrovib.solve.choice import chosen
 from electrovib.solve.costs import (
     AMPLITUDE_OF_MODE,
     BRISTLE_STEP,
@@ -21,22 +22,14 @@ from electrovib.solve.costs import (
     SAMPLE_OF_MODE,
     SHORTER,
     SMOOTH_STEP,
-    gap_step,
-    leak_step,
-    limit_look,
-    radau_step,
 )
 from electrovib.solve.diagnostics.looks import count_looks
-from electrovib.solve.electrics.general import beyond_modes
 from electrovib.solve.electrics.linear.smooth import RADIANS_PER_STEP
-from electrovib.solve.electrics.respond import is_marched
 from electrovib.solve.mechanics.between import KNOTS
 from electrovib.solve.mechanics.friction_chain import FORGOTTEN, MOST
 from electrovib.solve.mechanics.mechanical import slowest_rates
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
 
@@ -45,7 +38,6 @@ SIGNALS: Final = 24
 """Numbers held for each output time, beside those of the layers."""
 SIGNALS_OF_LAYER: Final = 14
 NUMBERS_AT_CORNER: Final = 14
-NUMBERS_AT_STEP: Final = 14
 NUMBERS_AT_PIECE: Final = 30
 PIECES_IN_CYCLE: Final = 120
 PIECES_AT_CORNER: Final = 150
@@ -57,36 +49,6 @@ PASSES: Final = 4
 """How often a run goes through a drive that is a formula: answer, looks, error of the materials, current."""
 PLACES: Final = 120
 """Under a sliding finger, each of which takes as long as a stack."""
-
-
-class March(NamedTuple):
-    """What a solver that goes from step to step needs.
-
-    Parameters
-    ----------
-    name : str
-        What is marched, for people.
-    step : callable
-        Computing time of a step [s], of the number of modes.
-    at_corner, in_cycle, for_sample : float
-        Steps after a corner of the drive, in a cycle of what oscillates, and for an output time.
-    numbers : int
-        Held for each step.
-    """
-
-    name: str
-    step: Callable[[int], float]
-    at_corner: float
-    in_cycle: float
-    for_sample: float
-    numbers: int = NUMBERS_AT_STEP
-
-
-LEAK: Final = March("the leaking layer", leak_step, 500, 400, 7)
-MOVING_GAP: Final = March("the moving gap", gap_step, 1000, 400, 1)
-LIMITED: Final = March("the amplifier with limits", limit_look, 75, 64, 0, numbers=0)
-"""As long as no limit is met; where it changes, the march counts on."""
-NONLINEAR: Final = March("the nonlinear equations", radau_step, 300, 25, 0)
 
 
 def refuse_large(scenario: Scenario, times: Real | None = None) -> None:
@@ -173,7 +135,7 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
 def _less(scenario: Scenario) -> str:
     """Say what makes a drive shorter."""
     period = scenario.drive.period
-    if period is None or _settled(scenario) or is_marched(scenario):
+    if period is None or _settled(scenario) or chosen(scenario).method.is_marched:
         return SHORTER
     return (
         f"{SHORTER}, or ask for one period of the periodic state: time.duration = {period:.6g} with"
@@ -201,24 +163,14 @@ def _modes_of_law(scenario: Scenario) -> int:
 
 def _marched(scenario: Scenario, end: float, samples: int, corners: int) -> list[Work]:
     """Count the steps of a solver that goes from step to step."""
-    if not is_marched(scenario):
+    march = chosen(scenario).method.march
+    if march is None:
         return []
-    march = _march(scenario)
     steps = (
         march.at_corner * (corners + 1) + march.in_cycle * _cycles(scenario, end) + march.for_sample * samples
     )
     what = f"about {steps:.2g} steps of {march.name} up to {end:.6g} s"
     return [Work(what, steps * march.step(_modes(scenario)), steps * BYTES * march.numbers, SHORTER)]
-
-
-def _march(scenario: Scenario) -> March:
-    """Tell which march runs."""
-    leaks = any(layer.leak is not None for layer in scenario.stack.layers.values())
-    amplifier = scenario.circuit.amplifier
-    if not beyond_modes(scenario):
-        return LEAK if leaks else LIMITED
-    alone = isinstance(scenario.motion.distance, Distance) and scenario.contact.closing is None
-    return MOVING_GAP if alone and not leaks and not (amplifier and amplifier.is_limited) else NONLINEAR
 
 
 def _formulas(scenario: Scenario, end: float) -> list[Work]:

@@ -14,8 +14,9 @@ from electrovib.core.model import Model
 from electrovib.core.trace import make_trace
 from electrovib.scenario import Scenario
 from electrovib.solve.diagnostics.sampling import sampling
-from electrovib.solve.solution import Solution
-from electrovib.solve.stack.expand import behind_amplifier, mean_force, per_volt_of, phasors
+from electrovib.solve.electrics.attraction import mean_force
+from electrovib.solve.prepared import Prepared
+from electrovib.solve.stack.expand import behind_amplifier, per_volt_of, phasors
 from electrovib.solve.stack.section import PhasorSection
 
 if TYPE_CHECKING:
@@ -53,11 +54,11 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     exactly. A layer with a leak: one nonlinear branch with its error in `step_error`; over frequency the leak
     counts as the conductivity that a vanishing sine sees.
     """
-    solution = Solution(scenario, None if time is None else np.asarray(time, dtype=float))
-    times, frequency = solution.times, scenario.frequency.frequencies()
+    prepared = Prepared(scenario, None if time is None else np.asarray(time, dtype=float))
+    times, frequency = prepared.times, scenario.frequency.frequencies()
     at_frequency = phasors(scenario, frequency)
-    record = solution.at(times, closely=True)
-    spoken, errors = solution.judge(record)
+    record = prepared.at(times, closely=True)
+    spoken, errors = prepared.judge(record)
     attributes = provenance(scenario) | errors | record.how
     variables: dict[str, Any] = {**record.signals, **_over_frequency(scenario, at_frequency)}
     spoken += sampling(scenario.drive, times)
@@ -65,7 +66,7 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     coordinates = {
         "time": times,
         "frequency": frequency,
-        "layer": np.array(list(solution.section.layers), dtype=object),
+        "layer": np.array(list(prepared.section.layers), dtype=object),
     }
     return make_trace(variables, coordinates, attributes)
 

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from electrovib.papers import aliabbasi_2024, plutchik_1963
-from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.electrics.attraction import mean_force
+from electrovib.solve.stack.expand import phasors
 
 
 @given(

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from electrovib.core.constants import eps0
 from electrovib.papers import shultz_2018
-from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.electrics.attraction import mean_force
+from electrovib.solve.stack.expand import phasors
 
 
 @given(rise=st.floats(*shultz_2018.RISE))

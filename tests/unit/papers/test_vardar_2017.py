@@ -31,7 +31,8 @@ def test_level_of_a_sine_is_one_harmonic():
     sine = vardar_2017.scenarios()["sine"].replace(
         {"stack.stratum_corneum.material": {"model": "Constant", "permittivity": 1560.0}}
     )
-    from electrovib.solve.stack.expand import mean_force, phasors
+    from electrovib.solve.electrics.attraction import mean_force
+    from electrovib.solve.stack.expand import phasors
 
     mean = float(mean_force(sine, phasors(sine, np.array([30.0])), 100.0)[0])
     expected = mean * float(vardar_2017.weight(np.array(60.0)))

@@ -23,6 +23,7 @@ from electrovib.solve.electrics.amplifier.limited import LimitedMarch
 from electrovib.solve.electrics.amplifier.slewing import Network, overlap
 from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.nonlinear.finger import follow_finger
+from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 from electrovib.solve.stack.section import modal_section
 from electrovib.solve.stack.state_space import stack_states
 
@@ -83,8 +84,8 @@ def transfers(layers, element):
     section = modal_section(layers, debye, area=AREA, element=element, second=0.0)
     found = {"stack_voltage": section.voltage, "current": section.current_density * AREA}
     for name in section.names:
-        found[f"field {name}"] = section[name].field
-        found[f"displacement {name}"] = section[name].displacement
+        found[FieldOf(name)] = section[name].field
+        found[DisplacementOf(name)] = section[name].displacement
     return found, stack_states(layers, debye, area=AREA, element=element)
 
 
@@ -175,7 +176,7 @@ def what_is_not_straight(name, limits, element):
     answer = amplified_response(wanted, drive, times, amplifier=amplifier)
     reference = follow_finger(space, drive, times, amplifier=amplifier)
     assert worst(reference.found, answer.found) < EQUAL
-    assert answer.changes or limits == "saturation"
+    assert answer.events or limits == "saturation"
 
 
 def test_a_gain_alone_is_the_exact_path():
@@ -210,12 +211,12 @@ def test_a_pole_alone(table, element):
 def test_a_pole_on_a_rate_of_the_stack():
     """Where both coincide the partial fractions would divide by zero."""
     wanted, _ = transfers(finger(), ELEMENTS["bare"])
-    rate = float(wanted["field gap"].rates[0])
+    rate = float(wanted[FieldOf("gap")].rates[0])
     drive, times = read_model(Drive, DRIVES["trapezium"]), np.linspace(0, END, 61)
     found = [
         amplified_response(
             wanted, drive, times, amplifier=Amplifier(bandwidth=rate * factor / (2 * np.pi))
-        ).found["field gap"]
+        ).found[FieldOf("gap")]
         for factor in (1.0, 1.0 + 1e-4)
     ]
     assert np.max(np.abs(found[0] - found[1])) < 1e-3 * np.max(np.abs(found[1]))
@@ -249,7 +250,7 @@ def test_a_capacitor_is_charged_at_its_current_over_its_capacitance():
     np.testing.assert_allclose(answer.found["plate_voltage"][inside], expected[inside], atol=1e-9 * high)
     reached = high / slew
     ends = [0.0, reached, 10e-3, 10e-3 + reached, 20e-3, 20e-3 + reached]
-    np.testing.assert_allclose(answer.changes[:6], ends, rtol=1e-12)
+    np.testing.assert_allclose(answer.events[:6], ends, rtol=1e-12)
     slewing = (times > 0) & (times < 0.9 * reached)
     np.testing.assert_allclose(answer.found["amplifier_current"][slewing], current, rtol=1e-12)
     share = FILM / (FILM + stray)
@@ -268,7 +269,7 @@ def edges(source, sink):
         np.linspace(0, 20e-3, 11),
         amplifier=Amplifier(source_current=source, sink_current=sink),
     )
-    first, up, second, down = answer.changes
+    first, up, second, down = answer.events
     return up - first, down - second
 
 
@@ -350,7 +351,7 @@ def test_a_limit_met_between_two_looks_is_seen(share, changes):
     lowest = np.min(free.found["amplifier_current"])  # once before 12 ms: there the current is negative
     amplifier = Amplifier(gain=1.0, source_current=1.0, sink_current=-lowest * share)
     answer = amplified_response(wanted, drive, np.linspace(0, 0.012, 11), amplifier=amplifier)
-    assert len(answer.changes) == changes
+    assert len(answer.events) == changes
 
 
 def test_every_crest_is_seen():
@@ -359,7 +360,7 @@ def test_every_crest_is_seen():
     peak = 2 * np.pi * 60 * 100 * FILM
     limits = {"source_current": 1.0, "sink_current": peak * (1 - 1e-4)}
     drive, times = read_model(Drive, SINE), np.linspace(0, 50 / 60, 11)
-    assert len(amplified_response(wanted, drive, times, amplifier=Amplifier(**limits)).changes) == 100
+    assert len(amplified_response(wanted, drive, times, amplifier=Amplifier(**limits)).events) == 100
 
 
 def test_windows_of_looks_overlap_so_that_a_crest_between_them_is_seen(monkeypatch):
@@ -426,7 +427,7 @@ def test_a_long_wait_before_a_burst_and_its_return(bandwidth):
     answer = amplified_response(wanted, drive, times, amplifier=amplifier)
     reference = follow_finger(space, drive, times, amplifier=amplifier)
     assert worst(reference.found, answer.found) < EQUAL
-    assert answer.changes[0] == pytest.approx(0.9, abs=2e-5)
+    assert answer.events[0] == pytest.approx(0.9, abs=2e-5)
 
 
 def test_a_charge_that_fades_as_fast_as_a_mode_is_the_limit_of_one_that_nearly_does():

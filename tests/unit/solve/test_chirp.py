@@ -15,7 +15,7 @@ from electrovib.physics.drive.parts import Chirped, Smooth
 from electrovib.solve.electrics.linear.chirp import GONE, chirp_response
 from electrovib.solve.electrics.linear.smooth import smooth_states
 from electrovib.solve.electrics.linear.transient import transient
-from electrovib.solve.solution import Solution
+from electrovib.solve.prepared import Prepared
 from electrovib.solve.stack.transfer import Transfer
 
 MARCHED = 5e-11
@@ -147,8 +147,8 @@ def test_a_long_chirp_is_answered_without_its_cycles(monkeypatch):
 
 
 def test_the_attraction_of_a_long_chirp_at_many_times():
-    solution = Solution(long_chirp())
+    solution = Prepared(long_chirp())
     time = np.linspace(0, 100, 20_001)
-    many = solution.at(time).answer.force
-    few = solution.at(time[::1000]).answer.force
+    many = solution.at(time).solution.force
+    few = solution.at(time[::1000]).solution.force
     np.testing.assert_allclose(many[::1000], few, rtol=1e-9, atol=1e-10 * few.max())

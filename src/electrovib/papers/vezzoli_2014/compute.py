@@ -17,8 +17,9 @@ from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.material import Material
 from electrovib.physics.skin import Skin
 from electrovib.scenario import Scenario
+from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.stack.expand import phasors
 
 POINT_BY_FORCE = "paper point, 15.4 ms"
 """The paper's skin if its 7.7 ms is the decay of the force."""

@@ -158,14 +158,23 @@ class Drive(Model, family=True):
             Increasing, after 0 and up to the end [s]; V, 0 where it does not jump. Corners that differ by rounding
             are one.
         """
-        found = [part.corners(end * (1 + _ROUNDED)) for part in self.parts()]
-        times, heights = (np.concatenate(column) for column in zip(*found, strict=True))
-        inside = (times > 0) & (times <= end * (1 + _ROUNDED))
-        order = np.argsort(times[inside], kind="stable")
-        times, heights = times[inside][order], heights[inside][order]
-        times = np.where(times > end * (1 - _ROUNDED), end, times)
+        parts = self.parts()
+        found = [part.corners(end * (1 + _ROUNDED)) for part in parts]
+        times, heights = (
+            column[0] if len(column) == 1 else np.concatenate(column) for column in zip(*found, strict=True)
+        )
+        if len(found) > 1:
+            order = np.argsort(times, kind="stable")
+            times, heights = times[order], heights[order]
+        inside = slice(*np.searchsorted(times, [0.0, end * (1 + _ROUNDED)], side="right"))
+        times, heights = times[inside].copy(), heights[inside]
+        times[np.searchsorted(times, end * (1 - _ROUNDED), side="right") :] = end
+        if len(parts) == 1 and (getattr(parts[0], "step", None) or 0.0) > 2 * _ROUNDED * end:
+            return times, heights
         first = np.diff(times, prepend=-1.0) > _ROUNDED * times
-        return times[first], np.add.reduceat(heights, np.flatnonzero(first)) if len(times) else heights
+        if np.all(first):
+            return times, heights
+        return times[first], np.add.reduceat(heights, np.flatnonzero(first))
 
 
 def common_period(periods: Sequence[float]) -> float | None:

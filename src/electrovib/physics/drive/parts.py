@@ -72,7 +72,7 @@ class Linear:
         if self.begins_with(time):
             return self.after[: len(time)].copy()
         index, elapsed = self.locate(time)
-        value = self.after[index] + np.where(np.isnan(time), np.nan, elapsed) * self.slopes()[index]
+        value = self.after[index] + np.where(np.isnan(time), np.nan, elapsed) * self.slope_of(index)
         return np.where((time < 0) & (self.period is None), 0.0, value)
 
     def value_before(self, time: Real) -> Real:
@@ -83,23 +83,31 @@ class Linear:
             inside = np.mod(time, self.period)
             inside = np.where(inside <= slack, self.period, inside)
         index = np.clip(np.searchsorted(self.times, inside - slack, side="left") - 1, 0, len(self.times) - 1)
-        value = self.after[index] + (inside - self.times[index]) * self.slopes()[index]
+        value = self.after[index] + (inside - self.times[index]) * self.slope_of(index)
         following = np.minimum(index + 1, len(self.times) - 1)
         met = (following > index) & (np.abs(self.times[following] - inside) <= slack)
         return np.asarray(np.where(met, self.before[following], value))
 
     def slope(self, time: Real) -> Real:
         """Rate of change just after these times [V/s]."""
-        rate = np.where((time < 0) & (self.period is None), 0.0, self.slopes()[self.locate(time)[0]])
+        rate = np.where((time < 0) & (self.period is None), 0.0, self.slope_of(self.locate(time)[0]))
         return np.where(np.isnan(time), np.nan, rate)
 
     def slopes(self) -> Real:
         """Rate of change after each break, 0 after the last one [V/s]."""
         return np.append((self.before[1:] - self.after[:-1]) / np.diff(self.times), 0.0)
 
-    def lengths(self) -> Real:
-        """How long each piece lasts [s]; infinite for the last."""
-        return np.append(np.diff(self.times), np.inf)
+    def slope_of(self, index: Indices) -> Real:
+        """Give the rate of change in some of the pieces, without looking at the others [V/s]."""
+        if np.size(index) >= len(self.times):
+            return np.asarray(self.slopes()[index])
+        following = np.minimum(index + 1, len(self.times) - 1)
+        return np.asarray((self.before[following] - self.after[index]) / self.length_of(index))
+
+    def length_of(self, index: Indices) -> Real:
+        """Give how long some of the pieces last [s]; infinite for the last."""
+        following = np.minimum(index + 1, len(self.times) - 1)
+        return np.where(following > index, self.times[following] - self.times[index], np.inf)
 
     def count_periods(self, time: Real) -> Indices:
         """Count the whole periods that are over at each time [s], as `locate` has it; 0 without a period."""
@@ -153,7 +161,8 @@ class Linear:
 
     def bound(self) -> float:
         """Largest absolute value it ever has [V]."""
-        return float(np.max(np.abs([self.before, self.after])))
+        sides = self.before, self.after
+        return max(max(float(np.max(side)), -float(np.min(side))) for side in sides)
 
 
 class _Gated(ABC):

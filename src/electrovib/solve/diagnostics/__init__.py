@@ -12,25 +12,25 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.motion import Distance
 from electrovib.scenario import PeriodicState
 from electrovib.scenario.moisture import moisture_lamp
+from electrovib.solve.choice import chosen, solve, solve_fields
 from electrovib.solve.diagnostics.judge import circuit_lamps, jumps, return_path_lamps, stack_lamps
 from electrovib.solve.diagnostics.looks import looks
 from electrovib.solve.diagnostics.peaks import PeakRecord, refined
 from electrovib.solve.diagnostics.touch import contact_lamps
 from electrovib.solve.diagnostics.vanishing_gap import negative_attraction, vanishing_gap
-from electrovib.solve.electrics.electrical import Electrical, electrical, fields_alone
 from electrovib.solve.electrics.linear.current import caveat
-from electrovib.solve.electrics.respond import is_marched
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.electrics.solution import Solution
     from electrovib.solve.stack.section import ModalSection
 
 SQUEEZED = 8
 """Times the frequency of a finger that moves: its field, over the gap, has sharper peaks than the motion."""
 
 
-def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Electrical, PeakRecord]:
+def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solution, PeakRecord]:
     """Compute the electrical answer, and look at it between the output times too.
 
     Parameters
@@ -44,7 +44,7 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Elec
 
     Returns
     -------
-    answer : Electrical
+    answer : Solution
         At the output times.
     record : PeakRecord
         What is judged, from time 0 to the last output time.
@@ -64,21 +64,21 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Elec
     distance = scenario.motion.distance
     moved = SQUEEZED * distance.fastest if isinstance(distance, Distance) else 0.0
     wanted = looks(scenario.drive, float(times[-1]), settled=settled, beside=moved)
-    if is_marched(scenario):
+    if chosen(scenario).method.is_marched:
         both = np.union1d(times, wanted)
-        whole = electrical(scenario, section, both)
+        whole = solve(scenario, section, both)
         return whole.at(np.searchsorted(both, times)), PeakRecord.of(scenario, both, whole.found)
 
     def look(moments: Real) -> PeakRecord:
-        return PeakRecord.of(scenario, moments, fields_alone(scenario, section, moments))
+        return PeakRecord.of(scenario, moments, solve_fields(scenario, section, moments).found)
 
-    answer = electrical(scenario, section, times)
-    record = PeakRecord.of(scenario, times, answer.found)
-    between = np.setdiff1d(wanted, times)
+    answer = solve(scenario, section, times)
+    between = wanted[times[np.minimum(np.searchsorted(times, wanted), len(times) - 1)] != wanted]
+    record = PeakRecord.of(scenario, times, answer.found).among(between)
     return answer, refined(record.joined(look(between)) if len(between) else record, look)
 
 
-def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Electrical) -> PeakRecord:
+def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Solution) -> PeakRecord:
     """Give what is judged of an answer whose times are close to each other.
 
     Parameters
@@ -89,7 +89,7 @@ def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Elec
         Its stack as modes.
     times : ndarray, shape (n,)
         Increasing, >= 0 [s], with the corners of the drive among them.
-    answer : Electrical
+    answer : Solution
         At these times.
 
     Returns
@@ -98,10 +98,11 @@ def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Elec
         A closed form is asked again around each largest value that its neighbours do not show clearly.
     """
     record = PeakRecord.of(scenario, times, answer.found)
-    if is_marched(scenario):
+    if chosen(scenario).method.is_marched:
         return record
     return refined(
-        record, lambda moments: PeakRecord.of(scenario, moments, fields_alone(scenario, section, moments))
+        record,
+        lambda moments: PeakRecord.of(scenario, moments, solve_fields(scenario, section, moments).found),
     )
 
 
@@ -152,19 +153,29 @@ def _running(scenario: Scenario, section: ModalSection, record: PeakRecord) -> d
     Of a repeating drive they are those of the periodic state, of another those beside the response to that jump.
     """
     end, drive = float(record.times[-1]), scenario.drive
-    if is_marched(scenario) or not jumps(scenario, end)[0]:
+    if chosen(scenario).method.is_marched or not jumps(scenario, end)[0]:
         return None
     names = ("current", "body_current")
     try:
         if drive.period is not None:
             periodic = scenario.replace({"time.initial_state": {"model": "PeriodicState"}})
             wanted = looks(drive, end, settled=True)
-            repeated = PeakRecord.of(periodic, wanted, fields_alone(periodic, section, wanted)).peaks()
+            repeated = PeakRecord.of(periodic, wanted, solve_fields(periodic, section, wanted).found).peaks()
             return {name: repeated[name] for name in names}
         step = {"drive": {"model": "Constant", "level": float(drive.voltage(0.0))}}
-        switched = fields_alone(scenario.replace(step), section, record.times)
-        alone = PeakRecord.of(scenario, record.times, switched).rows
-        rest = {name: record.rows[name] - alone[name] for name in names}
+        records = [record] if record.whole is None else [record, record.whole]
+        switched = [
+            PeakRecord.of(
+                scenario, each.times, solve_fields(scenario.replace(step), section, each.times).found
+            )
+            for each in records
+        ]
+        rest = {
+            name: np.concatenate(
+                [each.rows[name] - alone.rows[name] for each, alone in zip(records, switched, strict=True)]
+            )
+            for name in names
+        }
         return {name: float(np.max(np.abs(row))) for name, row in rest.items()}
     except InputError:
         return None

@@ -12,13 +12,14 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.limits import SWITCH_ON, limit_lamps
 from electrovib.physics.safety import emission_lamp, film_lamp, paschen_lamp, skin_lamp, sweat_lamp
 from electrovib.scenario import PeriodicState
+from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.physics.stack import Layer
     from electrovib.scenario import Scenario
-    from electrovib.solve.diagnostics.peaks import PeakRecord
+from electrovib.solve.diagnostics.peaks import PeakRecord
 
 _ROUNDED = 1e-9
 """Height of a jump over the largest value of the drive, below which it is rounding."""
@@ -41,7 +42,7 @@ def stack_lamps(scenario: Scenario, record: PeakRecord) -> list[Lamp]:
     """
     peaks = record.peaks()
     nearest = record.nearest_to_breakdown() if "gap" in record.rows else None
-    fields = {name: peaks[f"field {name}"] for name in scenario.stack.layers}
+    fields = {name: peaks[FieldOf(name)] for name in scenario.stack.layers}
     return layer_lamps(
         scenario, fields, interface=peaks["interface"], nearest=nearest, across=peaks["across"]
     )
@@ -114,7 +115,10 @@ def circuit_lamps(scenario: Scenario, record: PeakRecord, running: Mapping[str, 
     """
     drive, circuit = scenario.drive, scenario.circuit
     end = float(record.times[-1])
-    reached = {name: value for name, value in record.peaks().items() if hasattr(scenario.limits, name)}
+    limited = type(scenario.limits).model_fields
+    reached = {
+        name: value for name, value in record.peaks().items() if isinstance(name, str) and name in limited
+    }
     if drive.quantity == "voltage" and circuit.amplifier is None:
         reached["voltage"] = drive.largest(end)
     first, later = jumps(scenario, end)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,9 +18,8 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.memory import Judged
-
-LINEAR: Final = frozenset({"transient", "periodic", "current drive", "one sine"})
-"""Solvers whose answer is linear in the drive, so that the error found bounds it."""
+    from electrovib.solve.electrics.solution import Method
+    from electrovib.solve.stack.keys import Key
 
 
 def known_band(scenario: Scenario) -> tuple[float, float]:
@@ -41,7 +40,12 @@ def known_band(scenario: Scenario) -> tuple[float, float]:
 
 
 def memory_lamps(
-    scenario: Scenario, errors: Mapping[str, Judged], times: Real, *, known: tuple[float, float], solver: str
+    scenario: Scenario,
+    errors: Mapping[Key, Judged],
+    times: Real,
+    *,
+    known: tuple[float, float],
+    method: Method,
 ) -> list[Lamp]:
     """Say how far an answer in time is off because materials were reduced, and from when on it is not known.
 
@@ -49,14 +53,14 @@ def memory_lamps(
     ----------
     scenario : Scenario
         Everything.
-    errors : mapping of str to Judged
+    errors : mapping of Key to Judged
         From `answer_errors`.
     times : ndarray, shape (n,)
         Output times [s].
     known : tuple of float
         Lowest and highest frequency at which all materials are known [Hz].
-    solver : str
-        Which one answered.
+    method : Method
+        By which it was answered.
 
     Returns
     -------
@@ -67,15 +71,15 @@ def memory_lamps(
     reduced = [name for name, layer in layers.items() if layer.material.debye() is None]
     if not reduced:
         return []
-    return [*_of_error(reduced, errors, solver), *_beyond_tables(scenario, times, known)]
+    return [*_of_error(reduced, errors, method), *_beyond_tables(scenario, times, known)]
 
 
-def worst_of(errors: Mapping[str, Judged]) -> float:
+def worst_of(errors: Mapping[Key, Judged]) -> float:
     """Give the largest error of what pulls and of what stands across the layers; the current is told apart."""
     return max((found.error for name, found in errors.items() if name != CURRENT), default=0.0)
 
 
-def _of_error(reduced: list[str], errors: Mapping[str, Judged], solver: str) -> list[Lamp]:
+def _of_error(reduced: list[str], errors: Mapping[Key, Judged], method: Method) -> list[Lamp]:
     if not errors:
         return []
     names, worst = " and ".join(f"'{name}'" for name in reduced), worst_of(errors)
@@ -87,10 +91,10 @@ def _of_error(reduced: list[str], errors: Mapping[str, Judged], solver: str) -> 
     }
     parts = ", ".join(f"{what} by at most {100 * error:.2g} %" for what, error in told.items())
     change = f"{parts}, of the value at that time while that is above {TAIL:g} of its peak"
-    if solver not in LINEAR:
+    if not method.by_modes:  # else the error found bounds the answer, which is linear in the drive
         text = (
             f"{names} stands as a sum of relaxations: without leak, motion, limits and renewal that changes {change};"
-            f" what it does to the answer of the solver '{solver}' is not known"
+            f" what it does to the answer of the solver '{method.name}' is not known"
         )
         return [Lamp("memory", "unknown", text)]
     text = f"{names} stands as a sum of relaxations, which changes {change}"

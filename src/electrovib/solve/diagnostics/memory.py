@@ -14,13 +14,15 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from electrovib.physics.drive.parts import Linear
 from electrovib.scenario import PeriodicState
-from electrovib.solve.electrics.electrical import linear_quantities
+from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.linear.transient import transient
-from electrovib.solve.electrics.respond import AMPLITUDE
+from electrovib.solve.electrics.wanted import linear_quantities
 from electrovib.solve.stack.band import SAME, lowest_frequency, run_band
-from electrovib.solve.stack.expand import attraction, left_by_charge, phasors, total_pull
+from electrovib.solve.stack.expand import left_by_charge, phasors
 from electrovib.solve.stack.integrator import drive_mean, integral_weight
+from electrovib.solve.stack.keys import AmplitudeOf
 from electrovib.solve.stack.reduce import reduction_band
 from electrovib.solve.stack.transfer import Transfer
 
@@ -32,7 +34,8 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
-    from electrovib.solve.electrics.electrical import Electrical
+    from electrovib.solve.electrics.solution import Solution
+    from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection
 
 FORCE: Final = "force"
@@ -60,6 +63,8 @@ AT_REST: Final = 1e-60
 LARGEST: Final = 0.01
 """Error, of what is left of a quantity, from which on it counts as not known."""
 LOOKING_BACK: Final = 0.9
+_MANY: Final = 20_000
+"""Output times beyond which the smallest and largest values between probes are looked at first."""
 _GOLDEN: Final = 0.6180339887498949
 
 
@@ -82,8 +87,8 @@ class Judged(NamedTuple):
 
 
 def answer_errors(
-    scenario: Scenario, section: ModalSection, answer: Electrical, times: Real, *, known: tuple[float, float]
-) -> dict[str, Judged]:
+    scenario: Scenario, section: ModalSection, answer: Solution, times: Real, *, known: tuple[float, float]
+) -> dict[Key, Judged]:
     """Bound what the reduction of materials does to the answer in time.
 
     Parameters
@@ -92,7 +97,7 @@ def answer_errors(
         Everything.
     section : ModalSection
         Its stack as modes.
-    answer : Electrical
+    answer : Solution
         The answer at the output times.
     times : ndarray, shape (n,)
         Output times [s].
@@ -102,7 +107,7 @@ def answer_errors(
 
     Returns
     -------
-    dict of str to Judged
+    dict of Key to Judged
         Of each linear quantity and of ``force``. Empty where nothing is known. The moments of jumps of the drive
         are left out: their values are limits of infinite frequency.
 
@@ -121,7 +126,7 @@ def answer_errors(
     if not low < high or not np.any(judged):
         return {}
     steady = settled and known[0] == 0 and bool(drive_mean(scenario.drive))
-    fit = _Fit.over(low, high, steady=steady, smallest=MEASURED if known[0] else SMALLEST)
+    fit = _DifferenceFit.over(low, high, steady=steady, smallest=MEASURED if known[0] else SMALLEST)
     differences, residuals = _differences(scenario, section, fit, settled=settled)
     probes = np.flatnonzero(judged)[_probes(int(np.count_nonzero(judged)))]
     found = {name: row for name, row in answer.found.items() if name in differences and row.ndim == 1}
@@ -130,9 +135,9 @@ def answer_errors(
         name: (row, SAFETY * np.abs(errors[name]) + SPREAD * residuals[name] * np.abs(row[probes]))
         for name, row in found.items()
     }
-    amplitudes = {name: row[probes] for name, row in found.items() if name.startswith(AMPLITUDE)}
+    amplitudes = {name: row[probes] for name, row in found.items() if isinstance(name, AmplitudeOf)}
     if amplitudes and scenario.force.causal:
-        bounds[FORCE] = (answer.force, _of_force(scenario, times[probes], amplitudes, errors, residuals))
+        bounds[FORCE] = (answer.attraction, _of_force(scenario, times[probes], amplitudes, errors, residuals))
     straight = judged & ~_at_corner(scenario.drive, times, bends=True)
     return {
         name: _judge(row, times, probes, bound, straight if name == CURRENT else judged)
@@ -142,14 +147,16 @@ def answer_errors(
 
 def _at_corner(drive: Drive, times: Real, *, bends: bool) -> NDArray[np.bool_]:
     """Tell the output times at which the drive jumps, or bends as well."""
+    if bends and any(isinstance(part, Linear) and part.begins_with(times) for part in drive.parts()):
+        return np.ones(len(times), bool)
     marks, heights = drive.corners(float(times[-1]))
     begins = [0.0] if bends or drive.voltage(0.0) else []
     corners = np.sort(np.append(marks if bends else marks[heights != 0], begins))
-    if not len(corners):
-        return np.zeros(len(times), bool)
-    after = np.searchsorted(corners, times)
-    sides = [np.abs(times - corners[np.clip(after - side, 0, len(corners) - 1)]) for side in (0, 1)]
-    return np.asarray(np.min(sides, axis=0) <= SAME * times[-1])
+    near = SAME * float(times[-1])
+    first = np.searchsorted(times, corners - near, side="left")
+    last = np.searchsorted(times, corners + near, side="right")
+    turns = np.bincount(first, minlength=len(times) + 1) - np.bincount(last, minlength=len(times) + 1)
+    return np.asarray(np.cumsum(turns[:-1]) > 0) if len(corners) else np.zeros(len(times), bool)
 
 
 def _probes(count: int) -> NDArray[np.intp]:
@@ -167,6 +174,12 @@ def _judge(
     row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]
 ) -> Judged:
     """Hold a bound at the probes against a quantity at all output times."""
+    if not np.any(judged):
+        return Judged(0.0, 0.0, np.inf)
+    if len(row) > _MANY:
+        found = _judge_by_stretches(row, times, probes, bound, judged)
+        if found is not None:
+            return found
     sizes, places = np.where(judged, np.abs(row), 0.0), np.arange(len(row))
     after = np.minimum(np.searchsorted(probes, places), len(probes) - 1)
     larger = np.where(probes[after] == places, bound[after], np.maximum(bound[after], bound[after - 1]))
@@ -181,16 +194,56 @@ def _judge(
     )
 
 
+def _judge_by_stretches(
+    row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]
+) -> Judged | None:
+    """Do what `_judge` does, from the smallest and largest value between probes; None where these do not tell.
+
+    Between two probes the bound is one number, so the smallest value decides on the error. What is left of a quantity
+    never grows, so the share is largest at the end of a stretch.
+    """
+    if not np.all(judged[probes[0] : probes[-1] + 1]):
+        return None
+    sizes = np.abs(row[probes[0] : probes[-1] + 1])
+    starts = np.unique(np.concatenate([probes, probes[:-1] + 1])) - probes[0]
+    high = np.maximum.reduceat(sizes, starts)
+    low = np.minimum.reduceat(sizes, starts)
+    peak = TAIL * float(np.max(high))
+    if not peak > 0:
+        return None
+    ends = np.append(starts[1:], len(sizes)) - 1
+    for place in np.flatnonzero((low <= peak) & (high > peak)):
+        some = sizes[starts[place] : ends[place] + 1]
+        low[place] = np.min(some[some > peak])
+    after = np.searchsorted(probes - probes[0], starts)
+    at_probe = probes[after] - probes[0] == starts
+    larger = np.where(at_probe, bound[after], np.maximum(bound[after], bound[after - 1]))
+    back = np.searchsorted(times, LOOKING_BACK * times[ends + probes[0]]) - probes[0]
+    left = _largest_since(sizes, np.maximum(back, 0))
+    shares = larger / left
+    if not (np.all(left > peak) and np.all(shares <= LARGEST)):
+        return None
+    told = high > peak
+    return Judged(float(np.max(larger[told] / low[told], initial=0.0)), float(np.max(shares)), np.inf)
+
+
+def _largest_since(sizes: Real, places: NDArray[np.intp]) -> Real:
+    """Largest value from each of some increasing places on."""
+    marks, back = np.unique(places, return_inverse=True)
+    largest = np.maximum.accumulate(np.maximum.reduceat(sizes, marks)[::-1])[::-1]
+    return np.asarray(largest[back])
+
+
 def _of_force(
     scenario: Scenario,
     times: Real,
-    amplitudes: Mapping[str, Real],
-    errors: Mapping[str, Real],
-    residuals: Mapping[str, float],
+    amplitudes: Mapping[AmplitudeOf, Real],
+    errors: Mapping[Key, Real],
+    residuals: Mapping[Key, float],
 ) -> Real:
     """Bound the error of the attraction [N] at times [s] from the errors of the law's amplitudes."""
-    now = {name.removeprefix(AMPLITUDE): row for name, row in amplitudes.items()}
-    off = {name.removeprefix(AMPLITUDE): row + errors[name] for name, row in amplitudes.items()}
+    now = {name.name: row for name, row in amplitudes.items()}
+    off = {name.name: row + errors[name] for name, row in amplitudes.items()}
     pull = total_pull(scenario, now)
     force = attraction(scenario, pull, times)
     residual = 2 * max(residuals[name] for name in amplitudes)
@@ -202,8 +255,8 @@ def _of_force(
 
 
 def _respond(
-    scenario: Scenario, transfers: dict[str, Transfer], times: Real, *, settled: bool
-) -> dict[str, Real]:
+    scenario: Scenario, transfers: dict[Key, Transfer], times: Real, *, settled: bool
+) -> dict[Key, Real]:
     """Send the drive through linear quantities, past leaks, limits and motion."""
     amplifier, drive = scenario.circuit.amplifier, scenario.drive
     if amplifier is None or drive.quantity == "current":
@@ -217,8 +270,8 @@ def _respond(
 
 
 def _differences(
-    scenario: Scenario, section: ModalSection, fit: _Fit, *, settled: bool
-) -> tuple[dict[str, Transfer], dict[str, float]]:
+    scenario: Scenario, section: ModalSection, fit: _DifferenceFit, *, settled: bool
+) -> tuple[dict[Key, Transfer], dict[Key, float]]:
     """Fit declared - reduced of every linear quantity; relative residuals beside."""
     declared = linear_quantities(scenario, phasors(scenario, fit.frequency, leaks=False))
     reduced = linear_quantities(scenario, section)
@@ -247,7 +300,7 @@ def _slope(transfer: Transfer) -> Transfer:
     return Transfer(transfer.rates, -weights, float(np.sum(weights)), transfer.direct, static=0.0)
 
 
-class _Fit:
+class _DifferenceFit:
     """Signed relaxations on a fixed grid of rates that follow D over a band.
 
     Parameters
@@ -275,9 +328,9 @@ class _Fit:
 
     @staticmethod
     @functools.lru_cache(maxsize=16)
-    def over(low: float, high: float, *, steady: bool, smallest: float) -> _Fit:
+    def over(low: float, high: float, *, steady: bool, smallest: float) -> _DifferenceFit:
         """Give the fit over a band, the same object for the same band."""
-        return _Fit(low, high, steady=steady, smallest=smallest)
+        return _DifferenceFit(low, high, steady=steady, smallest=smallest)
 
     def of(self, declared: Complex, reduced: Complex, *, unasked: bool = False) -> tuple[Transfer, float]:
         """Fit one D; the largest residual is told over the quantity's own size there; its value at rest may be unasked."""

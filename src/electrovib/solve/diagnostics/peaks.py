@@ -10,18 +10,24 @@ import numpy as np
 
 from electrovib.physics.safety import breakdown_share, paschen_voltage
 from electrovib.solve.stack.expand import Surroundings
+from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.stack.keys import Key
 
 REFINEMENTS = 3
 """Each divides the time around a largest value by `_DIVISIONS`/2."""
 CLEAR = 1e-2
 """Drop of the neighbours of a largest value, relative, below which a parabola through the three is right to 1e-5."""
 _DIVISIONS = 12
+_MANY = 100_000
+"""Times beyond which only those that decide on the largest values are kept beside the looks between them."""
+_BESIDE = 2
+"""Times on both sides of a largest value that are kept."""
 _ROUNDED = 1e-13
 _AT_A_CORNER = 1e-4
 """Ratio of the times to both neighbours, below which the largest value is at a corner, not between looks."""
@@ -35,16 +41,19 @@ class PeakRecord:
     ----------
     times : ndarray, shape (n,)
         Increasing [s].
-    rows : dict of str to ndarray, shape (n,)
-        ``field NAME`` of each layer [V/m], ``interface`` [V/m], ``gap`` [m] and ``breakdown`` [1] where there is a gap,
+    rows : dict of Key to ndarray, shape (n,)
+        Field of each layer [V/m], ``interface`` [V/m], ``gap`` [m] and ``breakdown`` [1] where there is a gap,
         ``across`` [V] (the stack), and what the names of `Limits` say.
+    whole : PeakRecord or None
+        The record at all times of which this one holds those that decide on the largest values.
     """
 
     times: Real
-    rows: dict[str, Real]
+    rows: dict[Key, Real]
+    whole: PeakRecord | None = None
 
     @classmethod
-    def of(cls, scenario: Scenario, times: Real, found: dict[str, Real]) -> PeakRecord:
+    def of(cls, scenario: Scenario, times: Real, found: dict[Key, Real]) -> PeakRecord:
         """Take what is judged from what a solver found.
 
         Parameters
@@ -53,7 +62,7 @@ class PeakRecord:
             Stack, contact and circuit.
         times : ndarray, shape (n,)
             Increasing [s].
-        found : dict of str to ndarray, shape (n,)
+        found : dict of Key to ndarray, shape (n,)
             Voltages, currents, fields and displacements.
 
         Returns
@@ -63,7 +72,7 @@ class PeakRecord:
         """
         around, layers = Surroundings.of(scenario), scenario.stack.layers
         gap = scenario.stack.gap_name
-        rows = {f"field {name}": found[f"field {name}"] for name in layers}
+        rows: dict[Key, Real] = {FieldOf(name): found[FieldOf(name)] for name in layers}
         thicknesses: dict[str, Real | float] = {name: layer.thickness for name, layer in layers.items()}
         if gap is not None:
             thicknesses[gap] = found.get("gap", np.full(len(times), layers[gap].thickness))
@@ -75,27 +84,49 @@ class PeakRecord:
         rows["voltage"] = found.get("plate_voltage", found["drive_voltage"])
         rows["current"] = found.get("amplifier_current", found["current"])
         rows["body_current"] = found["current"]
-        rows["charge"] = around.area * found[f"displacement {next(iter(layers))}"]
+        rows["charge"] = around.area * found[DisplacementOf(next(iter(layers)))]
         energy = np.zeros(len(times))
         for name in layers:
-            energy += thicknesses[name] * found[f"field {name}"] * found[f"displacement {name}"] / 2
+            energy += thicknesses[name] * found[FieldOf(name)] * found[DisplacementOf(name)] / 2
         amplifier = scenario.circuit.amplifier
         stray = 0.0 if amplifier is None else amplifier.stray_capacitance
         rows["stored_energy"] = (1 + around.second) * around.area * energy + stray * rows["voltage"] ** 2 / 2
         return cls(times, rows)
+
+    def among(self, moments: Real) -> PeakRecord:
+        """Leave out of very many times those that are neither near a largest value nor beside some other moments.
+
+        Parameters
+        ----------
+        moments : ndarray
+            Increasing, at which another record will join this one [s].
+
+        Returns
+        -------
+        PeakRecord
+            With the same largest values, also after it has been joined.
+        """
+        if len(self.times) <= _MANY:
+            return self
+        largest = np.array([_largest(row) for row in self.rows.values()])
+        beside = np.searchsorted(self.times, moments)
+        near = [largest + step for step in range(-_BESIDE, _BESIDE + 1)] + [beside - 1, beside]
+        last = len(self.times) - 1
+        kept = np.unique(np.clip(np.concatenate([*near, [0, last]]), 0, last))
+        return PeakRecord(self.times[kept], {name: row[kept] for name, row in self.rows.items()}, self)
 
     def joined(self, other: PeakRecord) -> PeakRecord:
         """Put two records of one solution together; where both have a time, this one counts."""
         times = np.concatenate([self.times, other.times])
         times, places = np.unique(times, return_index=True)
         rows = {name: np.concatenate([row, other.rows[name]])[places] for name, row in self.rows.items()}
-        return PeakRecord(times, rows)
+        return PeakRecord(times, rows, self.whole)
 
     @functools.cached_property
-    def _peaks(self) -> dict[str, tuple[float, int, float]]:
+    def _peaks(self) -> dict[Key, tuple[float, int, float]]:
         return {name: self._peak(row) for name, row in self.rows.items()}
 
-    def peaks(self) -> dict[str, float]:
+    def peaks(self) -> dict[Key, float]:
         """Largest absolute value of each quantity, between its times by a parabola; NaN for what is not known."""
         return {name: value for name, (value, _, _) in self._peaks.items()}
 
@@ -116,8 +147,7 @@ class PeakRecord:
 
     def _peak(self, row: Real) -> tuple[float, int, float]:
         """Largest absolute value, where, and how far its neighbours lie below where it may be between them."""
-        size = np.abs(row)
-        place = int(np.argmax(np.where(np.isfinite(size), size, -1.0)))
+        place, size = _largest(row), np.abs(row)
         value = float(size[place])
         left, right = self._neighbours(place)
         if left < 0 or right >= len(row):
@@ -141,6 +171,16 @@ class PeakRecord:
         if share == 0:
             return float(abs(self.rows["interface"][place])), gap
         return share * paschen_voltage(gap) / gap, gap
+
+
+def _largest(row: Real) -> int:
+    """Place of the largest absolute finite value."""
+    high, low = int(np.argmax(row)), int(np.argmin(row))
+    if np.isfinite(row[high]) and np.isfinite(row[low]):  # neither meets a NaN, which both would find first
+        first, second = sorted((high, low))
+        return second if abs(row[second]) > abs(row[first]) else first
+    size = np.abs(row)
+    return int(np.argmax(np.where(np.isfinite(size), size, -1.0)))
 
 
 def refined(record: PeakRecord, look: Callable[[Real], PeakRecord]) -> PeakRecord:

@@ -20,6 +20,8 @@ from electrovib.physics.drive.parts import Linear, Tones
 from electrovib.solve.costs import SHORTER, gap_step
 from electrovib.solve.electrics.leaks.steps import jump_heights, smooth_grid, with_outputs
 from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.methods import MOVING_GAP
+from electrovib.solve.electrics.solution import Solution
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.motion import Distance
+    from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.layer_states import StackStates
 
 TOLERANCE = 1e-8
@@ -44,38 +47,6 @@ _WEIGHTS = np.array(
         [(16 - _ROOT) / 36, (16 + _ROOT) / 36, 1 / 9],
     ]
 )
-
-
-@dataclass(frozen=True)
-class Moved:
-    """What a stack does under a gap that is moved.
-
-    Parameters
-    ----------
-    found : dict of str to ndarray
-        Signals at the output times.
-    steps : int
-        Of the finest march; 0 where the charges stay.
-    error : float
-        Error of the gap's field over its largest, by halving all steps.
-    """
-
-    found: dict[str, Real]
-    steps: int
-    error: float
-
-    def reason(self, motion: Distance) -> str:
-        """Say why this solver ran and how well.
-
-        Parameters
-        ----------
-        motion : Distance
-            Of the finger.
-        """
-        why = f"linear layers and a gap moved by {type(motion).__name__}: charge as the state, from rest"
-        if self.steps == 0:
-            return f"{why}; no layer conducts or relaxes, so that it stays: closed form"
-        return f"{why}, {self.steps} steps; by halving them the error of its field is {self.error:.1e} of its largest"
 
 
 @dataclass(frozen=True)
@@ -142,7 +113,7 @@ def move_gap(
     *,
     motion: Distance,
     amplifier: Amplifier | None = None,
-) -> Moved:
+) -> Solution:
     """Response from rest of linear layers beneath a gap that is moved.
 
     Parameters
@@ -160,9 +131,10 @@ def move_gap(
 
     Returns
     -------
-    Moved
+    Solution
         `drive_voltage`, `plate_voltage`, `stack_voltage`, `current`, `amplifier_current`, `gap`, and each
-        layer's ``field NAME`` and ``displacement NAME``; at a jump of the drive the value after it.
+        layer's field and displacement; at a jump of the drive the value after it. ``step_error`` is that of the gap's field
+        over its largest, by halving all steps; there are no steps where the charges stay.
 
     Raises
     ------
@@ -178,7 +150,7 @@ def move_gap(
     plate = _Plate(drive, amplifier)
     if _stays(space):
         states = np.repeat(space.start()[:, None], len(time), axis=1)
-        return Moved(_signals(space, plate, time, states, motion), 0, 0.0)
+        return _moved(_signals(space, plate, time, states, motion), motion, 0, 0.0)
     gaps = motion.gap(np.linspace(0.0, float(time[-1]), 4001))
     extremes = np.array([np.min(gaps), np.max(gaps)])
     matrices, _, _ = _system(space, extremes, np.zeros(2))
@@ -190,7 +162,17 @@ def move_gap(
     around = _around(grid, time)
     places = around[np.argmin(np.abs(grid[around] - time), axis=0), np.arange(len(time))]
     states = _march(space, plate, grid, motion)[:, places]
-    return Moved(_signals(space, plate, time, states, motion), len(grid) - 1, error)
+    return _moved(_signals(space, plate, time, states, motion), motion, len(grid) - 1, error)
+
+
+def _moved(found: dict[Key, Real], motion: Distance, steps: int, error: float) -> Solution:
+    """Say why this solver ran and how well."""
+    why = f"linear layers and a gap moved by {type(motion).__name__}: charge as the state, from rest"
+    how = f"{steps} steps; by halving them the error of its field is {error:.1e} of its largest"
+    if steps == 0:
+        why, how = f"{why}; no layer conducts or relaxes", "so that it stays: closed form"
+    reason = f"{why}, {how}"
+    return Solution(found=found, method=MOVING_GAP, reason=reason, errors={"step_error": error}, steps=steps)
 
 
 def _fine_enough(space: StackStates, plate: _Plate, grid: Real, motion: Distance) -> tuple[Real, float]:
@@ -320,7 +302,7 @@ def _field(space: StackStates, plate: _Plate, time: Real, states: Real, motion: 
 
 def _signals(
     space: StackStates, plate: _Plate, time: Real, states: Real, motion: Distance
-) -> dict[str, Real]:
+) -> dict[Key, Real]:
     (voltage, slope), gap = plate.at(time), motion.gap(time)
     moment = space.moment(states, voltage, gap=gap, closing=motion.rate(time))
     current = space.area * space.density(states, slope, moment)

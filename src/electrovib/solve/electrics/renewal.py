@@ -7,13 +7,22 @@ begins when the place comes under the finger; so each place needs only the modes
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.physics.circuit import Grounded
+from electrovib.scenario import PeriodicState
+from electrovib.solve.electrics.attraction import total_pull
+from electrovib.solve.electrics.leaks.answer import leaking_layer
+from electrovib.solve.electrics.linear.answer import refuse_gaps_of_a_law
 from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.methods import RENEWAL
+from electrovib.solve.electrics.solution import Solution
+from electrovib.solve.stack.expand import Surroundings
+from electrovib.solve.stack.keys import AmplitudeOf
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
@@ -22,6 +31,9 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.motion import Motion
+    from electrovib.scenario import Scenario
+    from electrovib.solve.electrics.solution import Question
+    from electrovib.solve.stack.keys import Key
 
 PANELS = 16
 """Even panels of the contact: a quarter of a turn of a sine fits in one."""
@@ -52,6 +64,8 @@ _KRONROD = np.array(
         0.20948214108472782,
     ]
 )
+PULL = "pull"
+"""Attraction per area, among the means."""
 _AT_ONCE = 1 << 18
 """Places times moments that are held at once."""
 
@@ -127,13 +141,13 @@ def entered(motion: Motion, time: Real, places: Real) -> Real:
 
 
 def renewed(
-    transfers: Mapping[str, Transfer], drive: Drive, time: Real, *, motion: Motion, renewal: Renewal
-) -> dict[str, Real]:
+    transfers: Mapping[Any, Transfer], drive: Drive, time: Real, *, motion: Motion, renewal: Renewal
+) -> dict[Any, Real]:
     """Response of linear quantities at every place under a sliding finger.
 
     Parameters
     ----------
-    transfers : mapping of str to Transfer
+    transfers : mapping of Key to Transfer
         What to compute, all of one stack.
     drive : Drive
         Off before time 0.
@@ -146,7 +160,7 @@ def renewed(
 
     Returns
     -------
-    dict of str to ndarray, shape (places, n)
+    dict of Key to ndarray, shape (places, n)
         In the unit of each quantity.
 
     Notes
@@ -174,39 +188,15 @@ def renewed(
     return found
 
 
-@dataclass(frozen=True)
-class Mean:
-    """Mean over the contact of what the places do.
-
-    Parameters
-    ----------
-    found : dict of str to ndarray
-        At the output times.
-    error : float
-        Of the quadrature over the places: largest difference between two rules, over the largest value of the
-        quantity.
-    """
-
-    found: dict[str, Real]
-    error: float
-
-    def reason(self) -> str:
-        """Say why this solver ran and how well."""
-        return (
-            f"linear layers under a finger that slides over fresh film: real modes from rest, {REASON}; by two rules of"
-            f" quadrature the error of the mean over the contact is {self.error:.1e} of the largest value"
-        )
-
-
 def mean_over_contact(
-    transfers: Mapping[str, Transfer],
+    transfers: Mapping[Any, Transfer],
     drive: Drive,
     time: Real,
     *,
     motion: Motion,
     length: float,
-    read: Callable[[dict[str, Real]], dict[str, Real]],
-) -> Mean:
+    read: Callable[[dict[Any, Real]], dict[Any, Real]],
+) -> Solution:
     """Mean over the contact of what every place under a sliding finger does.
 
     Parameters
@@ -220,8 +210,9 @@ def mean_over_contact(
 
     Returns
     -------
-    Mean
-        By Kronrod's rule; its error by that of Gauss.
+    Solution
+        By Kronrod's rule; ``quadrature_error``, the largest difference to that of Gauss over the largest value of a
+        quantity.
 
     Notes
     -----
@@ -230,7 +221,7 @@ def mean_over_contact(
     """
     over = Renewal.over(length)
     many = max(1, _AT_ONCE // len(over.places))
-    means: dict[str, list[Real]] = {}
+    means: dict[Any, list[Real]] = {}
     for first in range(0, len(time), many):
         places = renewed(transfers, drive, time[first : first + many], motion=motion, renewal=over)
         for name, rows in read(places).items():
@@ -240,7 +231,45 @@ def mean_over_contact(
         float(np.max(np.abs(fine - coarse))) / (float(np.max(np.abs(fine))) or 1.0)
         for fine, coarse in both.values()
     ]
-    return Mean({name: fine for name, (fine, _) in both.items()}, max(apart))
+    found = {name: fine for name, (fine, _) in both.items()}
+    why = (
+        f"linear layers under a finger that slides over fresh film: real modes from rest, {REASON}; by two rules of"
+        f" quadrature the error of the mean over the contact is {max(apart):.1e} of the largest value"
+    )
+    return Solution(found=found, method=RENEWAL, reason=why, errors={"quadrature_error": max(apart)})
+
+
+def answer_on_fresh_film(question: Question) -> Solution:
+    """Answer at every place under the sliding finger, and give the mean over them.
+
+    Parameters
+    ----------
+    question : Question
+        Of a scenario that `refuse_renewal` lets through.
+
+    Returns
+    -------
+    Solution
+        With the error of the mean.
+    """
+    scenario = question.scenario
+
+    def read(places: dict[Key, Real]) -> dict[Key, Real]:
+        kept: dict[Key, Real] = {key: row for key, row in places.items() if not isinstance(key, AmplitudeOf)}
+        given = {key.name: row for key, row in places.items() if isinstance(key, AmplitudeOf)}
+        return kept | ({PULL: total_pull(scenario, given)} if given else {})
+
+    mean = mean_over_contact(
+        question.wanted(question.section),
+        scenario.drive,
+        question.times,
+        motion=scenario.motion,
+        length=scenario.contact.sliding_length(scenario.load.normal_force),
+        read=read,
+    )
+    found = dict(mean.found)
+    pull = found.pop(PULL, None)
+    return replace(mean, found=found, pull=pull)
 
 
 class _Memory:
@@ -260,30 +289,34 @@ class _Memory:
         return np.asarray(found[self._places.ravel()].reshape(self._shape))
 
 
-def refuse_with(
-    *, settled: bool, current: bool, leak: str | None, floating: bool, amplified: bool, closing: bool
-) -> None:
+def refuse_renewal(scenario: Scenario) -> None:
     """Refuse what renewal does not go together with.
 
     Parameters
     ----------
-    settled, current, floating, amplified, closing : bool
-        Periodic state, current drive, floating body or second electrode, an amplifier, a gap that yields.
-    leak : str or None
-        Layer with a nonlinear leak.
+    scenario : Scenario
+        Whose finger slides over fresh film.
 
     Raises
     ------
     InputError
         With what to do instead.
     """
+    leak = leaking_layer(scenario.stack.layers, second=Surroundings.of(scenario).second)
+    refuse_gaps_of_a_law(scenario, leak)
     reasons = {
-        "time.initial_state = PeriodicState: start AtRest and look at a late period": settled,
-        "a drive that prescribes the current: the places share it; use a voltage drive": current,
+        "time.initial_state = PeriodicState: start AtRest and look at a late period": isinstance(
+            scenario.time.initial_state, PeriodicState
+        ),
+        "a drive that prescribes the current: the places share it; use a voltage drive": (
+            scenario.drive.quantity == "current"
+        ),
         f"stack.{leak}.leak: give the layer a material that conducts": leak is not None,
-        "circuit.amplifier: leave it away": amplified,
-        "contact.closing: leave it away": closing,
-        "this circuit.return_path: the places share its voltage; use Grounded": floating,
+        "circuit.amplifier: leave it away": scenario.circuit.amplifier is not None,
+        "contact.closing: leave it away": scenario.contact.closing is not None,
+        "this circuit.return_path: the places share its voltage; use Grounded": not isinstance(
+            scenario.circuit.return_path, Grounded
+        ),
     }
     found = [text for text, applies in reasons.items() if applies]
     if found:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +14,6 @@ from electrovib.physics.finger import Finger, MassSpringDamper
 from electrovib.physics.friction import BristleFriction, SteadyFriction
 from electrovib.physics.programme import Steady
 from electrovib.scenario import PeriodicState
-from electrovib.solve.electrics.electrical import Electrical
 from electrovib.solve.mechanics.between import Between
 from electrovib.solve.mechanics.chain import Measured, finger_filters, measured, respond_mechanically
 from electrovib.solve.mechanics.filters.declared import cascade, of_stages
@@ -32,13 +31,10 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.electrics.solution import Solution
 
 MOST = 4_000_000
 """Pieces of the finest grid on which the mechanics is followed."""
-QUICK = ("transient", "periodic", "current drive", "one sine")
-"""Solvers that answer at any times for little."""
-CLOSED = (*QUICK, "renewal")
-"""Solvers whose answer at a time does not depend on the other times asked for; a mean over places costs more."""
 FORGOTTEN = 25.0
 """Time constants after which a beginning counts as forgotten: 1e-11 of it is left."""
 MOST_PERIODS = 3000
@@ -77,14 +73,14 @@ class FrictionChain:
     """The linear mechanics of a scenario behind the force of a steady friction."""
 
     def __init__(
-        self, scenario: Scenario, times: Real, answer: Electrical, at: Callable[[Real], Electrical]
+        self, scenario: Scenario, times: Real, answer: Solution, at: Callable[[Real], Solution]
     ) -> None:
         self.scenario, self.times, self.answer, self.at = scenario, times, answer, at
         self.settled = isinstance(scenario.time.initial_state, PeriodicState)
         self.bend = self.run_in = 0.0
         self.lateral_at: Callable[[Real], Real] | None = None
         self.rests = () if isinstance(scenario.friction, BristleFriction) else resting(scenario.motion)
-        self.prepared = answer.choice["solver"] in QUICK
+        self.prepared = answer.method.by_modes
 
     def steady(self, times: Real, force: Real) -> Real:
         """Friction that load and attraction would have, were the finger sliding without memory.
@@ -140,12 +136,12 @@ class FrictionChain:
     def prepare(self) -> None:
         """March an attraction once that has no closed form, before it is asked for many times."""
         if not self.prepared:
-            at, choice = self.at, self.answer.choice
+            at, answer = self.at, self.answer
             shortest = shortest_time(self.scenario.drive)
             force = Between(
-                lambda times: at(times).force, self.times, self._corners(), shortest=shortest, once=True
+                lambda times: at(times).attraction, self.times, self._corners(), shortest=shortest, once=True
             )
-            self.at, self.bend = (lambda times: Electrical({}, force(times), choice)), force.error()
+            self.at, self.bend = (lambda times: replace(answer, found={}, force=force(times))), force.error()
             self.prepared = True
 
     def filters(self) -> dict[str, Filter]:
@@ -252,7 +248,7 @@ class FrictionChain:
         wrapped = np.mod(times, self._period) if self.settled else np.maximum(times, 0.0)
         order = np.argsort(wrapped, kind="stable")
         force = np.empty(len(wrapped))
-        force[order] = self.at(wrapped[order]).force
+        force[order] = self.at(wrapped[order]).attraction
         return force if self.settled else np.where(times < 0, 0.0, force)
 
     @property

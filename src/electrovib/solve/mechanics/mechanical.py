@@ -9,9 +9,10 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import BristleFriction, FollowingFriction, SteadyFriction
-from electrovib.solve.electrics.electrical import Electrical
+from electrovib.solve.electrics.methods import TRANSIENT
+from electrovib.solve.electrics.solution import Solution
 from electrovib.solve.mechanics.chain import refuse_readings
-from electrovib.solve.mechanics.friction_chain import MOST, QUICK, FrictionChain, Mechanics
+from electrovib.solve.mechanics.friction_chain import MOST, FrictionChain, Mechanics
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def mechanical(
-    scenario: Scenario, times: Real, answer: Electrical, at: Callable[[Real], Electrical]
+    scenario: Scenario, times: Real, answer: Solution, at: Callable[[Real], Solution]
 ) -> Mechanics:
     """Compute load, contact, friction, skin and readings over time.
 
@@ -31,7 +32,7 @@ def mechanical(
         Everything.
     times : ndarray, shape (n,)
         Increasing, >= 0 [s].
-    answer : Electrical
+    answer : Solution
         Attraction at these times.
     at : callable
         Attraction at other times.
@@ -84,8 +85,7 @@ def refuse_unsolved_mechanics(scenario: Scenario, end: float) -> None:
     InputError
         If models do not go together.
     """
-    nothing = Electrical({}, np.zeros(1), {"solver": QUICK[0]})
-    chain = FrictionChain(scenario, np.zeros(1), nothing, lambda _: nothing)
+    chain = _without_attraction(scenario)
     chain.real_area(scenario.load.forces(np.zeros(1)))
     if isinstance(scenario.friction, BristleFriction):
         from electrovib.solve.mechanics.bristles import refuse_unslid
@@ -111,10 +111,15 @@ def slowest_rates(scenario: Scenario) -> list[float]:
     list of float
         Above 0; empty where the friction follows at once and there is no skin.
     """
-    nothing = Electrical({}, np.zeros(1), {"solver": QUICK[0]})
-    chain = FrictionChain(scenario, np.zeros(1), nothing, lambda _: nothing)
+    chain = _without_attraction(scenario)
     filters = chain.skin() if chain.comes_and_goes() else chain.filters()
     return [float(np.min(-each.poles.real)) for each in filters.values() if len(each.poles)]
+
+
+def _without_attraction(scenario: Scenario) -> FrictionChain:
+    """Give the mechanics of a scenario at time 0, before anything is solved."""
+    nothing = Solution(found={}, method=TRANSIENT, reason="", force=np.zeros(1))
+    return FrictionChain(scenario, np.zeros(1), nothing, lambda _: nothing)
 
 
 def _given(chain: FrictionChain) -> dict[str, Real]:
@@ -123,7 +128,7 @@ def _given(chain: FrictionChain) -> dict[str, Real]:
     rows = {"normal_force": scenario.load.forces(times)}
     if scenario.motion.speed is not None:
         rows["sliding_speed"] = scenario.motion.speeds(times)
-    whole = rows["normal_force"] + chain.pressing(times, chain.answer.force)
+    whole = rows["normal_force"] + chain.pressing(times, chain.answer.attraction)
     touches = scenario.motion.touches(times)
     if scenario.contact.surface is not None or not isinstance(scenario.contact, FixedArea):
         rows["gross_contact_area"] = np.where(touches, scenario.contact.outline(whole), 0.0)
@@ -146,7 +151,7 @@ def _friction(chain: FrictionChain, moved: Mechanics) -> float:
         return chain.along(moved)
     wanted = chain.filters()
     if isinstance(friction, SteadyFriction):
-        lateral = chain.steady(chain.times, chain.answer.force)
+        lateral = chain.steady(chain.times, chain.answer.attraction)
         moved.add({"lateral_force": chain.known(lateral)})
         del wanted["lateral_force"]
     if not wanted:

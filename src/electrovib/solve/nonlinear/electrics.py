@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
     from electrovib.solve.nonlinear.integrate import Mode
+    from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.layer_states import Moment, StackStates
 
 SLACK = 1e-9
@@ -267,7 +268,7 @@ class Electrics(System):
         modes = [(clipped, side, *signs) for side in (-1, 1)]
         return list(zip(spare, modes * (len(spare) // 2), strict=True))
 
-    def signals(self, times: Real, states: Real, gap: Real | None, closing: Real | float) -> dict[str, Real]:
+    def signals(self, times: Real, states: Real, gap: Real | None, closing: Real | float) -> dict[Key, Real]:
         """What happens at output times, from the states alone.
 
         Parameters

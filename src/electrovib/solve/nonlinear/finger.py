@@ -14,9 +14,12 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.motion import Distance
+from electrovib.solve.electrics.methods import NONLINEAR
+from electrovib.solve.electrics.solution import Solution
 from electrovib.solve.nonlinear.electrics import Electrics
 from electrovib.solve.nonlinear.integrate import TOLERANCE, Solved, System, integrate
 from electrovib.solve.nonlinear.stretch import snapped
+from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,6 +28,7 @@ if TYPE_CHECKING:
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
     from electrovib.solve.nonlinear.integrate import Mode
+    from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.layer_states import StackStates
 
 
@@ -188,7 +192,7 @@ class FingerOverPlate(System):
             return gap, float(state[self.electrics.size + 1])
         return gap, 0.0 if mode is None else self._push(time, state, mode) / self.motion.damping
 
-    def signals(self, times: Real, solved: Solved) -> dict[str, Real]:
+    def signals(self, times: Real, solved: Solved) -> dict[Key, Real]:
         """Signals at the output times, as `Electrics.signals`, and the gap.
 
         Parameters
@@ -200,8 +204,8 @@ class FingerOverPlate(System):
 
         Returns
         -------
-        dict of str to ndarray, shape (n,)
-            By the names of the signals.
+        dict of Key to ndarray, shape (n,)
+            In SI.
         """
         if self.motion is None:
             return self.electrics.signals(times, solved.states, None, 0.0)
@@ -220,7 +224,7 @@ class FingerOverPlate(System):
         if self.motion.mass > 0:
             return gap, states[count + 1]
         found = self.electrics.signals(times, states[:count], gap, 0.0)
-        field = found[f"field {self.electrics.space.names[moving]}"]  # whatever the gap's rate of change is
+        field = found[FieldOf(self.electrics.space.names[moving])]  # whatever the gap's rate of change is
         pulls = self.motion.pulling * eps0 * field**2 / 2
         pressing = [self._pressing(*each) for each in zip(times.tolist(), pulls.tolist(), strict=True)]
         return gap, (self.motion.surface.pressure(gap) - np.array(pressing)) / self.motion.damping
@@ -232,35 +236,6 @@ class FingerOverPlate(System):
         return self.motion.load(time) + pull if together is None else together(time, pull)
 
 
-@dataclass(frozen=True)
-class Followed:
-    """What the general reference finds.
-
-    Parameters
-    ----------
-    found : dict of str to ndarray
-        Signals at the output times.
-    solved : Solved
-        States, modes, events and effort.
-    """
-
-    found: dict[str, Real]
-    solved: Solved
-
-    def reason(self, why: str) -> str:
-        """Say why this solver ran and how.
-
-        Parameters
-        ----------
-        why : str
-            What of the models no faster solver takes.
-        """
-        return (
-            f"{why}: charges, polarisations and what moves as one stiff system from rest, Radau's method of order 5,"
-            f" {self.solved.steps} steps, {len(self.solved.events)} events located"
-        )
-
-
 def follow_finger(
     space: StackStates,
     drive: Drive,
@@ -269,7 +244,7 @@ def follow_finger(
     amplifier: Amplifier | None = None,
     motion: Gap = None,
     tolerance: float = TOLERANCE,
-) -> Followed:
+) -> Solution:
     """Solve a finger over a plate from rest by the general reference.
 
     Parameters
@@ -289,9 +264,9 @@ def follow_finger(
 
     Returns
     -------
-    Followed
+    Solution
         `drive_voltage`, `plate_voltage`, `stack_voltage`, `current`, `amplifier_current`, each layer's
-        ``field NAME`` and ``displacement NAME``, and `gap` where it moves; at a jump the value after it.
+        field and displacement, and `gap` where it moves; at a jump the value after it.
 
     Raises
     ------
@@ -309,4 +284,11 @@ def follow_finger(
     state, mode = system.begin()
     outputs = snapped(times, system.breaks(float(times[-1])))
     solved = integrate(system, state, mode, outputs, tolerance=tolerance)
-    return Followed(system.signals(times, solved), solved)
+    why = (
+        "charges, polarisations and what moves as one stiff system from rest, Radau's method of order 5,"
+        f" {solved.steps} steps, {len(solved.events)} events located"
+    )
+    events = tuple(moment for moment, _ in solved.events)
+    return Solution(
+        found=system.signals(times, solved), method=NONLINEAR, reason=why, events=events, steps=solved.steps
+    )

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.core.arrays import Real
+    from electrovib.solve.prepared import Prepared
     from electrovib.solve.quantities.names import Named
-    from electrovib.solve.solution import Solution
 
 READINGS: Final = ("normal_force_measured", "lateral_force_measured")
 """Signals that a digitiser holds between its readings."""
@@ -48,12 +48,12 @@ class Answer:
     lamps: list[Lamp]
 
 
-def answer(solution: Solution, names: Sequence[Named]) -> Answer:
+def answer(prepared: Prepared, names: Sequence[Named]) -> Answer:
     """Take numbers from a solution.
 
     Parameters
     ----------
-    solution : Solution
+    prepared : Prepared
         Of a scenario.
     names : sequence of Named
         What is asked.
@@ -74,16 +74,16 @@ def answer(solution: Solution, names: Sequence[Named]) -> Answer:
     until its last coefficients are below 1e-10 of the signal's largest value; mean, square and extremes are those of
     the polynomial, so that no output grid enters. A solver that marches keeps the error of its march, which it states.
     """
-    rig = solution.scenario.rig
+    rig = prepared.scenario.rig
     held = [each for each in names if each.signal in READINGS and rig is not None and rig.digitiser]
     try:
-        found = resolve(solution, [each.key for each in names if each not in held])
-        readings = _readings(solution, held)
+        found = resolve(prepared, [each.key for each in names if each not in held])
+        readings = _readings(prepared, held)
     except KeyError as error:
-        raise InputError(_absent(solution, str(error.args[0]))) from None
+        raise InputError(_absent(prepared, str(error.args[0]))) from None
     values = {each.name: _taken(found, each) for each in names if each not in held} | readings
     errors = {each.name: found.error(each.key) for each in names if each not in held}
-    spoken, stated = solution.judge(found.record)
+    spoken, stated = prepared.judge(found.record)
     lamps = [*spoken, *_unknown(values), *_unresolved(errors)]
     how = found.record.how | stated
     return Answer({each.name: values[each.name] for each in names}, errors, how, lamps)
@@ -105,15 +105,15 @@ def _of_extremes(taken: str, low: float, high: float) -> float:
     return {"peak": max(abs(low), abs(high)), "maximum": high, "minimum": low, "swing": high - low}[taken]
 
 
-def _readings(solution: Solution, held: Sequence[Named]) -> dict[str, float]:
+def _readings(prepared: Prepared, held: Sequence[Named]) -> dict[str, float]:
     """Take numbers from what a digitiser reads, at the times of its readings."""
-    rig = solution.scenario.rig
+    rig = prepared.scenario.rig
     if not held or rig is None or rig.digitiser is None:
         return {}
-    end, rate = window(solution.scenario)[0], rig.digitiser.sampling_rate
+    end, rate = window(prepared.scenario)[0], rig.digitiser.sampling_rate
     times = np.arange(int(end * rate * (1 + 1e-12)) + 1) / rate
-    record = solution.at(times)
-    return {each.name: of_record(each.taken, times, values_of(record, solution, each.key)) for each in held}
+    record = prepared.at(times)
+    return {each.name: of_record(each.taken, times, values_of(record, prepared, each.key)) for each in held}
 
 
 def of_record(taken: str, times: Real, values: Real) -> float:
@@ -146,8 +146,8 @@ def of_record(taken: str, times: Real, values: Real) -> float:
     return _of_extremes(taken, float(np.min(values)), float(np.max(values)))
 
 
-def _absent(solution: Solution, signal: str) -> str:
-    have = solution.at(np.zeros(1)).signals
+def _absent(prepared: Prepared, signal: str) -> str:
+    have = prepared.at(np.zeros(1)).signals
     return f"quantity: this scenario has no signal '{signal}'.{nearest(signal, have)}"
 
 

@@ -11,16 +11,15 @@ from electrovib.physics.drive.parts import Tones
 from electrovib.physics.motion import Distance
 from electrovib.scenario import PeriodicState
 from electrovib.scenario.grids import FORMULA_SAMPLES
-from electrovib.solve.mechanics.friction_chain import CLOSED
+from electrovib.solve.prepared import Prepared
 from electrovib.solve.quantities.pieces import MOST_NODES, Mesh, tails
-from electrovib.solve.solution import Solution
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.solution import Record
+    from electrovib.solve.prepared import Record
 
 TOLERANCE: Final = 1e-10
 """Last coefficients of a piece, as a share of the signal's largest value, at which it counts as resolved."""
@@ -87,17 +86,17 @@ def window(scenario: Scenario) -> tuple[float, str]:
     return end, "the whole time from rest" if period else "the whole time"
 
 
-def solved(scenario: Scenario) -> Solution:
+def solved(scenario: Scenario) -> Prepared:
     """Solve a scenario for quantities: the band of its materials follows from the window, not from output times."""
-    return Solution(scenario, np.linspace(0.0, window(scenario)[0], FORMULA_SAMPLES))
+    return Prepared(scenario, np.linspace(0.0, window(scenario)[0], FORMULA_SAMPLES))
 
 
-def resolve(solution: Solution, wanted: Iterable[tuple[str, str]]) -> Resolved:
+def resolve(prepared: Prepared, wanted: Iterable[tuple[str, str]]) -> Resolved:
     """Look at a solution closely enough.
 
     Parameters
     ----------
-    solution : Solution
+    prepared : Prepared
         Of a scenario.
     wanted : iterable of (str, str)
         Signal and layer; the layer is empty for a signal that has none.
@@ -115,12 +114,12 @@ def resolve(solution: Solution, wanted: Iterable[tuple[str, str]]) -> Resolved:
         If the scenario does not have a signal.
     """
     keys = list(dict.fromkeys(wanted))
-    mesh = first_mesh(solution)
+    mesh = first_mesh(prepared)
     before: dict[float, float] = {}
     for round_ in range(MOST_ROUNDS + 1):
-        record = solution.at(mesh.times())
-        series = {key: mesh.series(values_of(record, solution, key)) for key in keys}
-        most = MOST_ROUNDS if record.how["solver"] in CLOSED else MARCHED_ROUNDS
+        record = prepared.at(mesh.times())
+        series = {key: mesh.series(values_of(record, prepared, key)) for key in keys}
+        most = MOST_ROUNDS if not record.solution.method.is_marched else MARCHED_ROUNDS
         tail = _relative_tails(series)
         stalled = (tail < _STALLED) & (tail > 0.5 * _parents(mesh, before))
         marched = max(record.how.get(name, 0.0) for name in ("step_error", "mechanics_error"))
@@ -133,11 +132,11 @@ def resolve(solution: Solution, wanted: Iterable[tuple[str, str]]) -> Resolved:
     return Resolved(mesh, record, series)
 
 
-def values_of(record: Record, solution: Solution, key: tuple[str, str]) -> Real:
+def values_of(record: Record, prepared: Prepared, key: tuple[str, str]) -> Real:
     """Pick one signal of a record, of one layer where it has layers."""
     name, layer = key
     dims, values = record.signals[name]
-    row: Any = values[list(solution.section.names).index(layer)] if "layer" in dims else values
+    row: Any = values[list(prepared.section.names).index(layer)] if "layer" in dims else values
     return np.asarray(row)
 
 
@@ -161,12 +160,12 @@ def _parents(mesh: Mesh, before: dict[float, float]) -> Real:
     return np.array([before[start] for start in starts[places].tolist()])
 
 
-def first_mesh(solution: Solution) -> Mesh:
+def first_mesh(prepared: Prepared) -> Mesh:
     """Lay the pieces to begin with: between corners, shares of a cycle, graded after each corner.
 
     Parameters
     ----------
-    solution : Solution
+    prepared : Prepared
         Of a scenario.
 
     Returns
@@ -174,7 +173,7 @@ def first_mesh(solution: Solution) -> Mesh:
     Mesh
         From time 0 to the end of what quantities are taken over.
     """
-    scenario = solution.scenario
+    scenario = prepared.scenario
     end = window(scenario)[0]
     corners = _corners(scenario, end)
     fastest = scenario.drive.highest_frequency
@@ -183,7 +182,7 @@ def first_mesh(solution: Solution) -> Mesh:
     count = min(int(np.ceil(end * fastest * PIECES_PER_CYCLE)), MOST_VALUES // (2 * MOST_NODES))
     edges = [corners, np.linspace(0.0, end, max(2, count + 1))]
     if len(corners) <= FEW_CORNERS and not _only_tones(scenario):
-        rate = float(np.max(solution.section.modes.rates, initial=1 / end))
+        rate = float(np.max(prepared.section.modes.rates, initial=1 / end))
         edges += [start + _graded(length, rate) for start, length in _stretches(corners)]
     merged = np.unique(np.concatenate(edges))
     apart = merged[np.diff(merged, prepend=-np.inf) > 64 * np.finfo(float).eps * end]

@@ -122,7 +122,7 @@ def _put_out(
     tail[:, rest] = inputs.at_end
     end = np.concatenate([*tail[:, :used], numbers(begins)])
     output[places, blocks * kept :] = end @ weights.onto_output[:, :, : rest // keep + 1]
-    return final
+    return np.asarray(final)
 
 
 def even_states(modes: Modes, drive: Drive, state: Numbers, places: Indices) -> Numbers:

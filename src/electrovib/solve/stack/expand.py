@@ -1,7 +1,8 @@
-"""A scenario's stack as something to compute with: over frequency, as modes, and the force of it all."""
+"""A scenario's stack as something to compute with: over frequency, and as modes."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,13 +10,11 @@ import numpy as np
 from electrovib.core.arrays import Complex, Real
 from electrovib.core.constants import eps0
 from electrovib.physics.circuit import SeriesElement
-from electrovib.physics.contact import FixedArea
 from electrovib.physics.interface import interface_place, roles_of
+from electrovib.physics.stack import Layer
 from electrovib.scenario import Scenario
-from electrovib.solve.electrics.leaks.leak import linearised
-from electrovib.solve.electrics.linear.current import current_section, per_ampere
-from electrovib.solve.electrics.pressed import pressed
 from electrovib.solve.stack.band import run_band
+from electrovib.solve.stack.current import current_section, per_ampere
 from electrovib.solve.stack.reduce import Reduction, reduce_material
 from electrovib.solve.stack.section import (
     ChargedSection,
@@ -25,9 +24,6 @@ from electrovib.solve.stack.section import (
     modal_section,
     phasor_section,
 )
-
-PHASES = 32
-"""Points of a period over which a force is averaged: exact for a pressure of second degree on an area that stays."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +85,29 @@ def per_volt_of(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> P
         second=around.second,
         frequency=frequency,
     )
+
+
+def linearised(layers: Mapping[str, Layer]) -> dict[str, Layer]:
+    """Replace every leak by the conductivity that a vanishing sine sees.
+
+    Parameters
+    ----------
+    layers : mapping of str to Layer
+        From the plate to the finger.
+
+    Returns
+    -------
+    dict of str to Layer
+        The same layers where nothing leaks.
+    """
+    found = {}
+    for name, layer in layers.items():
+        found[name] = layer
+        if layer.leak is not None:
+            conductivity = layer.material.conductivity + layer.leak.small_signal
+            material = layer.material.conducting(conductivity)
+            found[name] = layer.model_copy(update={"material": material, "leak": None})
+    return found
 
 
 def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> ChargedSection:
@@ -208,82 +227,3 @@ def modes(scenario: Scenario, times: Real | None = None) -> tuple[ModalSection, 
         return current_section(layers, debye, area=around.area), error
     section = modal_section(layers, debye, area=around.area, element=around.element, second=around.second)
     return section, error
-
-
-def total_pull(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
-    """Attraction over the area of the first contact; a second contact carries the same current through its own area.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Law, contact and circuit.
-    amplitudes : dict of str to ndarray
-        What the law's pressure takes, in its units.
-
-    Returns
-    -------
-    ndarray
-        Pa.
-    """
-    second = Surroundings.of(scenario).second
-    total = scenario.force.pressure(**amplitudes)
-    if second:
-        denser = {name: values * second for name, values in amplitudes.items()}
-        total = total + scenario.force.pressure(**denser) / second
-    return np.asarray(total)
-
-
-def attraction(scenario: Scenario, pull: Real, times: Real | None = None) -> Real:
-    """Force of an attraction per area, on the area that load and attraction make together.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Contact, load and motion.
-    pull : ndarray, shape (..., n)
-        Attraction per area [Pa].
-    times : ndarray, shape (n,), optional
-        When [s]; by default under the full load, in touch.
-
-    Returns
-    -------
-    ndarray, shape (..., n)
-        N. Off the plate a hand holds against the attraction: the area is that under the load alone.
-
-    Raises
-    ------
-    InputError
-        If the attraction lets the area grow without bound.
-    """
-    contact, load = scenario.contact, scenario.load
-    if isinstance(contact, FixedArea):
-        return np.asarray(contact.area * pull)
-    if times is None:
-        forces, pressing = np.asarray(load.normal_force), pull
-    else:
-        forces, pressing = load.forces(times), np.where(scenario.motion.touches(times), pull, 0.0)
-    return np.asarray(pull * contact.outline(pressed(contact, forces, pressing)))
-
-
-def mean_force(scenario: Scenario, section: PhasorSection, amplitude: float) -> Real:
-    """Time mean of the attraction under one sine.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Law, contact and circuit.
-    section : PhasorSection
-        The stack over frequency.
-    amplitude : float
-        Peak of the drive [V, or A].
-
-    Returns
-    -------
-    ndarray, shape (frequencies,)
-        N.
-    """
-    count = PHASES if isinstance(scenario.contact, FixedArea) else 16 * PHASES
-    turns = np.exp(2j * np.pi * np.arange(count) / count)[:, None]
-    phasor: dict[str, Complex] = scenario.force.amplitudes(section)
-    waves = {name: np.real(amplitude * value * turns) for name, value in phasor.items()}
-    return np.asarray(np.mean(attraction(scenario, total_pull(scenario, waves)), axis=0))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.physics.conduction import PolarityConduction
+from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.physics.conduction import Conduction
+    from electrovib.solve.stack.keys import Key
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,8 +233,8 @@ class StackStates:
         terms = np.arange(len(self.rates))[self.owners == index] + len(self.charges)
         return np.asarray(self.permittivities[index] * moment.field[index] + np.sum(state[terms], axis=0))
 
-    def named(self, state: Real, moment: Moment, gap: float | Real | None = None) -> dict[str, Real]:
-        """Give the voltage across the layers, and each one's field and bound displacement by its name.
+    def named(self, state: Real, moment: Moment, gap: float | Real | None = None) -> dict[Key, Real]:
+        """Give the voltage across the layers, and each one's field and bound displacement.
 
         Parameters
         ----------
@@ -245,15 +247,15 @@ class StackStates:
 
         Returns
         -------
-        dict of str to ndarray, shape (n,)
-            `stack_voltage` [V], ``field NAME`` [V/m] and ``displacement NAME`` [C/m2].
+        dict of Key to ndarray, shape (n,)
+            `stack_voltage` [V], fields [V/m] and displacements [C/m2].
         """
         thickness, count = self.with_gap(gap), len(self.names)
         drops = moment.field * (thickness if thickness.ndim > 1 else thickness[:, None])
-        found = {"stack_voltage": np.asarray(np.sum(drops[:count], axis=0))}
+        found: dict[Key, Real] = {"stack_voltage": np.asarray(np.sum(drops[:count], axis=0))}
         for index, name in enumerate(self.names):
-            found[f"field {name}"] = moment.field[index]
-            found[f"displacement {name}"] = self.displacement(state, moment, index)
+            found[FieldOf(name)] = moment.field[index]
+            found[DisplacementOf(name)] = self.displacement(state, moment, index)
         return found
 
 

@@ -14,8 +14,9 @@ from electrovib.core.errors import ElectrovibError, InputError, NotCausalError, 
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.programme import Steady
 from electrovib.scenario import Scenario
+from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.stack.expand import phasors
 from electrovib.study.compare.entry import Comparison, Entry
 from electrovib.study.compare.panels import over_frequency, over_parameter, over_time
 from electrovib.study.compare.static import air_breaks_down, air_warnings, static_force

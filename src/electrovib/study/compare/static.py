@@ -9,8 +9,9 @@ import numpy as np
 from electrovib.physics.material import Material
 from electrovib.physics.safety import air_lamps, peak
 from electrovib.scenario import Scenario
+from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import mean_force, phasors
+from electrovib.solve.stack.expand import phasors
 
 if TYPE_CHECKING:
     import xarray

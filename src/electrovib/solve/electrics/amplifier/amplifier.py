@@ -6,12 +6,14 @@ current; the plate's voltage is known in closed form until the next change, and 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from electrovib.core.errors import InputError
 from electrovib.solve.electrics.amplifier.limited import LimitedMarch
 from electrovib.solve.electrics.amplifier.unlimited import without_limits
+from electrovib.solve.electrics.linear.transient import how_it_begins
+from electrovib.solve.electrics.methods import LIMITED, PERIODIC, TRANSIENT
+from electrovib.solve.electrics.solution import Solution
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,45 +21,24 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
+    from electrovib.solve.electrics.solution import Question
+    from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.transfer import Transfer
 
 
-@dataclass(frozen=True)
-class Amplified:
-    """What a stack does behind an amplifier.
-
-    Parameters
-    ----------
-    found : dict of str to ndarray
-        Responses at the output times, `drive_voltage`, `plate_voltage` and `amplifier_current` among them.
-    changes : tuple of float
-        When [s] the amplifier changed between its voltage and one of its largest currents.
-    """
-
-    found: dict[str, Real]
-    changes: tuple[float, ...]
-
-    def reason(self) -> str:
-        """Say why this solver ran and how well."""
-        return (
-            "linear layers behind an amplifier with limits: real modes at its voltage and at its largest current, from"
-            f" rest, {len(self.changes)} changes between them located; in closed form from one to the next"
-        )
-
-
 def amplified_response(
-    transfers: Mapping[str, Transfer],
+    transfers: Mapping[Key, Transfer],
     drive: Drive,
     time: Real,
     *,
     amplifier: Amplifier,
     settled: bool = False,
-) -> Amplified:
+) -> Solution:
     """Response of linear quantities of the plate's voltage behind an amplifier.
 
     Parameters
     ----------
-    transfers : mapping of str to Transfer
+    transfers : mapping of Key to Transfer
         Per volt of the plate; `current` [A per volt] among them.
     drive : Drive
         A voltage, off before time 0 when starting from rest.
@@ -70,8 +51,10 @@ def amplified_response(
 
     Returns
     -------
-    Amplified
-        At a jump of the drive the value after it.
+    Solution
+        `drive_voltage`, `plate_voltage` and `amplifier_current` among what was found; its events are the moments at
+        which the amplifier changed between its voltage and one of its largest currents. At a jump of the drive the
+        value after it.
 
     Raises
     ------
@@ -81,9 +64,42 @@ def amplified_response(
     refuse_amplified(drive, amplifier, settled=settled)
     if not amplifier.is_limited:
         found = without_limits(transfers, drive, time, amplifier=amplifier, settled=settled)
-        return Amplified(found | {"drive_voltage": drive.voltage(time)}, ())
+        begin = how_it_begins(drive, settled=settled)
+        why = f"linear layers behind an amplifier without limits: its gain and pole are a filter before the stack, {begin}"
+        return Solution(
+            found=found | {"drive_voltage": drive.voltage(time)},
+            method=PERIODIC if settled else TRANSIENT,
+            reason=why,
+        )
     found, changes = LimitedMarch(transfers, amplifier, drive, float(time[-1])).run(time)
-    return Amplified(found | {"drive_voltage": drive.voltage(time)}, tuple(changes))
+    why = (
+        "linear layers behind an amplifier with limits: real modes at its voltage and at its largest current, from"
+        f" rest, {len(changes)} changes between them located; in closed form from one to the next"
+    )
+    return Solution(
+        found=found | {"drive_voltage": drive.voltage(time)},
+        method=LIMITED,
+        reason=why,
+        events=tuple(changes),
+    )
+
+
+def answer_behind_limits(question: Question) -> Solution:
+    """Answer of linear layers behind an amplifier with limits.
+
+    Parameters
+    ----------
+    question : Question
+        Of a scenario with fixed gap and without leaks.
+
+    Returns
+    -------
+    Solution
+        Exact, with the changes that were located.
+    """
+    amplifier, drive = question.scenario.circuit.amplifier, question.scenario.drive
+    assert amplifier is not None
+    return amplified_response(question.wanted(question.section), drive, question.times, amplifier=amplifier)
 
 
 def refuse_amplified(drive: Drive, amplifier: Amplifier, *, settled: bool) -> None:

@@ -6,7 +6,7 @@ limits, plus what fades of a difference; at a largest voltage or current the pla
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -49,7 +49,7 @@ class LimitedMarch:
     """
 
     def __init__(
-        self, transfers: Mapping[str, Transfer], amplifier: Amplifier, drive: Drive, end: float
+        self, transfers: Mapping[Any, Transfer], amplifier: Amplifier, drive: Drive, end: float
     ) -> None:
         self.transfers, self.drive = transfers, drive
         self.plate = LimitedPlate(transfers, amplifier, drive, end)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -79,7 +79,7 @@ class LimitedPlate:
     """
 
     def __init__(
-        self, transfers: Mapping[str, Transfer], amplifier: Amplifier, drive: Drive, end: float
+        self, transfers: Mapping[Any, Transfer], amplifier: Amplifier, drive: Drive, end: float
     ) -> None:
         self.drive = drive
         self.network = Network.of(transfers["current"], amplifier.stray_capacitance)

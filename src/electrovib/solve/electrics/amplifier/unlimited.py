@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -80,7 +80,7 @@ def behind(transfer: Transfer, amplifier: Amplifier) -> Transfer:
 
 
 def without_limits(
-    transfers: Mapping[str, Transfer],
+    transfers: Mapping[Any, Transfer],
     drive: Drive,
     time: Real,
     *,

@@ -20,6 +20,8 @@ from electrovib.solve.costs import SHORTER, leak_step
 from electrovib.solve.electrics.leaks.steps import jump_heights, step_grid
 from electrovib.solve.electrics.linear.straight import straight_response
 from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.methods import LEAK
+from electrovib.solve.electrics.solution import Solution
 from electrovib.solve.recursion import hold_weights
 
 if TYPE_CHECKING:
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.conduction import Conduction
     from electrovib.physics.drive.base import Drive
+    from electrovib.solve.stack.keys import FieldOf, Key
     from electrovib.solve.stack.transfer import Transfer
 
 TOLERANCE = 2e-5
@@ -37,47 +40,20 @@ _CHUNK = 1 << 14
 _ROUNDING = 16 * float(np.finfo(float).eps)
 
 
-@dataclass(frozen=True)
-class Leaked:
-    """What a stack with a leak does.
-
-    Parameters
-    ----------
-    found : dict of str to ndarray
-        Responses at the output times.
-    steps : int
-        Steps of the finest march.
-    error : float
-        Error of the layer's field over its largest, by halving all steps, before extrapolation: a bound.
-    """
-
-    found: dict[str, Real]
-    steps: int
-    error: float
-
-    def reason(self, name: str, leak: Conduction) -> str:
-        """Say why this solver ran and how well."""
-        return (
-            f"layer '{name}' leaks by {type(leak).__name__}, not in proportion to its field: linear modes and one"
-            f" nonlinear branch from rest, {self.steps} steps; by halving them the error of its field is"
-            f" {self.error:.1e} of its largest before extrapolation"
-        )
-
-
 def leaky_response(
-    driven: Mapping[str, Transfer],
-    leaking: Mapping[str, Transfer],
+    driven: Mapping[Key, Transfer],
+    leaking: Mapping[Key, Transfer],
     drive: Drive,
     time: Real,
     *,
     leak: Conduction,
-    control: str,
-) -> Leaked:
+    control: FieldOf,
+) -> Solution:
     """Response from rest of quantities that are linear in a drive and in one leak.
 
     Parameters
     ----------
-    driven, leaking : mapping of str to Transfer
+    driven, leaking : mapping of Key to Transfer
         Per unit of the drive and per A/m2 of leak, the same names.
     drive : Drive
         Off before time 0.
@@ -85,13 +61,14 @@ def leaky_response(
         Increasing, >= 0 [s].
     leak : Conduction
         Current density from field.
-    control : str
-        Name of the field the leak feels.
+    control : FieldOf
+        Field that the leak feels.
 
     Returns
     -------
-    Leaked
-        At a jump of the drive the value after it.
+    Solution
+        `step_error` is that of the layer's field over its largest, before extrapolation: a bound. At a
+        jump of the drive the value after it.
 
     Notes
     -----
@@ -116,7 +93,12 @@ def leaky_response(
     for name, transfer in leaking.items():
         answers = [_under(march.flow(), transfer, time) for march in (fine, coarse)]
         found[name] = found[name] + answers[0] + (answers[0] - answers[1]) / 3
-    return Leaked(found, len(grid) - 1, error)
+    why = (
+        f"layer '{control.layer}' leaks by {type(leak).__name__}, not in proportion to its field: linear modes and one"
+        f" nonlinear branch from rest, {len(grid) - 1} steps; by halving them the error of its field is"
+        f" {error:.1e} of its largest before extrapolation"
+    )
+    return Solution(found=found, method=LEAK, reason=why, errors={"step_error": error}, steps=len(grid) - 1)
 
 
 def _under(flow: Linear, transfer: Transfer, time: Real) -> Real:
@@ -132,7 +114,7 @@ def _under(flow: Linear, transfer: Transfer, time: Real) -> Real:
 
 
 @dataclass(frozen=True)
-class Followed:
+class LeakMarch:
     """Field of the leaking layer and its leak at the ends of all steps, before and after the drive's jumps."""
 
     grid: Real
@@ -145,14 +127,14 @@ class Followed:
         """Give the leak's current density, straight from step to step."""
         return Linear(self.grid, self.flow_before, self.flow_after)
 
-    def distance(self, coarser: Followed) -> float:
+    def distance(self, coarser: LeakMarch) -> float:
         """Error of this march, from one with steps twice as long: a third of the difference."""
         common = np.searchsorted(self.grid, coarser.grid)
         moved = np.abs([self.before[common] - coarser.before, self.after[common] - coarser.after])
         return float(np.max(moved)) / 3 / (float(np.max(np.abs([self.before, self.after]))) or 1.0)
 
 
-def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, leak: Conduction) -> Followed:
+def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, leak: Conduction) -> LeakMarch:
     """March the field of a leaking layer over given steps.
 
     Parameters
@@ -168,7 +150,7 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
 
     Returns
     -------
-    Followed
+    LeakMarch
         Of second order in the steps.
     """
     free = transient({"field": driven}, drive, grid)["field"]
@@ -195,7 +177,7 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
                 field = field + float(jumps[now])
                 density = float(leak.current_density(field))
             after[now], flow_after[now] = field, density
-    return Followed(grid, before, after, flow_before, flow_after)
+    return LeakMarch(grid, before, after, flow_before, flow_after)
 
 
 def field_under_leak(leak: Conduction, known: float, weight: float) -> float:

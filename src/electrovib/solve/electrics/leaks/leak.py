@@ -6,74 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.errors import InputError
 from electrovib.solve.stack.integrator import INTEGRATING
 from electrovib.solve.stack.modes import StackModes, bound_residues, slab_impedance
 from electrovib.solve.stack.section import ModalSection, section_of, slabs_of
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from electrovib.core.arrays import Real
     from electrovib.physics.circuit import SeriesElement
     from electrovib.physics.stack import Layer
-
-
-def leaking_layer(layers: Mapping[str, Layer], *, second: float) -> str | None:
-    """Find the layer with a leak.
-
-    Parameters
-    ----------
-    layers : mapping of str to Layer
-        From the plate to the finger.
-    second : float
-        First contact area over that of a second contact; 0 for none.
-
-    Returns
-    -------
-    str or None
-        Its name; None if all layers are linear.
-
-    Raises
-    ------
-    InputError
-        If there are several, or a second contact, whose layers would leak too.
-    """
-    names = [name for name, layer in layers.items() if layer.leak is not None]
-    if len(names) > 1:
-        listed = " and ".join(f"stack.{name}.leak" for name in names)
-        raise InputError(
-            f"{listed}: one layer of a stack may have a leak; give the others a material that conducts"
-        )
-    if names and second:
-        raise InputError(
-            f"stack.{names[0]}.leak: with a second electrode there are two such layers; use Grounded or Floating"
-        )
-    return names[0] if names else None
-
-
-def linearised(layers: Mapping[str, Layer]) -> dict[str, Layer]:
-    """Replace every leak by the conductivity that a vanishing sine sees.
-
-    Parameters
-    ----------
-    layers : mapping of str to Layer
-        From the plate to the finger.
-
-    Returns
-    -------
-    dict of str to Layer
-        The same layers where nothing leaks.
-    """
-    found = {}
-    for name, layer in layers.items():
-        found[name] = layer
-        if layer.leak is not None:
-            conductivity = layer.material.conductivity + layer.leak.small_signal
-            material = layer.material.conducting(conductivity)
-            found[name] = layer.model_copy(update={"material": material, "leak": None})
-    return found
 
 
 def leak_section(

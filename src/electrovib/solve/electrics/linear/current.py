@@ -1,8 +1,4 @@
-"""Current drive: every layer answers on its own, and one that does not conduct integrates.
-
-With the current given, the field of a layer is E_k = z_k J/T_k: the poles are those of the layers and not the
-zeros of their sum, and no other layer has a say in it.
-"""
+"""The voltage of a prescribed current, and what such a drive does not tell."""
 
 from __future__ import annotations
 
@@ -13,96 +9,12 @@ import numpy as np
 from electrovib.core.lamps import Lamp
 from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.stack.integrator import INTEGRATING
-from electrovib.solve.stack.modes import StackModes, bound_residues, slab_impedance
-from electrovib.solve.stack.section import ModalSection, PhasorLayer, PhasorSection, section_of, slabs_of
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
-    from electrovib.core.arrays import Indices, Real
+    from electrovib.core.arrays import Real
     from electrovib.physics.circuit import SeriesElement
-    from electrovib.physics.debye_sum import DebyeSum
     from electrovib.physics.drive.base import Drive
-    from electrovib.physics.stack import Layer
-
-REASON = "linear layers, fixed gap and a current drive: every layer's own modes, blocking layers integrate"
-
-
-def per_ampere(section: PhasorSection, *, area: float) -> PhasorSection:
-    """Give the stack at given frequencies per ampere of the drive.
-
-    Parameters
-    ----------
-    section : PhasorSection
-        Per volt of the drive.
-    area : float
-        Contact area [m2].
-
-    Returns
-    -------
-    PhasorSection
-        Fields V/m, displacements C/m2 and stack voltage V, each per ampere.
-    """
-    volts = 1 / (section.current_density * area)
-    states = {
-        name: PhasorLayer(state.thickness, state.material, state.field * volts, state.displacement * volts)
-        for name, state in section.layers.items()
-    }
-    density = np.full(np.shape(section.frequency), 1 / area, complex)
-    return PhasorSection(section.frequency, states, section.roles, section.voltage * volts, density)
-
-
-def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, area: float) -> ModalSection:
-    """Expand the stack in the modes of its layers, per ampere of the drive.
-
-    Parameters
-    ----------
-    layers : dict of str to Layer
-        From the plate to the finger.
-    debye : dict of str to DebyeSum
-        Their polarisations.
-    area : float
-        Contact area [m2].
-
-    Returns
-    -------
-    ModalSection
-        An integrator appears as a mode of the rate `INTEGRATING`.
-
-    Notes
-    -----
-    E_k T_k = z_k (J + Q_k), Q_k the free charge put at time 0 on the interfaces on the plate's side of layer
-    k. The plate itself carries only what the current has brought.
-    """
-    slabs = slabs_of(layers, debye)
-    expanded = [slab_impedance(slab) for slab in slabs]
-    nodes = np.unique(np.concatenate([rates for rates, _ in expanded]))
-    rates = np.append(np.where(nodes == 0, INTEGRATING, nodes), 0.0)  # the last: charge that stays
-    held = np.concatenate([[0.0], np.cumsum([slab.charge for slab in slabs])[:-1]])
-    fields, displacements = [], []
-    for slab, (own, residues), charge in zip(slabs, expanded, held.tolist(), strict=True):
-        places = np.searchsorted(nodes, own)
-        field = _spread(places, residues / slab.thickness, len(nodes))
-        displacement = _spread(places, bound_residues(slab, own, residues), len(nodes))
-        fields.append(_answer(rates, field / area, field * charge))
-        displacements.append(_answer(rates, displacement / area, displacement * charge))
-    current = Transfer(rates, np.zeros(len(rates)), 1 / area)
-    before = np.append(held, held[-1])  # the charge on the last layer would sit on the finger: there is none
-    modes = StackModes(rates, tuple(fields), tuple(displacements), current, len(nodes), before)
-    return section_of(layers, debye, modes)
-
-
-def _spread(places: Indices, values: Real, count: int) -> Real:
-    found = np.zeros(count)
-    found[places] = values
-    return found
-
-
-def _answer(rates: Real, residues: Real, free: Real) -> Transfer:
-    """Give sum residue/(s + rate); what charge leaves at a rate of 0 stays for ever."""
-    integrates = rates[:-1] == INTEGRATING
-    gains = np.append(residues / rates[:-1], 0.0)
-    fading = np.append(np.where(integrates, 0.0, free), float(np.sum(free[integrates])))
-    return Transfer(rates, gains, 0.0, 0.0, fading)
 
 
 def drive_voltage(

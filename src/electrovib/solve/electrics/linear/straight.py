@@ -102,7 +102,7 @@ def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:
         sum gain (x - v), V.
     """
     part, rates = states.part, states.rates
-    result, slopes = np.zeros((len(gains), len(time))), part.slopes()
+    result = np.zeros((len(gains), len(time)))
     index, elapsed = part.locate(time)
     periods = part.count_periods(time)
     first = (index == 0) & (periods == 0)
@@ -110,13 +110,13 @@ def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:
     last = max(len(part.times) - 2, 0) if part.period is not None else 0
     before = np.where(back, np.where(index > 0, index - 1, last), index)
     periods = periods - (back & (index == 0))
-    elapsed = np.where(back, part.lengths()[before], elapsed)
+    elapsed = np.where(back, part.length_of(before), elapsed)
     reached = part.before[np.where(index > 0, index, -1)]
-    jump = np.where(back, part.after[index] - reached, 0.0)
+    jump, slopes = np.where(back, part.after[index] - reached, 0.0), part.slope_of(before)
     for piece in chunks(len(time), len(rates)):
         fallen = np.expm1(-rates[:, None] * elapsed[piece])
         since = states.at(before[piece], periods[piece]) - part.after[before[piece]]
-        lag = (1 + fallen) * since + slopes[before[piece]] * fallen / rates[:, None] - jump[piece]
+        lag = (1 + fallen) * since + slopes[piece] * fallen / rates[:, None] - jump[piece]
         result[:, piece] = gains @ lag
     return result
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from electrovib.solve.electrics.linear.break_states import periodic_state
 from electrovib.solve.electrics.linear.chirp import chirp_response
 from electrovib.solve.electrics.linear.smooth import smooth_states
 from electrovib.solve.electrics.linear.straight import chunks, straight_response
+from electrovib.solve.stack.harmonics import count_harmonics
 from electrovib.solve.stack.integrator import (
     integral_weight,
     refuse_unrepeated,
@@ -28,15 +29,17 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.base import Drive
     from electrovib.solve.stack.transfer import Transfer
 
+K = TypeVar("K")
+
 
 def transient(
-    transfers: Mapping[str, Transfer], drive: Drive, time: Real, *, settled: bool = False
-) -> dict[str, Real]:
+    transfers: Mapping[K, Transfer], drive: Drive, time: Real, *, settled: bool = False
+) -> dict[K, Real]:
     """Response of linear quantities to a drive.
 
     Parameters
     ----------
-    transfers : mapping of str to Transfer
+    transfers : mapping of Key to Transfer
         What to compute.
     drive : Drive
         Off before time 0 when starting from rest.
@@ -47,7 +50,7 @@ def transient(
 
     Returns
     -------
-    dict of str to ndarray, shape (n,)
+    dict of Key to ndarray, shape (n,)
         At a jump of the drive the value after it.
 
     Raises
@@ -70,7 +73,7 @@ def transient(
         fading = {name: without_integrators(transfer) for name, transfer in transfers.items()}
         rest = transient(fading, drive, time, settled=True)
         return {name: row + weights[name] * integral for name, row in rest.items()}
-    result: dict[str, Real] = {}
+    result: dict[K, Real] = {}
     slope = drive.slope(time) if any(transfer.slope for transfer in transfers.values()) else None
     for names, rates in _groups(transfers):
         group = [transfers[name] for name in names]
@@ -78,10 +81,8 @@ def transient(
         direct = np.array(
             [transfer.direct if transfer.static is None else transfer.static for transfer in group]
         )
-        gains, free = (
-            np.array([transfer.gains for transfer in group]),
-            np.array([each.free for each in group]),
-        )
+        gains = np.array([transfer.gains for transfer in group])
+        free = np.array([transfer.free for transfer in group])
         active = np.any(gains != 0, axis=0) & (rates > 0)
         output = _Output(rates[active], gains[:, active], direct, lag)
         modal = output.of(drive.parts(), time, settled=settled)
@@ -91,13 +92,20 @@ def transient(
         for name, transfer, row in zip(names, group, modal, strict=True):
             result[name] = row
             if transfer.slope and slope is not None:
-                row += transfer.slope * slope
+                result[name] += transfer.slope * slope
     return result
 
 
-def _groups(transfers: Mapping[str, Transfer]) -> list[tuple[list[str], Real]]:
+def how_it_begins(drive: Drive, *, settled: bool) -> str:
+    """Say from which state a drive begins, and that its parts are exact."""
+    count = count_harmonics(drive) if settled else None
+    how = f"its {count} harmonics exactly" if count else "straight pieces and sines exactly"
+    return f"from {'the periodic state' if settled else 'rest'}, {how}"
+
+
+def _groups(transfers: Mapping[K, Transfer]) -> list[tuple[list[K], Real]]:
     """Collect quantities with the same modes, so that these are marched once."""
-    groups: list[tuple[list[str], Real]] = []
+    groups: list[tuple[list[K], Real]] = []
     for name, transfer in transfers.items():
         for names, rates in groups:
             if rates is transfer.rates or np.array_equal(rates, transfer.rates):
@@ -146,8 +154,9 @@ class _Output:
             return np.outer(self.direct, part.value(time))
         if isinstance(part, Linear) and not (settled and part.is_step):
             start = periodic_state(part, self.rates) if settled else np.zeros(len(self.rates))
-            ways = {"direct": self.direct, "lag": self.lag}
-            return straight_response(part, self.rates, self.gains, time, start, **ways)
+            return straight_response(
+                part, self.rates, self.gains, time, start, direct=self.direct, lag=self.lag
+            )
         now = part.value(time)
         found = np.outer(self.direct, now)
         states = (

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.scenario import PeriodicState
+from electrovib.solve.choice import refuse_unsolved, solve
 from electrovib.solve.diagnostics import diagnostics, solved, watched
 from electrovib.solve.diagnostics.known import known_band, memory_lamps, worst_of
 from electrovib.solve.diagnostics.memory import answer_errors
 from electrovib.solve.effort import last_time, refuse_large
-from electrovib.solve.electrics.electrical import Electrical, electrical, refuse_unsolved_electrics
 from electrovib.solve.mechanics.mechanical import mechanical, refuse_unsolved_mechanics
 from electrovib.solve.stack.expand import modes, phasors
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from electrovib.physics.force import ForceLaw
     from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.peaks import PeakRecord
+    from electrovib.solve.electrics.solution import Solution
     from electrovib.solve.stack.section import ModalSection, PhasorSection
 
 
@@ -31,7 +32,7 @@ LATER_PERIODS: Final = 10
 """By which a period of a periodic state is judged as if it were a later one."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Record:
     """Signals of a scenario at some times.
 
@@ -39,7 +40,7 @@ class Record:
     ----------
     times : ndarray, shape (n,)
         Increasing [s].
-    answer : Electrical
+    solution : Solution
         What the drive does to the stack.
     signals : dict
         Dimensions and values of every signal over time, in its unit.
@@ -52,15 +53,15 @@ class Record:
     """
 
     times: Real
-    answer: Electrical
+    solution: Solution
     signals: dict[str, Any]
     how: dict[str, Any]
     lamps: list[Lamp]
     peaks: PeakRecord | None = None
 
 
-class Solution:
-    """A scenario whose stack is solved, ready to be asked at any times.
+class Prepared:
+    """A scenario whose stack is in modes, ready to be asked at any times.
 
     Parameters
     ----------
@@ -83,7 +84,7 @@ class Solution:
     """
 
     def __init__(self, scenario: Scenario, times: Real | None = None) -> None:
-        refuse_unsolved_electrics(scenario)
+        refuse_unsolved(scenario)
         refuse_unsolved_mechanics(scenario, last_time(scenario, times))
         refuse_large(scenario, times)
         self.scenario = scenario
@@ -120,13 +121,20 @@ class Solution:
         scenario, section = self.scenario, self.section
         peaks: PeakRecord | None = None
         if closely:
-            answer, peaks = solved(scenario, section, times)
+            solution, peaks = solved(scenario, section, times)
         else:
-            answer = electrical(scenario, section, times)
-        between = functools.partial(electrical, scenario, section, force_alone=True)
-        moved = mechanical(scenario, times, answer, between)
-        signals = answer.signals(section) | moved.signals
-        return Record(times, answer, signals, answer.choice | moved.how, moved.lamps, peaks)
+            solution = solve(scenario, section, times)
+        between = functools.partial(solve, scenario, section, force_alone=True)
+        moved = mechanical(scenario, times, solution, between)
+        signals = solution.signals(tuple(section.names)) | moved.signals
+        return Record(
+            times=times,
+            solution=solution,
+            signals=signals,
+            how=solution.how() | moved.how,
+            lamps=moved.lamps,
+            peaks=peaks,
+        )
 
     def judge(self, record: Record) -> tuple[list[Lamp], dict[str, float]]:
         """Judge a record before it is handed out.
@@ -147,14 +155,14 @@ class Solution:
         seen = self._seen(record)
         errors, stated = {}, {"reduction_error": self.reduction_error}
         if self.reduction_error:
-            errors = answer_errors(scenario, self.section, seen.answer, seen.times, known=known)
+            errors = answer_errors(scenario, self.section, seen.solution, seen.times, known=known)
         if scenario.force.causal:
             over_frequency = _transfer_error(scenario.force, self.section, self.declared, known)
             stated["transfer_error"] = max(over_frequency, worst_of(errors))
-        peaks = record.peaks or watched(scenario, self.section, record.times, record.answer)
+        peaks = record.peaks or watched(scenario, self.section, record.times, record.solution)
         spoken = [
             *diagnostics(scenario, self.section, peaks, record.times, record.signals),
-            *memory_lamps(scenario, errors, seen.times, known=known, solver=record.how["solver"]),
+            *memory_lamps(scenario, errors, seen.times, known=known, method=record.solution.method),
             *record.lamps,
             *scenario.force.lamps_over_frequency(self.declared),
         ]
@@ -169,14 +177,19 @@ class Solution:
         reduced_for = _since(corners, self.times)
         kept = _since(corners, record.times) >= np.min(reduced_for[reduced_for > 0], initial=np.inf)
         kept = kept if np.any(kept) else np.ones(len(kept), bool)
-        found = {name: row[..., kept] for name, row in record.answer.found.items()}
-        answer = Electrical(found, record.answer.force[kept], record.answer.choice)
         later = 0.0
         if settled:
             later = LATER_PERIODS * (
                 drive.period or 0.0
             )  # one period stands for all: what is left is never its end
-        return Record(record.times[kept] + later, answer, {}, record.how, [])
+        return replace(
+            record,
+            times=record.times[kept] + later,
+            solution=record.solution.at(np.flatnonzero(kept)),
+            signals={},
+            lamps=[],
+            peaks=None,
+        )
 
 
 def _since(corners: Real, times: Real) -> Real:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,17 +13,20 @@ from electrovib.physics.force import GapPlane
 from electrovib.physics.interface import INTERFACE
 from electrovib.scenario import PeriodicState
 from electrovib.solve.electrics.pressed import pressed
+from electrovib.solve.stack.expand import Surroundings
+from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf
 from electrovib.solve.stack.section import TimeLayer, TimeSection
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
-    from electrovib.physics.circuit import SeriesElement
     from electrovib.scenario import Scenario
+    from electrovib.solve.electrics.solution import Question, Solution
     from electrovib.solve.nonlinear.finger import Yielding
-    from electrovib.solve.stack.section import ModalSection
+    from electrovib.solve.stack.keys import Key
+    from electrovib.solve.stack.layer_states import StackStates
 
 
-def beyond_modes(scenario: Scenario) -> str:
+def why_no_modes(scenario: Scenario) -> str:
     """Say what of a scenario no solver with fixed modes takes; empty if nothing."""
     amplifier, contact = scenario.circuit.amplifier, scenario.contact
     leaks = [name for name, layer in scenario.stack.layers.items() if layer.leak is not None]
@@ -40,69 +44,111 @@ def beyond_modes(scenario: Scenario) -> str:
     return ", ".join(said)
 
 
-def solve_beyond(
-    scenario: Scenario, section: ModalSection, times: Real, *, element: SeriesElement, second: float
-) -> tuple[dict[str, Real], dict[str, Any]]:
-    """Solve a stack over time without fixed modes.
+def moves_alone(scenario: Scenario) -> bool:
+    """Tell whether a gap that is moved is all that modes do not hold, so that the rest is linear."""
+    amplifier = scenario.circuit.amplifier
+    return (
+        scenario.motion.moved_gap is not None
+        and scenario.contact.closing is None
+        and all(layer.leak is None for layer in scenario.stack.layers.values())
+        and (amplifier is None or not amplifier.is_limited)
+    )
+
+
+def follow_moving_gap(question: Question) -> Solution:
+    """Solve linear layers beneath a gap that is moved.
 
     Parameters
     ----------
-    scenario : Scenario
-        Everything.
-    section : ModalSection
-        Its stack, for the reduced materials.
-    times : ndarray, shape (n,)
-        Increasing, >= 0 [s].
-    element : SeriesElement
-        Source and return path.
-    second : float
-        First contact area over that of a second contact; 0 for none.
+    question : Question
+        Of a scenario that `moves_alone` takes.
 
     Returns
     -------
-    found : dict of str to ndarray
-        Voltages, currents, gap and the fields of every layer.
-    choice : dict
-        Solver and reason, error or events.
-
-    Raises
-    ------
-    InputError
-        If models do not go together.
+    Solution
+        With the error of its march.
     """
     from electrovib.solve.electrics.moving_gap import move_gap
+
+    scenario, distance = question.scenario, question.scenario.motion.moved_gap
+    assert distance is not None
+    space, amplifier = _states(question), scenario.circuit.amplifier
+    moved = move_gap(space, scenario.drive, question.times, motion=distance, amplifier=amplifier)
+    return _with_law(scenario, moved)
+
+
+def follow_all(question: Question) -> Solution:
+    """Solve any stack by the general reference.
+
+    Parameters
+    ----------
+    question : Question
+        Of a scenario that `refuse_without_modes` lets through.
+
+    Returns
+    -------
+    Solution
+        With the events that were located.
+    """
     from electrovib.solve.nonlinear.finger import follow_finger
+
+    scenario, times = question.scenario, question.times
+    motion = _yielding(scenario) if scenario.contact.closing is not None else scenario.motion.moved_gap
+    asked = times if times[0] == 0 else np.append(0.0, times)
+    followed = follow_finger(
+        _states(question), scenario.drive, asked, amplifier=scenario.circuit.amplifier, motion=motion
+    )
+    found = {key: row[len(asked) - len(times) :] for key, row in followed.found.items()}
+    reason = f"{why_no_modes(scenario)}: {followed.reason}"
+    errors = {"events": len(followed.events)}
+    return _with_law(scenario, replace(followed, found=found, reason=reason, errors=errors))
+
+
+def _states(question: Question) -> StackStates:
+    """Give the stack as physical states, with the layer that moves."""
     from electrovib.solve.stack.state_space import stack_states
 
-    why = beyond_modes(scenario)
-    amplifier, distance = scenario.circuit.amplifier, scenario.motion.moved_gap
-    yields = scenario.contact.closing is not None
-    space = stack_states(
+    scenario = question.scenario
+    around = Surroundings.of(scenario)
+    moves = scenario.motion.moved_gap is not None or scenario.contact.closing is not None
+    return stack_states(
         scenario.stack.layers,
-        section.debye,
-        area=scenario.contact_area,
-        element=element,
-        second=second,
-        moving=_moving(scenario) if distance is not None or yields else None,
+        question.section.debye,
+        area=around.area,
+        element=around.element,
+        second=around.second,
+        moving=_moving(scenario) if moves else None,
     )
-    linear = not space.leaks and (amplifier is None or not amplifier.is_limited)
-    if distance is not None and linear and not yields:
-        moved = move_gap(space, scenario.drive, times, motion=distance, amplifier=amplifier)
-        found, choice = (
-            moved.found,
-            _choice("moving gap", moved.reason(distance), step_error=moved.error),
+
+
+def _with_law(scenario: Scenario, solution: Solution) -> Solution:
+    """Show a record to the force law, and leave out what is the amplifier's where there is none."""
+    found = dict(solution.found)
+    if scenario.circuit.amplifier is None:
+        for name in ("plate_voltage", "amplifier_current"):
+            found.pop(name, None)
+    seen, law = _over_time(scenario, found), scenario.force
+    found |= {AmplitudeOf(name): values for name, values in law.amplitudes(seen).items()}
+    effective = law.effective_voltage(seen)
+    if effective is not None:
+        found["effective_voltage"] = effective
+    return replace(solution, found=found)
+
+
+def _over_time(scenario: Scenario, found: dict[Key, Real]) -> TimeSection:
+    """Give the stack over time, as a force law sees it."""
+    gap = scenario.stack.gap_name
+    layers = {
+        name: TimeLayer(
+            found["gap"] if name == gap and "gap" in found else layer.thickness,
+            layer.material,
+            found[FieldOf(name)],
+            found[DisplacementOf(name)],
         )
-    else:
-        motion = _yielding(scenario) if yields else distance
-        asked = times if times[0] == 0 else np.append(0.0, times)
-        followed = follow_finger(space, scenario.drive, asked, amplifier=amplifier, motion=motion)
-        found = {name: row[len(asked) - len(times) :] for name, row in followed.found.items()}
-        choice = _choice("nonlinear", followed.reason(why), events=len(followed.solved.events))
-    if amplifier is None:
-        found = {
-            name: row for name, row in found.items() if name not in {"plate_voltage", "amplifier_current"}
-        }
-    return found, choice
+        for name, layer in scenario.stack.layers.items()
+    }
+    density, at = found["current"] / scenario.contact_area, found[DisplacementOf(gap or INTERFACE)]
+    return TimeSection(layers, scenario.stack.roles, found["stack_voltage"], density, at)
 
 
 def _moving(scenario: Scenario) -> str:
@@ -117,24 +163,20 @@ def _moving(scenario: Scenario) -> str:
     return name
 
 
-def _choice(solver: str, reason: str, **more: Any) -> dict[str, Any]:
-    return {"solver": solver, "solver_reason": reason} | more
-
-
-def refuse_beyond_modes(scenario: Scenario) -> None:
+def refuse_without_modes(scenario: Scenario) -> None:
     """Refuse what does not go with a stack without modes.
 
     Parameters
     ----------
     scenario : Scenario
-        One that `beyond_modes` says something about.
+        One that `why_no_modes` says something about.
 
     Raises
     ------
     InputError
         If models do not go together.
     """
-    why, drive = beyond_modes(scenario), scenario.drive
+    why, drive = why_no_modes(scenario), scenario.drive
     if drive.quantity == "current":
         raise InputError(
             f"drive = {type(drive).__name__}: {why} is solved under a voltage; with a fixed gap and at most one leak a"
@@ -206,34 +248,3 @@ def _yielding(scenario: Scenario) -> Yielding:
         pulling=scenario.stack.layers[_moving(scenario)].material.pulling_share,
         together=None if isinstance(contact, FixedArea) else together,
     )
-
-
-def time_section(scenario: Scenario, space_area: float, found: dict[str, Real]) -> TimeSection:
-    """Show what was found to a force law.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Its layers.
-    space_area : float
-        Contact area [m2].
-    found : dict of str to ndarray
-        As from `solve_beyond`.
-
-    Returns
-    -------
-    TimeSection
-        Over time.
-    """
-    gap = scenario.stack.gap_name
-    layers = {
-        name: TimeLayer(
-            found["gap"] if name == gap and "gap" in found else layer.thickness,
-            layer.material,
-            found[f"field {name}"],
-            found[f"displacement {name}"],
-        )
-        for name, layer in scenario.stack.layers.items()
-    }
-    density, at = found["current"] / space_area, found[f"displacement {gap or INTERFACE}"]
-    return TimeSection(layers, scenario.stack.roles, found["stack_voltage"], density, at)

@@ -1,0 +1,270 @@
+"""Which electrical solver answers: the first in an ordered list that takes the scenario."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+from electrovib.scenario import PeriodicState
+from electrovib.solve.electrics import methods
+from electrovib.solve.electrics.attraction import attraction, total_pull
+from electrovib.solve.electrics.leaks.answer import answer_with_leak, leaks, refuse_leak
+from electrovib.solve.electrics.linear.answer import (
+    answer_to_current,
+    answer_to_voltage,
+    of_drive,
+    refuse_current,
+)
+from electrovib.solve.electrics.one_sine import one_sine, refuse_more_than_one_sine
+from electrovib.solve.electrics.renewal import answer_on_fresh_film, refuse_renewal
+from electrovib.solve.electrics.solution import Question
+from electrovib.solve.electrics.wanted import amplitudes, fields, linear_quantities, name_interface
+from electrovib.solve.electrics.without_modes import (
+    follow_all,
+    follow_moving_gap,
+    moves_alone,
+    refuse_without_modes,
+    why_no_modes,
+)
+from electrovib.solve.stack.integrator import refuse_unrepeated
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from electrovib.core.arrays import Real
+    from electrovib.scenario import Scenario
+    from electrovib.solve.electrics.solution import Method, Solution
+    from electrovib.solve.stack.keys import Key
+    from electrovib.solve.stack.section import ModalSection
+    from electrovib.solve.stack.transfer import Transfer
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solver:
+    """One way to the electrical answer.
+
+    Parameters
+    ----------
+    method : Method
+        Its name in a Trace, and what its steps cost.
+    takes : callable
+        Whether a scenario is for it, if none before it in the list takes it.
+    refuse : callable
+        Raises for what such a scenario must not have, with what to do instead; costs nothing.
+    solve : callable
+        The answer.
+    """
+
+    method: Method
+    takes: Callable[[Scenario], object]
+    refuse: Callable[[Scenario], None]
+    solve: Callable[[Question], Solution]
+
+
+def _refuse_nothing(_: Scenario) -> None:
+    """Take everything."""
+
+
+def _is_limited(scenario: Scenario) -> bool:
+    amplifier = scenario.circuit.amplifier
+    return amplifier is not None and amplifier.is_limited
+
+
+def _refuse_limits(scenario: Scenario) -> None:
+    from electrovib.solve.electrics.amplifier.amplifier import refuse_amplified
+
+    amplifier = scenario.circuit.amplifier
+    assert amplifier is not None
+    refuse_amplified(scenario.drive, amplifier, settled=_is_settled(scenario))
+
+
+def _behind_limits(question: Question) -> Solution:
+    from electrovib.solve.electrics.amplifier.amplifier import answer_behind_limits
+
+    return answer_behind_limits(question)
+
+
+def _is_settled(scenario: Scenario) -> bool:
+    return isinstance(scenario.time.initial_state, PeriodicState)
+
+
+OF_THE_STACK: Final = (
+    Solver(
+        method=methods.RENEWAL,
+        takes=lambda scenario: scenario.motion.renews_film,
+        refuse=refuse_renewal,
+        solve=answer_on_fresh_film,
+    ),
+    Solver(
+        method=methods.MOVING_GAP,
+        takes=moves_alone,
+        refuse=refuse_without_modes,
+        solve=follow_moving_gap,
+    ),
+    Solver(
+        method=methods.NONLINEAR,
+        takes=why_no_modes,
+        refuse=refuse_without_modes,
+        solve=follow_all,
+    ),
+    Solver(
+        method=methods.LEAK,
+        takes=leaks,
+        refuse=refuse_leak,
+        solve=answer_with_leak,
+    ),
+    Solver(
+        method=methods.LIMITED,
+        takes=_is_limited,
+        refuse=_refuse_limits,
+        solve=_behind_limits,
+    ),
+    Solver(
+        method=methods.CURRENT_DRIVE,
+        takes=lambda scenario: scenario.drive.quantity == "current",
+        refuse=refuse_current,
+        solve=answer_to_current,
+    ),
+    Solver(
+        method=methods.PERIODIC,
+        takes=_is_settled,
+        refuse=_refuse_nothing,
+        solve=answer_to_voltage,
+    ),
+    Solver(
+        method=methods.TRANSIENT,
+        takes=lambda _: True,
+        refuse=_refuse_nothing,
+        solve=answer_to_voltage,
+    ),
+)
+"""Solvers of voltages, currents and fields, whatever the law; the last takes everything."""
+
+
+def _refuse_beside_one_sine(scenario: Scenario) -> None:
+    refuse_more_than_one_sine(scenario)
+    _first(OF_THE_STACK, scenario).refuse(scenario)
+
+
+def _by_magnitudes(question: Question) -> Solution:
+    return one_sine(question, _first(OF_THE_STACK, question.scenario).solve(question))
+
+
+SOLVERS: Final = (
+    Solver(
+        method=methods.ONE_SINE,
+        takes=lambda scenario: not scenario.force.causal,
+        refuse=_refuse_beside_one_sine,
+        solve=_by_magnitudes,
+    ),
+    *OF_THE_STACK,
+)
+"""The first that takes a scenario answers."""
+
+
+def _first(solvers: tuple[Solver, ...], scenario: Scenario) -> Solver:
+    return next(solver for solver in solvers if solver.takes(scenario))
+
+
+def chosen(scenario: Scenario) -> Solver:
+    """Give the solver that a scenario is for; costs nothing."""
+    return _first(SOLVERS, scenario)
+
+
+def refuse_unsolved(scenario: Scenario) -> None:
+    """Refuse what no electrical solver takes; costs nothing, so that it can be told before any work.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+
+    Raises
+    ------
+    NotCausalError
+        If the force law has no response in time but the drive is not one sine in its steady state.
+    InputError
+        If models do not go together.
+    """
+    solver = chosen(scenario)
+    if _is_settled(scenario):
+        refuse_unrepeated(scenario.drive)
+    solver.refuse(scenario)
+
+
+def solve(scenario: Scenario, section: ModalSection, times: Real, *, force_alone: bool = False) -> Solution:
+    """Compute fields and attraction over time.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    section : ModalSection
+        Its stack as modes.
+    times : ndarray, shape (n,)
+        Increasing, >= 0 [s].
+    force_alone : bool
+        Leave out what the attraction does not need, where the solver allows it.
+
+    Returns
+    -------
+    Solution
+        At these times.
+
+    Raises
+    ------
+    NotCausalError
+        If the force law has no response in time but the drive is not one sine in its steady state.
+    InputError
+        If models do not go together.
+    """
+    solver = chosen(scenario)
+    plain = solver.method in {methods.TRANSIENT, methods.PERIODIC} and scenario.circuit.amplifier is None
+    wanted = amplitudes if force_alone and plain else linear_quantities
+    found = _asked(solver, scenario, section, times, wanted)
+    pull = total_pull(scenario, found.amplitudes()) if found.pull is None else found.pull
+    return replace(found, force=attraction(scenario, pull, times))
+
+
+def solve_fields(scenario: Scenario, section: ModalSection, times: Real) -> Solution:
+    """Compute voltages, currents and the fields of every layer, and no attraction.
+
+    Parameters
+    ----------
+    scenario, section, times
+        As for `solve`; s.
+
+    Returns
+    -------
+    Solution
+        Without what belongs to the force law.
+
+    Raises
+    ------
+    InputError
+        If models do not go together.
+    """
+    return _asked(_first(OF_THE_STACK, scenario), scenario, section, times, fields)
+
+
+def _asked(
+    solver: Solver,
+    scenario: Scenario,
+    section: ModalSection,
+    times: Real,
+    wanted: Callable[[Scenario, ModalSection], dict[Key, Transfer]],
+) -> Solution:
+    """Ask a solver, and name the drive and the interface beside what it found."""
+    if _is_settled(scenario):
+        refuse_unrepeated(scenario.drive)
+    solver.refuse(scenario)
+    question = Question(
+        scenario=scenario, section=section, times=times, wanted=functools.partial(wanted, scenario)
+    )
+    solution = solver.solve(question)
+    found = dict(solution.found)
+    if "drive_voltage" not in found:
+        found |= of_drive(question, found)
+    name_interface(scenario, found)
+    return replace(solution, found=found)

@@ -1,0 +1,98 @@
+"""The attraction that a force law makes of fields, on the area that load and attraction make together."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.physics.contact import FixedArea
+from electrovib.solve.electrics.pressed import pressed
+from electrovib.solve.stack.expand import Surroundings
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Complex, Real
+    from electrovib.scenario import Scenario
+    from electrovib.solve.stack.section import PhasorSection
+
+PHASES = 32
+"""Points of a period over which a force is averaged: exact for a pressure of second degree on an area that stays."""
+
+
+def total_pull(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
+    """Attraction over the area of the first contact; a second contact carries the same current through its own area.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Law, contact and circuit.
+    amplitudes : dict of str to ndarray
+        What the law's pressure takes, in its units.
+
+    Returns
+    -------
+    ndarray
+        Pa.
+    """
+    second = Surroundings.of(scenario).second
+    total = scenario.force.pressure(**amplitudes)
+    if second:
+        denser = {name: values * second for name, values in amplitudes.items()}
+        total = total + scenario.force.pressure(**denser) / second
+    return np.asarray(total)
+
+
+def attraction(scenario: Scenario, pull: Real, times: Real | None = None) -> Real:
+    """Force of an attraction per area, on the area that load and attraction make together.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Contact, load and motion.
+    pull : ndarray, shape (..., n)
+        Attraction per area [Pa].
+    times : ndarray, shape (n,), optional
+        When [s]; by default under the full load, in touch.
+
+    Returns
+    -------
+    ndarray, shape (..., n)
+        N. Off the plate a hand holds against the attraction: the area is that under the load alone.
+
+    Raises
+    ------
+    InputError
+        If the attraction lets the area grow without bound.
+    """
+    contact, load = scenario.contact, scenario.load
+    if isinstance(contact, FixedArea):
+        return np.asarray(contact.area * pull)
+    if times is None:
+        forces, pressing = np.asarray(load.normal_force), pull
+    else:
+        forces, pressing = load.forces(times), np.where(scenario.motion.touches(times), pull, 0.0)
+    return np.asarray(pull * contact.outline(pressed(contact, forces, pressing)))
+
+
+def mean_force(scenario: Scenario, section: PhasorSection, amplitude: float) -> Real:
+    """Time mean of the attraction under one sine.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Law, contact and circuit.
+    section : PhasorSection
+        The stack over frequency.
+    amplitude : float
+        Peak of the drive [V, or A].
+
+    Returns
+    -------
+    ndarray, shape (frequencies,)
+        N.
+    """
+    count = PHASES if isinstance(scenario.contact, FixedArea) else 16 * PHASES
+    turns = np.exp(2j * np.pi * np.arange(count) / count)[:, None]
+    phasor: dict[str, Complex] = scenario.force.amplitudes(section)
+    waves = {name: np.real(amplitude * value * turns) for name, value in phasor.items()}
+    return np.asarray(np.mean(attraction(scenario, total_pull(scenario, waves)), axis=0))

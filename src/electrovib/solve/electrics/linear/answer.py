@@ -1,0 +1,144 @@
+"""Linear layers under a voltage or a current, from rest or in the periodic state."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from electrovib.core.errors import InputError
+from electrovib.solve.electrics.linear.current import drive_voltage
+from electrovib.solve.electrics.linear.transient import how_it_begins, transient
+from electrovib.solve.electrics.methods import CURRENT_DRIVE, PERIODIC, TRANSIENT
+from electrovib.solve.electrics.solution import Solution
+from electrovib.solve.stack.expand import Surroundings
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+    from electrovib.scenario import Scenario
+    from electrovib.solve.electrics.solution import Question
+    from electrovib.solve.stack.keys import Key
+
+
+def answer_to_voltage(question: Question) -> Solution:
+    """Answer of linear layers to a voltage, behind an amplifier without limits if there is one.
+
+    Parameters
+    ----------
+    question : Question
+        Of a scenario with fixed gap and without leaks.
+
+    Returns
+    -------
+    Solution
+        Exact.
+    """
+    amplifier, drive = question.scenario.circuit.amplifier, question.scenario.drive
+    transfers = question.wanted(question.section)
+    if amplifier is not None:
+        from electrovib.solve.electrics.amplifier.amplifier import amplified_response
+
+        return amplified_response(
+            transfers, drive, question.times, amplifier=amplifier, settled=question.settled
+        )
+    found = transient(transfers, drive, question.times, settled=question.settled)
+    why = f"linear layers, fixed gap and a voltage drive: real modes {how_it_begins(drive, settled=question.settled)}"
+    return Solution(found=found, method=PERIODIC if question.settled else TRANSIENT, reason=why)
+
+
+def answer_to_current(question: Question) -> Solution:
+    """Answer of linear layers to a prescribed current.
+
+    Parameters
+    ----------
+    question : Question
+        Of a scenario with fixed gap and without leaks or amplifier.
+
+    Returns
+    -------
+    Solution
+        Exact.
+    """
+    drive, transfers = question.scenario.drive, question.wanted(question.section)
+    found = transient(transfers, drive, question.times, settled=question.settled)
+    why = "linear layers, fixed gap and a current drive: every layer's own modes, blocking layers integrate"
+    return Solution(
+        found=found, method=CURRENT_DRIVE, reason=f"{why}, {how_it_begins(drive, settled=question.settled)}"
+    )
+
+
+def of_drive(question: Question, found: dict[Key, Real]) -> dict[Key, Real]:
+    """Give the drive's own voltage, and of a prescribed current the current as well.
+
+    Parameters
+    ----------
+    question : Question
+        Any.
+    found : dict of Key to ndarray
+        With ``stack_voltage`` [V].
+
+    Returns
+    -------
+    dict of Key to ndarray, shape (n,)
+        ``drive_voltage`` [V], and ``drive_current`` [A] under current drive.
+    """
+    scenario, times = question.scenario, question.times
+    drive = scenario.drive
+    if drive.quantity == "voltage":
+        return {"drive_voltage": drive.voltage(times)}
+    around = Surroundings.of(scenario)
+    charges = sum(layer.initial_charge for layer in scenario.stack.layers.values())
+    voltage = drive_voltage(
+        found["stack_voltage"],
+        drive,
+        times,
+        element=around.element,
+        second=around.second,
+        settled=question.settled,
+        charge=around.element.charge + around.area * charges,
+    )
+    return {"drive_current": drive.voltage(times), "drive_voltage": voltage}
+
+
+def refuse_gaps_of_a_law(scenario: Scenario, leak: str | None = None) -> None:
+    """Refuse a law with gaps of its own where the voltage of linear layers is not given.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Law and drive.
+    leak : str, optional
+        Layer that leaks.
+
+    Raises
+    ------
+    InputError
+        Under a prescribed current, or beside a leak.
+    """
+    law, current = type(scenario.force), scenario.drive.quantity == "current"
+    if getattr(law, "replaces", ()) and (current or leak):
+        why = f"what leaks beside '{leak}' is not followed into them"
+        if current:
+            why = "under a prescribed current they would decide on the voltage themselves"
+        raise InputError(
+            f"force = {law.__name__}: its gaps are no layers of the stack, and {why}. Give the stack a layer 'gap' and"
+            " use force.model = GapPlane"
+        )
+
+
+def refuse_current(scenario: Scenario) -> None:
+    """Refuse what does not go with a prescribed current.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Driven by a current.
+
+    Raises
+    ------
+    InputError
+        If the law has gaps of its own, or there is an amplifier.
+    """
+    refuse_gaps_of_a_law(scenario)
+    if scenario.circuit.amplifier is not None:
+        raise InputError(
+            f"circuit.amplifier: {type(scenario.drive).__name__} prescribes the current itself; leave the amplifier away"
+        )

@@ -1,0 +1,165 @@
+"""What a solver found of the stack over time, and by which method."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.scenario import PeriodicState
+from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf, Key
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from electrovib.core.arrays import Indices, Real
+    from electrovib.scenario import Scenario
+    from electrovib.solve.costs import March
+    from electrovib.solve.stack.section import ModalSection
+    from electrovib.solve.stack.transfer import Transfer
+
+ACROSS = (
+    "drive_voltage",
+    "drive_current",
+    "plate_voltage",
+    "stack_voltage",
+    "effective_voltage",
+    "interface_field",
+    "amplifier_current",
+    "current",
+    "gap",
+)
+"""Signals of one number at a time that a solver may give."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method:
+    """How a solver comes to its answer.
+
+    Parameters
+    ----------
+    name : str
+        As the Trace tells it.
+    by_modes : bool
+        Whether the answer at any time follows from the modes of the stack for little, and is linear in the drive.
+    march : March, optional
+        What its steps cost, of one that goes from step to step; a second look then costs as much as the first.
+    """
+
+    name: str
+    by_modes: bool = False
+    march: March | None = None
+
+    @property
+    def is_marched(self) -> bool:
+        """Whether it goes from step to step."""
+        return self.march is not None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Question:
+    """What is asked of a solver.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    section : ModalSection
+        Its stack per unit of the drive, without leaks.
+    times : ndarray, shape (n,)
+        Increasing, >= 0 [s].
+    wanted : callable
+        Names the quantities of a section that are linear in the drive, ``stack_voltage`` among them.
+    """
+
+    scenario: Scenario
+    section: ModalSection
+    times: Real
+    wanted: Callable[[ModalSection], dict[Key, Transfer]]
+
+    @property
+    def settled(self) -> bool:
+        """Whether the periodic state is asked for."""
+        return isinstance(self.scenario.time.initial_state, PeriodicState)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solution:
+    """What a drive does to the stack over time.
+
+    Parameters
+    ----------
+    found : dict of Key to ndarray, shape (n,)
+        Voltages, currents, fields, displacements, and amplitudes of the law, each in its unit.
+    method : Method
+        How.
+    reason : str
+        Why this solver ran, and how well.
+    force : ndarray, shape (n,), optional
+        Attraction [N], where it was asked for.
+    pull : ndarray, shape (n,), optional
+        Attraction per area [Pa], where it is not that of the amplitudes found: a mean over places.
+    errors : mapping of str to float
+        Estimated errors [1], and numbers of events, by the name under which the Trace states them.
+    events : tuple of float
+        Moments [s] that were located: an amplifier at a limit, a gap at a kink.
+    steps : int
+        Of the finest march.
+    """
+
+    found: dict[Any, Real]
+    method: Method
+    reason: str
+    force: Real | None = None
+    pull: Real | None = None
+    errors: Mapping[str, float] = field(default_factory=dict)
+    events: tuple[float, ...] = ()
+    steps: int = 0
+
+    @property
+    def attraction(self) -> Real:
+        """Attraction [N].
+
+        Raises
+        ------
+        ValueError
+            If only fields were asked for.
+        """
+        if self.force is None:
+            raise ValueError("no attraction was asked for")
+        return self.force
+
+    def amplitudes(self) -> dict[str, Real]:
+        """Give what the law's pressure takes."""
+        return {key.name: row for key, row in self.found.items() if isinstance(key, AmplitudeOf)}
+
+    def at(self, places: Indices) -> Solution:
+        """Give the answer at some of its times alone."""
+        found = {key: row[..., places] for key, row in self.found.items()}
+        return replace(self, found=found, force=self.attraction[places])
+
+    def how(self) -> dict[str, Any]:
+        """Name solver, reason and errors as attributes of a Trace."""
+        return {"solver": self.method.name, "solver_reason": self.reason, **self.errors}
+
+    def signals(self, names: tuple[str, ...]) -> dict[str, Any]:
+        """Name what was found as signals of a Trace.
+
+        Parameters
+        ----------
+        names : tuple of str
+            Layers from plate to finger.
+
+        Returns
+        -------
+        dict
+            Dimensions and values.
+        """
+        signals: dict[str, Any] = {
+            name: (("time",), self.found[name]) for name in ACROSS if name in self.found
+        }
+        for quantity, key in (("field", FieldOf), ("displacement", DisplacementOf)):
+            rows = np.array([self.found[key(name)] for name in names])
+            signals[quantity] = (("layer", "time"), rows)
+        return signals | {"electrostatic_force": (("time",), self.attraction)}
