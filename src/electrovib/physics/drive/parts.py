@@ -19,6 +19,8 @@ _SLACK = 8 * float(np.finfo(float).eps)
 """A time this close to a break, relative, counts as at it: time stamps are rounded."""
 LOOKS = 16
 """Looks at each cycle of the fastest oscillation, when a largest value is searched for."""
+MANY_TIMES = 10_000
+"""From which on it is worth to see whether they are even."""
 MOST_LOOKS = 1_000_000
 """Beyond which a largest value is bounded and not searched for."""
 
@@ -165,6 +167,43 @@ class Linear:
         return max(max(float(np.max(side)), -float(np.min(side))) for side in sides)
 
 
+def circling(frequency: float, time: Real) -> tuple[Real, Real]:
+    """Give cosine and sine of the phase of a tone.
+
+    Parameters
+    ----------
+    frequency : float
+        Hz.
+    time : ndarray, shape (n,)
+        s.
+
+    Returns
+    -------
+    cosine, sine : ndarray, shape (n,)
+        Of 2 pi frequency time. At many even times from products of those of two coarser grids, to rounding.
+    """
+    angular, step = 2 * np.pi * frequency, _even_step(time)
+    if step is None:
+        phase = np.asarray(angular * time)
+        return np.cos(phase), np.sin(phase)
+    width = math.isqrt(len(time))
+    inside = angular * step * np.arange(width)
+    begins = angular * time[::width, None]
+    parts = [np.cos(begins), np.sin(begins), np.cos(inside), np.sin(inside)]
+    cosine = parts[0] * parts[2] - parts[1] * parts[3]
+    sine = parts[1] * parts[2] + parts[0] * parts[3]
+    return cosine.ravel()[: len(time)], sine.ravel()[: len(time)]
+
+
+def _even_step(time: Real) -> float | None:
+    """Give the step of many times that are even but for rounding [s]."""
+    if len(time) < MANY_TIMES:
+        return None
+    step = float(time[-1] - time[0]) / (len(time) - 1)
+    off = np.max(np.abs(time - time[0] - step * np.arange(len(time))))
+    return step if off <= _SLACK * max(abs(float(time[0])), abs(float(time[-1]))) else None
+
+
 class _Gated(ABC):
     """What is on between two times: when it is switched, and by how much."""
 
@@ -233,7 +272,8 @@ class Tones(_Gated):
         flat = np.ravel(time)
         total = np.zeros(flat.shape)
         for frequency, amplitude in zip(self.frequencies, amplitudes, strict=True):
-            total += (amplitude * np.exp(2j * np.pi * frequency * flat)).real
+            cosine, sine = circling(float(frequency), flat)
+            total += amplitude.real * cosine - amplitude.imag * sine
         return total.reshape(np.shape(time))
 
     @property

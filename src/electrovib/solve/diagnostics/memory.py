@@ -65,6 +65,7 @@ LARGEST: Final = 0.01
 LOOKING_BACK: Final = 0.9
 _MANY: Final = 20_000
 """Output times beyond which the smallest and largest values between probes are looked at first."""
+_AT_ONCE: Final = 1 << 15
 _GOLDEN: Final = 0.6180339887498949
 
 
@@ -204,22 +205,25 @@ def _judge_by_stretches(
     """
     if not np.all(judged[probes[0] : probes[-1] + 1]):
         return None
-    sizes = np.abs(row[probes[0] : probes[-1] + 1])
+    inside = slice(probes[0], probes[-1] + 1)
     starts = np.unique(np.concatenate([probes, probes[:-1] + 1])) - probes[0]
-    high = np.maximum.reduceat(sizes, starts)
-    low = np.minimum.reduceat(sizes, starts)
+    count = inside.stop - inside.start
+    ends = np.append(starts[1:], count) - 1
+    back = np.searchsorted(times, LOOKING_BACK * times[ends + probes[0]]) - probes[0]
+    marks = np.union1d(starts, np.maximum(back, 0))
+    lows, highs = _between(row[inside], marks)
+    groups = np.searchsorted(marks, starts)
+    low, high = np.minimum.reduceat(lows, groups), np.maximum.reduceat(highs, groups)
     peak = TAIL * float(np.max(high))
     if not peak > 0:
         return None
-    ends = np.append(starts[1:], len(sizes)) - 1
     for place in np.flatnonzero((low <= peak) & (high > peak)):
-        some = sizes[starts[place] : ends[place] + 1]
+        some = np.abs(row[inside][starts[place] : ends[place] + 1])
         low[place] = np.min(some[some > peak])
     after = np.searchsorted(probes - probes[0], starts)
     at_probe = probes[after] - probes[0] == starts
     larger = np.where(at_probe, bound[after], np.maximum(bound[after], bound[after - 1]))
-    back = np.searchsorted(times, LOOKING_BACK * times[ends + probes[0]]) - probes[0]
-    left = _largest_since(sizes, np.maximum(back, 0))
+    left = np.maximum.accumulate(highs[::-1])[::-1][np.searchsorted(marks, np.maximum(back, 0))]
     shares = larger / left
     if not (np.all(left > peak) and np.all(shares <= LARGEST)):
         return None
@@ -227,11 +231,17 @@ def _judge_by_stretches(
     return Judged(float(np.max(larger[told] / low[told], initial=0.0)), float(np.max(shares)), np.inf)
 
 
-def _largest_since(sizes: Real, places: NDArray[np.intp]) -> Real:
-    """Largest value from each of some increasing places on."""
-    marks, back = np.unique(places, return_inverse=True)
-    largest = np.maximum.accumulate(np.maximum.reduceat(sizes, marks)[::-1])[::-1]
-    return np.asarray(largest[back])
+def _between(row: Real, marks: NDArray[np.intp]) -> tuple[Real, Real]:
+    """Smallest and largest absolute value from each mark to the next; the first is 0."""
+    lows, highs = np.empty(len(marks)), np.empty(len(marks))
+    ends = np.append(marks[1:], len(row))
+    first = 0
+    while first < len(marks):
+        last = max(first + 1, int(np.searchsorted(ends, marks[first] + _AT_ONCE)))
+        sizes, places = np.abs(row[marks[first] : ends[last - 1]]), marks[first:last] - marks[first]
+        lows[first:last], highs[first:last] = np.minimum.reduceat(sizes, places), np.maximum.reduceat(sizes, places)
+        first = last
+    return lows, highs
 
 
 def _of_force(

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from electrovib.solve.electrics.linear.break_states import BreakStates
+from electrovib.solve.electrics.linear.graded import graded
 from electrovib.solve.recursion import hold_weights, march
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Indices, Real
     from electrovib.physics.drive.parts import Linear
 
 CHUNK = 1 << 16
 """States held at once, so that a million samples need no gigabyte."""
 MANY_SAMPLES = 20_000
 """From here on the block scan is faster than the closed form of each segment."""
+_LONG = 8000
+"""Times in each piece, on average, from which on polynomials are faster than each time by itself."""
 ROUNDING = 8 * float(np.finfo(float).eps)
 """How far, over the last time, a grid may be off and still count as even."""
 
@@ -71,19 +75,49 @@ def straight_response(
             output[:, -1] += (direct - np.where(lag, gains.sum(axis=1), 0.0)) * jump
         return output
     index, elapsed = part.locate(time)
+    periods = part.count_periods(time)
     states = BreakStates(part, rates, state, np.unique(np.concatenate([index, np.maximum(index - 1, 0)])))
-    now = part.value(time)
-    result = np.outer(direct, now)
-    if np.any(lag):
-        result[lag] += lag_since_breaks(states, gains[lag], time)
-    if not np.all(lag):
-        own = gains[~lag]
-        for piece in chunks(len(time), len(rates)):
-            decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
-            began = part.after[index[piece]]
-            known = states.at(index[piece], part.count_periods(time[piece]))
-            result[~lag, piece] += own @ (decay * known + begin * began + end * now[piece])
+    asked = _Asked(states, gains, direct, lag)
+    begins = np.flatnonzero(np.append(True, (np.diff(index) != 0) | (np.diff(periods) != 0)))
+    if len(time) < _LONG * len(begins):
+        return asked.at(time, index, elapsed, periods)
+    result = np.empty((len(gains), len(time)))
+    for first, last in zip(begins, [*begins[1:], len(time)], strict=True):
+        where, period = index[first], periods[first]
+        start = float(part.times[where] + period * (part.period or 0.0))
+
+        def evaluate(since: Real, where: Indices = where, period: Indices = period, start: float = start) -> Real:
+            same = np.zeros(len(since), np.intp)
+            return asked.at(start + since, same + where, since, same + period)
+
+        result[:, first:last] = graded(evaluate, elapsed[first:last], float(np.max(rates)))
     return result
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """Outputs of modes under straight pieces, from their states at the breaks."""
+
+    states: BreakStates
+    gains: Real
+    direct: Real
+    lag: NDArray[np.bool_]
+
+    def at(self, time: Real, index: Indices, elapsed: Real, periods: Indices) -> Real:
+        """Give the outputs at times [s] in known pieces [V], shape (outputs, n)."""
+        part, rates = self.states.part, self.states.rates
+        now = part.after[index] + elapsed * part.slope_of(index)
+        result = np.outer(self.direct, now)
+        if np.any(self.lag):
+            result[self.lag] += lag_since_breaks(self.states, self.gains[self.lag], time)
+        if not np.all(self.lag):
+            own = self.gains[~self.lag]
+            for piece in chunks(len(time), len(rates)):
+                decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
+                began = part.after[index[piece]]
+                known = self.states.at(index[piece], periods[piece])
+                result[~self.lag, piece] += own @ (decay * known + begin * began + end * now[piece])
+        return result
 
 
 def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones
+from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones, circling
 from electrovib.solve.electrics.linear.break_states import periodic_state
 from electrovib.solve.electrics.linear.chirp import chirp_response
+from electrovib.solve.electrics.linear.graded import fading
 from electrovib.solve.electrics.linear.smooth import smooth_states
-from electrovib.solve.electrics.linear.straight import chunks, straight_response
+from electrovib.solve.electrics.linear.straight import straight_response
+from electrovib.solve.recursion.blocks import PRODUCT
 from electrovib.solve.stack.harmonics import count_harmonics
 from electrovib.solve.stack.integrator import (
     integral_weight,
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from electrovib.core.arrays import Complex, Real
+    from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
     from electrovib.solve.stack.transfer import Transfer
 
@@ -70,8 +72,8 @@ def transient(
     weights = {name: integral_weight(transfer) for name, transfer in transfers.items()} if settled else {}
     if any(weights.values()):
         integral = settled_integral(drive, time)
-        fading = {name: without_integrators(transfer) for name, transfer in transfers.items()}
-        rest = transient(fading, drive, time, settled=True)
+        relaxing = {name: without_integrators(transfer) for name, transfer in transfers.items()}
+        rest = transient(relaxing, drive, time, settled=True)
         return {name: row + weights[name] * integral for name, row in rest.items()}
     result: dict[K, Real] = {}
     slope = drive.slope(time) if any(transfer.slope for transfer in transfers.values()) else None
@@ -88,7 +90,7 @@ def transient(
         modal = output.of(drive.parts(), time, settled=settled)
         kept = free * (rates == 0) if settled else free  # only trapped charge outlasts for ever
         if np.any(kept):
-            modal += kept @ np.exp(-np.outer(rates, time))
+            modal += fading(kept, rates, time)
         for name, transfer, row in zip(names, group, modal, strict=True):
             result[name] = row
             if transfer.slope and slope is not None:
@@ -157,19 +159,15 @@ class _Output:
             return straight_response(
                 part, self.rates, self.gains, time, start, direct=self.direct, lag=self.lag
             )
+        if isinstance(part, Tones):
+            return _tones(part, self, time, settled=settled)
         now = part.value(time)
         found = np.outer(self.direct, now)
-        states = (
-            smooth_states(part, self.rates, time)
-            if isinstance(part, Smooth) and not isinstance(part, Chirped)
-            else now
-        )
+        states = smooth_states(part, self.rates, time) if not isinstance(part, Linear | Chirped) else now
         for lag in {*self.lag.tolist()}:
             some = self.lag == lag
             gains = self.gains[some]
-            if isinstance(part, Tones):
-                found[some] += _tones(part, self.rates, gains, time, settled=settled, lag=lag)
-            elif isinstance(part, Chirped):
+            if isinstance(part, Chirped):
                 found[some] += chirp_response(part, self.rates, gains, time, lag=lag)
             elif isinstance(part, Smooth):
                 found[some] += gains @ (states - now if lag else states)
@@ -199,30 +197,28 @@ def part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool)
     return _Output(rates, gains, np.zeros(len(gains)), lag).of([part], time, settled=settled)
 
 
-def _tones(part: Tones, rates: Real, gains: Real, time: Real, *, settled: bool, lag: bool = False) -> Real:
+def _tones(part: Tones, output: _Output, time: Real, *, settled: bool) -> Real:
     """Steady state of each tone, minus what it had to be at the switching times, decaying since."""
-    angular = 2 * np.pi * part.frequencies
-    response = np.asarray(rates[:, None] / (rates[:, None] + 1j * angular), complex)  # of mode to tone
-    steady_response = -1j * angular / (rates[:, None] + 1j * angular) if lag else response
-    steady = np.zeros((len(gains), len(time)))
+    angular = 2j * np.pi * part.frequencies
+    response = np.asarray(output.rates[:, None] / (output.rates[:, None] + angular), complex)  # of mode to tone
+    lagging = -angular / (output.rates[:, None] + angular)
+    modal = np.where(output.lag[:, None], output.gains @ lagging, output.gains @ response)
+    steady = (output.direct[:, None] + modal) * part.amplitudes
     start = part.start if settled and np.isinf(part.start) else max(part.start, 0.0)
-    on = (time >= start) & (time < part.stop)
-    for tone, amplitude in enumerate(part.amplitudes):
-        wave = amplitude * np.exp(1j * angular[tone] * time)
-        steady += np.where(on, ((gains @ steady_response[:, tone])[:, None] * wave).real, 0.0)
+    on = slice(*np.searchsorted(time, [start, part.stop]))
+    found = np.empty((len(steady), len(time)))
+    found[:, : on.start] = found[:, on.stop :] = 0.0
+    waves = [wave for frequency in part.frequencies.tolist() for wave in circling(frequency, time[on])]
+    shares = np.stack([steady.real, -steady.imag], axis=2).reshape(len(steady), -1)
+    length = max(1, PRODUCT // max(1, shares.size))
+    for first in range(on.start, on.stop, length):
+        some = slice(first, min(first + length, on.stop))
+        seen = [wave[some.start - on.start : some.stop - on.start] for wave in waves]
+        np.matmul(shares, np.stack(seen), out=found[:, some])
     for switched, sign in ((start, -1.0), (part.stop, 1.0)):
         if np.isfinite(switched):
-            steady += sign * _fading(part, response, rates, gains, time, switched)
-    return steady
-
-
-def _fading(part: Tones, response: Complex, rates: Real, gains: Real, time: Real, switched: float) -> Real:
-    """What modes make of the steady state at a switching time, decaying since then."""
-    phasors = part.amplitudes * np.exp(2j * np.pi * part.frequencies * switched)
-    then = gains * (response @ phasors).real
-    first = int(np.searchsorted(time, switched))
-    found = np.zeros((len(gains), len(time)))
-    for piece in chunks(len(time) - first, len(rates)):
-        since = time[first:][piece] - switched
-        found[:, first:][:, piece] = then @ np.exp(-rates[:, None] * since)
+            phasors = part.amplitudes * np.exp(angular * switched)
+            then = sign * output.gains * (response @ phasors).real
+            first = int(np.searchsorted(time, switched))
+            found[:, first:] += fading(then, output.rates, time[first:] - switched)
     return found
