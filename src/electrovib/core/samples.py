@@ -141,7 +141,9 @@ def _as_decimals(values: NDArray[np.float64]) -> str:
     largest = max((int(np.max(np.abs(_steps(whole, each)))) for each in stretches), default=0)
     kind = next(kind for kind in _KINDS if largest <= np.iinfo(kind).max)
     packing = zlib.compressobj(1)
-    packed = b"".join(packing.compress(_steps(whole, each).astype(f"<{kind}").tobytes()) for each in stretches)
+    packed = b"".join(
+        packing.compress(_steps(whole, each).astype(f"<{kind}").tobytes()) for each in stretches
+    )
     packed += packing.flush()
     if 8 * len(values) > content_allowed(len(packed)):  # numbers that are all alike
         return ""

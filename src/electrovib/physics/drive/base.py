@@ -167,8 +167,11 @@ class Drive(Model, family=True):
             order = np.argsort(times, kind="stable")
             times, heights = times[order], heights[order]
         inside = slice(*np.searchsorted(times, [0.0, end * (1 + _ROUNDED)], side="right"))
-        times, heights = times[inside].copy(), heights[inside]
-        times[np.searchsorted(times, end * (1 - _ROUNDED), side="right") :] = end
+        times, heights = times[inside], heights[inside]
+        at_end = slice(int(np.searchsorted(times, end * (1 - _ROUNDED), side="right")), None)
+        if np.any(times[at_end] != end):
+            times = times.copy()
+            times[at_end] = end
         if len(parts) == 1 and (getattr(parts[0], "step", None) or 0.0) > 2 * _ROUNDED * end:
             return times, heights
         first = np.diff(times, prepend=-1.0) > _ROUNDED * times

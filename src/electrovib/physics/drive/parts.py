@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -62,6 +63,11 @@ class Linear:
         index = np.clip(np.searchsorted(self.times, inside + slack, side="right") - 1, 0, len(self.times) - 1)
         elapsed = np.maximum(inside - self.times[index], 0.0)
         return index, elapsed if self.period is None else np.where(elapsed > slack, elapsed, 0.0)
+
+    @functools.cached_property
+    def _jumps(self) -> Real:
+        """By how much it jumps at each break [V]."""
+        return self.after - self.before
 
     def begins_with(self, time: Real) -> bool:
         """Tell whether these times [s] are its first breaks and nothing else."""
@@ -153,7 +159,7 @@ class Linear:
     def corners(self, end: float) -> tuple[Real, Real]:
         """Times up to an end at which it bends or jumps [s], and by how much it jumps there [V]."""
         pieces = self.until(end)
-        return pieces.times, pieces.after - pieces.before
+        return pieces.times, pieces._jumps
 
     def shortest_piece(self, end: float) -> float:  # noqa: ARG002 - the pieces repeat
         """Length of the shortest straight piece [s]; infinite for a step."""

@@ -14,7 +14,7 @@ from electrovib.scenario import PeriodicState
 from electrovib.scenario.moisture import moisture_lamp
 from electrovib.solve.choice import chosen, solve, solve_fields
 from electrovib.solve.diagnostics.judge import circuit_lamps, jumps, return_path_lamps, stack_lamps
-from electrovib.solve.diagnostics.looks import looks
+from electrovib.solve.diagnostics.looks import looks, shows_every_sample
 from electrovib.solve.diagnostics.peaks import PeakRecord, refined
 from electrovib.solve.diagnostics.touch import contact_lamps
 from electrovib.solve.diagnostics.vanishing_gap import negative_attraction, vanishing_gap
@@ -63,7 +63,7 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solu
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     distance = scenario.motion.distance
     moved = SQUEEZED * distance.fastest if isinstance(distance, Distance) else 0.0
-    wanted = looks(scenario.drive, float(times[-1]), settled=settled, beside=moved)
+    wanted = looks(scenario.drive, float(times[-1]), settled=settled, beside=moved, seen=times)
     if chosen(scenario).method.is_marched:
         both = np.union1d(times, wanted)
         whole = solve(scenario, section, both)
@@ -73,8 +73,11 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solu
         return PeakRecord.of(scenario, moments, solve_fields(scenario, section, moments).found)
 
     answer = solve(scenario, section, times)
+    record = PeakRecord.of(scenario, times, answer.found)
+    if shows_every_sample(scenario.drive, times):
+        wanted = np.union1d(wanted, record.just_before())
     between = wanted[times[np.minimum(np.searchsorted(times, wanted), len(times) - 1)] != wanted]
-    record = PeakRecord.of(scenario, times, answer.found).among(between)
+    record = record.among(between)
     return answer, refined(record.joined(look(between)) if len(between) else record, look)
 
 

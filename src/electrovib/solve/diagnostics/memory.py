@@ -156,8 +156,13 @@ def _at_corner(drive: Drive, times: Real, *, bends: bool) -> NDArray[np.bool_]:
     near = SAME * float(times[-1])
     first = np.searchsorted(times, corners - near, side="left")
     last = np.searchsorted(times, corners + near, side="right")
-    turns = np.bincount(first, minlength=len(times) + 1) - np.bincount(last, minlength=len(times) + 1)
-    return np.asarray(np.cumsum(turns[:-1]) > 0) if len(corners) else np.zeros(len(times), bool)
+    found = np.zeros(len(times), bool)
+    if np.all(last - first <= 1):
+        found[first[last > first]] = True
+    else:
+        for begin, end in zip(first.tolist(), last.tolist(), strict=True):
+            found[begin:end] = True
+    return found
 
 
 def _probes(count: int) -> NDArray[np.intp]:
@@ -239,7 +244,10 @@ def _between(row: Real, marks: NDArray[np.intp]) -> tuple[Real, Real]:
     while first < len(marks):
         last = max(first + 1, int(np.searchsorted(ends, marks[first] + _AT_ONCE)))
         sizes, places = np.abs(row[marks[first] : ends[last - 1]]), marks[first:last] - marks[first]
-        lows[first:last], highs[first:last] = np.minimum.reduceat(sizes, places), np.maximum.reduceat(sizes, places)
+        lows[first:last], highs[first:last] = (
+            np.minimum.reduceat(sizes, places),
+            np.maximum.reduceat(sizes, places),
+        )
         first = last
     return lows, highs
 

@@ -28,6 +28,8 @@ _MANY = 100_000
 """Times beyond which only those that decide on the largest values are kept beside the looks between them."""
 _BESIDE = 2
 """Times on both sides of a largest value that are kept."""
+_JUST = 1e-6
+"""How close to a largest value it is looked at again, as a share of the time to its neighbour."""
 _ROUNDED = 1e-13
 _AT_A_CORNER = 1e-4
 """Ratio of the times to both neighbours, below which the largest value is at a corner, not between looks."""
@@ -114,6 +116,14 @@ class PeakRecord:
         last = len(self.times) - 1
         kept = np.unique(np.clip(np.concatenate([*near, [0, last]]), 0, last))
         return PeakRecord(self.times[kept], {name: row[kept] for name, row in self.rows.items()}, self)
+
+    def just_before(self) -> Real:
+        """Times just before and just after each largest value, which tell a corner from a crest [s]."""
+        places = np.array([_largest(row) for row in self.rows.values()])
+        inner = places[(places > 0) & (places < len(self.times) - 1)]
+        before = self.times[inner] - _JUST * (self.times[inner] - self.times[inner - 1])
+        after = self.times[inner] + _JUST * (self.times[inner + 1] - self.times[inner])
+        return np.unique(np.concatenate([before, after]))
 
     def joined(self, other: PeakRecord) -> PeakRecord:
         """Put two records of one solution together; where both have a time, this one counts."""

@@ -142,41 +142,38 @@ def even_states(modes: Modes, drive: Drive, state: Numbers, places: Indices) -> 
     """
     z = modes.poles * drive.steps
     inputs = of_values(drive, z)
+    block = _LONG if len(places) * _LONG > drive.starts.size else 4 * _LONG
     none = np.zeros((0, z.size), z.dtype)
-    onto_state = block_weights(none, np.zeros(0), inputs, z, _LONG, 1).onto_state
-    blocks = drive.starts.size // _LONG
-    whole = [signal[: blocks * _LONG].reshape(blocks, _LONG) for signal in inputs.signals]
+    onto_state = block_weights(none, np.zeros(0), inputs, z, block, 1).onto_state
+    blocks = drive.starts.size // block
+    whole = [signal[: blocks * block].reshape(blocks, block) for signal in inputs.signals]
     begins, length = state - inputs.shift * drive.starts[0], max(1, _HELD // max(1, z.size))
     found = np.empty((len(places), z.size), z.dtype)
     for first in range(0, blocks + 1, length):
         last = min(first + length, blocks)
         states = block_states([signal[first:last] for signal in whole], onto_state, z, begins).view(z.dtype)
-        here = slice(*np.searchsorted(places, [first * _LONG, (first + length) * _LONG]))
-        found[here] = _inside(places[here], inputs, onto_state, z, states, first)
+        here = slice(*np.searchsorted(places, [first * block, (first + length) * block]))
+        at, since = np.divmod(places[here], block)
+        found[here] = np.exp(since[:, np.newaxis] * z) * states[at - first]
         begins = states[-1]
+    _add_samples(found, places, inputs, onto_state)
     level = np.append(drive.starts, drive.ends[-1])[places]
     return np.asarray((found + level[:, np.newaxis] * inputs.shift).T)
 
 
-def _inside(
-    places: Indices, inputs: Inputs, onto_state: Real, z: Numbers, states: Numbers, first: int
-) -> Numbers:
-    """Give what is followed at some points, from its value before their blocks; points as far into a block together."""
-    block, since = np.divmod(places, _LONG)
-    found = np.exp(since[:, np.newaxis] * z) * states[block - first]
-    order = np.argsort(since, kind="stable")
-    ends = np.searchsorted(since[order], np.arange(_LONG + 1))
-    for size in range(1, _LONG):
-        same = order[ends[size] : ends[size + 1]]
-        if len(same):
-            samples = block[same, np.newaxis] * _LONG + np.arange(size)
-            for signal, weights in zip(inputs.signals, onto_state, strict=True):
-                found[same] += (signal[samples] @ weights[_LONG - size :]).view(z.dtype)
+def _add_samples(found: Numbers, places: Indices, inputs: Inputs, onto_state: Real) -> None:
+    """Add to what was followed before the blocks of some points what the samples from there to the points add."""
+    block, many = onto_state.shape[1], max(1, _HELD // onto_state.shape[1])
+    for first in range(0, len(places), many):
+        some = slice(first, first + many)
+        since = places[some, np.newaxis] % block
+        before = places[some, np.newaxis] - block + np.arange(block)
+        for signal, weights in zip(inputs.signals, onto_state, strict=True):
+            samples = np.where(np.arange(block) >= block - since, signal[np.maximum(before, 0)], 0.0)
+            found[some] += (samples @ weights).view(found.dtype)
     if len(inputs.signals) > 1:  # the drop at a point itself
-        at = np.minimum(places, inputs.signals[1].size - 1)
-        drop = np.where(places < inputs.signals[1].size, inputs.signals[1][at], 0.0)
-        found += drop[:, np.newaxis] * inputs.now[1]
-    return np.asarray(found)
+        drops = np.append(inputs.signals[1], 0.0)[places]
+        found += drops[:, np.newaxis] * inputs.now[1]
 
 
 def block_weights(

@@ -63,7 +63,9 @@ def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> Rea
     if np.any(alone):
         found[:, alone] = evaluate(since[alone])
     coefficients = at_nodes.reshape(len(at_nodes), -1, DEGREE + 1) @ to_coefficients.T
-    for place, (begin, end) in enumerate(zip(edges[:-1][longer].tolist(), edges[1:][longer].tolist(), strict=True)):
+    for place, (begin, end) in enumerate(
+        zip(edges[:-1][longer].tolist(), edges[1:][longer].tolist(), strict=True)
+    ):
         for at in range(begin, end, _AT_ONCE):
             some = slice(at, min(at + _AT_ONCE, end))
             powers = np.polynomial.chebyshev.chebvander((since[some] - middle[place]) / half[place], DEGREE)

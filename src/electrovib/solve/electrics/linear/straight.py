@@ -86,7 +86,9 @@ def straight_response(
         where, period = index[first], periods[first]
         start = float(part.times[where] + period * (part.period or 0.0))
 
-        def evaluate(since: Real, where: Indices = where, period: Indices = period, start: float = start) -> Real:
+        def evaluate(
+            since: Real, where: Indices = where, period: Indices = period, start: float = start
+        ) -> Real:
             same = np.zeros(len(since), np.intp)
             return asked.at(start + since, same + where, since, same + period)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
@@ -27,11 +27,16 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Indices, Real
     from electrovib.physics.drive.base import Drive
     from electrovib.solve.stack.transfer import Transfer
 
 K = TypeVar("K")
+
+
+_MANY: Final = 10_000
+"""Times from which on it is worth to see which outputs are multiples of others."""
+_SAME: Final = 4 * float(np.finfo(float).eps)
 
 
 def transient(
@@ -141,6 +146,33 @@ class _Output:
 
     def of(self, parts: Sequence[Part], time: Real, *, settled: bool) -> Real:
         """Give the response to the sum of some parts of a drive [V], shape (outputs, n)."""
+        first, share = self._multiples()
+        if len(time) < _MANY or np.all(first == np.arange(len(first))):
+            return self._sum(parts, time, settled=settled)
+        own, place = np.unique(first, return_inverse=True)
+        alone = _Output(self.rates, self.gains[own], self.direct[own], self.lag[own])
+        found, result = alone._sum(parts, time, settled=settled), np.empty((len(first), len(time)))
+        for row, among, factor in zip(result, place.tolist(), share.tolist(), strict=True):
+            np.multiply(found[among], factor, out=row)
+        return result
+
+    def _multiples(self) -> tuple[Indices, Real]:
+        """Find for each output the first one that it is a multiple of, and the factor: D = eps0 eps E of a layer."""
+        rows = np.concatenate([self.direct[:, None], self.gains], axis=1)
+        first, share = np.arange(len(rows)), np.ones(len(rows))
+        for later in range(1, len(rows)):
+            for earlier in np.unique(first[:later]).tolist():
+                top = int(np.argmax(np.abs(rows[earlier])))
+                if self.lag[later] != self.lag[earlier] or not rows[earlier, top]:
+                    continue
+                factor = float(rows[later, top] / rows[earlier, top])
+                if np.all(np.abs(rows[later] - factor * rows[earlier]) <= _SAME * np.abs(rows[later])):
+                    first[later], share[later] = earlier, factor
+                    break
+        return first, share
+
+    def _sum(self, parts: Sequence[Part], time: Real, *, settled: bool) -> Real:
+        """Give the same, output by output."""
         total: Real | None = None
         for part in parts:
             found = self._of_part(part, time, settled=settled)
@@ -200,7 +232,9 @@ def part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool)
 def _tones(part: Tones, output: _Output, time: Real, *, settled: bool) -> Real:
     """Steady state of each tone, minus what it had to be at the switching times, decaying since."""
     angular = 2j * np.pi * part.frequencies
-    response = np.asarray(output.rates[:, None] / (output.rates[:, None] + angular), complex)  # of mode to tone
+    response = np.asarray(
+        output.rates[:, None] / (output.rates[:, None] + angular), complex
+    )  # of mode to tone
     lagging = -angular / (output.rates[:, None] + angular)
     modal = np.where(output.lag[:, None], output.gains @ lagging, output.gains @ response)
     steady = (output.direct[:, None] + modal) * part.amplitudes
