@@ -188,5 +188,9 @@ def test_a_missing_sentence_is_noticed(text, good):
 
 def test_public_things_are_found():
     names = {thing.where for thing in everything_public()}
-    assert {"core.units.parse_quantity", "solve.simulate.simulate", "physics.material.Debye"} <= names
+    assert {
+        "core.units.parse_quantity",
+        "solve.simulate.simulate",
+        "physics.material.relaxations.Debye",
+    } <= names
     assert len(names) > 200

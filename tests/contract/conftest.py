@@ -16,7 +16,7 @@ import pytest
 from hypothesis import strategies as st
 from pydantic_core import PydanticUndefined
 
-from electrovib.core.discovery import find_members, papers
+from electrovib.core.discovery import find_members, paper_of, papers
 from electrovib.core.model import Model, quantity_of
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.base import Drive
@@ -29,7 +29,6 @@ from electrovib.physics.stack import Layer, Stack
 def model_classes():
     """Every class of the package and of contributed papers, without those that other tests define."""
     find_members(Drive)  # imports all physics and papers
-    contributed = {module.__name__ for module in papers().values()}
     for room in ("electrovib.scenario", "electrovib.solve"):
         folder = importlib.import_module(room)
         for info in pkgutil.walk_packages(folder.__path__, f"{room}."):
@@ -38,7 +37,7 @@ def model_classes():
     while waiting:
         for kind in waiting.pop().__subclasses__():
             waiting.append(kind)
-            if kind.__module__.startswith("electrovib.") or kind.__module__ in contributed:
+            if kind.__module__.startswith("electrovib.") or paper_of(kind):
                 found.append(kind)
     return sorted(found, key=lambda kind: (kind.__module__, kind.__name__))
 

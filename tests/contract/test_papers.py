@@ -7,7 +7,11 @@ import math
 import pytest
 
 from electrovib.core.checks import STATUSES, Check
+from electrovib.core.discovery import offers
+from electrovib.physics.material import Material
+from electrovib.physics.stack import Stack
 from electrovib.scenario import not_in_paper
+from electrovib.scenario.sources import BY_THE_USER
 
 
 def checks_in(paper):
@@ -46,6 +50,13 @@ def test_a_paper_is_named_author_year(paper):
     assert len(year) == 4
 
 
+def test_what_a_paper_offers_is_read_by_its_name(paper):
+    author_year = paper.__name__.rsplit(".", 1)[-1]
+    for kind in (Material, Stack):
+        for name, offer in offers(kind.offered_by, of=author_year).items():
+            assert kind.model_validate(name) == kind.from_offer(offer)
+
+
 def test_a_check_passes(asked):
     value = asked.value()
     check = asked.check
@@ -82,6 +93,11 @@ def test_a_scenario_names_the_source_of_every_parameter(scenario):
         if not is_default(scenario, path, value)
     ]
     assert not unsourced
+
+
+def test_no_value_of_a_paper_is_called_the_users(scenario):
+    """As `Scenario.replace` calls what it changes; a paper makes its set-ups with `preset`."""
+    assert not any(source.startswith(BY_THE_USER) for source in scenario.sources.values())
 
 
 def test_sources_belong_to_parameters(scenario):

@@ -7,6 +7,10 @@ from pathlib import Path
 from electrovib.core.files import inputs_noted
 from electrovib.scenario import DEFAULT, load_scenario
 
+_NAMES = (
+    '# A material, or the whole stack, can be the name of what a paper offers: material = "gabriel_1996/wet"'
+)
+
 
 def init(scenario: str | Path = DEFAULT, *, output: str | Path | None = None, force: bool = False) -> str:
     """Give a scenario as a commented TOML file.
@@ -38,7 +42,12 @@ def init(scenario: str | Path = DEFAULT, *, output: str | Path | None = None, fo
     lines = [f"#   {path}: {what}" for path, what in left_away(found).items()]
     text = to_toml(found) + "".join(
         f"{line}\n"
-        for line in ["", "# Parts that can be added; 'electrovib models NAME' tells what each needs:", *lines]
+        for line in [
+            "",
+            _NAMES,
+            "# Parts that can be added; 'electrovib models NAME' tells what each needs:",
+            *lines,
+        ]
     )
     if output is not None:
         from electrovib.data.atomic import check_writable, write_text

@@ -6,12 +6,12 @@ import functools
 import importlib
 import pkgutil
 from types import ModuleType
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from electrovib.core.errors import ElectrovibError, InputError, nearest
+from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, nearest, shortened
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Collection, Iterator, Mapping
     from importlib.metadata import EntryPoint
 
     from electrovib.core.model import Model
@@ -145,6 +145,47 @@ def paper(name: str) -> ModuleType:
         return _load(contributed[name])
     known = nearest(name, [*paper_names(), *contributed])
     raise InputError(f"'{name}' is neither a file nor a paper.{known}")
+
+
+def offers(functions: Collection[str], *, of: str = "") -> dict[str, Any]:
+    """Collect what papers offer ready-made.
+
+    Parameters
+    ----------
+    functions : collection of str
+        Names of functions of a paper that give it, each a mapping of name to thing; ``("skins",)`` for instance.
+    of : str, optional
+        Only what this paper offers, without importing the others.
+
+    Returns
+    -------
+    dict of str to object
+        ``author_year/name`` to thing; the first function wins where two offer one name.
+    """
+    found: dict[str, Any] = {}
+    for author_year, module in ({of: paper(of)} if of else papers()).items():
+        for function in functions:
+            for name, thing in getattr(module, function, dict)().items():
+                found.setdefault(f"{author_year}/{name}", thing)
+    return found
+
+
+def find_offer(name: str, functions: Collection[str]) -> Any:
+    """Find what a paper offers under ``author_year/name``.
+
+    Raises
+    ------
+    InputError
+        If no paper does; the message has the nearest name.
+    """
+    author_year = name.partition("/")[0]
+    if author_year in {*paper_names(), *(entry.name for entry in _contributed())}:
+        found = offers(functions, of=author_year)
+        if name in found:
+            return found[name]
+    raise InputError(
+        f"no paper offers '{shortened(name, LONGEST_QUOTED)}'.{nearest(name, offers(functions))}"
+    )
 
 
 def paper_of(model: type[Model]) -> str:

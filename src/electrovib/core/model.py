@@ -43,6 +43,8 @@ class Model(BaseModel):
     checks: ClassVar[tuple[Any, ...]] = ()
     example: ClassVar[Mapping[str, Any]] = {}
     """Parameters without a default, for tests and documents."""
+    offered_by: ClassVar[tuple[str, ...]] = ()
+    """Functions of papers that offer ready-made ones, which can then be named ``author_year/name``."""
 
     def __init_subclass__(cls, *, family: bool = False, **kwargs: Any) -> None:
         """Keep classes abstract or final."""
@@ -58,6 +60,8 @@ class Model(BaseModel):
     def _read(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         if isinstance(value, cls):
             return value
+        if isinstance(value, str) and "/" in value and cls.offered_by:
+            return cls._offered(value)
         if not isinstance(value, Mapping):
             raise PydanticCustomError("table", "{why}", {"why": cls._wants(value)})
         content = dict(value)
@@ -136,12 +140,15 @@ class Model(BaseModel):
     @classmethod
     def _wants(cls, value: object) -> str:
         """Say how to write what stands where a table belongs; of a family, which members there are."""
+        expected = (
+            'expected "author_year/name" of a paper, or a table' if cls.offered_by else "expected a table"
+        )
         if not cls.is_family:
-            return f"expected a table of parameters of {cls.__name__}"
+            return f"{expected} of parameters of {cls.__name__}"
         from electrovib.core.discovery import find_members
 
         known = nearest(str(value), find_members(cls))
-        return f'expected a table that names a {cls.__name__} model, {{ model = "..." }}.{known}'
+        return f'{expected} that names a {cls.__name__} model, {{ model = "..." }}.{known}'
 
     @classmethod
     def _member(cls, name: object) -> type[Self]:
@@ -156,6 +163,21 @@ class Model(BaseModel):
             why = f"unknown {cls.__name__} model '{shortened(name, LONGEST_QUOTED)}'.{nearest(name, members)}"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         return members[name]
+
+    @classmethod
+    def _offered(cls, name: str) -> Self:
+        """Read the name of something that a paper offers."""
+        from electrovib.core.discovery import find_offer
+
+        try:
+            return cls.from_offer(find_offer(name, cls.offered_by))
+        except InputError as error:
+            raise PydanticCustomError("offer", "{why}", {"why": str(error)}) from None
+
+    @classmethod
+    def from_offer(cls, offer: Any) -> Self:
+        """Take the model out of what a paper offers: that itself, unless a family says otherwise."""
+        return cls.model_validate(offer)
 
     def to_dict(self) -> dict[str, Any]:
         """Give the nested tables that build this model again, floats in SI.

@@ -22,7 +22,7 @@ import numpy as np
 from electrovib.core.checks import Check
 from electrovib.papers import aliabbasi_2024, gabriel_1996, palmar_1995, plutchik_1963
 from electrovib.physics.material import Material
-from electrovib.scenario import Scenario
+from electrovib.scenario import Scenario, preset
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
 
@@ -55,17 +55,13 @@ _SAMPLES = 6001
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Give the chain with its leak fitted to a maximum at 250 Hz."""
-    chain = aliabbasi_2024.scenarios()["chain"]
-    fitted = chain.replace({"stack.gap.material.conductivity": 1 / FITTED_RESISTIVITY})
     leak = "fitted: puts the maximum of the force at 250 Hz; circular"
-    return {
-        "maximum": fitted.model_copy(
-            update={
-                "title": "AliAbbasi 2022: leak of the gap fitted to a maximum at 250 Hz",
-                "sources": chain.sources | {"stack.gap.material.conductivity": leak},
-            }
-        )
-    }
+    fitted = preset(
+        aliabbasi_2024.scenarios()["chain"],
+        title="AliAbbasi 2022: leak of the gap fitted to a maximum at 250 Hz",
+        changes={"stack.gap.material.conductivity": (1 / FITTED_RESISTIVITY, leak)},
+    )
+    return {"maximum": fitted}
 
 
 def maximum(scenario: Scenario) -> float | None:

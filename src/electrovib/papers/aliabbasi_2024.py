@@ -24,7 +24,7 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers import plutchik_1963
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Material
-from electrovib.scenario import Scenario
+from electrovib.scenario import Scenario, preset
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
 
@@ -47,47 +47,31 @@ _BAND = np.geomspace(1e-2, 2e6, 6001)
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Give coat, leaky gap and dispersive skin in series."""
-    skin = "stack.stratum_corneum.material"
-    content = {
-        "title": "AliAbbasi 2024: coat, leaky gap and skin in series",
-        "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 250.0},
-        "force": {"model": "GapPlane"},
-        "friction": {"model": "Coulomb", "coefficient": 0.5},
-        "contact": {"model": "FixedArea", "area": 1e-4},
-        "load": {"normal_force": 0.5},
-        "circuit": {"return_path": {"model": "Grounded", "resistance": 1500.0}},
-        "time": {"initial_state": {"model": "PeriodicState"}},
-        "stack": {
-            "insulator": {
-                "thickness": values.COAT_THICKNESS,
-                "material": {"model": "Constant", "permittivity": values.COAT_PERMITTIVITY},
-            },
-            "gap": {
-                "thickness": GAP,
-                "material": {"model": "Constant", "permittivity": 1.0, "conductivity": 1 / GAP_RESISTIVITY},
-            },
-            "stratum_corneum": {"thickness": plutchik_1963.THICKNESS, "material": plutchik_1963.material()},
-        },
-        "sources": {
-            "drive.amplitude": CHOICE,
-            "drive.frequency": CHOICE,
-            "friction.coefficient": CHOICE,
-            "contact.area": CHOICE,
-            "load.normal_force": CHOICE,
-            "circuit.return_path.resistance": "not printed in the abstract; the 1.5 kohm of the human-body model",
-            "stack.insulator.thickness": COAT,
-            "stack.insulator.material.permittivity": COAT,
-            "stack.gap.thickness": "not printed in the abstract; of the order of skin roughness",
-            "stack.gap.material.permittivity": "air",
-            "stack.gap.material.conductivity": "not printed; an illustrative leak in place of electrode polarisation",
-            "stack.stratum_corneum.thickness": SKIN,
-            f"{skin}.permittivity": SKIN,
-            f"{skin}.reference_frequency": SKIN,
-            f"{skin}.exponent": SKIN,
-            f"{skin}.conductivity": SKIN,
+    leak = "not printed; an illustrative leak in place of electrode polarisation"
+    gap = {
+        "thickness": (GAP, "not printed in the abstract; of the order of skin roughness"),
+        "material": {
+            "model": "Constant",
+            "permittivity": (1.0, "air"),
+            "conductivity": (1 / GAP_RESISTIVITY, leak),
         },
     }
-    return {"chain": Scenario.model_validate(content)}
+    body = "not printed in the abstract; the 1.5 kohm of the human-body model"
+    in_series = preset(
+        title="AliAbbasi 2024: coat, leaky gap and skin in series",
+        unchanged=CHOICE,
+        changes={
+            "drive": ({"model": "Sine", "amplitude": 100.0, "frequency": 250.0}, CHOICE),
+            "circuit.return_path.resistance": (1500.0, body),
+            "time.initial_state.model": "PeriodicState",
+            "stack": {
+                "insulator": (values.COAT, COAT),
+                "gap": gap,
+                "stratum_corneum": (plutchik_1963.layer(), SKIN),
+            },
+        },
+    )
+    return {"chain": in_series}
 
 
 def chain(*, gap_resistivity: float, skin: Material | None = None, resistance: float = 1500.0) -> Scenario:

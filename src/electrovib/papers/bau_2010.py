@@ -15,7 +15,7 @@ import numpy as np
 
 from electrovib.core.checks import Check
 from electrovib.papers.vezzoli_2014 import values
-from electrovib.scenario import Scenario
+from electrovib.scenario import AIR, Scenario, preset
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
@@ -46,41 +46,21 @@ def just_noticeable_ratio() -> float:
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Give one sine on a coated screen, cut free in the gap."""
-    skin = values.skins()["point"].material
-    content = {
-        "title": "Bau 2010: a sine on a coated touch screen",
-        "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 125.0},
-        "force": {"model": "GapPlane"},
-        "friction": {"model": "Coulomb", "coefficient": 0.5},
-        "contact": {"model": "FixedArea", "area": 1e-4},
-        "load": {"normal_force": 0.5},
-        "circuit": {"return_path": {"model": "Grounded", "resistance": 1000.0}},
-        "time": {"initial_state": {"model": "PeriodicState"}},
-        "stack": {
-            "insulator": {
-                "thickness": values.COAT_THICKNESS,
-                "material": {"model": "Constant", "permittivity": values.COAT_PERMITTIVITY},
+    gap = (3e-6, "not printed in the abstract; of the order of skin roughness")
+    sine = preset(
+        title="Bau 2010: a sine on a coated touch screen",
+        unchanged=CHOICE,
+        changes={
+            "drive": ({"model": "Sine", "amplitude": 100.0, "frequency": 125.0}, CHOICE),
+            "time.initial_state.model": "PeriodicState",
+            "stack": {
+                "insulator": (values.COAT, COAT),
+                "gap": {"thickness": gap, "material": AIR},
+                "stratum_corneum": values.point_layer(SKIN),
             },
-            "gap": {"thickness": 3e-6},
-            "stratum_corneum": {"thickness": values.SKIN_THICKNESS, "material": skin},
         },
-        "sources": {
-            "drive.amplitude": CHOICE,
-            "drive.frequency": CHOICE,
-            "friction.coefficient": CHOICE,
-            "contact.area": CHOICE,
-            "load.normal_force": CHOICE,
-            "circuit.return_path.resistance": CHOICE,
-            "stack.insulator.thickness": COAT,
-            "stack.insulator.material.permittivity": COAT,
-            "stack.gap.thickness": "not printed in the abstract; of the order of skin roughness",
-            "stack.gap.material.permittivity": "air",
-            "stack.stratum_corneum.thickness": SKIN,
-            "stack.stratum_corneum.material.permittivity": SKIN,
-            "stack.stratum_corneum.material.conductivity": "inverse of the 7.7 ms of vezzoli_2014; a choice",
-        },
-    }
-    return {"sine": Scenario.model_validate(content)}
+    )
+    return {"sine": sine}
 
 
 def force_change(ratio: float) -> float:

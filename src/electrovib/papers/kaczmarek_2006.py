@@ -27,7 +27,7 @@ from electrovib.core.errors import ElectrovibError
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.force import ForceLaw
-from electrovib.scenario import Scenario
+from electrovib.scenario import Scenario, preset, sourced
 from electrovib.solve.simulate import simulate
 
 CITATION = (
@@ -103,20 +103,16 @@ _PULSES = {
 
 
 def _layers(kind: str) -> dict[str, Any]:
-    film = {"model": "Constant", "permittivity": values.FILM_PERMITTIVITY}
-    skin: dict[str, Any] = {"model": "Constant", "permittivity": values.SKIN_PERMITTIVITY}
+    skin: dict[str, Any] = {"model": "Constant", "permittivity": (values.SKIN_PERMITTIVITY, FOUNDING)}
+    air: dict[str, Any] = {"model": "Constant", "permittivity": (1.0, "air")}
     layers: dict[str, Any] = {
-        "insulator": {"thickness": values.FILM_THICKNESS, "material": film},
-        "gap": {"thickness": GAP},
-        "stratum_corneum": {"thickness": values.SKIN_THICKNESS, "material": skin},
+        "insulator": (values.FILM, FOUNDING),
+        "gap": {"thickness": GAP, "material": air},
+        "stratum_corneum": {"thickness": (values.SKIN_THICKNESS, FOUNDING), "material": skin},
     }
     if kind == "linear":
         skin["conductivity"] = skin_conductivity(SLOW)
-        layers["gap"]["material"] = {
-            "model": "Constant",
-            "permittivity": 1.0,
-            "conductivity": gap_conductivity(SLOW),
-        }
+        air["conductivity"] = gap_conductivity(SLOW)
     elif kind == "skin":
         layers["stratum_corneum"]["leak"] = rectifying(skin_conductivity)
         del layers["gap"]
@@ -125,34 +121,19 @@ def _layers(kind: str) -> dict[str, Any]:
     return layers
 
 
-def _sources(scenario: Scenario) -> dict[str, str]:
-    known = {
-        "stack.insulator.thickness": FOUNDING,
-        "stack.insulator.material.permittivity": FOUNDING,
-        "stack.stratum_corneum.thickness": FOUNDING,
-        "stack.stratum_corneum.material.permittivity": FOUNDING,
-        "stack.gap.material.permittivity": "air",
-    }
-    wanted = (p for p, _, _ in scenario.parameters() if not p.startswith(("time.", "frequency.", "limits.")))
-    return {path: known.get(path, CHOICE) for path in wanted}
-
-
 def _scenario(kind: str, pulse: str) -> Scenario:
     words = {"linear": "linear layers", "skin": "skin that rectifies", "gap": "interface that rectifies"}
-    built = Scenario.model_validate(
-        {
-            "title": f"Kaczmarek 2006: {pulse} pulse, {words[kind]}",
+    built = preset(
+        title=f"Kaczmarek 2006: {pulse} pulse, {words[kind]}",
+        unchanged=CHOICE,
+        changes={
             "drive": _PULSES[pulse],
-            "force": {"model": "Vezzoli2014Causal" if kind == "skin" else "GapPlane"},
-            "friction": {"model": "Coulomb", "coefficient": 0.5},
-            "contact": {"model": "FixedArea", "area": values.AREA},
-            "load": {"normal_force": 0.5},
-            "circuit": {"return_path": {"model": "Grounded", "resistance": 1000.0}},
+            "force.model": "Vezzoli2014Causal" if kind == "skin" else "GapPlane",
             "time": {"duration": 0.012, "samples": 1201},
             "stack": _layers(kind),
-        }
+        },
     )
-    return built.model_copy(update={"sources": _sources(built)})
+    return sourced(built, {"": CHOICE, "time": "", "frequency": "", "limits": ""})
 
 
 @functools.cache

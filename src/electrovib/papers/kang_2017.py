@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from electrovib.core.checks import Check
 from electrovib.papers.vezzoli_2014 import values
-from electrovib.scenario import Scenario
+from electrovib.scenario import AIR, Scenario, preset
 from electrovib.solve.simulate import simulate
 
 CITATION = (
@@ -87,66 +87,39 @@ def offset(drive: dict[str, Any], *, level: float) -> dict[str, Any]:
     return {"model": "Offset", "drive": drive, "level": level}
 
 
-def _film(title: str, drive: dict[str, Any], sources: dict[str, str]) -> Scenario:
-    film = {"model": "Constant", "permittivity": values.FILM_PERMITTIVITY}
+def _film(title: str, drive: tuple[dict[str, Any], str]) -> Scenario:
     skin = {"model": "Constant", "permittivity": values.SKIN_PERMITTIVITY}
-    return Scenario.model_validate(
-        {
-            "title": f"Kang 2017: {title}",
+    gap = (3e-6, "not printed in the abstract; of the order of skin roughness")
+    return preset(
+        title=f"Kang 2017: {title}",
+        unchanged=CHOICE,
+        changes={
             "drive": drive,
-            "force": {"model": "GapPlane"},
-            "friction": {"model": "Coulomb", "coefficient": 0.5},
-            "contact": {"model": "FixedArea", "area": 1e-4},
-            "load": {"normal_force": 0.5},
-            "circuit": {"return_path": {"model": "Grounded", "resistance": 1000.0}},
-            "time": {"initial_state": {"model": "PeriodicState"}},
+            "time.initial_state.model": "PeriodicState",
             "stack": {
-                "insulator": {"thickness": values.FILM_THICKNESS, "material": film},
-                "gap": {"thickness": 3e-6},
-                "stratum_corneum": {"thickness": values.SKIN_THICKNESS, "material": skin},
+                "insulator": (values.FILM, FILM),
+                "gap": {"thickness": gap, "material": AIR},
+                "stratum_corneum": ({"thickness": values.SKIN_THICKNESS, "material": skin}, SKIN),
             },
-            "sources": {
-                "friction.coefficient": CHOICE,
-                "contact.area": CHOICE,
-                "load.normal_force": CHOICE,
-                "circuit.return_path.resistance": CHOICE,
-                "stack.insulator.thickness": FILM,
-                "stack.insulator.material.permittivity": FILM,
-                "stack.gap.thickness": "not printed in the abstract; of the order of skin roughness",
-                "stack.gap.material.permittivity": "air",
-                "stack.stratum_corneum.thickness": SKIN,
-                "stack.stratum_corneum.material.permittivity": SKIN,
-            }
-            | sources,
-        }
+        },
     )
-
-
-def _carrier_sources(prefix: str) -> dict[str, str]:
-    return {
-        f"{prefix}.amplitude": CHOICE,
-        f"{prefix}.carrier": FREQUENCY,
-        f"{prefix}.modulation": FREQUENCY,
-        f"{prefix}.depth": CHOICE,
-    }
 
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Give the conventional sine and the three methods, on one film."""
-    plain = {"amplitude": CHOICE, "frequency": FREQUENCY, "phase": "a cosine, for the algebra of squares"}
-    level = {"drive.level": CHOICE}
-    on_sine = level | {f"drive.drive.{name}": text for name, text in plain.items()}
+    plain = sine(amplitude=100.0)
+    plain |= {
+        "frequency": (MODULATION, FREQUENCY),
+        "phase": (math.pi / 2, "a cosine, for the algebra of squares"),
+    }
     carrier = modulated(amplitude=100.0, depth=0.8)
+    carrier |= {"carrier": (CARRIER, FREQUENCY), "modulation": (MODULATION, FREQUENCY)}
     return {
-        "sine": _film("sine", sine(amplitude=100.0), {f"drive.{name}": text for name, text in plain.items()}),
-        "modulated": _film("modulated carrier", carrier, _carrier_sources("drive")),
-        "offset": _film("sine on a DC offset", offset(sine(amplitude=100.0), level=200.0), on_sine),
-        "both": _film(
-            "modulated carrier on a DC offset",
-            offset(carrier, level=200.0),
-            level | _carrier_sources("drive.drive"),
-        ),
+        "sine": _film("sine", (plain, CHOICE)),
+        "modulated": _film("modulated carrier", (carrier, CHOICE)),
+        "offset": _film("sine on a DC offset", (offset(plain, level=200.0), CHOICE)),
+        "both": _film("modulated carrier on a DC offset", (offset(carrier, level=200.0), CHOICE)),
     }
 
 

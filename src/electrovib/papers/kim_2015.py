@@ -19,7 +19,7 @@ import numpy as np
 from electrovib.core.checks import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
-from electrovib.scenario import Scenario
+from electrovib.scenario import AIR, Scenario, preset
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
 
@@ -66,58 +66,36 @@ def gap_field(*, current: float, frequency: float, area: float = AREA) -> float:
     return current / (2 * math.pi * frequency * eps0 * area)
 
 
-def _content(title: str, drive: dict[str, Any]) -> dict[str, Any]:
-    film = {"model": "Constant", "permittivity": values.FILM_PERMITTIVITY}
-    return {
-        "title": f"Kim 2015: {title}",
-        "drive": drive,
-        "force": {"model": "GapPlane"},
-        "friction": {"model": "Coulomb", "coefficient": 0.5},
-        "contact": {"model": "FixedArea", "area": AREA},
-        "load": {"normal_force": 0.5},
-        "circuit": {"return_path": {"model": "Grounded", "resistance": 1000.0}},
-        "time": {"initial_state": {"model": "PeriodicState"}},
-        "stack": {
-            "insulator": {"thickness": values.FILM_THICKNESS, "material": film},
-            "gap": {"thickness": GAP},
-            "stratum_corneum": {
-                "thickness": values.SKIN_THICKNESS,
-                "material": values.skins()["point"].material,
+def _finger(title: str, drive: dict[str, Any]) -> Scenario:
+    return preset(
+        title=f"Kim 2015: {title}",
+        unchanged=CHOICE,
+        changes={
+            "drive": (drive, CHOICE),
+            "time.initial_state.model": "PeriodicState",
+            "stack": {
+                "insulator": (values.FILM, FOUNDING),
+                "gap": {"thickness": (GAP, CHOICE), "material": AIR},
+                "stratum_corneum": values.point_layer(FOUNDING),
             },
         },
-        "sources": {
-            "drive.amplitude": CHOICE,
-            "drive.frequency": CHOICE,
-            "friction.coefficient": CHOICE,
-            "contact.area": CHOICE,
-            "load.normal_force": CHOICE,
-            "circuit.return_path.resistance": CHOICE,
-            "stack.insulator.thickness": FOUNDING,
-            "stack.insulator.material.permittivity": FOUNDING,
-            "stack.gap.thickness": CHOICE,
-            "stack.gap.material.permittivity": "air",
-            "stack.stratum_corneum.thickness": FOUNDING,
-            "stack.stratum_corneum.material.permittivity": FOUNDING,
-            "stack.stratum_corneum.material.conductivity": "inverse of the 7.7 ms of vezzoli_2014; a choice",
-        },
-    }
+    )
+
+
+def _gap_field(scenario: Scenario) -> float:
+    """Field of the gap per volt or ampere of the drive."""
+    return float(abs(phasors(scenario, np.array([FREQUENCY]))["gap"].field[0]))
 
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Give one finger under a prescribed current, and under a voltage that pulls as much at this gap."""
-    amplitude = math.sqrt(2) * CURRENT
+    title, amplitude = "prescribed voltage of the same attraction", math.sqrt(2) * CURRENT
     current = {"model": "CurrentSine", "amplitude": amplitude, "frequency": FREQUENCY}
-    prescribed = Scenario.model_validate(_content("prescribed current, 1 mA rms at 25 kHz", current))
-    per_ampere = phasors(prescribed, np.array([FREQUENCY]))
-    at_gap = abs(per_ampere["gap"].field[0])
+    prescribed = _finger("prescribed current, 1 mA rms at 25 kHz", current)
     held = {"model": "Sine", "amplitude": 1.0, "frequency": FREQUENCY}
-    voltage = Scenario.model_validate(_content("prescribed voltage of the same attraction", held))
-    per_volt = abs(phasors(voltage, np.array([FREQUENCY]))["gap"].field[0])
-    voltage = Scenario.model_validate(
-        voltage.to_dict() | {"drive": held | {"amplitude": float(amplitude * at_gap / per_volt)}}
-    )
-    return {"current": prescribed, "voltage": voltage}
+    voltage = amplitude * _gap_field(prescribed) / _gap_field(_finger(title, held))
+    return {"current": prescribed, "voltage": _finger(title, held | {"amplitude": voltage})}
 
 
 def mean_attraction(name: str, changes: dict[str, Any] | None = None) -> float:

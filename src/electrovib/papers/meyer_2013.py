@@ -21,7 +21,7 @@ from electrovib.core.checks import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Constant, Material
-from electrovib.scenario import Scenario
+from electrovib.scenario import Scenario, preset
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
 
@@ -81,39 +81,26 @@ def first_order_skin(*, time_constant: float) -> Constant:
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Give the first-order model with its cut-off at the bound of the abstract."""
+    founding = "not printed; vezzoli_2014, section 3.1"
     skin = first_order_skin(time_constant=time_constant(CUT_OFF))
-    content = {
-        "title": "Meyer 2013: first-order skin on a thin coat, cut-off 500 Hz",
-        "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 1000.0},
-        "force": {"model": "StratumCorneumPlane"},
-        "friction": {"model": "Coulomb", "coefficient": 0.5},
-        "contact": {"model": "FixedArea", "area": values.AREA},
-        "load": {"normal_force": 0.5},
-        "circuit": {"return_path": {"model": "Grounded", "resistance": 0.0}},
-        "time": {"initial_state": {"model": "PeriodicState"}},
-        "frequency": {"low": BAND[0], "high": BAND[1], "samples": 81},
-        "stack": {
-            "insulator": {
-                "thickness": values.COAT_THICKNESS,
-                "material": {"model": "Constant", "permittivity": values.COAT_PERMITTIVITY},
-            },
-            "stratum_corneum": {"thickness": values.SKIN_THICKNESS, "material": skin},
+    first_order = preset(
+        title="Meyer 2013: first-order skin on a thin coat, cut-off 500 Hz",
+        unchanged=CHOICE,
+        changes={
+            "drive": ({"model": "Sine", "amplitude": 100.0, "frequency": 1000.0}, CHOICE),
+            "force.model": "StratumCorneumPlane",
+            "circuit.return_path.resistance": (0.0, "none, so that the circuit is of first order"),
+            "time.initial_state.model": "PeriodicState",
+            "frequency": {"low": BAND[0], "high": BAND[1], "samples": 81},
+            "stack.insulator": (values.COAT, COAT),
+            "stack.stratum_corneum": ({"thickness": values.SKIN_THICKNESS, "material": skin}, founding),
+            "stack.stratum_corneum.material.conductivity": (
+                skin.conductivity,
+                "the abstract's bound of 500 Hz, turned round; circular",
+            ),
         },
-        "sources": {
-            "drive.amplitude": CHOICE,
-            "drive.frequency": CHOICE,
-            "friction.coefficient": CHOICE,
-            "contact.area": CHOICE,
-            "load.normal_force": CHOICE,
-            "circuit.return_path.resistance": "none, so that the circuit is of first order",
-            "stack.insulator.thickness": COAT,
-            "stack.insulator.material.permittivity": COAT,
-            "stack.stratum_corneum.thickness": "not printed; vezzoli_2014, section 3.1",
-            "stack.stratum_corneum.material.permittivity": "not printed; vezzoli_2014, section 3.1",
-            "stack.stratum_corneum.material.conductivity": "the abstract's bound of 500 Hz, turned round; circular",
-        },
-    }
-    return {"first_order": Scenario.model_validate(content)}
+    )
+    return {"first_order": first_order}
 
 
 def cut_off(skin: Material) -> float:

@@ -22,7 +22,7 @@ import numpy as np
 from electrovib.core.checks import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
-from electrovib.scenario import Scenario
+from electrovib.scenario import Scenario, preset
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes
 
@@ -86,70 +86,45 @@ def interface_charge(*, gap_resistivity: float) -> float:
     return eps0 * current_density * (PERMITTIVITY * RESISTIVITY - gap_resistivity)
 
 
-def _content(title: str, gap_resistivity: float) -> dict[str, Any]:
-    gap = {"model": "Constant", "permittivity": 1.0, "conductivity": 1 / gap_resistivity}
+def _two_layers_of(gap_resistivity: float) -> dict[str, Any]:
+    gap = {"model": "Constant", "permittivity": (1.0, "air"), "conductivity": 1 / gap_resistivity}
     skin = {"model": "Constant", "permittivity": PERMITTIVITY, "conductivity": 1 / RESISTIVITY}
     return {
-        "title": f"Nakamura 2017: {title}",
-        "drive": {"model": "Constant", "level": VOLTAGE},
-        "force": {"model": "GapPlane"},
-        "friction": {"model": "Coulomb", "coefficient": 0.5},
-        "contact": {"model": "FixedArea", "area": AREA},
-        "load": {"normal_force": 0.5},
-        "circuit": {"return_path": {"model": "Grounded", "resistance": 0.0}},
-        "stack": {
-            "gap": {"thickness": GAP, "material": gap},
-            "stratum_corneum": {"thickness": THICKNESS, "material": skin},
-        },
-        "sources": {
-            "drive.level": CHOICE,
-            "friction.coefficient": CHOICE,
-            "contact.area": CHOICE,
-            "load.normal_force": CHOICE,
-            "circuit.return_path.resistance": "none, so that two layers are all there is",
-            "stack.gap.thickness": CHOICE,
-            "stack.gap.material.permittivity": "air",
-            "stack.gap.material.conductivity": CHOICE,
-            "stack.stratum_corneum.thickness": CHOICE,
-            "stack.stratum_corneum.material.permittivity": CHOICE,
-            "stack.stratum_corneum.material.conductivity": CHOICE,
-        },
+        "gap": ({"thickness": GAP, "material": gap}, CHOICE),
+        "stratum_corneum": ({"thickness": THICKNESS, "material": skin}, CHOICE),
     }
-
-
-def _blocked() -> dict[str, Any]:
-    content = _content("rise and fall, with a film that blocks", RISING)
-    film = {"model": "Constant", "permittivity": values.FILM_PERMITTIVITY}
-    content["stack"] = {"insulator": {"thickness": values.FILM_THICKNESS, "material": film}} | content[
-        "stack"
-    ]
-    content["time"] = {"duration": 50.0}
-    content["sources"] |= {
-        "stack.insulator.thickness": FOUNDING,
-        "stack.insulator.material.permittivity": FOUNDING,
-    }
-    return content
-
-
-def _charged() -> dict[str, Any]:
-    content = _content("rise, with the charge that an earlier voltage has left", RISING)
-    content["stack"]["gap"]["initial_charge"] = interface_charge(gap_resistivity=RISING)
-    content["sources"]["stack.gap.initial_charge"] = (
-        "what the same voltage held for long leaves, not neutralised"
-    )
-    return content
 
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Give a force that rises, one that falls, the rise not neutralised before, and the rise over a film."""
-    contents = {
-        "rise": _content("rise, the gap conducts less", RISING),
-        "fall": _content("fall, the gap conducts more", FALLING),
-        "charged": _charged(),
-        "blocked": _blocked(),
-    }
-    return {name: Scenario.model_validate(content) for name, content in contents.items()}
+    layers = _two_layers_of(RISING)
+    rise = preset(
+        title="Nakamura 2017: rise, the gap conducts less",
+        unchanged=CHOICE,
+        changes={
+            "drive.level": (VOLTAGE, CHOICE),
+            "circuit.return_path.resistance": (0.0, "none, so that two layers are all there is"),
+            "stack": layers,
+        },
+    )
+    fall = preset(
+        rise,
+        title="Nakamura 2017: fall, the gap conducts more",
+        changes={"stack.gap.material.conductivity": (1 / FALLING, CHOICE)},
+    )
+    left = "what the same voltage held for long leaves, not neutralised"
+    charged = preset(
+        rise,
+        title="Nakamura 2017: rise, with the charge that an earlier voltage has left",
+        changes={"stack.gap.initial_charge": (interface_charge(gap_resistivity=RISING), left)},
+    )
+    blocked = preset(
+        rise,
+        title="Nakamura 2017: rise and fall, with a film that blocks",
+        changes={"time.duration": 50.0, "stack": {"insulator": (values.FILM, FOUNDING), **layers}},
+    )
+    return {"rise": rise, "fall": fall, "charged": charged, "blocked": blocked}
 
 
 def pressures(name: str) -> tuple[float, float]:

@@ -35,7 +35,7 @@ from electrovib.physics.roughness import (
     mean_pull,
 )
 from electrovib.physics.stack import Layer, Linear, Section
-from electrovib.scenario import Scenario
+from electrovib.scenario import Scenario, preset, sourced
 from electrovib.solve.stack.extra_gap import field_in_gap
 
 CITATION = (
@@ -238,23 +238,15 @@ def scenarios() -> dict[str, Scenario]:
     dict of str to Scenario
         ``coat``.
     """
-    skin = {"model": "Constant", "permittivity": 1650.0}
-    coat = {"model": "Constant", "permittivity": 3.9}
-    content = {
-        "title": "Rough finger on a coated touch screen: recalled screen, gaps of a choice",
-        "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 125.0},
-        "time": {"initial_state": {"model": "PeriodicState"}},
-        "force": {"model": "Persson2018RoughGap", "mean_gap": 10e-6, "rms_gap": 5e-6},
-        "friction": {"model": "Coulomb", "coefficient": 0.5},
-        "contact": {"model": "FixedArea", "area": 1e-4},
-        "load": {"normal_force": 0.5},
-        "circuit": {"return_path": {"model": "Grounded", "resistance": 1000.0}},
-        "stack": {
-            "insulator": {"thickness": 1e-6, "material": coat},
-            "stratum_corneum": {"thickness": 200e-6, "material": skin},
+    coat = preset(
+        title="Rough finger on a coated touch screen: recalled screen, gaps of a choice",
+        changes={
+            "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 125.0},
+            "time.initial_state.model": "PeriodicState",
+            "force": {"model": "Persson2018RoughGap", "mean_gap": 10e-6, "rms_gap": 5e-6},
+            "stack.insulator": {"thickness": 1e-6, "material": {"model": "Constant", "permittivity": 3.9}},
+            "stack.stratum_corneum.material": {"model": "Constant", "permittivity": 1650.0},
         },
-    }
-    scenario = Scenario.model_validate(content)
-    sources = {path: _CHOICE for path, _, _ in scenario.parameters() if not path.startswith("time.")}
-    sources |= {path: _RECALLED for path in sources if path.startswith("stack.")}
-    return {"coat": scenario.model_copy(update={"sources": sources})}
+        unchanged=_CHOICE,
+    )
+    return {"coat": sourced(coat, {"": _CHOICE, "stack": _RECALLED, "time": ""})}

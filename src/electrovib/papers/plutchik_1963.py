@@ -15,6 +15,7 @@ from electrovib.core.checks import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.physics.material import ConstantPhase
 from electrovib.physics.skin import Skin
+from electrovib.physics.stack import Layer
 
 CITATION = "Science 141, 927 (1963), doi:10.1126/science.141.3584.927 (abstract)"
 STATUS = "abstract"
@@ -37,6 +38,11 @@ def material() -> ConstantPhase:
         exponent=EXPONENT,
         conductivity=THICKNESS / (AREA * RESISTANCE),
     )
+
+
+def layer() -> Layer:
+    """Give the stratum corneum of the assumed thickness."""
+    return Layer(thickness=THICKNESS, material=material())
 
 
 def impedance(frequency: float) -> complex:

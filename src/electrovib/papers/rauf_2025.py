@@ -13,14 +13,13 @@ its measured means: their voltages belong to different sessions, between which t
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 import numpy as np
 
 from electrovib.core.checks import Check
 from electrovib.core.constants import eps0
-from electrovib.physics.material import ColeCole
-from electrovib.scenario import Scenario
+from electrovib.physics.material import ColeCole, Material
+from electrovib.scenario import Scenario, preset, sourced
 from electrovib.solve.simulate import simulate
 
 CITATION = (
@@ -95,6 +94,11 @@ def film() -> ColeCole:
     return ColeCole.model_validate({"permittivity_high": 4.0, "terms": [term], "conductivity": 0.0})
 
 
+def materials() -> dict[str, Material]:
+    """Give the film."""
+    return {"relaxor": film()}
+
+
 def _check(permittivity: float, gap: float) -> Check:
     return Check(
         f"finite-element force, permittivity {permittivity:g}, gap {gap * 1e6:g} um",
@@ -129,24 +133,7 @@ _CODE = "Rauf 2025, the authors' public code of figure 2b"
 _NONE = "not in the field calculation"
 
 
-def _clutch(title: str, material: dict[str, Any], drive: dict[str, Any]) -> Scenario:
-    content = {
-        "title": title,
-        "drive": drive,
-        "time": {"duration": 1e-3},
-        "force": {"model": "GapPlane"},
-        "friction": {"model": "Coulomb", "coefficient": 0.0},
-        "contact": {"model": "FixedArea", "area": AREA / 2},
-        "load": {"normal_force": 0.0},
-        "circuit": {"return_path": {"model": "SecondElectrode", "area": AREA / 2, "resistance": 0.0}},
-        "stack": {"insulator": {"thickness": THICKNESS, "material": material}, "gap": {"thickness": 1e-6}},
-    }
-    scenario = Scenario.model_validate(content)
-    sources = {path: _CODE for path, _, _ in scenario.parameters() if not path.startswith("time.")}
-    sources |= dict.fromkeys(("friction.coefficient", "load.normal_force"), _NONE)
-    return scenario.model_copy(update={"sources": sources})
-
-
+@functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Give the clutch with an air gap of 1 um.
 
@@ -155,15 +142,36 @@ def scenarios() -> dict[str, Scenario]:
     dict of str to Scenario
         ``field_50`` and ``field_3`` of the field calculations, ``relaxor`` with the film as fitted.
     """
-    held = {"model": "Constant", "level": VOLTAGE}
-    cases = {f"field_{value:g}": {"model": "Constant", "permittivity": value} for value in (HIGH, LOW)}
-    found = {
-        name: _clutch(f"Rauf 2025, figure 2b, {name}", material, held) for name, material in cases.items()
-    }
-    step = {"model": "Trapezium", "high": VOLTAGE, "rise": 1e-5, "hold": 9e-4, "fall": 1e-5}
-    relaxor = _clutch("Rauf 2025, film that polarises slowly, edges of a choice", film().to_dict(), step)
-    edges = {f"drive.{name}": "a choice" for name in ("rise", "hold", "fall")}
-    film_paths = [path for path in relaxor.sources if "insulator.material" in path]
-    fit = dict.fromkeys(film_paths, "Rauf 2025, the authors' public code of figure 3")
-    found["relaxor"] = relaxor.model_copy(update={"sources": relaxor.sources | edges | fit})
-    return found
+    dielectric = {"model": "Constant", "permittivity": HIGH}
+    field_50 = preset(
+        title="Rauf 2025, figure 2b, field_50",
+        unchanged=_CODE,
+        changes={
+            "drive.level": (VOLTAGE, _CODE),
+            "time.duration": 1e-3,
+            "friction.coefficient": (0.0, _NONE),
+            "contact.area": (AREA / 2, _CODE),
+            "load.normal_force": (0.0, _NONE),
+            "circuit.return_path": {"model": "SecondElectrode", "area": AREA / 2, "resistance": 0.0},
+            "stack": {
+                "insulator": {"thickness": THICKNESS, "material": dielectric},
+                "gap": {"thickness": 1e-6},
+            },
+        },
+    )
+    field_3 = preset(
+        field_50,
+        title="Rauf 2025, figure 2b, field_3",
+        changes={"stack.insulator.material.permittivity": (LOW, _CODE)},
+    )
+    edges = {"rise": (1e-5, "a choice"), "hold": (9e-4, "a choice"), "fall": (1e-5, "a choice")}
+    relaxor = preset(
+        field_50,
+        title="Rauf 2025, film that polarises slowly, edges of a choice",
+        changes={
+            "drive": {"model": "Trapezium", "high": VOLTAGE, **edges},
+            "stack.insulator.material": (film(), "Rauf 2025, the authors' public code of figure 3"),
+        },
+    )
+    found = {"field_50": field_50, "field_3": field_3, "relaxor": relaxor}
+    return {name: sourced(scenario, {"": _CODE, "time": ""}) for name, scenario in found.items()}

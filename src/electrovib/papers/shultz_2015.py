@@ -10,14 +10,13 @@ leaks least: the coating has to conduct better than the gap, rho_g g against rho
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 import numpy as np
 
 from electrovib.core.checks import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
-from electrovib.scenario import Scenario
+from electrovib.scenario import Scenario, preset
 from electrovib.solve.simulate import simulate
 
 CITATION = (
@@ -51,55 +50,31 @@ def gap_force(*, voltage: float, gap: float, area: float) -> float:
     return eps0 * area * (voltage / gap) ** 2 / 2
 
 
-def _content(title: str, coat_conductivity: float) -> dict[str, Any]:
-    coat = {
-        "model": "Constant",
-        "permittivity": values.COAT_PERMITTIVITY,
-        "conductivity": coat_conductivity,
-    }
-    gap = {"model": "Constant", "permittivity": 1.0, "conductivity": 1 / GAP_RESISTIVITY}
-    return {
-        "title": f"Shultz 2015: {title}",
-        "drive": {"model": "Constant", "level": VOLTAGE},
-        "force": {"model": "GapPlane"},
-        "friction": {"model": "Coulomb", "coefficient": 0.5},
-        "contact": {"model": "FixedArea", "area": AREA},
-        "load": {"normal_force": 0.5},
-        "circuit": {"return_path": {"model": "Grounded", "resistance": 1000.0}},
-        "time": {"duration": 400.0},
-        "stack": {
-            "insulator": {"thickness": values.COAT_THICKNESS, "material": coat},
-            "gap": {"thickness": GAP, "material": gap},
-            "stratum_corneum": {
-                "thickness": values.SKIN_THICKNESS,
-                "material": values.skins()["point"].material,
-            },
-        },
-        "sources": {
-            "drive.level": CHOICE,
-            "friction.coefficient": CHOICE,
-            "contact.area": CHOICE,
-            "load.normal_force": CHOICE,
-            "circuit.return_path.resistance": CHOICE,
-            "stack.insulator.thickness": COAT,
-            "stack.insulator.material.permittivity": COAT,
-            "stack.insulator.material.conductivity": CHOICE,
-            "stack.gap.thickness": CHOICE,
-            "stack.gap.material.permittivity": "air",
-            "stack.gap.material.conductivity": CHOICE,
-            "stack.stratum_corneum.thickness": SKIN,
-            "stack.stratum_corneum.material.permittivity": SKIN,
-            "stack.stratum_corneum.material.conductivity": "inverse of the 7.7 ms of vezzoli_2014; a choice",
-        },
-    }
-
-
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Give a held voltage on a coating that leaks, and on one that insulates."""
-    leaky = _content("held voltage, a coating that leaks", 1 / COAT_RESISTIVITY)
-    blocking = _content("held voltage, a coating that insulates", 0.0)
-    return {"leaky": Scenario.model_validate(leaky), "insulated": Scenario.model_validate(blocking)}
+    conductivity = "stack.insulator.material.conductivity"
+    gap = {"model": "Constant", "permittivity": (1.0, "air"), "conductivity": 1 / GAP_RESISTIVITY}
+    leaky = preset(
+        title="Shultz 2015: held voltage, a coating that leaks",
+        unchanged=CHOICE,
+        changes={
+            "drive.level": (VOLTAGE, CHOICE),
+            "time.duration": 400.0,
+            "stack": {
+                "insulator": (values.COAT, COAT),
+                "gap": ({"thickness": GAP, "material": gap}, CHOICE),
+                "stratum_corneum": values.point_layer(SKIN),
+            },
+            conductivity: (1 / COAT_RESISTIVITY, CHOICE),
+        },
+    )
+    insulated = preset(
+        leaky,
+        title="Shultz 2015: held voltage, a coating that insulates",
+        changes={conductivity: (0.0, CHOICE)},
+    )
+    return {"leaky": leaky, "insulated": insulated}
 
 
 def settled_force(name: str) -> float:

@@ -13,13 +13,12 @@ same r divides the gap field at fixed voltage: the attraction of the gap plane i
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 import numpy as np
 
 from electrovib.core.checks import Check
 from electrovib.papers.vezzoli_2014 import values
-from electrovib.scenario import Scenario
+from electrovib.scenario import AIR, Scenario, preset
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
 
@@ -55,50 +54,29 @@ def gap_for(rise: float) -> float:
     return (rise - 1) * electrical_thickness()
 
 
-def _content(title: str, gap: dict[str, Any]) -> dict[str, Any]:
-    coat = {"model": "Constant", "permittivity": values.COAT_PERMITTIVITY}
-    skin = values.skins()["point"].material
-    return {
-        "title": title,
-        "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 1e4},
-        "force": {"model": "GapPlane"},
-        "friction": {"model": "Coulomb", "coefficient": 0.5},
-        "contact": {"model": "FixedArea", "area": 1e-4},
-        "load": {"normal_force": 0.5},
-        "circuit": {"return_path": {"model": "Grounded", "resistance": 1000.0}},
-        "time": {"initial_state": {"model": "PeriodicState"}},
-        "stack": {
-            "insulator": {"thickness": values.COAT_THICKNESS, "material": coat},
-            **gap,
-            "stratum_corneum": {"thickness": values.SKIN_THICKNESS, "material": skin},
-        },
-        "sources": {
-            "drive.amplitude": CHOICE,
-            "drive.frequency": CHOICE,
-            "friction.coefficient": CHOICE,
-            "contact.area": CHOICE,
-            "load.normal_force": CHOICE,
-            "circuit.return_path.resistance": "body and electrode together, not printed in the abstract; a choice",
-            "stack.insulator.thickness": COAT,
-            "stack.insulator.material.permittivity": COAT,
-            "stack.stratum_corneum.thickness": SKIN,
-            "stack.stratum_corneum.material.permittivity": SKIN,
-            "stack.stratum_corneum.material.conductivity": "inverse of the 7.7 ms of vezzoli_2014; a choice",
-        },
-    }
-
-
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Give one finger at rest, and sliding with a gap inside the window of the abstract."""
-    rest = _content("Shultz 2018: finger at rest, no gap", {}) | {"motion": {"speed": 0.0}}
-    rest["sources"]["motion.speed"] = "Shultz 2018: a finger at rest"
-    sliding = _content(
-        "Shultz 2018: sliding finger, impedance 3.6 times that at rest", {"gap": {"thickness": 1e-6}}
+    body = "body and electrode together, not printed in the abstract; a choice"
+    gap = (1e-6, "not printed; inside the 100 to 1000 % of the abstract")
+    common = {
+        "drive": ({"model": "Sine", "amplitude": 100.0, "frequency": 1e4}, CHOICE),
+        "circuit.return_path.resistance": (1000.0, body),
+        "time.initial_state.model": "PeriodicState",
+    }
+    coat = {"insulator": (values.COAT, COAT)}
+    skin = {"stratum_corneum": values.point_layer(SKIN)}
+    at_rest = preset(
+        title="Shultz 2018: finger at rest, no gap",
+        unchanged=CHOICE,
+        changes={**common, "stack": coat | skin, "motion.speed": (0.0, "Shultz 2018: a finger at rest")},
     )
-    sliding["sources"]["stack.gap.thickness"] = "not printed; inside the 100 to 1000 % of the abstract"
-    sliding["sources"]["stack.gap.material.permittivity"] = "air"
-    return {"at_rest": Scenario.model_validate(rest), "sliding": Scenario.model_validate(sliding)}
+    sliding = preset(
+        title="Shultz 2018: sliding finger, impedance 3.6 times that at rest",
+        unchanged=CHOICE,
+        changes={**common, "stack": {**coat, "gap": {"thickness": gap, "material": AIR}, **skin}},
+    )
+    return {"at_rest": at_rest, "sliding": sliding}
 
 
 def sliding_over_rest(gap: float) -> tuple[float, float]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from electrovib.core.checks import Check
 from electrovib.papers.vezzoli_2014 import values
-from electrovib.scenario import Scenario
+from electrovib.scenario import Scenario, preset
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
@@ -55,36 +55,21 @@ def static_force(*, thickness: float, permittivity: float, area: float, voltage:
     )
 
 
-def _display(law: str) -> Scenario:
-    material = {"model": "Constant", "permittivity": values.FILM_PERMITTIVITY}
-    return Scenario.model_validate(
-        {
-            "title": f"Strong and Troxel 1970: one dielectric under a sliding finger, {law}",
-            "drive": {"model": "Sine", "amplitude": VOLTAGE, "frequency": 100.0},
-            "force": {"model": law},
-            "friction": {"model": "Coulomb", "coefficient": 0.5},
-            "contact": {"model": "FixedArea", "area": 1e-4},
-            "load": {"normal_force": 0.5},
-            "circuit": {"return_path": {"model": "Grounded", "resistance": 1000.0}},
-            "stack": {"insulator": {"thickness": values.FILM_THICKNESS, "material": material}},
-            "sources": {
-                "drive.amplitude": CHOICE,
-                "drive.frequency": CHOICE,
-                "friction.coefficient": CHOICE,
-                "contact.area": CHOICE,
-                "load.normal_force": CHOICE,
-                "circuit.return_path.resistance": CHOICE,
-                "stack.insulator.thickness": FOUNDING,
-                "stack.insulator.material.permittivity": FOUNDING,
-            },
-        }
-    )
-
-
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Give one display with the recalled law, and the same display cut free in the gap."""
-    return {"display": _display("InsulatorPlane"), "display_gap": _display("GapPlane")}
+    title = "Strong and Troxel 1970: one dielectric under a sliding finger, "
+    display = preset(
+        title=f"{title}InsulatorPlane",
+        unchanged=CHOICE,
+        changes={
+            "drive": ({"model": "Sine", "amplitude": VOLTAGE, "frequency": 100.0}, CHOICE),
+            "force.model": "InsulatorPlane",
+            "stack": {"insulator": (values.FILM, FOUNDING)},
+        },
+    )
+    in_the_gap = preset(display, title=f"{title}GapPlane", changes={"force.model": "GapPlane"})
+    return {"display": display, "display_gap": in_the_gap}
 
 
 def attraction(law: str, voltage: float) -> float:

@@ -15,7 +15,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.core.lamps import Lamp
 from electrovib.core.model import Model
-from electrovib.physics.interface import IMPLIED, Role, beside_interface
+from electrovib.physics.interface import IMPLIED, ORDER, Role, beside_interface
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from electrovib.physics.stack import Layer, LayerState, Linear, Section
 
 
+_PLATE_AND_FINGER: tuple[Role, ...] = ("plate", "finger")
 _NEGATIVE = (
     "in a layer that polarises slowly the field turns before the bound displacement does, and their product is then"
     " negative: a convention of this plane, not a push; a force between plate and finger is that of the gap plane"
@@ -39,14 +40,15 @@ class ForceLaw(Model, family=True):
     -----
     A law has two steps. `amplitudes` names quantities linear in the drive; `pressure` takes them as numbers,
     at one time, under the same names. A law that has no causal form says so; it then has no response to
-    anything but one sine. `needs` names the roles of the layers that it reads, each nearest to the interface.
+    anything but one sine. `needs` tells the layers that it reads: by role, which is the one nearest to the
+    interface, or by the name of a layer of its own.
     A law whose pressure can be negative says in `negative` why its attraction may be.
     """
 
     plane: ClassVar[str] = "gap"
     causal: ClassVar[bool] = True
     instead: ClassVar[str] = ""
-    needs: ClassVar[tuple[Role, ...]] = ()
+    needs: ClassVar[tuple[str, ...]] = ()
     negative: ClassVar[str] = ""
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
@@ -84,24 +86,48 @@ class ForceLaw(Model, family=True):
         return ()
 
 
-def layer_of(section: Section, role: Role) -> LayerState:
-    """Give the layer of a role that is nearest to the interface.
+def layer_of(section: Section, wanted: str) -> LayerState:
+    """Give a layer that a law needs, by role the one nearest to the interface, else by name.
 
     Raises
     ------
     InputError
         If the stack has none.
     """
-    name = beside_interface(section.roles, role)
+    name = needed_layer(section.roles, wanted)
     if name is None:
-        raise InputError(f"stack: the force law needs {wanted_layer(role)}")
+        raise InputError(f"stack: the force law needs {wanted_layer(wanted)}")
     return section[name]
 
 
-def wanted_layer(role: Role) -> str:
+def needed_layer(roles: Mapping[str, Role], wanted: str) -> str | None:
+    """Find a layer that a law needs.
+
+    Parameters
+    ----------
+    roles : mapping of str to str
+        Name to role of each layer, from the plate to the finger.
+    wanted : str
+        An entry of `ForceLaw.needs`.
+
+    Returns
+    -------
+    str or None
+        Name of the layer nearest to the interface if a role is wanted, else the name that is wanted; None where the
+        stack has no such layer.
+    """
+    role = next((each for each in ORDER if each == wanted), None)
+    if role is not None:
+        return beside_interface(roles, role)
+    return wanted if wanted in roles else None
+
+
+def wanted_layer(wanted: str) -> str:
     """Say which layer a law needs, for a message."""
-    usual = next(name for name, each in IMPLIED.items() if each == role)
-    return f"a layer 'stack.{usual}', or one of another name with role = '{role}'"
+    usual = next((name for name, each in IMPLIED.items() if each == wanted), None)
+    if usual is None:
+        return f"a layer 'stack.{wanted}'"
+    return f"a layer 'stack.{usual}', or one of another name with role = '{wanted}'"
 
 
 def gap_field(section: Section) -> Linear:
@@ -173,7 +199,7 @@ class InsulatorPlane(ForceLaw):
     status: ClassVar[str] = "derived"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
     plane: ClassVar[str] = "insulator"
-    needs: ClassVar[tuple[Role, ...]] = ("plate",)
+    needs: ClassVar[tuple[str, ...]] = ("plate",)
     negative: ClassVar[str] = _NEGATIVE
     checks: ClassVar[tuple[Check, ...]] = (
         Check(
@@ -208,7 +234,7 @@ class StratumCorneumPlane(ForceLaw):
     status: ClassVar[str] = "derived"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
     plane: ClassVar[str] = "stratum_corneum"
-    needs: ClassVar[tuple[Role, ...]] = ("finger",)
+    needs: ClassVar[tuple[str, ...]] = ("finger",)
     negative: ClassVar[str] = _NEGATIVE
     checks: ClassVar[tuple[Check, ...]] = (
         Check(
@@ -247,7 +273,7 @@ class EffectiveMediumPlane(ForceLaw):
     status: ClassVar[str] = "full text"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
     plane: ClassVar[str] = "effective medium"
-    needs: ClassVar[tuple[Role, ...]] = ("plate", "finger")
+    needs: ClassVar[tuple[str, ...]] = _PLATE_AND_FINGER
     checks: ClassVar[tuple[Check, ...]] = (
         Check(
             "pressure",
@@ -274,7 +300,7 @@ class EffectiveMediumPlane(ForceLaw):
 
 def equivalent_field(section: Section, voltage: Linear) -> Linear:
     """Field E = V/sqrt(K L) whose stress in vacuum is the founding paper's static force."""
-    found = [beside_interface(section.roles, role) for role in EffectiveMediumPlane.needs]
+    found = [beside_interface(section.roles, role) for role in _PLATE_AND_FINGER]
     names = [name for name in found if name is not None]
-    length = sum(layer_of(section, role).thickness for role in EffectiveMediumPlane.needs)
+    length = sum(layer_of(section, role).thickness for role in _PLATE_AND_FINGER)
     return section.inverse_root_thickness(names) * voltage * (1 / length**0.5)

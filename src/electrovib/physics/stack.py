@@ -69,6 +69,7 @@ class Stack(Model):
     the roles: renaming a layer changes no number.
     """
 
+    offered_by: ClassVar[tuple[str, ...]] = ("stacks", "scenarios")
     model_config = Model.model_config | {"extra": "allow"}
     __pydantic_extra__: dict[str, Layer] = Field(init=False)
 
@@ -79,6 +80,11 @@ class Stack(Model):
             "material": {"model": "Constant", "permittivity": 1560, "conductivity": 1.8e-6},
         },
     }
+
+    @classmethod
+    def from_offer(cls, offer: Any) -> Self:
+        """Take the stack out of a ready-made scenario, or as it is."""
+        return cls.model_validate(getattr(offer, "stack", offer))
 
     @model_validator(mode="after")
     def _has_layers(self) -> Self:

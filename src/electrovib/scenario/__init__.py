@@ -2,6 +2,8 @@
 
 from electrovib.scenario.experiment import SCHEMA, Scenario
 from electrovib.scenario.grids import AtRest, FrequencyGrid, InitialState, PeriodicState, TimeGrid
+from electrovib.scenario.offers import skins
+from electrovib.scenario.presets import AIR, plain, preset, sourced
 from electrovib.scenario.reading import (
     DEFAULT,
     load,
@@ -14,6 +16,7 @@ from electrovib.scenario.reading import (
 from electrovib.scenario.sources import is_default, not_in_paper
 
 __all__ = [
+    "AIR",
     "DEFAULT",
     "SCHEMA",
     "AtRest",
@@ -28,6 +31,10 @@ __all__ = [
     "not_in_paper",
     "paper_of_preset",
     "paper_scenario",
+    "plain",
+    "preset",
     "scenario_of",
+    "skins",
+    "sourced",
     "sweep_of",
 ]

@@ -14,9 +14,8 @@ from electrovib.physics.circuit import Circuit
 from electrovib.physics.contact import Contact
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.finger import Finger
-from electrovib.physics.force import ForceLaw, wanted_layer
+from electrovib.physics.force import ForceLaw, needed_layer, wanted_layer
 from electrovib.physics.friction import Friction, Load
-from electrovib.physics.interface import beside_interface
 from electrovib.physics.limits import Limits
 from electrovib.physics.moisture import Moisture
 from electrovib.physics.motion import HeldOff, Motion
@@ -24,6 +23,7 @@ from electrovib.physics.perception import Perception
 from electrovib.physics.rig import Rig
 from electrovib.physics.stack import Stack
 from electrovib.scenario.grids import FrequencyGrid, TimeGrid
+from electrovib.scenario.offers import with_offers
 from electrovib.scenario.sources import BY_THE_USER
 
 SCHEMA: Final = 1
@@ -66,12 +66,19 @@ class Scenario(Model):
     limits: Limits = Limits()
     sources: dict[str, str] = Field(default_factory=dict)
 
+    @classmethod
+    def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
+        """Read the names of what papers offer, and say of each value where it is from."""
+        content, told = with_offers(content)
+        given = content.get("sources", {})
+        return content | {"sources": told | given} if told and isinstance(given, dict) else content
+
     @model_validator(mode="after")
     def _law_finds_its_layers(self) -> Self:
         roles = self.stack.roles
-        for role in self.force.needs:
-            if beside_interface(roles, role) is None:
-                raise ValueError(f"{type(self.force).__name__} needs {wanted_layer(role)}")
+        for wanted in self.force.needs:
+            if needed_layer(roles, wanted) is None:
+                raise ValueError(f"{type(self.force).__name__} needs {wanted_layer(wanted)}")
         return self
 
     @model_validator(mode="after")
@@ -143,6 +150,7 @@ class Scenario(Model):
         InputError
             Every mistake at once.
         """
+        changes, told = with_offers(changes)
         changed = Model.replace(self, changes)
         if changed.moisture is not None:
             from electrovib.scenario.moisture import refuse_what_moisture_sets
@@ -156,7 +164,11 @@ class Scenario(Model):
             )
         }
         paths = [path for path, _, _ in changed.parameters()]
-        theirs = {p: BY_THE_USER for p in paths if any(p == c or p.startswith(f"{c}.") for c in changes)}
+        theirs = {
+            path: f"{BY_THE_USER} to {told[path]}" if path in told else BY_THE_USER
+            for path in paths
+            if any(path == change or path.startswith(f"{change}.") for change in changes)
+        }
         return changed.model_copy(update={"sources": kept | theirs})
 
     def to_json(self) -> str:

@@ -7,19 +7,20 @@ from typing import TYPE_CHECKING, Any
 from electrovib.core.units import format_quantity
 
 if TYPE_CHECKING:
+    from electrovib.core.model import Model
     from electrovib.scenario.experiment import Scenario
 
 BY_THE_USER = "set by the user"
 """Source of a value that was changed."""
 
 
-def is_default(scenario: Scenario, path: str, value: Any) -> bool:
+def is_default(model: Model, path: str, value: Any) -> bool:
     """Tell whether a value is what its model takes if nothing is given.
 
     Parameters
     ----------
-    scenario : Scenario
-        Holds the parameter.
+    model : Model
+        A scenario, or a part of one, that holds the parameter.
     path : str
         Dotted path of a parameter.
     value : any
@@ -30,7 +31,7 @@ def is_default(scenario: Scenario, path: str, value: Any) -> bool:
     bool
         Whether it is the default of the model that owns it.
     """
-    owner: Any = scenario
+    owner: Any = model
     *parents, name = path.split(".")
     for part in parents:
         owner = owner[int(part)] if isinstance(owner, tuple) else getattr(owner, part)
@@ -59,7 +60,7 @@ def not_in_paper(scenario: Scenario, paper: str) -> dict[str, str]:
     found = {}
     for path, value, quantity in scenario.parameters():
         source = scenario.sources.get(path)
-        if source is None or value is None or source == BY_THE_USER or source.startswith(printed):
+        if source is None or value is None or source.startswith((BY_THE_USER, printed)):
             continue
         if value != 0 or not is_default(scenario, path, value):
             found[path] = format_quantity(value, quantity.unit, digits=4)

@@ -15,7 +15,7 @@ from electrovib.core.trace import make_trace
 from electrovib.scenario import Scenario
 from electrovib.solve.diagnostics.sampling import sampling
 from electrovib.solve.electrics.attraction import mean_force
-from electrovib.solve.prepared import Prepared
+from electrovib.solve.expanded import Expanded
 from electrovib.solve.stack.expand import behind_amplifier, per_volt_of, phasors
 from electrovib.solve.stack.section import PhasorSection
 
@@ -54,11 +54,11 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     exactly. A layer with a leak: one nonlinear branch with its error in `step_error`; over frequency the leak
     counts as the conductivity that a vanishing sine sees.
     """
-    prepared = Prepared(scenario, None if time is None else np.asarray(time, dtype=float))
-    times, frequency = prepared.times, scenario.frequency.frequencies()
+    expanded = Expanded(scenario, None if time is None else np.asarray(time, dtype=float))
+    times, frequency = expanded.times, scenario.frequency.frequencies()
     at_frequency = phasors(scenario, frequency)
-    record = prepared.at(times, closely=True)
-    spoken, errors = prepared.judge(record)
+    record = expanded.at(times, closely=True)
+    spoken, errors = expanded.judge(record)
     attributes = provenance(scenario) | errors | record.how
     variables: dict[str, Any] = {**record.signals, **_over_frequency(scenario, at_frequency)}
     spoken += sampling(scenario.drive, times)
@@ -66,7 +66,7 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     coordinates = {
         "time": times,
         "frequency": frequency,
-        "layer": np.array(list(prepared.section.layers), dtype=object),
+        "layer": np.array(list(expanded.section.layers), dtype=object),
     }
     return make_trace(variables, coordinates, attributes)
 

@@ -22,6 +22,12 @@ from electrovib.physics.friction import Friction
 from electrovib.physics.material import Material
 from electrovib.study.reproduction import Table
 
+NAMES = (
+    "A skin, a material or a stack of a paper is used by its name, which 'electrovib models PAPER' lists:"
+    " --set stack.stratum_corneum.material=gabriel_1996/wet"
+)
+"""For people who look for one."""
+
 PREDICTS: dict[type[Model], str] = {
     Drive: "voltage or current of the drive",
     Material: "permittivity and conductivity of a layer",
@@ -140,6 +146,31 @@ def tables() -> Iterator[Table]:
             headings = ("model", "paper", "how read", "checks")
             rows = tuple((e.name, e.paper or "-", e.status or "definition", str(e.checks)) for e in lines)
         yield Table(group, headings, rows)
+
+
+def ready_made(module: ModuleType, name: str) -> Iterator[tuple[str, str]]:
+    """Give what a paper offers by name: what it is, and how it is written.
+
+    Parameters
+    ----------
+    module : module
+        The paper.
+    name : str
+        ``author_year``.
+
+    Yields
+    ------
+    tuple of str
+        ``"run"``, ``"skin"``, ``"material"`` or ``"stack"``; ``author_year/name`` with a few words.
+    """
+    for key, scenario in getattr(module, "scenarios", dict)().items():
+        yield "run", f"electrovib run {name}/{key} ({scenario.title})"
+    for key, skin in getattr(module, "skins", dict)().items():
+        yield "skin", f"{name}/{key}: {skin.name} ({skin.status}): {skin.note}"
+    for key, material in getattr(module, "materials", dict)().items():
+        yield "material", f"{name}/{key}: {type(material).__name__}"
+    for key, stack in getattr(module, "stacks", dict)().items():
+        yield "stack", f"{name}/{key}: {', '.join(stack.layers)}"
 
 
 def find(name: str) -> type[Model] | ModuleType:

@@ -9,7 +9,7 @@ import numpy as np
 from electrovib.core.units import format_quantity
 from electrovib.physics.circuit import Grounded
 from electrovib.physics.conduction import Conduction
-from electrovib.physics.interface import beside_interface
+from electrovib.physics.force import needed_layer
 from electrovib.scenario import Scenario
 
 AGREES = 0.01
@@ -94,7 +94,7 @@ def _reason(scenario: Scenario) -> tuple[float | None, str]:
 
 def layers_read(scenario: Scenario) -> tuple[str, ...]:
     """Name the layers that the force law reads: those of the roles it needs that are nearest to the interface."""
-    found = (beside_interface(scenario.stack.roles, role) for role in scenario.force.needs)
+    found = (needed_layer(scenario.stack.roles, wanted) for wanted in scenario.force.needs)
     return tuple(name for name in found if name is not None)
 
 

@@ -26,11 +26,12 @@ def as_markdown() -> str:
     parts += [
         f"## {table.title[0].upper()}{table.title[1:]}\n\n{_rows(table)}" for table in catalogue.tables()
     ]
-    parts.append("## What each paper claims, and what not\n")
+    parts.append(f"## What each paper claims, what not, and what it offers\n\n{catalogue.NAMES}.\n")
     for name, module in papers().items():
         said = catalogue.claims(module)
         lines = [f"**{name}** ({module.STATUS}). {module.CITATION}", ""]
         lines += [f"- {key}: {text}" for key, text in said.items()]
+        lines += [f"- {what}: {text}" for what, text in catalogue.ready_made(module, name)]
         if getattr(module, "NOT_READ", ""):
             lines.append(f"- not read: {' '.join(module.NOT_READ.split())}")
         parts.append("\n".join(lines) + "\n")

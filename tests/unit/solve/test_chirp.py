@@ -15,7 +15,7 @@ from electrovib.physics.drive.parts import Chirped, Smooth
 from electrovib.solve.electrics.linear.chirp import GONE, chirp_response
 from electrovib.solve.electrics.linear.smooth import smooth_states
 from electrovib.solve.electrics.linear.transient import transient
-from electrovib.solve.prepared import Prepared
+from electrovib.solve.expanded import Expanded
 from electrovib.solve.stack.transfer import Transfer
 
 MARCHED = 5e-11
@@ -147,7 +147,7 @@ def test_a_long_chirp_is_answered_without_its_cycles(monkeypatch):
 
 
 def test_the_attraction_of_a_long_chirp_at_many_times():
-    solution = Prepared(long_chirp())
+    solution = Expanded(long_chirp())
     time = np.linspace(0, 100, 20_001)
     many = solution.at(time).solution.force
     few = solution.at(time[::1000]).solution.force

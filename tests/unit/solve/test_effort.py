@@ -10,7 +10,7 @@ from electrovib.core.budget import BudgetError, budget
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.solve import effort, prepared
+from electrovib.solve import effort, expanded
 from electrovib.solve.diagnostics.looks import count_looks, looks
 
 PLATE = "vezzoli_2014/fig6"
@@ -164,7 +164,7 @@ def test_what_does_not_go_together_is_told_before_the_materials_are_reduced(monk
     def reduced(*_):
         pytest.fail("the materials were reduced first")
 
-    monkeypatch.setattr(prepared, "modes", reduced)
+    monkeypatch.setattr(expanded, "modes", reduced)
     with pytest.raises(ElectrovibError, match=said):
         ev.simulate(ev.load(PLATE, changes=changes))
 

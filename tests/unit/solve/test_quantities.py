@@ -10,7 +10,7 @@ import pytest
 from electrovib.core.errors import InputError
 from electrovib.physics.rig import Tribometer
 from electrovib.scenario import load
-from electrovib.solve.prepared import Prepared
+from electrovib.solve.expanded import Expanded
 from electrovib.solve.quantities import DEFAULTS, Named, answer, of_record, read_name, solved
 from electrovib.solve.quantities.pieces import Mesh, extremes, last_value, mean, mean_square, tails
 from electrovib.solve.quantities.resolve import first_mesh, resolve, window
@@ -213,14 +213,14 @@ def test_what_a_digitiser_reads_is_taken_at_its_readings():
 
 
 def test_a_number_that_is_not_known_is_told(monkeypatch):
-    solution, ask = Prepared(FILM), Prepared.at
+    solution, ask = Expanded(FILM), Expanded.at
 
-    def partly(self, times):
-        record = ask(self, times)
+    def partly(self, times, *, wanted=None):
+        record = ask(self, times, wanted=wanted)
         record.signals["lateral_force"][1][times > 0.1] = np.nan
         return record
 
-    monkeypatch.setattr(Prepared, "at", partly)
+    monkeypatch.setattr(Expanded, "at", partly)
     found = answer(
         solution, [read_name(name, LAYERS) for name in ("mean lateral_force", "mean electrostatic_force")]
     )
@@ -242,7 +242,7 @@ def test_a_signal_that_cannot_be_followed_is_told(monkeypatch):
 
 
 def test_one_sine_in_its_steady_state_is_looked_at_once():
-    solution = Prepared(sine(FILM))
+    solution = Expanded(sine(FILM))
     assert len(resolve(solution, [("electrostatic_force", "")]).record.times) < 100
 
 
@@ -271,7 +271,7 @@ def test_a_record_of_many_samples_is_followed_with_few_nodes():
         "permittivity": 1560,
     }  # nothing conducts: the force is the square of the drive
     plain = GAP.replace({"drive": drive, "time": {}, "stack.stratum_corneum.material": skin})
-    solution = Prepared(plain)
+    solution = Expanded(plain)
     assert resolve(solution, [("electrostatic_force", "")]).mesh.nodes == 4
     found = answer(
         solution, [read_name(f"{t} electrostatic_force", tuple(plain.stack.layers)) for t in ("mean", "peak")]
@@ -288,17 +288,17 @@ def test_a_record_of_many_samples_is_followed_with_few_nodes():
 
 def test_what_bends_where_nothing_says_so_is_halved_until_it_is_followed(monkeypatch):
     """A friction that bends at times of its own: corners of no drive."""
-    ask = Prepared.at
+    ask = Expanded.at
 
-    def bent(self, times):
-        record = ask(self, times)
+    def bent(self, times, *, wanted=None):
+        record = ask(self, times, wanted=wanted)
         record.signals["lateral_force"] = (
             ("time",),
             np.abs(np.sin(40 * times)) + np.exp(-((times - 0.1) ** 2) / 2e-6),
         )
         return record
 
-    monkeypatch.setattr(Prepared, "at", bent)
+    monkeypatch.setattr(Expanded, "at", bent)
     found = asked(FILM, "mean lateral_force", "maximum lateral_force")
     end = window(FILM)[0]
     half_turns, rest = divmod(40 * end, np.pi)
@@ -309,6 +309,6 @@ def test_what_bends_where_nothing_says_so_is_halved_until_it_is_followed(monkeyp
 
 
 def test_of_two_pieces_only_what_is_not_resolved_is_halved():
-    solution = Prepared(FILM)
+    solution = Expanded(FILM)
     once = resolve(solution, [("drive_voltage", "")])
     assert len(once.record.times) == len(first_mesh(solution).times())

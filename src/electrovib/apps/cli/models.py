@@ -36,6 +36,7 @@ def command(
         for table in catalogue.tables():
             show(as_text(table))
         say("recalled: nobody here has read the source; such a number is never a check.")
+        say(catalogue.NAMES)
     else:
         found = catalogue.find(name)
         lines = paper_lines(found, name) if isinstance(found, ModuleType) else model_lines(found)
@@ -110,10 +111,7 @@ def paper_lines(module: ModuleType, name: str) -> list[str]:
     lines += [f"{key:<10} {text}" for key, text in catalogue.claims(module).items()]
     if hasattr(module, "NOT_READ"):
         lines.append(f"not read   {' '.join(module.NOT_READ.split())}")
-    if hasattr(module, "scenarios"):
-        lines += [f"run        electrovib run {name}/{scenario}" for scenario in module.scenarios()]
-    if hasattr(module, "skins"):
-        lines += [f"skin       {skin.name} ({skin.status}): {skin.note}" for skin in module.skins().values()]
+    lines += [f"{what:<10} {text}" for what, text in catalogue.ready_made(module, name)]
     table = catalogue.values(module)
     if table:
         lines += ["", as_text(table)]

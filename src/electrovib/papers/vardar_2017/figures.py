@@ -8,7 +8,6 @@ from typing import Final
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.discovery import papers
 from electrovib.papers import plutchik_1963
 from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, VOLTAGE, first_order_skin, scenarios
 from electrovib.papers.vardar_2017.thresholds import (
@@ -19,6 +18,7 @@ from electrovib.papers.vardar_2017.thresholds import (
     sine_over_square,
 )
 from electrovib.physics.material import Material
+from electrovib.scenario import skins
 from electrovib.study.felt_threshold import ThresholdCurves, threshold_over_frequency
 from electrovib.study.reproduction import Curve, Panel
 
@@ -45,13 +45,7 @@ def panels() -> tuple[Panel, ...]:
 @functools.cache
 def conducting_skins() -> dict[str, Material]:
     """Every published skin that conducts, by paper and name."""
-    return {
-        f"{author_year}/{key}": skin.material
-        for author_year, module in papers().items()
-        if author_year != "vardar_2017"
-        for key, skin in getattr(module, "skins", dict)().items()
-        if skin.material.conductivity > 0
-    }
+    return {name: skin.material for name, skin in skins().items() if skin.material.conductivity > 0}
 
 
 @functools.cache

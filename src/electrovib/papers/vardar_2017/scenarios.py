@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers import plutchik_1963
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Constant
-from electrovib.scenario import Scenario
+from electrovib.scenario import Scenario, preset
 
 FREQUENCIES = (15.0, 30.0, 60.0, 120.0, 240.0, 480.0, 1920.0)
 """Fundamental frequencies of the 2016 experiment, abstract [Hz]."""
@@ -21,53 +20,29 @@ COAT = "not printed in the abstract; recalled of 3M-type screens, and the coat o
 SKIN = "plutchik_1963: solved from its abstract with 1 cm2 and 200 um assumed; the paper's own curves were not read"
 
 
-def _screen(title: str, drive: dict[str, Any], sources: dict[str, str]) -> Scenario:
-    coat = {"model": "Constant", "permittivity": values.COAT_PERMITTIVITY}
-    skin = "stack.stratum_corneum.material"
-    return Scenario.model_validate(
-        {
-            "title": title,
-            "drive": drive,
-            "force": {"model": "StratumCorneumPlane"},
-            "friction": {"model": "Coulomb", "coefficient": 0.5},
-            "contact": {"model": "FixedArea", "area": 1e-4},
-            "load": {"normal_force": 0.5},
-            "circuit": {"return_path": {"model": "Grounded", "resistance": 1000.0}},
-            "time": {"initial_state": {"model": "PeriodicState"}},
-            "stack": {
-                "insulator": {"thickness": values.COAT_THICKNESS, "material": coat},
-                "stratum_corneum": {
-                    "thickness": plutchik_1963.THICKNESS,
-                    "material": plutchik_1963.material(),
-                },
-            },
-            "sources": {
-                "drive.frequency": "Vardar 2017, abstract: one of seven",
-                "friction.coefficient": CHOICE,
-                "contact.area": CHOICE,
-                "load.normal_force": CHOICE,
-                "circuit.return_path.resistance": CHOICE,
-                "stack.insulator.thickness": COAT,
-                "stack.insulator.material.permittivity": COAT,
-                "stack.stratum_corneum.thickness": "recalled of this line of papers, printed in vezzoli_2014",
-                f"{skin}.permittivity": SKIN,
-                f"{skin}.reference_frequency": SKIN,
-                f"{skin}.exponent": SKIN,
-                f"{skin}.conductivity": SKIN,
-            }
-            | sources,
-        }
-    )
-
-
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Give a sine and a square voltage of one peak and one frequency on one screen."""
-    sine = {"model": "Sine", "amplitude": VOLTAGE, "frequency": 30.0}
-    square = {"model": "Square", "high": VOLTAGE, "low": -VOLTAGE, "frequency": 30.0}
+    fundamental = (30.0, "Vardar 2017, abstract: one of seven")
+    screen = {
+        "force.model": "StratumCorneumPlane",
+        "time.initial_state.model": "PeriodicState",
+        "stack.insulator": (values.COAT, COAT),
+        "stack.stratum_corneum": (plutchik_1963.layer(), SKIN),
+        "stack.stratum_corneum.thickness": (
+            plutchik_1963.THICKNESS,
+            "recalled of this line of papers, printed in vezzoli_2014",
+        ),
+    }
+    sine = {"model": "Sine", "amplitude": VOLTAGE, "frequency": fundamental}
+    square = {"model": "Square", "high": VOLTAGE, "low": -VOLTAGE, "frequency": fundamental}
     return {
-        "sine": _screen("Vardar 2017: sine, 30 Hz", sine, {"drive.amplitude": CHOICE}),
-        "square": _screen("Vardar 2017: square, 30 Hz", square, {"drive.high": CHOICE, "drive.low": CHOICE}),
+        name: preset(
+            title=f"Vardar 2017: {name}, 30 Hz",
+            unchanged=CHOICE,
+            changes={**screen, "drive": (drive, CHOICE)},
+        )
+        for name, drive in (("sine", sine), ("square", square))
     }
 
 

@@ -13,7 +13,7 @@ from electrovib.papers.vezzoli_2014.defects import DEFECTS
 from electrovib.papers.vezzoli_2014.laws import Vezzoli2014Causal, Vezzoli2014PerFrequency
 from electrovib.papers.vezzoli_2014.reproduction import reproduce
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
-from electrovib.papers.vezzoli_2014.values import CHECKS, CITATION, STATUS, skins
+from electrovib.papers.vezzoli_2014.values import CHECKS, CITATION, STATUS, materials, skins
 
 __all__ = [
     "CHECKS",
@@ -22,6 +22,7 @@ __all__ = [
     "STATUS",
     "Vezzoli2014Causal",
     "Vezzoli2014PerFrequency",
+    "materials",
     "reproduce",
     "scenarios",
     "skins",

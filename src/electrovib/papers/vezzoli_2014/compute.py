@@ -9,14 +9,13 @@ from numpy.typing import NDArray
 
 from electrovib.core.arrays import Real
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.core.discovery import papers
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.papers.vezzoli_2014.laws import literal_response
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.material import Material
 from electrovib.physics.skin import Skin
-from electrovib.scenario import Scenario
+from electrovib.scenario import Scenario, skins
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
@@ -29,13 +28,7 @@ LEAKY_GAPS = {"gap plane, leaky gap 1 um": 1e-6, "gap plane, leaky gap 5 um": 5e
 def all_skins() -> dict[str, Skin]:
     """Collect every published skin, the paper's own point first."""
     own = {f"vezzoli_2014/{key}": skin for key, skin in values.skins().items()}
-    others = {
-        f"{name}/{key}": skin
-        for name, module in papers().items()
-        if hasattr(module, "skins") and name != "vezzoli_2014"
-        for key, skin in module.skins().items()
-    }
-    return own | others
+    return own | skins()
 
 
 def force_skins() -> dict[str, Skin]:

@@ -59,7 +59,7 @@ class Vezzoli2014Causal(ForceLaw):
     status: ClassVar[str] = "full text"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
     plane: ClassVar[str] = "effective medium"
-    needs: ClassVar[tuple[Role, ...]] = _LAYERS
+    needs: ClassVar[tuple[str, ...]] = _LAYERS
 
     def effective_voltage(self, section: Section) -> Linear:
         """Voltage minus what the lost charge takes on the insulator."""
@@ -134,7 +134,7 @@ class Vezzoli2014PerFrequency(ForceLaw):
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
     plane: ClassVar[str] = "effective medium"
     causal: ClassVar[bool] = False
-    needs: ClassVar[tuple[Role, ...]] = _LAYERS
+    needs: ClassVar[tuple[str, ...]] = _LAYERS
     instead: ClassVar[str] = "Vezzoli2014Causal"
 
     def effective_voltage(self, section: Section) -> Linear:

@@ -70,7 +70,12 @@ def _own_skin(file: str) -> Tabulated:
 
     from electrovib.core.errors import InputError
     from electrovib.physics.tabulated import Tabulated
+    from electrovib.scenario import skins
 
+    if file in skins():
+        raise InputError(
+            f"skin = {file}: is a published skin, and beside the others already; give a table of your own, .csv"
+        )
     content = {"file": file, "loss": {"model": "Resistivity"}, "conductivity": 0.0}
     try:
         return Tabulated.model_validate(content)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 from electrovib.core.checks import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.palmar_1995 import MEN, WOMEN
-from electrovib.physics.material import Constant, ConstantPhase
+from electrovib.physics.material import Constant, ConstantPhase, Material
 from electrovib.physics.skin import Skin
+from electrovib.physics.stack import Layer
 
 CITATION = (
     "E. Vezzoli, M. Amberg, F. Giraud, B. Lemaire-Semail, Electrovibration modeling analysis, EuroHaptics 2014,"
@@ -45,6 +47,18 @@ RAMP = 36e-3
 """The paper prints no ramp; with 7.7 ms and law (1) this one gives its 2.5 mN [s]."""
 COAT_THICKNESS, COAT_PERMITTIVITY = 1e-6, 3.9
 """Of the thin coat of figure 7 the paper says only that C_i is comparable with C_s: a choice of ours."""
+
+FILM = Layer(thickness=FILM_THICKNESS, material=Constant(permittivity=FILM_PERMITTIVITY))
+COAT = Layer(thickness=COAT_THICKNESS, material=Constant(permittivity=COAT_PERMITTIVITY))
+POINT = Constant(permittivity=SKIN_PERMITTIVITY, conductivity=CONDUCTIVITY)
+"""Skin of the paper's one point."""
+
+
+def point_layer(source: str) -> tuple[dict[str, Any], str]:
+    """Give the stratum corneum of the paper's one point for a preset of another paper, with where that says it is from."""
+    conductivity = (CONDUCTIVITY, "inverse of the 7.7 ms of vezzoli_2014; a choice")
+    material = {"model": "Constant", "permittivity": SKIN_PERMITTIVITY, "conductivity": conductivity}
+    return {"thickness": SKIN_THICKNESS, "material": material}, source
 
 
 def capacitance(*, permittivity: float, thickness: float, area: float) -> float:
@@ -116,12 +130,11 @@ def surrogate(exponent: float) -> ConstantPhase:
 
 def skins() -> dict[str, Skin]:
     """Give the paper's one point as a constant, and constant-phase skins through it."""
-    point = Constant(permittivity=SKIN_PERMITTIVITY, conductivity=CONDUCTIVITY)
     note = (
         "eps 1560 is printed; the conductivity is the inverse of the printed 7.7 ms, read as the voltage's, at a"
         " frequency not printed"
     )
-    found = {"point": Skin("paper point", point, "derived", CITATION, note)}
+    found = {"point": Skin("paper point", POINT, "derived", CITATION, note)}
     for exponent in (MEN, WOMEN, 0.85):
         found[f"surrogate_{exponent}"] = Skin(
             f"constant phase {exponent}",
@@ -132,6 +145,11 @@ def skins() -> dict[str, Skin]:
             reproduces_force=False,
         )
     return found
+
+
+def materials() -> dict[str, Material]:
+    """Give the plastic film of figures 2 and 6, and the thin coat chosen here for figure 7."""
+    return {"film": FILM.material, "coat": COAT.material}
 
 
 def _check(

@@ -154,12 +154,13 @@ class Solution:
         Returns
         -------
         dict
-            Dimensions and values.
+            Dimensions and values of what was asked for.
         """
         signals: dict[str, Any] = {
             name: (("time",), self.found[name]) for name in ACROSS if name in self.found
         }
         for quantity, key in (("field", FieldOf), ("displacement", DisplacementOf)):
-            rows = np.array([self.found[key(name)] for name in names])
-            signals[quantity] = (("layer", "time"), rows)
+            if all(key(name) in self.found for name in names):
+                rows = np.array([self.found[key(name)] for name in names])
+                signals[quantity] = (("layer", "time"), rows)
         return signals | {"electrostatic_force": (("time",), self.attraction)}

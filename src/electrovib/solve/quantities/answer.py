@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.core.arrays import Real
-    from electrovib.solve.prepared import Prepared
+    from electrovib.solve.expanded import Expanded
     from electrovib.solve.quantities.names import Named
 
 READINGS: Final = ("normal_force_measured", "lateral_force_measured")
@@ -48,12 +48,12 @@ class Answer:
     lamps: list[Lamp]
 
 
-def answer(prepared: Prepared, names: Sequence[Named]) -> Answer:
+def answer(expanded: Expanded, names: Sequence[Named]) -> Answer:
     """Take numbers from a solution.
 
     Parameters
     ----------
-    prepared : Prepared
+    expanded : Expanded
         Of a scenario.
     names : sequence of Named
         What is asked.
@@ -74,19 +74,49 @@ def answer(prepared: Prepared, names: Sequence[Named]) -> Answer:
     until its last coefficients are below 1e-10 of the signal's largest value; mean, square and extremes are those of
     the polynomial, so that no output grid enters. A solver that marches keeps the error of its march, which it states.
     """
-    rig = prepared.scenario.rig
-    held = [each for each in names if each.signal in READINGS and rig is not None and rig.digitiser]
-    try:
-        found = resolve(prepared, [each.key for each in names if each not in held])
-        readings = _readings(prepared, held)
-    except KeyError as error:
-        raise InputError(_absent(prepared, str(error.args[0]))) from None
-    values = {each.name: _taken(found, each) for each in names if each not in held} | readings
+    values, found, held = numbers(expanded, names)
     errors = {each.name: found.error(each.key) for each in names if each not in held}
-    spoken, stated = prepared.judge(found.record)
+    spoken, stated = expanded.judge(found.record)
     lamps = [*spoken, *_unknown(values), *_unresolved(errors)]
     how = found.record.how | stated
-    return Answer({each.name: values[each.name] for each in names}, errors, how, lamps)
+    return Answer(values, errors, how, lamps)
+
+
+def numbers(
+    expanded: Expanded, names: Sequence[Named], *, alone: bool = False
+) -> tuple[dict[str, float], Resolved, list[Named]]:
+    """Take numbers from a solution, without a judgement.
+
+    Parameters
+    ----------
+    expanded, names
+        As for `answer`.
+    alone : bool
+        As for `resolve`.
+
+    Returns
+    -------
+    values : dict of str to float
+        By name, in the order asked.
+    found : Resolved
+        Polynomials of the signals.
+    held : list of Named
+        Those that are taken from a digitiser's readings.
+
+    Raises
+    ------
+    InputError
+        If the scenario does not have a signal, or models do not go together.
+    """
+    rig = expanded.scenario.rig
+    held = [each for each in names if each.signal in READINGS and rig is not None and rig.digitiser]
+    try:
+        found = resolve(expanded, [each.key for each in names if each not in held], alone=alone)
+        values = _readings(expanded, held)
+    except KeyError as error:
+        raise InputError(_absent(expanded, str(error.args[0]))) from None
+    values |= {each.name: _taken(found, each) for each in names if each not in held}
+    return {each.name: values[each.name] for each in names}, found, held
 
 
 def _taken(found: Resolved, name: Named) -> float:
@@ -105,15 +135,15 @@ def _of_extremes(taken: str, low: float, high: float) -> float:
     return {"peak": max(abs(low), abs(high)), "maximum": high, "minimum": low, "swing": high - low}[taken]
 
 
-def _readings(prepared: Prepared, held: Sequence[Named]) -> dict[str, float]:
+def _readings(expanded: Expanded, held: Sequence[Named]) -> dict[str, float]:
     """Take numbers from what a digitiser reads, at the times of its readings."""
-    rig = prepared.scenario.rig
+    rig = expanded.scenario.rig
     if not held or rig is None or rig.digitiser is None:
         return {}
-    end, rate = window(prepared.scenario)[0], rig.digitiser.sampling_rate
+    end, rate = window(expanded.scenario)[0], rig.digitiser.sampling_rate
     times = np.arange(int(end * rate * (1 + 1e-12)) + 1) / rate
-    record = prepared.at(times)
-    return {each.name: of_record(each.taken, times, values_of(record, prepared, each.key)) for each in held}
+    record = expanded.at(times)
+    return {each.name: of_record(each.taken, times, values_of(record, expanded, each.key)) for each in held}
 
 
 def of_record(taken: str, times: Real, values: Real) -> float:
@@ -146,8 +176,8 @@ def of_record(taken: str, times: Real, values: Real) -> float:
     return _of_extremes(taken, float(np.min(values)), float(np.max(values)))
 
 
-def _absent(prepared: Prepared, signal: str) -> str:
-    have = prepared.at(np.zeros(1)).signals
+def _absent(expanded: Expanded, signal: str) -> str:
+    have = expanded.at(np.zeros(1)).signals
     return f"quantity: this scenario has no signal '{signal}'.{nearest(signal, have)}"
 
 

@@ -11,7 +11,7 @@ from electrovib.physics.drive.parts import Tones
 from electrovib.physics.motion import Distance
 from electrovib.scenario import PeriodicState
 from electrovib.scenario.grids import FORMULA_SAMPLES
-from electrovib.solve.prepared import Prepared
+from electrovib.solve.expanded import Expanded
 from electrovib.solve.quantities.pieces import MOST_NODES, Mesh, tails
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.prepared import Record
+    from electrovib.solve.expanded import Record
 
 TOLERANCE: Final = 1e-10
 """Last coefficients of a piece, as a share of the signal's largest value, at which it counts as resolved."""
@@ -86,20 +86,38 @@ def window(scenario: Scenario) -> tuple[float, str]:
     return end, "the whole time from rest" if period else "the whole time"
 
 
-def solved(scenario: Scenario) -> Prepared:
-    """Solve a scenario for quantities: the band of its materials follows from the window, not from output times."""
-    return Prepared(scenario, np.linspace(0.0, window(scenario)[0], FORMULA_SAMPLES))
+def solved(scenario: Scenario, *, before: Expanded | None = None, mechanics: bool = True) -> Expanded:
+    """Solve a scenario for quantities: the band of its materials follows from the window, not from output times.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+    before : Expanded, optional
+        Of a scenario that shares parts with this one.
+    mechanics : bool
+        Whether signals of friction, finger or rig will be asked for.
+
+    Returns
+    -------
+    Expanded
+        For `resolve`.
+    """
+    times = np.linspace(0.0, window(scenario)[0], FORMULA_SAMPLES)
+    return Expanded(scenario, times, before=before, mechanics=mechanics)
 
 
-def resolve(prepared: Prepared, wanted: Iterable[tuple[str, str]]) -> Resolved:
+def resolve(expanded: Expanded, wanted: Iterable[tuple[str, str]], *, alone: bool = False) -> Resolved:
     """Look at a solution closely enough.
 
     Parameters
     ----------
-    prepared : Prepared
+    expanded : Expanded
         Of a scenario.
     wanted : iterable of (str, str)
         Signal and layer; the layer is empty for a signal that has none.
+    alone : bool
+        Leave out of the record what these signals do not need; it cannot be judged then.
 
     Returns
     -------
@@ -114,11 +132,12 @@ def resolve(prepared: Prepared, wanted: Iterable[tuple[str, str]]) -> Resolved:
         If the scenario does not have a signal.
     """
     keys = list(dict.fromkeys(wanted))
-    mesh = first_mesh(prepared)
+    signals = {signal for signal, _ in keys} if alone else None
+    mesh = first_mesh(expanded)
     before: dict[float, float] = {}
     for round_ in range(MOST_ROUNDS + 1):
-        record = prepared.at(mesh.times())
-        series = {key: mesh.series(values_of(record, prepared, key)) for key in keys}
+        record = expanded.at(mesh.times(), wanted=signals)
+        series = {key: mesh.series(values_of(record, expanded, key)) for key in keys}
         most = MOST_ROUNDS if not record.solution.method.is_marched else MARCHED_ROUNDS
         tail = _relative_tails(series)
         stalled = (tail < _STALLED) & (tail > 0.5 * _parents(mesh, before))
@@ -132,11 +151,11 @@ def resolve(prepared: Prepared, wanted: Iterable[tuple[str, str]]) -> Resolved:
     return Resolved(mesh, record, series)
 
 
-def values_of(record: Record, prepared: Prepared, key: tuple[str, str]) -> Real:
+def values_of(record: Record, expanded: Expanded, key: tuple[str, str]) -> Real:
     """Pick one signal of a record, of one layer where it has layers."""
     name, layer = key
     dims, values = record.signals[name]
-    row: Any = values[list(prepared.section.names).index(layer)] if "layer" in dims else values
+    row: Any = values[list(expanded.section.names).index(layer)] if "layer" in dims else values
     return np.asarray(row)
 
 
@@ -160,12 +179,12 @@ def _parents(mesh: Mesh, before: dict[float, float]) -> Real:
     return np.array([before[start] for start in starts[places].tolist()])
 
 
-def first_mesh(prepared: Prepared) -> Mesh:
+def first_mesh(expanded: Expanded) -> Mesh:
     """Lay the pieces to begin with: between corners, shares of a cycle, graded after each corner.
 
     Parameters
     ----------
-    prepared : Prepared
+    expanded : Expanded
         Of a scenario.
 
     Returns
@@ -173,7 +192,7 @@ def first_mesh(prepared: Prepared) -> Mesh:
     Mesh
         From time 0 to the end of what quantities are taken over.
     """
-    scenario = prepared.scenario
+    scenario = expanded.scenario
     end = window(scenario)[0]
     corners = _corners(scenario, end)
     fastest = scenario.drive.highest_frequency
@@ -182,7 +201,7 @@ def first_mesh(prepared: Prepared) -> Mesh:
     count = min(int(np.ceil(end * fastest * PIECES_PER_CYCLE)), MOST_VALUES // (2 * MOST_NODES))
     edges = [corners, np.linspace(0.0, end, max(2, count + 1))]
     if len(corners) <= FEW_CORNERS and not _only_tones(scenario):
-        rate = float(np.max(prepared.section.modes.rates, initial=1 / end))
+        rate = float(np.max(expanded.section.modes.rates, initial=1 / end))
         edges += [start + _graded(length, rate) for start, length in _stretches(corners)]
     merged = np.unique(np.concatenate(edges))
     apart = merged[np.diff(merged, prepend=-np.inf) > 64 * np.finfo(float).eps * end]

@@ -15,7 +15,7 @@ from electrovib.physics.stack import Layer
 from electrovib.scenario import Scenario
 from electrovib.solve.stack.band import run_band
 from electrovib.solve.stack.current import current_section, per_ampere
-from electrovib.solve.stack.reduce import Reduction, reduce_material
+from electrovib.solve.stack.reduce import HIGHEST, LOWEST, Reduction, reduce_material
 from electrovib.solve.stack.section import (
     ChargedSection,
     ModalSection,
@@ -197,11 +197,17 @@ def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduc
     dict of str to Reduction
         From the plate to the finger.
     """
-    if times is None:
-        times = scenario.time.times(scenario.drive)
-    low, high = run_band(scenario, times)
     layers = scenario.stack.layers
-    return {name: reduce_material(layer.material, low=low, high=high) for name, layer in layers.items()}
+    exact = {name: layer.material.debye() for name, layer in layers.items()}
+    low, high = LOWEST, HIGHEST
+    if None in exact.values():  # the band is of no account to materials that are Debye sums as declared
+        low, high = run_band(scenario, scenario.time.times(scenario.drive) if times is None else times)
+    return {
+        name: reduce_material(layer.material, low=low, high=high)
+        if (debye := exact[name]) is None
+        else Reduction(debye, 0.0)
+        for name, layer in layers.items()
+    }
 
 
 def modes(scenario: Scenario, times: Real | None = None) -> tuple[ModalSection, float]:

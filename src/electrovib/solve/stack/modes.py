@@ -239,16 +239,18 @@ def _assemble(slabs: list[Slab], expansion: _Expansion, roots: Roots | None) -> 
     driving = held @ expansion.layers[:, shared] + on_body * expansion.body[shared]
     shares = driving / expansion.total[shared]
     limit = expansion.layers.sum(axis=1) / expansion.total.sum() * (expansion.resistance == 0)
-    fields, displacements = [], []
-    for k, slab in enumerate(slabs):
-        idle = held[k] - shares
-        direct = float(limit[k]) / slab.thickness
-        free = np.append(drops[k] * charged, expansion.layers[k, shared] * idle) / slab.thickness
-        gains = _gains(drops[k] * forced / slab.thickness, rates)
-        fields.append(Transfer(rates, gains, direct, 0.0, free))
-        free = np.append(bound[k] * charged, expansion.bound[k, shared] * idle)
-        gains = _gains(bound[k] * forced, rates)
-        displacements.append(Transfer(rates, gains, eps0 * slab.debye.high * direct, 0.0, free))
+    nothing = [0.0] * len(slabs)
+    thickness = np.array([[slab.thickness] for slab in slabs])
+    idle = held[:, None] - shares
+    direct = limit / thickness[:, 0]
+    at_once = direct * np.array([eps0 * slab.debye.high for slab in slabs])
+    gains, bound_gains = _gains(drops * forced / thickness, rates), _gains(bound * forced, rates)
+    free = np.hstack([drops * charged, expansion.layers[:, shared] * idle]) / thickness
+    bound_free = np.hstack([bound * charged, expansion.bound[:, shared] * idle])
+    fields = [Transfer(rates, *row) for row in zip(gains, direct.tolist(), nothing, free, strict=True)]
+    displacements = [
+        Transfer(rates, *row) for row in zip(bound_gains, at_once.tolist(), nothing, bound_free, strict=True)
+    ]
     free = np.append(charged, np.zeros(len(rates) - len(driven)))
     current = _current(expansion, rates, _gains(forced, rates), free)
     charges = expansion.charges
@@ -257,7 +259,10 @@ def _assemble(slabs: list[Slab], expansion: _Expansion, roots: Roots | None) -> 
 
 def _gains(residues: Real, rates: Real) -> Real:
     """Divide by the rates of the driven modes; the others are not driven."""
-    return np.append(residues / rates[: len(residues)], np.zeros(len(rates) - len(residues)))
+    driven = residues.shape[-1]
+    gains = np.zeros((*residues.shape[:-1], len(rates)))
+    gains[..., :driven] = residues / rates[:driven]
+    return gains
 
 
 def _current(expansion: _Expansion, rates: Real, gains: Real, free: Real) -> Transfer:

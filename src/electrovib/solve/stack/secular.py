@@ -146,6 +146,8 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, constant: float) -> Root
     .. [1] R.-C. Li, "Solving secular equations stably and efficiently", LAPACK working note 89, 1993.
     """
     node, weight = _checked(nodes, weights, constant)
+    if node.size == 1 and constant > 0:
+        return _of_one_pole(node, weight, float(constant))
     origin, side, reach = _nearer_ends(node, weight, float(constant))
     rows = _rows(node, weight, float(constant), origin, side)
     distance = _solve(rows, reach, tolerance=1e-10, noise=2 * _ROUNDING)
@@ -160,6 +162,15 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, constant: float) -> Root
     difference = _differences(node, origin, offset)
     slope: Real = (weight / difference / difference).sum(axis=1)
     values: Real = node[origin] + offset
+    for array in (node, values, origin, offset, slope):
+        array.flags.writeable = False
+    return Roots(nodes=node, values=values, origin=origin, offset=offset, slope=slope)
+
+
+def _of_one_pole(node: Real, weight: Real, constant: float) -> Roots:
+    """Give the root above a single pole, in closed form."""
+    offset = weight / constant
+    slope, values, origin = weight / offset / offset, node + offset, np.zeros(1, np.intp)
     for array in (node, values, origin, offset, slope):
         array.flags.writeable = False
     return Roots(nodes=node, values=values, origin=origin, offset=offset, slope=slope)

@@ -15,10 +15,15 @@ from electrovib.solve.diagnostics import diagnostics, solved, watched
 from electrovib.solve.diagnostics.known import known_band, memory_lamps, worst_of
 from electrovib.solve.diagnostics.memory import answer_errors
 from electrovib.solve.effort import last_time, refuse_large
+from electrovib.solve.electrics.solution import ACROSS
+from electrovib.solve.mechanics.friction_chain import Mechanics
 from electrovib.solve.mechanics.mechanical import mechanical, refuse_unsolved_mechanics
+from electrovib.solve.stack.band import run_band
 from electrovib.solve.stack.expand import modes, phasors
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from electrovib.core.arrays import Real
     from electrovib.core.lamps import Lamp
     from electrovib.physics.force import ForceLaw
@@ -28,6 +33,13 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.section import ModalSection, PhasorSection
 
 
+OF_STACK: Final = ("stack", "circuit")
+OF_ATTRACTION: Final = ("drive", "force", "contact", "load", "motion", "time")
+OF_MECHANICS: Final = ("friction", "motion", "finger", "rig", "load", "contact", "time")
+"""Parts of a scenario on which modes depend, beside them the attraction, and what the mechanics is made of."""
+FORCE: Final = frozenset({"electrostatic_force"})
+OF_ELECTRICS: Final = FORCE | {*ACROSS, "field", "displacement"}
+"""Signals that need no mechanics."""
 LATER_PERIODS: Final = 10
 """By which a period of a periodic state is judged as if it were a later one."""
 
@@ -60,7 +72,7 @@ class Record:
     peaks: PeakRecord | None = None
 
 
-class Prepared:
+class Expanded:
     """A scenario whose stack is in modes, ready to be asked at any times.
 
     Parameters
@@ -69,6 +81,11 @@ class Prepared:
         Everything.
     times : ndarray, shape (n,), optional
         Times of a run [s], over whose band materials are reduced to Debye terms; by default those of the scenario.
+    before : Expanded, optional
+        Of a scenario that shares parts with this one, as `with_numbers` makes them: what follows from those parts alone is
+        taken over.
+    mechanics : bool
+        Whether signals of friction, finger or rig will be asked for.
 
     Attributes
     ----------
@@ -76,6 +93,8 @@ class Prepared:
         The stack as modes.
     reduction_error : float
         Largest error of a polarisation reduced to Debye terms.
+    last : (ndarray, Solution) or None
+        Times of the last electrical answer, and it.
 
     Raises
     ------
@@ -83,21 +102,60 @@ class Prepared:
         If a run would take more time or memory than is allowed; nothing has been computed then.
     """
 
-    def __init__(self, scenario: Scenario, times: Real | None = None) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        times: Real | None = None,
+        *,
+        before: Expanded | None = None,
+        mechanics: bool = True,
+    ) -> None:
         refuse_unsolved(scenario)
-        refuse_unsolved_mechanics(scenario, last_time(scenario, times))
-        refuse_large(scenario, times)
-        self.scenario = scenario
-        self.times = scenario.time.times(scenario.drive) if times is None else times
-        self.section, self.reduction_error = modes(scenario, self.times)
+        if mechanics and not (before and _share(scenario, before.scenario, OF_MECHANICS)):
+            refuse_unsolved_mechanics(scenario, last_time(scenario, times))
+        if before is None or not _as_long(scenario, before.scenario):
+            refuse_large(scenario, times)
+        self.scenario: Scenario = scenario
+        self.times: Real = scenario.time.times(scenario.drive) if times is None else times
+        self.last: tuple[Real, Solution] | None = None
+        if before is not None and before.has_stack_of(scenario, self.times):
+            self.section: ModalSection = before.section
+            self.reduction_error: float = before.reduction_error
+            if _share(scenario, before.scenario, OF_ATTRACTION):
+                self.last = before.last
+        else:
+            self.section, self.reduction_error = modes(scenario, self.times)
+
+    def has_stack_of(self, scenario: Scenario, times: Real) -> bool:
+        """Tell whether another scenario has the same stack in the same circuit.
+
+        Parameters
+        ----------
+        scenario : Scenario
+            That shares parts with this one's.
+        times : ndarray, shape (n,)
+            Of a run [s].
+
+        Returns
+        -------
+        bool
+            Whether its modes are these.
+        """
+        own = self.scenario
+        return (
+            _share(scenario, own, OF_STACK)
+            and scenario.contact_area == own.contact_area
+            and scenario.drive.quantity == own.drive.quantity
+            and (not self.reduction_error or run_band(scenario, times) == run_band(own, self.times))
+        )
 
     @functools.cached_property
     def declared(self) -> PhasorSection:
         """The stack over the scenario's frequencies, without leaks, exact for the materials as declared."""
         return phasors(self.scenario, self.scenario.frequency.frequencies(), leaks=False)
 
-    def at(self, times: Real, *, closely: bool = False) -> Record:
-        """Compute every signal over time.
+    def at(self, times: Real, *, closely: bool = False, wanted: Collection[str] | None = None) -> Record:
+        """Compute signals over time.
 
         Parameters
         ----------
@@ -105,6 +163,8 @@ class Prepared:
             Increasing, >= 0 [s].
         closely : bool
             Look for the largest values between these times too, so that `judge` does not depend on them.
+        wanted : collection of str, optional
+            Signals without which a record cannot do, by default all; others may be left out.
 
         Returns
         -------
@@ -119,22 +179,34 @@ class Prepared:
             If models do not go together.
         """
         scenario, section = self.scenario, self.section
+        asked = None if wanted is None else frozenset(wanted)
         peaks: PeakRecord | None = None
         if closely:
             solution, peaks = solved(scenario, section, times)
         else:
-            solution = solve(scenario, section, times)
-        between = functools.partial(solve, scenario, section, force_alone=True)
-        moved = mechanical(scenario, times, solution, between)
-        signals = solution.signals(tuple(section.names)) | moved.signals
+            solution = self._solution(times, force_alone=asked is not None and asked <= FORCE)
+        moved = Mechanics()
+        if asked is None or not asked <= OF_ELECTRICS:
+            between = functools.partial(solve, scenario, section, force_alone=True)
+            moved = mechanical(scenario, times, solution, between)
         return Record(
             times=times,
             solution=solution,
-            signals=signals,
+            signals=solution.signals(tuple(section.names)) | moved.signals,
             how=solution.how() | moved.how,
             lamps=moved.lamps,
             peaks=peaks,
         )
+
+    def _solution(self, times: Real, *, force_alone: bool) -> Solution:
+        """Give the electrical answer, that of before where nothing that it depends on has changed."""
+        if self.last is not None and np.array_equal(self.last[0], times):
+            held = self.last[1]
+            if force_alone or "stack_voltage" in held.found:
+                return held
+        solution = solve(self.scenario, self.section, times, force_alone=force_alone)
+        self.last = (times, solution)
+        return solution
 
     def judge(self, record: Record) -> tuple[list[Lamp], dict[str, float]]:
         """Judge a record before it is handed out.
@@ -190,6 +262,17 @@ class Prepared:
             lamps=[],
             peaks=None,
         )
+
+
+def _share(one: Scenario, other: Scenario, parts: tuple[str, ...]) -> bool:
+    """Tell whether two scenarios have the same objects as parts."""
+    return all(getattr(one, name) is getattr(other, name) for name in parts)
+
+
+def _as_long(one: Scenario, other: Scenario) -> bool:
+    """Tell whether a run of one scenario has as many steps as that of another, as far as estimates count them."""
+    drives = [(each.duration, each.period, each.highest_frequency) for each in (one.drive, other.drive)]
+    return drives[0] == drives[1] and _share(one, other, ("motion", "time"))
 
 
 def _since(corners: Real, times: Real) -> Real:

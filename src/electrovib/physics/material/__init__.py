@@ -1,0 +1,24 @@
+"""Dielectrics: relative permittivity over frequency, conduction declared apart from polarisation."""
+
+from electrovib.physics.material.base import Material
+from electrovib.physics.material.plain import Constant, ConstantPhase
+from electrovib.physics.material.relaxations import (
+    ColeCole,
+    ColeColeTerm,
+    Debye,
+    DebyeTerm,
+    HavriliakNegami,
+    Prony,
+)
+
+__all__ = [
+    "ColeCole",
+    "ColeColeTerm",
+    "Constant",
+    "ConstantPhase",
+    "Debye",
+    "DebyeTerm",
+    "HavriliakNegami",
+    "Material",
+    "Prony",
+]

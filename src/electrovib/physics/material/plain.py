@@ -1,0 +1,71 @@
+"""Dielectrics of one permittivity, and of one loss angle."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from electrovib.core.arrays import Complex
+from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.debye_sum import DebyeSum
+from electrovib.physics.material.base import CONDUCTIVITY, NAN_PASSES, Material, level
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+class Constant(Material):
+    """A dielectric without dispersion."""
+
+    equation: ClassVar[Mapping[str, str]] = {"polarisation": "permittivity"}
+    example: ClassVar[Mapping[str, Any]] = {"permittivity": 3.35}
+
+    permittivity: Annotated[Number, Quantity("1", 1, 1e9, "relative permittivity")]
+    conductivity: Annotated[Number, CONDUCTIVITY] = 0.0
+
+    @NAN_PASSES
+    def polarisation(self, frequency: ArrayLike) -> Complex:
+        """Relative permittivity of the bound charge alone, the same at all frequencies."""
+        return level(self.permittivity, frequency)
+
+    def debye(self) -> DebyeSum:
+        """Give the sum with no term at all."""
+        return DebyeSum(self.permittivity, (), ())
+
+
+class ConstantPhase(Material):
+    """A dielectric whose loss angle is the same at all frequencies: eps' falls as a power of frequency.
+
+    Notes
+    -----
+    eps*(f) = eps'(f0) (j f/f0)^(n-1)/cos((n-1) pi/2); n is the exponent of its admittance Y ~ (j w)^n, so a
+    Cole admittance Y = G0 + Q (j w)^n is this material with a conductivity. It has no finite limit at low
+    frequency: valid inside the band in which it was measured.
+    """
+
+    equation: ClassVar[Mapping[str, str]] = {
+        "polarisation": "permittivity*(I*frequency/reference_frequency)**(exponent - 1)"
+        "/cos((exponent - 1)*pi/2)"
+    }
+    example: ClassVar[Mapping[str, Any]] = {
+        "permittivity": 1560,
+        "reference_frequency": 50.9,
+        "exponent": 0.7545,
+        "conductivity": 1e-6,
+    }
+
+    permittivity: Annotated[Number, Quantity("1", 1, 1e9, "eps' at the reference frequency")]
+    reference_frequency: Annotated[Number, Quantity("Hz", 1e-6, 1e12, "where eps' is given")]
+    exponent: Annotated[Number, Quantity("1", 0.05, 0.9999, "exponent n of the admittance, 1 for no loss")]
+    conductivity: Annotated[Number, CONDUCTIVITY]
+
+    @NAN_PASSES
+    def polarisation(self, frequency: ArrayLike) -> Complex:
+        """Relative permittivity of the bound charge alone."""
+        power = self.exponent - 1
+        ratio = 1j * np.asarray(frequency, dtype=float) / self.reference_frequency
+        total: Complex = self.permittivity * ratio**power / math.cos(power * math.pi / 2)
+        return total

@@ -1,0 +1,122 @@
+"""A ready-made scenario as a base and changes to it, each value with its source beside it."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from typing import Any, Final
+
+from electrovib.core.errors import InputError
+from electrovib.core.model import Model, read_model
+from electrovib.core.paths import replaced
+from electrovib.scenario.experiment import Scenario
+from electrovib.scenario.offers import with_offers
+from electrovib.scenario.reading import load_scenario
+from electrovib.scenario.sources import is_default
+
+AIR: Final = ({"model": "Constant", "permittivity": 1.0}, "air")
+"""Material of a gap, with its source."""
+_PLAIN_SOURCES: Final = dict.fromkeys(
+    ("friction.coefficient", "contact.area", "load.normal_force", "circuit.return_path.resistance"),
+    "a choice",
+)
+
+
+@functools.cache
+def plain() -> Scenario:
+    """Give the scenario from which a preset begins that names no other: 0.5 N on 1 cm2, Coulomb friction of 0.5, 1 kohm."""
+    return Scenario.model_validate({**Scenario.example, "sources": _PLAIN_SOURCES})
+
+
+def preset(
+    base: Scenario | str | None = None,
+    *,
+    title: str,
+    changes: Mapping[str, Any],
+    unchanged: str = "",
+) -> Scenario:
+    """Make a ready-made scenario from another one.
+
+    Parameters
+    ----------
+    base : Scenario or str, optional
+        Where to begin: another preset, as it is or by its name ``author_year/name``; `plain` if absent.
+    title : str
+        Of the new scenario.
+    changes : mapping of str to value
+        Dotted path to a number, a text with a unit, a table or a model. A pair ``(value, source)`` says where the value
+        is from, at any depth: the source of a table holds for what the table gives and does not source itself.
+    unchanged : str
+        Source of the base's values that stay as they are; each keeps its own if absent.
+
+    Returns
+    -------
+    Scenario
+        With the source of each value, in the order of the parameters.
+
+    Raises
+    ------
+    InputError
+        For every path that does not exist and every value that does not fit, all at once.
+    """
+    start = plain() if base is None else load_scenario(base)
+    told: dict[str, str] = {path.removesuffix(".model"): "" for path in changes}
+    values = {path: _without_sources(given, path, told) for path, given in changes.items()}
+    values, offered = with_offers(values)
+    content, problems = replaced(start, values)
+    if problems:
+        raise InputError(problems)
+    built = read_model(Scenario, content | {"title": title, "sources": {}})
+    kept = {path: unchanged or source for path, source in start.sources.items()}
+    sources = {}
+    for path, value, _ in built.parameters():
+        table = _nearest_table(path, told)
+        if table is None:
+            sources[path] = kept.get(path, "")
+        elif table == path or not is_default(built, path, value):
+            sources[path] = told[table] or offered.get(path, "")
+    return built.model_copy(update={"sources": {path: source for path, source in sources.items() if source}})
+
+
+def _without_sources(given: Any, path: str, told: dict[str, str]) -> Any:
+    """Take the sources out of a value, and note them by path."""
+    if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str):
+        given, told[path] = given
+    if isinstance(given, Model):
+        given = given.to_dict()
+    if isinstance(given, Mapping):
+        return {key: _without_sources(item, f"{path}.{key}", told) for key, item in given.items()}
+    if isinstance(given, (list, tuple)):
+        return [_without_sources(item, f"{path}.{place}", told) for place, item in enumerate(given)]
+    return given
+
+
+def _nearest_table(path: str, told: Mapping[str, str]) -> str | None:
+    """Find the entry for a path, or for the innermost table around it that has one."""
+    parts = path.split(".")
+    tables = (".".join(parts[:length]) for length in range(len(parts), -1, -1))
+    return next((table for table in tables if table in told), None)
+
+
+def sourced(scenario: Scenario, sources: Mapping[str, str]) -> Scenario:
+    """Give a source to every parameter that has none, to defaults and absent ones as well.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With or without sources.
+    sources : mapping of str to str
+        Dotted path of a table to the source of what is in it, the whole scenario under ``""``; an empty source for none,
+        for instance ``{"": "table 2", "time": ""}``.
+
+    Returns
+    -------
+    Scenario
+        A copy.
+    """
+    found = dict(scenario.sources)
+    for path, _, _ in scenario.parameters():
+        table = _nearest_table(path, sources)
+        if table is not None and sources[table]:
+            found.setdefault(path, sources[table])
+    return scenario.model_copy(update={"sources": found})

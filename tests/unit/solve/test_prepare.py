@@ -1,0 +1,167 @@
+"""A scenario as a function of its parameters: the same numbers as one by one, and only what changed computed again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import electrovib as ev
+from electrovib.core.errors import InputError
+from electrovib.core.numbers import with_numbers
+from electrovib.solve import expanded
+from electrovib.solve.prepare import prepare
+
+SINE = "bau_2010/sine"
+MEAN = "mean electrostatic_force"
+PATHS = (
+    "drive.amplitude",
+    "stack.insulator.thickness",
+    "stack.stratum_corneum.thickness",
+    "contact.area",
+    "friction.coefficient",
+)
+
+
+def ready(quantities=(MEAN,), free=PATHS, scenario=SINE):
+    return prepare(scenario, free=free, quantities=quantities)
+
+
+def one_by_one(scenario, points, quantity):
+    found = []
+    for point in points:
+        changed = ev.load(scenario).replace(point)
+        path, value = next(iter(point.items()))
+        found.append(float(ev.sweep(changed, {path: [value]}, quantities=[quantity])[quantity].values[0]))
+    return np.array(found)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "paths", "quantity"),
+    [
+        (SINE, PATHS, MEAN),
+        ("vezzoli_2014/fig6", ("drive.high", "stack.stratum_corneum.thickness"), "peak electrostatic_force"),
+        ("kim_2015/current", ("drive.amplitude", "contact.area"), "peak electrostatic_force"),
+        ("shultz_2018/sliding", ("motion.speed", "stack.insulator.thickness"), MEAN),
+        (SINE, ("friction.coefficient", "drive.amplitude"), "mean lateral_force"),
+        ("nakamura_2017/rise", ("drive.level", "stack.insulator.thickness"), "final current"),
+    ],
+)
+def test_the_numbers_are_those_of_a_sweep(scenario, paths, quantity):
+    known = {path for path, value, _ in ev.load(scenario).parameters() if value}
+    free = tuple(path for path in paths if path in known)
+    assert free
+    function = ready((quantity,), free, scenario)
+    rng = np.random.default_rng(3)
+    columns = {path: function.begin[path] * rng.uniform(0.8, 1.2, 3) for path in free}
+    points = [{path: column[index] for path, column in columns.items()} for index in range(3)]
+    expected = one_by_one(scenario, points, quantity)
+    np.testing.assert_allclose(function(columns)[quantity], expected, rtol=1e-12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.sampled_from(PATHS), min_size=1, max_size=12), st.data())
+def test_whatever_changed_last_the_answer_is_that_of_the_point(order, data):
+    """What is kept from the point before is never that of another point."""
+    function = ready((MEAN, "mean lateral_force"))
+    point = dict(function.begin)
+    for path in order:
+        point[path] = function.begin[path] * data.draw(st.sampled_from([0.7, 1.0, 1.5]))
+        kept = function(point)
+    assert kept == ready((MEAN, "mean lateral_force"))(point)
+
+
+@pytest.mark.parametrize(
+    ("path", "modes", "solved"),
+    [
+        ("stack.insulator.thickness", 1, 1),
+        ("contact.area", 1, 1),
+        ("drive.amplitude", 0, 1),
+        ("friction.coefficient", 0, 0),
+    ],
+)
+def test_only_what_a_parameter_touches_is_computed_again(monkeypatch, path, modes, solved):
+    counts = {"modes": 0, "solve": 0}
+
+    def counted(name):
+        whole = getattr(expanded, name)
+
+        def call(*arguments, **options):
+            counts[name] += 1
+            return whole(*arguments, **options)
+
+        return call
+
+    function = ready(("mean lateral_force",))
+    function(function.begin)
+    for name in counts:
+        monkeypatch.setattr(expanded, name, counted(name))
+    function({path: 1.1 * function.begin[path]})
+    assert counts == {"modes": modes, "solve": solved}
+
+
+def test_arrays_are_broadcast_and_a_mapping_leaves_out_what_stays():
+    function = ready()
+    amplitude, thickness = np.array([50.0, 100.0]), np.array([[1e-6], [2e-6], [3e-6]])
+    found = function({"drive.amplitude": amplitude, "stack.insulator.thickness": thickness})[MEAN]
+    assert found.shape == (3, 2)
+    np.testing.assert_allclose(found[:, 1] / found[:, 0], 4.0, rtol=1e-12)  # linear layers: a square law
+    alone = function({"drive.amplitude": 50.0, "stack.insulator.thickness": 2e-6})[MEAN]
+    assert isinstance(alone, float)
+    assert alone == found[1, 0]
+    in_order = function([50.0, 2e-6, *list(function.begin.values())[2:]])[MEAN]
+    assert in_order == alone
+
+
+def test_signals_are_those_of_simulate():
+    function, time = ready(), np.linspace(0, 8e-3, 301)
+    point = {"drive.amplitude": 80.0, "friction.coefficient": 0.3}
+    found = function.signals(point, names=["electrostatic_force", "lateral_force", "field"], time=time)
+    trace = ev.simulate(ev.load(SINE, changes=point), time=time)
+    for name in ("electrostatic_force", "lateral_force", "field"):
+        np.testing.assert_array_equal(found[name], trace[name].values)
+    assert set(found) == {"time", "electrostatic_force", "lateral_force", "field"}
+
+
+def test_a_judged_answer_has_the_same_numbers_and_says_how_far_they_hold():
+    function = ready()
+    found = function.judged({"drive.amplitude": 80.0})
+    assert found.values == pytest.approx(function({"drive.amplitude": 80.0}), rel=1e-14)
+    assert found.lamps
+    assert found.how["solver"] == "periodic"
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: ready(free=("stack.insulator.thicknes",)), "Did you mean 'stack.insulator.thickness'"),
+        (lambda: ready(("mean electrostatic_forc",)), "Did you mean 'electrostatic_force'"),
+        (lambda: ready(free=("contact.area", "contact.area")), "named twice"),
+        (lambda: ready()([1.0, 2.0]), "2 given, 5 expected"),
+        (lambda: ready()({"load.normal_force": 1.0}), "load.normal_force: is not free"),
+        (lambda: ready()({"contact.area": -1.0}), "contact.area = -1"),
+        (lambda: ready().signals({}, names=["force"]), "no 'force'"),
+    ],
+)
+def test_mistakes_are_one_sentence(call, words):
+    with pytest.raises(InputError, match=words):
+        call()
+
+
+def test_every_mistake_is_told_at_once():
+    with pytest.raises(InputError) as error:
+        ready(("mean forc",), ("contact.are",))
+    assert len(error.value.problems) == 2
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_other_numbers_in_a_model_share_the_rest(path):
+    scenario = ev.load(SINE)
+    value = 1.5 * {where: number for where, number, _ in scenario.parameters()}[path]
+    changed = with_numbers(scenario, {path: value})
+    assert changed == scenario.replace({path: value})
+    head = path.split(".")[0]
+    assert [name for name, part in changed if name != "sources" and part is not getattr(scenario, name)] == [
+        head
+    ]
