@@ -9,6 +9,7 @@ import pytest
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.errors import InputError
+from electrovib.data.traces import open_trace
 from electrovib.scenario import load
 from electrovib.solve.equilibrium import equilibrium
 from electrovib.solve.simulate import simulate
@@ -198,7 +199,7 @@ def test_a_trace_gives_back_every_new_part(tmp_path):
     trace = simulate(scenario, time=np.linspace(0, 0.1, 51))
     for suffix in (".nc", ".csv", ".mat"):
         save(trace, tmp_path / f"trace{suffix}")
-        again = load(tmp_path / f"trace{suffix}")
+        again = open_trace(tmp_path / f"trace{suffix}")
         assert scenario_of(again) == scenario
         for name in trace:
             np.testing.assert_array_equal(

@@ -250,7 +250,7 @@ def test_uneven_times_are_said():
         (measured(plate_voltage=np.sin), "no signal to feel"),
         (measured(lateral_force=lambda time: np.where(time > 0.5, np.nan, time)), "finite"),
         (measured(lateral_force=np.sin).expand_dims(frequency=[1.0, 2.0]), "dimensions frequency, time"),
-        (measured(lateral_force=np.sin).assign_attrs(over="{}"), "sweep"),
+        (measured(lateral_force=np.sin).assign_attrs(over='{"drive.rise": [1.0]}'), "sweep"),
     ],
 )
 def test_a_trace_that_cannot_be_felt_is_refused(trace, sentence):

@@ -35,7 +35,7 @@ def find_members(family: type[M], *, wanted: str | None = None) -> Mapping[str, 
     mapping of str to type
         Class name to class.
     """
-    _import_folder("electrovib.physics")
+    _import_beside(family)
     members = _by_name(family)
     if wanted is None or wanted not in members:
         papers()
@@ -59,6 +59,13 @@ def _leaves(family: type[M]) -> Iterator[type[M]]:
             yield from _leaves(member)
         else:
             yield member
+
+
+def _import_beside(family: type[Model]) -> None:
+    """Import every module beside a family of our own: there its members are, and in papers."""
+    package, _, _ = family.__module__.rpartition(".")
+    if package.partition(".")[0] == __name__.partition(".")[0]:
+        _import_folder(package)
 
 
 @functools.cache

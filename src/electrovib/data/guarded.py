@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 import numpy as np
 
 from electrovib.core.allowance import content_allowed, megabytes, memory_allowed
-from electrovib.core.errors import DataFileError
+from electrovib.core.errors import DataFileError, NoColumnError, Problem
 from electrovib.data.columns.faults import check_file, damaged
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ class Reading:
                 creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
             )
         except OSError as error:
-            raise DataFileError(f"{path}: no process could be started to read it: {error}.") from None
+            raise DataFileError(f"no process could be started to read it: {error}.", path=path) from None
         self._clock = threading.Timer(self._limits.waiting_time, self._stop_late)
         self._clock.daemon = True
         try:
@@ -203,7 +203,9 @@ class Reading:
     def _check(self, message: dict[str, Any]) -> None:
         """Raise what the reader has found wrong."""
         if "problems" in message:
-            raise DataFileError(message["problems"])
+            problems = [Problem(**problem) for problem in message["problems"]]
+            missing = message["column"]
+            raise DataFileError(problems) if missing is None else NoColumnError(problems, column=missing)
         if "memory" in message:
             raise self._too_much()
         if "damaged" in message:
@@ -228,8 +230,9 @@ class Reading:
     def _too_much(self) -> DataFileError:
         content, size = megabytes(self._limits.content), megabytes(self._path.stat().st_size)
         return DataFileError(
-            f"{self._path}: is damaged, or packed too tightly: {size} would unfold to more than {content}."
-            " If it is whole, save it without compression."
+            f"is damaged, or packed too tightly: {size} would unfold to more than {content}."
+            " If it is whole, save it without compression.",
+            path=self._path,
         )
 
     def _ended(self) -> DataFileError:
@@ -243,7 +246,7 @@ class Reading:
             )
         else:
             why = f"is damaged or not {self._reader.format_name}: its reader crashed (exit code {code})."
-        return DataFileError(f"{self._path}: {why} {_ADVICE}")
+        return DataFileError(f"{why} {_ADVICE}", path=self._path)
 
 
 def _stopped_by(*names: str) -> set[int]:

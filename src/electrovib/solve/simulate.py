@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.model import Model
 from electrovib.core.trace import make_trace
-from electrovib.scenario import Scenario
+from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.sampling import sampling
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.expanded import Expanded
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     import xarray
 
 
-def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
+def simulate(scenario: Source, *, time: Real | None = None) -> xarray.Dataset:
     """Compute what the drive does to the finger.
 
     Parameters
     ----------
-    scenario : Scenario
-        Everything.
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        Everything, as for `electrovib.load`.
     time : ndarray, shape (n,), optional
         Increasing, >= 0 [s]; by default what the scenario's time grid says.
 
@@ -54,6 +54,7 @@ def simulate(scenario: Scenario, *, time: Real | None = None) -> xarray.Dataset:
     exactly. A layer with a leak: one nonlinear branch with its error in `step_error`; over frequency the leak
     counts as the conductivity that a vanishing sine sees.
     """
+    scenario = read_scenario(scenario)
     expanded = Expanded(scenario, None if time is None else np.asarray(time, dtype=float))
     times, frequency = expanded.times, scenario.frequency.frequencies()
     at_frequency = phasors(scenario, frequency)

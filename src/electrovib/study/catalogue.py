@@ -11,7 +11,8 @@ from typing import Any, get_args
 
 from electrovib.core.discovery import find_members, paper_of, papers
 from electrovib.core.errors import InputError, nearest
-from electrovib.core.model import Model, quantity_of
+from electrovib.core.model import Model
+from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.physics.circuit import ReturnPath

@@ -125,7 +125,7 @@ def force_lines(scenario: Scenario, *, window: float, samples: int) -> tuple[Lin
     try:
         force = simulate(settled, time=times).lateral_force.values
     except InputError as error:
-        if not any(problem.startswith("time.initial_state") for problem in error.problems):
+        if not any(problem.path == "time.initial_state" for problem in error.problems):
             raise
         return _late(scenario, window, samples)
     if np.any(np.isnan(force)):

@@ -94,3 +94,16 @@ def test_a_mistake_is_one_line_and_exit_code_2(cli, arguments, sentence):
     assert (code, out) == (2, "")
     assert sentence in err
     assert err.count("\n") == 1
+
+
+def test_the_file_of_a_measurement_is_perceived(cli):
+    import numpy as np
+
+    from electrovib.core.trace import make_trace
+
+    time = np.arange(1000) / 1000
+    force = 0.3 + 0.1 * np.sin(2 * np.pi * 100 * time)
+    ev.save(make_trace({"lateral_force": (("time",), force)}, {"time": time}, {"title": "measured"}), "m.csv")
+    code, out, err = cli("perceive", "m.csv")
+    assert (code, err) == (0, "")
+    assert out.startswith("measured\nlooked at: lateral force")

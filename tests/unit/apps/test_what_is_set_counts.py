@@ -53,7 +53,7 @@ def test_a_parameter_that_a_repeated_sweep_goes_over_is_not_set(swept):
 
 def test_another_parameter_of_a_repeated_sweep_counts(swept):
     thick = ev.run(swept, set={"stack.insulator.thickness": "180 um"})
-    first = ev.load(swept)
+    first = ev.open_trace(swept)
     name = "mean electrostatic_force"
     assert np.all(thick[name].values < first[name].values)
     np.testing.assert_array_equal(thick["drive.high"], first["drive.high"])
@@ -66,7 +66,7 @@ def test_a_further_parameter_joins_a_repeated_sweep(swept):
     assert dict(both.sizes) == {"drive.high": 2, "stack.insulator.thickness": 2}
     assert list(json.loads(both.attrs["over"])) == ["drive.high", "stack.insulator.thickness"]
     name = "mean electrostatic_force"
-    np.testing.assert_allclose(both[name].values[:, 0], ev.load(swept)[name].values, rtol=1e-9)
+    np.testing.assert_allclose(both[name].values[:, 0], ev.open_trace(swept)[name].values, rtol=1e-9)
 
 
 def test_a_parameter_swept_again_goes_over_the_new_values(swept):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from electrovib.core.errors import InputError
-from electrovib.core.paths import put, quantity_at, value_at, walk_parameters
+from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.samples import Samples
+from electrovib.core.tables import put
 from electrovib.scenario import load
 
 
@@ -29,7 +30,7 @@ def test_declarations(scenario):
 
 
 def test_parameters_come_in_the_order_of_the_file(scenario):
-    paths = [path for path, _, _ in walk_parameters(scenario)]
+    paths = [path for path, _, _ in scenario.parameters()]
     assert len(set(paths)) == len(paths)
     layers = [path.split(".")[1] for path in paths if path.startswith("stack.")]
     assert list(dict.fromkeys(layers)) == ["insulator", "gap", "stratum_corneum"]

@@ -8,7 +8,7 @@ import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
-from electrovib.data.traces import load_nc, save_nc
+from electrovib.data.traces import load_nc, open_trace, save_nc
 from electrovib.scenario import load, scenario_of, sweep_of
 
 PAPER = "vezzoli_2014/fig6"
@@ -86,7 +86,7 @@ def test_what_a_trace_carries_is_given_back(tmp_path):
 def test_a_damaged_scenario_of_a_trace(tmp_path, scenario, words):
     save_nc(carrying(scenario=scenario), tmp_path / "a.nc")
     with pytest.raises(InputError) as caught:
-        scenario_of(load(tmp_path / "a.nc"))
+        scenario_of(open_trace(tmp_path / "a.nc"))
     assert words in str(caught.value)
     with pytest.raises(InputError):
         load(tmp_path / "a.nc", changes={"drive.high": "1 V"})

@@ -87,7 +87,7 @@ class Mat5:
         order = {b"IM": "<", b"MI": ">"}.get(raw[126:128])
         if len(raw) < _HEADER or not raw.startswith(b"MATLAB 5.0") or order is None:
             raise DataFileError(
-                f"{path}: is not a MATLAB file of version 5 or 7.3; in MATLAB save it with -v7."
+                "is not a MATLAB file of version 5 or 7.3; in MATLAB save it with -v7.", path=path
             )
         self.path, self.raw, self.order = path, memoryview(raw), order
         self.unfolded = 0

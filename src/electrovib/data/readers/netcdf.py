@@ -73,7 +73,7 @@ def columns(path: Path, wanted: Sequence[str | int]) -> Iterator[tuple[str, Any]
             names = list(variables)
             if isinstance(column, int):
                 raise DataFileError(
-                    f"{path}: ask for column {column} by its name; it has: {', '.join(names)}."
+                    f"ask for column {column} by its name; it has: {', '.join(names)}.", path=path
                 )
             name = names[choose(path, names, column, len(names))]
             variable = _allowed(path, variables[name])
@@ -98,7 +98,7 @@ def everything(path: Path) -> Iterator[tuple[str, Any]]:
 
 def _allowed(path: Path, variable: Variable) -> Variable:
     if variable.refusal:
-        raise DataFileError(f"{path}: {variable.refusal}")
+        raise DataFileError(f"{variable.refusal}", path=path)
     return variable
 
 
@@ -107,8 +107,9 @@ def _whole(path: Path, name: str, variable: Variable) -> NDArray[Any] | list[Any
     declared, size = math.prod(variable.shape) * variable.dtype.itemsize, path.stat().st_size
     if declared > content_allowed(size):
         raise DataFileError(
-            f"{path}: is damaged, or packed too tightly: '{name}' is said to hold {megabytes(declared)} in a file of"
-            f" {megabytes(size)}. If it is whole, save it without compression."
+            f"is damaged, or packed too tightly: '{name}' is said to hold {megabytes(declared)} in a file of"
+            f" {megabytes(size)}. If it is whole, save it without compression.",
+            path=path,
         )
     return variable.read()
 

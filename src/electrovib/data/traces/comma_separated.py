@@ -52,7 +52,7 @@ def csv_files(sizes: Mapping[Any, int], path: Path) -> dict[Path, str]:
     if sweeps or not tables:
         also = f"also runs over {', '.join(sweeps)}" if sweeps else "has neither time nor frequency"
         raise InputError(
-            f"{path}: a CSV file holds one dimension, but this Trace {also}; save as .nc or .mat."
+            f"a CSV file holds one dimension, but this Trace {also}; save as .nc or .mat.", path=path
         )
     return {path.with_suffix(f".{name}{path.suffix}") if i else path: name for i, name in enumerate(tables)}
 
@@ -99,7 +99,7 @@ def save_csv(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
     both = [name for name in sorted(inside) if set(TABLES) <= set(stored[name].dims)]
     if both:
         raise InputError(
-            f"{path}: a CSV file holds one dimension, but '{both[0]}' has two; save as .nc or .mat."
+            f"a CSV file holds one dimension, but '{both[0]}' has two; save as .nc or .mat.", path=path
         )
     structure = structure_of(path, stored, inside)
     said = f"# attributes: {_json(stored.attrs)}\n# structure: {_json(structure)}\n"
@@ -187,7 +187,7 @@ def load_csv(path: Path) -> xarray.Dataset:
     """
     table, about = _read_part(path)
     if "structure" not in about or "attributes" not in about:
-        raise DataFileError(f"{path}: is one part of a Trace; load the file it belongs to instead.")
+        raise DataFileError("is one part of a Trace; load the file it belongs to instead.", path=path)
     structure = about["structure"]
     arrays: dict[str, NDArray[Any]] = {}
     try:
@@ -219,7 +219,7 @@ def _read_other(file: Path, main: Path, same_save: object) -> Table:
                 return table
     if file.exists():
         raise _of_another_save(file)
-    raise DataFileError(f"{file}: there is no such file, but {main.name} was saved together with it.")
+    raise DataFileError(f"there is no such file, but {main.name} was saved together with it.", path=file)
 
 
 def _read_part(path: Path) -> tuple[Table, dict[str, Any]]:
@@ -241,7 +241,7 @@ def _read_part(path: Path) -> tuple[Table, dict[str, Any]]:
 
 def _of_another_save(file: Path) -> DataFileError:
     return DataFileError(
-        f"{file}: is of another save than the file over time; the two do not belong together."
+        "is of another save than the file over time; the two do not belong together.", path=file
     )
 
 

@@ -62,7 +62,7 @@ def save_nc(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[P
     try:
         content = _in_memory(stored, no_fill)
     except (ValueError, TypeError) as error:
-        raise InputError(f"{path}: this Trace cannot be written as netCDF: {error}") from error
+        raise InputError(f"this Trace cannot be written as netCDF: {error}", path=path) from error
     with writing({path: Form.NETCDF}, force=force) as temporaries:
         temporaries[path].write_bytes(content.getbuffer())
     return [path]

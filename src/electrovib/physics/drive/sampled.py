@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 
@@ -11,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.arrays import Real
 from electrovib.core.column_unit import column_unit, is_unit_of
-from electrovib.core.files import read_columns
+from electrovib.core.files import UNREAD, FileColumn
 from electrovib.core.model import Model
 from electrovib.core.quantity import Quantity
 from electrovib.core.samples import Samples
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 
 
 _VOLTAGE: Final = Quantity("V", -1e5, 1e5, "voltage of a sample")
+_NAME_ONE: Final = 'name the record, for instance file = "record.csv"'
+ROUNDING: Final = 8 * float(np.finfo(float).eps)
+"""Share of the largest stamp by which stamps may be off and still count as even."""
 _SHORTEST_STEP: Final = 1e-24
 _DURATION: Final = Quantity("s", 1e-9, 1e6, "time from the first sample to the last")
 
@@ -101,51 +105,57 @@ class Sampled(Drive):
     voltage_samples: Annotated[Samples, Field(description="voltages [V], in place of a file")] = Samples([])
 
     @classmethod
-    def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
-        """Read the file's columns unless the samples came along."""
-        if "file" not in content or "time_samples" in content or not content["file"]:
-            return content
-        default = {name: cls.model_fields[name].default for name in cls.model_fields} | content
+    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
+        """Ask for time and voltage unless the samples came along."""
+        if not table.get("file") or "time_samples" in table:
+            return {}
+        default = {name: cls.model_fields[name].default for name in cls.model_fields} | dict(table)
         if not (is_unit_of("s", default["time_unit"]) and is_unit_of("V", default["voltage_unit"])):
-            return content  # told when the field itself is read
+            return {}
         if not all(isinstance(default[name], str | int) for name in ("time_column", "voltage_column")):
-            return content
-        wanted = {
-            "time_samples": (default["time_column"], default["time_unit"]),
-            "voltage_samples": (default["voltage_column"], default["voltage_unit"]),
+            return {}
+        return {
+            "time_samples": FileColumn(default["time_column"], default["time_unit"]),
+            "voltage_samples": FileColumn(default["voltage_column"], default["voltage_unit"]),
         }
-        return content | read_columns(str(content["file"]), wanted)
 
     @model_validator(mode="after")
     def _is_a_record(self) -> Self:
         time, voltage = self.time_samples.values, self.voltage_samples.values
         try:
-            _check_numbers(time, voltage)
+            _check_numbers(time, voltage, self.file)
             if np.count_nonzero(self.stamps.keep(time)) < 2:
                 raise ValueError("fewer than 2 samples are left")  # noqa: TRY301  # one place says all that is wrong
-            _check_times(self._record()[0])
+            _check_times(self._pieces.times)
         except ValueError as error:
             raise PydanticCustomError("samples", "{why}", {"why": str(error)}) from None
         return self
 
-    def _record(self) -> tuple[Real, Real]:
-        kept = self.stamps.keep(self.time_samples.values)
-        time = self.time_samples.values[kept]
-        with np.errstate(over="ignore"):  # of times that no record has, which are refused
-            time = time - time[0]
-        return time, self.readback.driving(time, self.voltage_samples.values[kept])
+    @functools.cached_property
+    def _pieces(self) -> Linear:
+        """The samples that are kept, read once: straight pieces, and whether their stamps are even."""
+        stamps, voltage = self.time_samples.values, self.voltage_samples.values
+        kept = self.stamps.keep(stamps)
+        if not np.all(kept):
+            stamps, voltage = stamps[kept], voltage[kept]
+        with np.errstate(over="ignore", invalid="ignore"):  # of times that no record has, which are refused
+            time = stamps - stamps[0]
+            step = _even_step(time, float(np.max(np.abs(stamps[[0, -1]]))))
+        after = self.readback.driving(time, voltage)
+        before = after.copy()
+        before[0] = 0.0
+        for each in (time, before, after):
+            each.flags.writeable = False
+        return Linear(time, before, after, step=step)
 
     @property
     def dropped(self) -> int:
         """Count the samples that the treatment of the stamps drops."""
-        return len(self.time_samples) - int(np.count_nonzero(self.stamps.keep(self.time_samples.values)))
+        return len(self.time_samples) - len(self._pieces.times)
 
     def parts(self) -> tuple[Linear, ...]:
         """Give the straight pieces between the samples."""
-        time, voltage = self._record()
-        before = voltage.copy()
-        before[0] = 0.0
-        return (Linear(time, before, voltage),)
+        return (self._pieces,)
 
     @property
     def period(self) -> None:
@@ -154,19 +164,26 @@ class Sampled(Drive):
     @property
     def duration(self) -> float:
         """From the first sample to the last."""
-        return float(self._record()[0][-1])
+        return float(self._pieces.times[-1])
 
     @property
     def time_stamps(self) -> Real:
         """Times of the samples, counted from the first."""
-        return self._record()[0]
+        return self._pieces.times
 
 
-def _check_numbers(time: Real, voltage: Real) -> None:
+def _even_step(time: Real, largest: float) -> float | None:
+    """Give the step of stamps that are even as far as numbers of their size tell [s], else None."""
+    step = float(time[-1]) / (len(time) - 1)
+    off = np.max(np.abs(time - step * np.arange(len(time))))
+    return step if off <= ROUNDING * largest else None
+
+
+def _check_numbers(time: Real, voltage: Real, file: str) -> None:
     """Refuse what is not a voltage at two times or more."""
     why = ""
     if not len(time) and not len(voltage):
-        why = 'holds no samples: name the record, for instance file = "record.csv"'
+        why = f"holds no samples: {UNREAD if file else _NAME_ONE}"
     elif len(time) != len(voltage):
         why = f"{len(time)} time stamps but {len(voltage)} voltages"
     elif len(time) < 2:

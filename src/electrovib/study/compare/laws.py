@@ -125,9 +125,7 @@ def _cases(scenario: Scenario, models: Sequence[str] | None) -> tuple[dict[str, 
         try:
             cases[name] = scenario.replace({"force": {"model": name}})
         except InputError as error:
-            left_out[name] = "; ".join(
-                problem.removeprefix("the file = {...}: ") for problem in error.problems
-            )
+            left_out[name] = "; ".join(each if each.path else each.reason for each in error.problems)
     return cases, left_out
 
 
