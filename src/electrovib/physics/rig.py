@@ -31,7 +31,7 @@ Noise = Annotated[
 ]
 
 
-class Creep(Model):
+class SensorCreep(Model):
     """What a sensor goes on to show under a force that is held."""
 
     example: ClassVar[Mapping[str, Any]] = {"share": -0.02, "time": 5.0}
@@ -59,7 +59,7 @@ class LateralSensor(Model):
         Number | None,
         Quantity("Hz", 1e-2, 1e9, "first-order bandwidth of the conditioner; none: beyond all else"),
     ] = None
-    creep: Creep | None = None
+    creep: SensorCreep | None = None
     noise: Noise = 0.0
 
     def stages(self) -> tuple[Stage, ...]:

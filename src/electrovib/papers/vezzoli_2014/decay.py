@@ -12,7 +12,7 @@ from electrovib.study.reproduction import Row, Table
 
 
 @dataclass(frozen=True)
-class Reading:
+class DecayReading:
     """One way to read a time that the paper prints.
 
     Parameters
@@ -40,9 +40,13 @@ class Reading:
         return self.ramp(forces[1]), self.ramp(forces[0])
 
 
-BY_VOLTAGE = Reading("7.7 ms is the time constant of the voltage", values.TAU_MODEL)
-BY_FORCE = Reading("7.7 ms is already the decay of the force", values.voltage_decay(decay=values.TAU_MODEL))
-MEASURED = Reading("6 ms measured in the lateral force", values.voltage_decay(decay=values.DECAY_MEASURED))
+BY_VOLTAGE = DecayReading("7.7 ms is the time constant of the voltage", values.TAU_MODEL)
+BY_FORCE = DecayReading(
+    "7.7 ms is already the decay of the force", values.voltage_decay(decay=values.TAU_MODEL)
+)
+MEASURED = DecayReading(
+    "6 ms measured in the lateral force", values.voltage_decay(decay=values.DECAY_MEASURED)
+)
 
 
 def rows() -> tuple[Row, ...]:
