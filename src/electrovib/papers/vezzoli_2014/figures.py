@@ -56,29 +56,26 @@ def figure_2() -> Panel:
     )
 
 
+def _taus_over_frequency() -> list[Curve]:
+    """Give the span of the cited skins, that of the constructed ones, and some of them one by one."""
+    frequency = np.geomspace(10.0, 1e6, 201)
+    skins = {key: skin for key, skin in compute.all_skins().items() if key != "vezzoli_2014/point"}
+    taus = {key: time_constant(skin.material, frequency) for key, skin in skins.items()}
+
+    def span(name: str, *, measured: bool) -> Curve:
+        found = [taus[key] for key, skin in skins.items() if skin.reproduces_force == measured]
+        return Curve(name, frequency, np.min(found, axis=0), np.max(found, axis=0), "band")
+
+    return [
+        span("all cited sets", measured=True),
+        span("constructed, constant phase", measured=False),
+        *(Curve(skin.name, frequency, taus[key]) for key, skin in skins.items() if skin.name in SHOWN),
+    ]
+
+
 def figure_4(own: Tabulated | None) -> Panel:
     """Time constant of the stratum corneum over frequency."""
-    frequency = np.geomspace(10.0, 1e6, 201)
-    skins = compute.all_skins()
-    taus = {
-        key: time_constant(skin.material, frequency)
-        for key, skin in skins.items()
-        if key != "vezzoli_2014/point"
-    }
-    measured = [taus[key] for key in taus if skins[key].reproduces_force]
-    made = [taus[key] for key in taus if not skins[key].reproduces_force]
-    curves = [
-        Curve("all cited sets", frequency, np.min(measured, axis=0), np.max(measured, axis=0), "band"),
-        Curve(
-            "constructed, constant phase",
-            frequency,
-            np.min(made, axis=0),
-            np.max(made, axis=0),
-            "band",
-        ),
-    ]
-    shown = [key for key in taus if skins[key].name in SHOWN]
-    curves += [Curve(skins[key].name, frequency, taus[key]) for key in shown]
+    curves = _taus_over_frequency()
     if own is not None:
         rows = own.table()[0]
         curves.append(Curve("your table", rows, time_constant(own, rows), kind="points"))
