@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from electrovib.scenario import scenario_of as scenario_of
     from electrovib.solve.equilibrium import equilibrium as equilibrium
     from electrovib.solve.equilibrium import hysteresis as hysteresis
+    from electrovib.solve.prepare import prepare as prepare
     from electrovib.solve.simulate import simulate as simulate
     from electrovib.study.catalogue import models as models
     from electrovib.study.perceive import perceive as perceive
@@ -47,6 +48,7 @@ _PLACES = {
     "models": "electrovib.study.catalogue",
     "open_trace": "electrovib.data.traces",
     "perceive": "electrovib.study.perceive",
+    "prepare": "electrovib.solve.prepare",
     "read_recording": "electrovib.recordings.recording",
     "reduce_swipe": "electrovib.recordings.swipe",
     "report": "electrovib.view.report",

@@ -52,9 +52,13 @@ USES = {
     "load": ev.load,
     "perceive": lambda scenario: ev.perceive(scenario).level,
     "plot.stack": drawn,
+<<<<<<< HEAD
     "prepare": lambda scenario: [
         *prepare(scenario, free=["load.normal_force"], quantities=[MEAN])({"load.normal_force": 1.0}).values()
     ],
+=======
+    "prepare": lambda scenario: list(ev.prepare(scenario, free=["load.normal_force"])([0.7]).values()),
+>>>>>>> main
     "run": lambda scenario: ev.run(scenario)[FORCE].values,
     "simulate": lambda scenario: ev.simulate(scenario).electrostatic_force.values,
     "sweep": lambda scenario: ev.sweep(scenario, RISE)[MEAN].values,

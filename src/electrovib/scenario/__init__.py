@@ -35,7 +35,10 @@ __all__ = [
     "paper_scenario",
     "plain",
     "preset",
+<<<<<<< HEAD
     "read_part",
+=======
+>>>>>>> main
     "read_scenario",
     "scenario_of",
     "skins",
