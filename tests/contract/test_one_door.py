@@ -15,7 +15,6 @@ from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
 from electrovib.scenario.toml import to_toml
-from electrovib.solve.prepare import prepare
 
 mpl.use("Agg")
 PRESET = "vezzoli_2014/fig6"
@@ -52,13 +51,7 @@ USES = {
     "load": ev.load,
     "perceive": lambda scenario: ev.perceive(scenario).level,
     "plot.stack": drawn,
-<<<<<<< HEAD
-    "prepare": lambda scenario: [
-        *prepare(scenario, free=["load.normal_force"], quantities=[MEAN])({"load.normal_force": 1.0}).values()
-    ],
-=======
     "prepare": lambda scenario: list(ev.prepare(scenario, free=["load.normal_force"])([0.7]).values()),
->>>>>>> main
     "run": lambda scenario: ev.run(scenario)[FORCE].values,
     "simulate": lambda scenario: ev.simulate(scenario).electrostatic_force.values,
     "sweep": lambda scenario: ev.sweep(scenario, RISE)[MEAN].values,
@@ -142,7 +135,7 @@ def test_every_public_function_that_takes_a_scenario_is_here():
         if name not in {"plot", "Scenario", "__version__"}
         and list(inspect.signature(getattr(ev, name)).parameters)[:1] in (["scenario"], ["source"])
     }
-    assert taking | {"plot.stack", "prepare"} == set(USES)
+    assert taking | {"plot.stack"} == set(USES)
 
 
 def test_a_trace_file_gives_its_scenario_and_opens_as_a_trace(forms, trace):

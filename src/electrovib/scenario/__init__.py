@@ -35,10 +35,7 @@ __all__ = [
     "paper_scenario",
     "plain",
     "preset",
-<<<<<<< HEAD
     "read_part",
-=======
->>>>>>> main
     "read_scenario",
     "scenario_of",
     "skins",
