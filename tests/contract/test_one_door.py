@@ -51,7 +51,9 @@ USES = {
     "load": ev.load,
     "perceive": lambda scenario: ev.perceive(scenario).level,
     "plot.stack": drawn,
-    "prepare": lambda scenario: list(ev.prepare(scenario, free=["load.normal_force"])([0.7]).values()),
+    "prepare": lambda scenario: [
+        *ev.prepare(scenario, free=["load.normal_force"], quantities=[MEAN])({"load.normal_force": 1.0}).values()
+    ],
     "run": lambda scenario: ev.run(scenario)[FORCE].values,
     "simulate": lambda scenario: ev.simulate(scenario).electrostatic_force.values,
     "sweep": lambda scenario: ev.sweep(scenario, RISE)[MEAN].values,

@@ -36,8 +36,8 @@ def prepare(
 
     Parameters
     ----------
-    scenario : Scenario, str, Path, mapping or xarray.Dataset
-        Everything that stays; a paper's scenario by its name.
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        Everything that stays, as for `electrovib.load`.
     free : sequence of str
         Dotted paths of the parameters that vary, for instance ``["stack.gap.thickness", "friction.coefficient"]``.
     quantities : sequence of str

@@ -55,7 +55,9 @@ def test_energy_is_that_of_pulling_the_conductors_apart():
 
 @pytest.mark.parametrize(("load", "gain"), [(0.1, 45.5), (0.5, 18.5), (2.0, 8.9)])
 def test_growth_of_an_adhesive_sphere(load, gain):
-    assert 100 * popov_2018.area_gain(load) == pytest.approx(gain, abs=0.06)  # a tenth of a percent
+    assert 100 * popov_2018.area_gain(normal_force=load) == pytest.approx(
+        gain, abs=0.06
+    )  # a tenth of a percent
     energy = adhesion.separation_energy(voltage=100.0, **COAT)
     soft, stiff = (
         adhesion.contact_area(load, radius=1e-2, modulus=modulus, energy=energy)

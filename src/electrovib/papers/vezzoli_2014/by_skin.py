@@ -78,7 +78,7 @@ def figure_6() -> tuple[Trapezium, ...]:
         Trapezium(
             name,
             compute.peak_force(case, ramp=values.RAMP),
-            compute.ramp_for(case, values.FORCE_MODEL),
+            compute.ramp_for(case, force=values.FORCE_MODEL),
             compute.edge_ratio(case),
         )
         for name, case in compute.figure_6_cases().items()

@@ -62,7 +62,7 @@ def figure_6_cases() -> dict[str, Scenario]:
     """
     causal = scenarios()["fig6"]
     found = {name: with_skin(causal, skin.material) for name, skin in force_skins().items()}
-    found[POINT_BY_FORCE] = point(values.voltage_decay(values.TAU_MODEL))
+    found[POINT_BY_FORCE] = point(values.voltage_decay(decay=values.TAU_MODEL))
     return found | {name: leaky_gap(gap) for name, gap in LEAKY_GAPS.items()}
 
 
@@ -72,7 +72,7 @@ def peak_force(scenario: Scenario, *, ramp: float) -> float:
     return float(simulate(changed, time=np.array([0.0, ramp])).electrostatic_force[-1])
 
 
-def ramp_for(scenario: Scenario, force: float) -> float:
+def ramp_for(scenario: Scenario, *, force: float) -> float:
     """Ramp time that gives this peak force [s]."""
     from scipy.optimize import brentq
 
@@ -142,7 +142,7 @@ def rise_and_saturation(material: Material) -> tuple[float, float, float]:
     return float(force[-1] / force[0]), float(force[-1] / force.max()), half / float(force[-1])
 
 
-def floating_factor(scenario: Scenario, capacitance: float) -> float:
+def floating_factor(scenario: Scenario, *, capacitance: float) -> float:
     """Static attraction with the body floating over that with the body grounded."""
     static = scenario.replace(
         {"drive": {"model": "Constant", "level": 1.0}, "force.model": "EffectiveMediumPlane"}
@@ -219,7 +219,7 @@ def static_force(law: str, *, gap: float | None = None, skin: float = values.SKI
     return float(simulate(base.replace(changes), time=np.array([0.0, 1e-3])).electrostatic_force[-1])
 
 
-def suspended_constancy(conductivity: float) -> float:
+def suspended_constancy(*, conductivity: float) -> float:
     """Figure 2: attraction at the end of the hold over that at its beginning."""
     scenario = scenarios()["fig2"]
     if conductivity:
