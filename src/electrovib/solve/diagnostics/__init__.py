@@ -162,7 +162,7 @@ def _running(scenario: Scenario, section: ModalSection, record: PeakRecord) -> d
             wanted = looks(drive, end, settled=True)
             repeated = PeakRecord.of(periodic, wanted, solve_fields(periodic, section, wanted).found).peaks()
             return {name: repeated[name] for name in names}
-        step = {"drive": {"model": "Constant", "level": float(drive.voltage(0.0))}}
+        step = {"drive": {"model": "Step", "level": float(drive.voltage(0.0))}}
         switched = solve_fields(scenario.replace(step), section, record.times).found
         alone = PeakRecord.of(scenario, record.times, switched).rows
         rest = {name: record.rows[name] - alone[name] for name in names}
