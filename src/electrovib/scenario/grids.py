@@ -80,7 +80,7 @@ class TimeGrid(Model):
         if self.samples is not None or drive.time_stamps is None:
             return np.linspace(0.0, end, self.samples or FORMULA_SAMPLES)
         stamps = _apart(drive.time_stamps)
-        inside = stamps[stamps <= end * (1 + ROUNDING)]
+        inside = stamps[: np.searchsorted(stamps, end * (1 + ROUNDING), side="right")]
         if end <= inside[-1] * (1 + ROUNDING):
             return inside
         few = len(inside) < len(stamps)  # the next stamp comes after the end
@@ -89,7 +89,8 @@ class TimeGrid(Model):
 
 def _apart(stamps: Real) -> Real:
     """Leave out stamps that only rounding tells from the one before, as two records of one clock have them."""
-    return stamps[np.diff(stamps, prepend=-np.inf) > ROUNDING * stamps]
+    apart = np.diff(stamps, prepend=-np.inf) > ROUNDING * stamps
+    return stamps if np.all(apart) else stamps[apart]
 
 
 class FrequencyGrid(Model):

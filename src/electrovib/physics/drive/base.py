@@ -85,13 +85,15 @@ class Drive(Model, family=True):
             V, same shape; at a jump the value after it.
         """
         times = np.asarray(time, dtype=float)
-        total: Real = np.sum([part.value(times) for part in self.parts()], axis=0)
+        values = [part.value(times) for part in self.parts()]
+        total: Real = values[0] if len(values) == 1 else np.sum(values, axis=0)
         return total
 
     def slope(self, time: ArrayLike) -> Real:
         """Rate of change of the voltage just after these times [V/s]; jumps are not in it."""
         times = np.asarray(time, dtype=float)
-        total: Real = np.sum([part.slope(times) for part in self.parts()], axis=0)
+        slopes = [part.slope(times) for part in self.parts()]
+        total: Real = slopes[0] if len(slopes) == 1 else np.sum(slopes, axis=0)
         return total
 
     def extremes(self, start: float = 0.0, end: float | None = None) -> tuple[float, float]:
@@ -156,14 +158,26 @@ class Drive(Model, family=True):
             Increasing, after 0 and up to the end [s]; V, 0 where it does not jump. Corners that differ by rounding
             are one.
         """
-        found = [part.corners(end * (1 + _ROUNDED)) for part in self.parts()]
-        times, heights = (np.concatenate(column) for column in zip(*found, strict=True))
-        inside = (times > 0) & (times <= end * (1 + _ROUNDED))
-        order = np.argsort(times[inside], kind="stable")
-        times, heights = times[inside][order], heights[inside][order]
-        times = np.where(times > end * (1 - _ROUNDED), end, times)
+        parts = self.parts()
+        found = [part.corners(end * (1 + _ROUNDED)) for part in parts]
+        times, heights = (
+            column[0] if len(column) == 1 else np.concatenate(column) for column in zip(*found, strict=True)
+        )
+        if len(found) > 1:
+            order = np.argsort(times, kind="stable")
+            times, heights = times[order], heights[order]
+        inside = slice(*np.searchsorted(times, [0.0, end * (1 + _ROUNDED)], side="right"))
+        times, heights = times[inside], heights[inside]
+        at_end = slice(int(np.searchsorted(times, end * (1 - _ROUNDED), side="right")), None)
+        if np.any(times[at_end] != end):
+            times = times.copy()
+            times[at_end] = end
+        if len(parts) == 1 and (getattr(parts[0], "step", None) or 0.0) > 2 * _ROUNDED * end:
+            return times, heights
         first = np.diff(times, prepend=-1.0) > _ROUNDED * times
-        return times[first], np.add.reduceat(heights, np.flatnonzero(first)) if len(times) else heights
+        if np.all(first):
+            return times, heights
+        return times[first], np.add.reduceat(heights, np.flatnonzero(first))
 
 
 def common_period(periods: Sequence[float]) -> float | None:

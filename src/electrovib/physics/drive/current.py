@@ -91,7 +91,7 @@ class CurrentAmplifier(Drive):
 def _divided(part: Part, divisor: float) -> Part:
     """Give the same form, smaller."""
     if isinstance(part, Linear):
-        return Linear(part.times, part.before / divisor, part.after / divisor, part.period)
+        return Linear(part.times, part.before / divisor, part.after / divisor, part.period, part.step)
     if isinstance(part, Tones):
         return Tones(part.frequencies, part.amplitudes / divisor, part.start, part.stop)
     if isinstance(part, Chirped):

@@ -42,6 +42,8 @@ def extremes(parts: Sequence[Part], start: float, end: float) -> tuple[float, fl
     at_end = sum(float(part.value(np.array(end))) for part in parts)
     if end <= start:
         return at_end, at_end
+    if len(parts) == 1 and isinstance(parts[0], Linear) and parts[0].period is None:
+        return _of_straight(parts[0], start, end, at_end)
     repeating = [part for part in parts if isinstance(part, Linear) and part.period]
     if sum(end / (part.period or end) * len(part.times) for part in repeating) > MOST_LOOKS:
         bound = sum(part.bound() for part in parts)
@@ -56,6 +58,17 @@ def extremes(parts: Sequence[Part], start: float, end: float) -> tuple[float, fl
         found.append(_Stretch.between(straight, on, first, last).extremes())
     lows, highs = zip(*found, strict=True)
     return min(*lows, at_end), max(*highs, at_end)
+
+
+def _of_straight(part: Linear, start: float, end: float, at_end: float) -> tuple[float, float]:
+    """Lowest and highest value of straight pieces: at their breaks and at both ends."""
+    inside = slice(np.searchsorted(part.times, start, side="right"), np.searchsorted(part.times, end))
+    ends = [float(part.value(np.array(start))), float(part.value_before(np.array(end))), at_end]
+    sides = part.after[inside], part.before[inside]
+    return (
+        min(*ends, *(float(np.min(side, initial=at_end)) for side in sides)),
+        max(*ends, *(float(np.max(side, initial=at_end)) for side in sides)),
+    )
 
 
 @dataclass(frozen=True)

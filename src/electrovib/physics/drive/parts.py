@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -19,6 +20,8 @@ _SLACK = 8 * float(np.finfo(float).eps)
 """A time this close to a break, relative, counts as at it: time stamps are rounded."""
 LOOKS = 16
 """Looks at each cycle of the fastest oscillation, when a largest value is searched for."""
+MANY_TIMES = 10_000
+"""From which on it is worth to see whether they are even."""
 MOST_LOOKS = 1_000_000
 """Beyond which a largest value is bounded and not searched for."""
 
@@ -35,12 +38,15 @@ class Linear:
         Voltage just before and just after each break [V]; before the first the drive is off.
     period : float or None
         If given, the pieces repeat with it and the last break is the end of the first period.
+    step : float or None
+        Time from each break to the next, where they are even but for the rounding of their stamps [s].
     """
 
     times: Real
     before: Real
     after: Real
     period: float | None = None
+    step: float | None = None
 
     @property
     def is_step(self) -> bool:
@@ -58,10 +64,23 @@ class Linear:
         elapsed = np.maximum(inside - self.times[index], 0.0)
         return index, elapsed if self.period is None else np.where(elapsed > slack, elapsed, 0.0)
 
+    @functools.cached_property
+    def jumps(self) -> Real:
+        """By how much it jumps at each break [V]."""
+        return self.after - self.before
+
+    def begins_with(self, time: Real) -> bool:
+        """Tell whether these times [s] are its first breaks and nothing else."""
+        if self.period is not None or np.ndim(time) != 1 or not 1 < len(time) <= len(self.times):
+            return False
+        return time is self.times or bool(np.array_equal(self.times[: len(time)], time))
+
     def value(self, time: Real) -> Real:
         """Voltage [V] at these times [s]; at a jump the later value; NaN passes."""
+        if self.begins_with(time):
+            return self.after[: len(time)].copy()
         index, elapsed = self.locate(time)
-        value = self.after[index] + np.where(np.isnan(time), np.nan, elapsed) * self.slopes()[index]
+        value = self.after[index] + np.where(np.isnan(time), np.nan, elapsed) * self.slope_of(index)
         return np.where((time < 0) & (self.period is None), 0.0, value)
 
     def value_before(self, time: Real) -> Real:
@@ -72,23 +91,31 @@ class Linear:
             inside = np.mod(time, self.period)
             inside = np.where(inside <= slack, self.period, inside)
         index = np.clip(np.searchsorted(self.times, inside - slack, side="left") - 1, 0, len(self.times) - 1)
-        value = self.after[index] + (inside - self.times[index]) * self.slopes()[index]
+        value = self.after[index] + (inside - self.times[index]) * self.slope_of(index)
         following = np.minimum(index + 1, len(self.times) - 1)
         met = (following > index) & (np.abs(self.times[following] - inside) <= slack)
         return np.asarray(np.where(met, self.before[following], value))
 
     def slope(self, time: Real) -> Real:
         """Rate of change just after these times [V/s]."""
-        rate = np.where((time < 0) & (self.period is None), 0.0, self.slopes()[self.locate(time)[0]])
+        rate = np.where((time < 0) & (self.period is None), 0.0, self.slope_of(self.locate(time)[0]))
         return np.where(np.isnan(time), np.nan, rate)
 
     def slopes(self) -> Real:
         """Rate of change after each break, 0 after the last one [V/s]."""
         return np.append((self.before[1:] - self.after[:-1]) / np.diff(self.times), 0.0)
 
-    def lengths(self) -> Real:
-        """How long each piece lasts [s]; infinite for the last."""
-        return np.append(np.diff(self.times), np.inf)
+    def slope_of(self, index: Indices) -> Real:
+        """Give the rate of change in some of the pieces, without looking at the others [V/s]."""
+        if np.size(index) >= len(self.times):
+            return np.asarray(self.slopes()[index])
+        following = np.minimum(index + 1, len(self.times) - 1)
+        return np.asarray((self.before[following] - self.after[index]) / self.length_of(index))
+
+    def length_of(self, index: Indices) -> Real:
+        """Give how long some of the pieces last [s]; infinite for the last."""
+        following = np.minimum(index + 1, len(self.times) - 1)
+        return np.where(following > index, self.times[following] - self.times[index], np.inf)
 
     def count_periods(self, time: Real) -> Indices:
         """Count the whole periods that are over at each time [s], as `locate` has it; 0 without a period."""
@@ -132,15 +159,55 @@ class Linear:
     def corners(self, end: float) -> tuple[Real, Real]:
         """Times up to an end at which it bends or jumps [s], and by how much it jumps there [V]."""
         pieces = self.until(end)
-        return pieces.times, pieces.after - pieces.before
+        return pieces.times, pieces.jumps
 
     def shortest_piece(self, end: float) -> float:  # noqa: ARG002 - the pieces repeat
         """Length of the shortest straight piece [s]; infinite for a step."""
+        if self.step is not None:
+            return self.step
         return float(np.min(np.diff(self.times), initial=np.inf))
 
     def bound(self) -> float:
         """Largest absolute value it ever has [V]."""
-        return float(np.max(np.abs([self.before, self.after])))
+        sides = self.before, self.after
+        return max(max(float(np.max(side)), -float(np.min(side))) for side in sides)
+
+
+def circling(frequency: float, time: Real) -> tuple[Real, Real]:
+    """Give cosine and sine of the phase of a tone.
+
+    Parameters
+    ----------
+    frequency : float
+        Hz.
+    time : ndarray, shape (n,)
+        s.
+
+    Returns
+    -------
+    cosine, sine : ndarray, shape (n,)
+        Of 2 pi frequency time. At many even times from products of those of two coarser grids, to rounding.
+    """
+    angular, step = 2 * np.pi * frequency, _even_step(time)
+    if step is None:
+        phase = np.asarray(angular * time)
+        return np.cos(phase), np.sin(phase)
+    width = math.isqrt(len(time))
+    inside = angular * step * np.arange(width)
+    begins = angular * time[::width, None]
+    parts = [np.cos(begins), np.sin(begins), np.cos(inside), np.sin(inside)]
+    cosine = parts[0] * parts[2] - parts[1] * parts[3]
+    sine = parts[1] * parts[2] + parts[0] * parts[3]
+    return cosine.ravel()[: len(time)], sine.ravel()[: len(time)]
+
+
+def _even_step(time: Real) -> float | None:
+    """Give the step of many times that are even but for rounding [s]."""
+    if len(time) < MANY_TIMES:
+        return None
+    step = float(time[-1] - time[0]) / (len(time) - 1)
+    off = np.max(np.abs(time - time[0] - step * np.arange(len(time))))
+    return step if off <= _SLACK * max(abs(float(time[0])), abs(float(time[-1]))) else None
 
 
 class _Gated(ABC):
@@ -211,7 +278,8 @@ class Tones(_Gated):
         flat = np.ravel(time)
         total = np.zeros(flat.shape)
         for frequency, amplitude in zip(self.frequencies, amplitudes, strict=True):
-            total += (amplitude * np.exp(2j * np.pi * frequency * flat)).real
+            cosine, sine = circling(float(frequency), flat)
+            total += amplitude.real * cosine - amplitude.imag * sine
         return total.reshape(np.shape(time))
 
     @property

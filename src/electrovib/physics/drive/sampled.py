@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 _VOLTAGE: Final = Quantity("V", -1e5, 1e5, "voltage of a sample")
 _NAME_ONE: Final = 'name the record, for instance file = "record.csv"'
+ROUNDING: Final = 8 * float(np.finfo(float).eps)
+"""Share of the largest stamp by which stamps may be off and still count as even."""
 _SHORTEST_STEP: Final = 1e-24
 _DURATION: Final = Quantity("s", 1e-9, 1e6, "time from the first sample to the last")
 
@@ -117,29 +120,36 @@ class Sampled(Drive):
             _check_numbers(time, voltage, self.file)
             if np.count_nonzero(self.stamps.keep(time)) < 2:
                 raise ValueError("fewer than 2 samples are left")  # noqa: TRY301  # one place says all that is wrong
-            _check_times(self._record()[0])
+            _check_times(self._pieces.times)
         except ValueError as error:
             raise PydanticCustomError("samples", "{why}", {"why": str(error)}) from None
         return self
 
-    def _record(self) -> tuple[Real, Real]:
-        kept = self.stamps.keep(self.time_samples.values)
-        time = self.time_samples.values[kept]
-        with np.errstate(over="ignore"):  # of times that no record has, which are refused
-            time = time - time[0]
-        return time, self.readback.driving(time, self.voltage_samples.values[kept])
+    @functools.cached_property
+    def _pieces(self) -> Linear:
+        """The samples that are kept, read once: straight pieces, and whether their stamps are even."""
+        stamps, voltage = self.time_samples.values, self.voltage_samples.values
+        kept = self.stamps.keep(stamps)
+        if not np.all(kept):
+            stamps, voltage = stamps[kept], voltage[kept]
+        with np.errstate(over="ignore", invalid="ignore"):  # of times that no record has, which are refused
+            time = stamps - stamps[0]
+            step = _even_step(time, float(np.max(np.abs(stamps[[0, -1]]))))
+        after = self.readback.driving(time, voltage)
+        before = after.copy()
+        before[0] = 0.0
+        for each in (time, before, after):
+            each.flags.writeable = False
+        return Linear(time, before, after, step=step)
 
     @property
     def dropped(self) -> int:
         """Count the samples that the treatment of the stamps drops."""
-        return len(self.time_samples) - int(np.count_nonzero(self.stamps.keep(self.time_samples.values)))
+        return len(self.time_samples) - len(self._pieces.times)
 
     def parts(self) -> tuple[Linear, ...]:
         """Give the straight pieces between the samples."""
-        time, voltage = self._record()
-        before = voltage.copy()
-        before[0] = 0.0
-        return (Linear(time, before, voltage),)
+        return (self._pieces,)
 
     @property
     def period(self) -> None:
@@ -148,12 +158,19 @@ class Sampled(Drive):
     @property
     def duration(self) -> float:
         """From the first sample to the last."""
-        return float(self._record()[0][-1])
+        return float(self._pieces.times[-1])
 
     @property
     def time_stamps(self) -> Real:
         """Times of the samples, counted from the first."""
-        return self._record()[0]
+        return self._pieces.times
+
+
+def _even_step(time: Real, largest: float) -> float | None:
+    """Give the step of stamps that are even as far as numbers of their size tell [s], else None."""
+    step = float(time[-1]) / (len(time) - 1)
+    off = np.max(np.abs(time - step * np.arange(len(time))))
+    return step if off <= ROUNDING * largest else None
 
 
 def _check_numbers(time: Real, voltage: Real, file: str) -> None:

@@ -14,7 +14,7 @@ from electrovib.scenario import PeriodicState
 from electrovib.scenario.moisture import moisture_lamp
 from electrovib.solve.choice import chosen, solve, solve_fields
 from electrovib.solve.diagnostics.judge import circuit_lamps, jumps, return_path_lamps, stack_lamps
-from electrovib.solve.diagnostics.looks import looks
+from electrovib.solve.diagnostics.looks import looks, shows_every_sample
 from electrovib.solve.diagnostics.peaks import PeakRecord, refined
 from electrovib.solve.diagnostics.touch import contact_lamps
 from electrovib.solve.diagnostics.vanishing_gap import negative_attraction, vanishing_gap
@@ -63,7 +63,7 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solu
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     distance = scenario.motion.distance
     moved = SQUEEZED * distance.fastest if isinstance(distance, Distance) else 0.0
-    wanted = looks(scenario.drive, float(times[-1]), settled=settled, beside=moved)
+    wanted = looks(scenario.drive, float(times[-1]), settled=settled, beside=moved, seen=times)
     if chosen(scenario).method.is_marched:
         both = np.union1d(times, wanted)
         whole = solve(scenario, section, both)
@@ -74,7 +74,10 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solu
 
     answer = solve(scenario, section, times)
     record = PeakRecord.of(scenario, times, answer.found)
-    between = np.setdiff1d(wanted, times)
+    if shows_every_sample(scenario.drive, times):
+        wanted = np.union1d(wanted, record.just_before())
+    between = wanted[times[np.minimum(np.searchsorted(times, wanted), len(times) - 1)] != wanted]
+    record = record.among(between)
     return answer, refined(record.joined(look(between)) if len(between) else record, look)
 
 
@@ -163,9 +166,19 @@ def _running(scenario: Scenario, section: ModalSection, record: PeakRecord) -> d
             repeated = PeakRecord.of(periodic, wanted, solve_fields(periodic, section, wanted).found).peaks()
             return {name: repeated[name] for name in names}
         step = {"drive": {"model": "Step", "level": float(drive.voltage(0.0))}}
-        switched = solve_fields(scenario.replace(step), section, record.times).found
-        alone = PeakRecord.of(scenario, record.times, switched).rows
-        rest = {name: record.rows[name] - alone[name] for name in names}
+        records = [record] if record.whole is None else [record, record.whole]
+        switched = [
+            PeakRecord.of(
+                scenario, each.times, solve_fields(scenario.replace(step), section, each.times).found
+            )
+            for each in records
+        ]
+        rest = {
+            name: np.concatenate(
+                [each.rows[name] - alone.rows[name] for each, alone in zip(records, switched, strict=True)]
+            )
+            for name in names
+        }
         return {name: float(np.max(np.abs(row))) for name, row in rest.items()}
     except InputError:
         return None

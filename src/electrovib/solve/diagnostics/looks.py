@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from electrovib.physics.drive.parts import Linear
+
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
@@ -29,7 +31,7 @@ FIRST_CYCLES = 20
 """Cycles of a repeating drive that are all looked at from rest; after them a growing choice, and the last."""
 
 
-def looks(drive: Drive, end: float, *, settled: bool, beside: float = 0.0) -> Real:
+def looks(drive: Drive, end: float, *, settled: bool, beside: float = 0.0, seen: Real | None = None) -> Real:
     """Choose times at which a linear response can be largest.
 
     Parameters
@@ -42,6 +44,9 @@ def looks(drive: Drive, end: float, *, settled: bool, beside: float = 0.0) -> Re
         The response repeats with the drive: one period says all.
     beside : float
         Highest frequency of anything else that moves [Hz].
+    seen : ndarray, optional
+        Output times [s]. Of a measured drive whose samples are all among them only the first and last are looked at;
+        `PeakRecord.just_before` looks at the largest values.
 
     Returns
     -------
@@ -55,6 +60,8 @@ def looks(drive: Drive, end: float, *, settled: bool, beside: float = 0.0) -> Re
     state from cycle to cycle, so that later cycles are looked at by choice.
     """
     period = drive.period
+    if seen is not None and shows_every_sample(drive, seen):
+        return _near_the_ends(drive, end, beside)
     if period is None or (end <= period and not settled):
         return _stretch(drive, 0.0, end, beside)
     if settled:
@@ -70,6 +77,27 @@ def looks(drive: Drive, end: float, *, settled: bool, beside: float = 0.0) -> Re
         [_stretch(drive, 0.0, period, beside), (within + cycles[:, None] * period).ravel(), [end]]
     )
     return np.unique(found[found <= end])
+
+
+def shows_every_sample(drive: Drive, times: Real) -> bool:
+    """Tell whether these times [s] are the samples of a measured drive, too many to look just before each."""
+    parts = drive.parts()
+    return (
+        len(times) > MOST_CORNERS
+        and len(parts) == 1
+        and isinstance(parts[0], Linear)
+        and parts[0].begins_with(times)
+    )
+
+
+def _near_the_ends(drive: Drive, end: float, beside: float) -> Real:
+    """Looks between the first and between the last samples of a drive."""
+    corners, half = drive.corners(end)[0], FEW_CORNERS // 2
+    corners = np.append(0.0, corners)
+    spans = [corners[: half + 1], corners[-half - 1 :]]
+    shares = np.concatenate([AFTER, BEFORE])
+    found = [(each[:-1, None] + np.diff(each)[:, None] * shares).ravel() for each in spans]
+    return np.unique(np.concatenate([*found, *_oscillating(beside, 0.0, end)]))
 
 
 def count_looks(drive: Drive, end: float, *, settled: bool, beside: float = 0.0) -> int:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from electrovib.physics.drive.parts import Linear
 from electrovib.scenario import PeriodicState
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.linear.transient import transient
@@ -62,6 +63,9 @@ AT_REST: Final = 1e-60
 LARGEST: Final = 0.01
 """Error, of what is left of a quantity, from which on it counts as not known."""
 LOOKING_BACK: Final = 0.9
+_MANY: Final = 20_000
+"""Output times beyond which the smallest and largest values between probes are looked at first."""
+_AT_ONCE: Final = 1 << 15
 _GOLDEN: Final = 0.6180339887498949
 
 
@@ -144,14 +148,21 @@ def answer_errors(
 
 def _at_corner(drive: Drive, times: Real, *, bends: bool) -> NDArray[np.bool_]:
     """Tell the output times at which the drive jumps, or bends as well."""
+    if bends and any(isinstance(part, Linear) and part.begins_with(times) for part in drive.parts()):
+        return np.ones(len(times), bool)
     marks, heights = drive.corners(float(times[-1]))
     begins = [0.0] if bends or drive.voltage(0.0) else []
     corners = np.sort(np.append(marks if bends else marks[heights != 0], begins))
-    if not len(corners):
-        return np.zeros(len(times), bool)
-    after = np.searchsorted(corners, times)
-    sides = [np.abs(times - corners[np.clip(after - side, 0, len(corners) - 1)]) for side in (0, 1)]
-    return np.asarray(np.min(sides, axis=0) <= SAME * times[-1])
+    near = SAME * float(times[-1])
+    first = np.searchsorted(times, corners - near, side="left")
+    last = np.searchsorted(times, corners + near, side="right")
+    found = np.zeros(len(times), bool)
+    if np.all(last - first <= 1):
+        found[first[last > first]] = True
+    else:
+        for begin, end in zip(first.tolist(), last.tolist(), strict=True):
+            found[begin:end] = True
+    return found
 
 
 def _probes(count: int) -> NDArray[np.intp]:
@@ -169,6 +180,12 @@ def _judge(
     row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]
 ) -> Judged:
     """Hold a bound at the probes against a quantity at all output times."""
+    if not np.any(judged):
+        return Judged(0.0, 0.0, np.inf)
+    if len(row) > _MANY:
+        found = _judge_by_stretches(row, times, probes, bound, judged)
+        if found is not None:
+            return found
     sizes, places = np.where(judged, np.abs(row), 0.0), np.arange(len(row))
     after = np.minimum(np.searchsorted(probes, places), len(probes) - 1)
     larger = np.where(probes[after] == places, bound[after], np.maximum(bound[after], bound[after - 1]))
@@ -181,6 +198,58 @@ def _judge(
         share=float(np.max(shares, initial=0.0)),
         lost=float(lost[0]) if len(lost) else np.inf,
     )
+
+
+def _judge_by_stretches(
+    row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]
+) -> Judged | None:
+    """Do what `_judge` does, from the smallest and largest value between probes; None where these do not tell.
+
+    Between two probes the bound is one number, so the smallest value decides on the error. What is left of a quantity
+    never grows, so the share is largest at the end of a stretch.
+    """
+    if not np.all(judged[probes[0] : probes[-1] + 1]):
+        return None
+    inside = slice(probes[0], probes[-1] + 1)
+    starts = np.unique(np.concatenate([probes, probes[:-1] + 1])) - probes[0]
+    count = inside.stop - inside.start
+    ends = np.append(starts[1:], count) - 1
+    back = np.searchsorted(times, LOOKING_BACK * times[ends + probes[0]]) - probes[0]
+    marks = np.union1d(starts, np.maximum(back, 0))
+    lows, highs = _between(row[inside], marks)
+    groups = np.searchsorted(marks, starts)
+    low, high = np.minimum.reduceat(lows, groups), np.maximum.reduceat(highs, groups)
+    peak = TAIL * float(np.max(high))
+    if not peak > 0:
+        return None
+    for place in np.flatnonzero((low <= peak) & (high > peak)):
+        some = np.abs(row[inside][starts[place] : ends[place] + 1])
+        low[place] = np.min(some[some > peak])
+    after = np.searchsorted(probes - probes[0], starts)
+    at_probe = probes[after] - probes[0] == starts
+    larger = np.where(at_probe, bound[after], np.maximum(bound[after], bound[after - 1]))
+    left = np.maximum.accumulate(highs[::-1])[::-1][np.searchsorted(marks, np.maximum(back, 0))]
+    shares = larger / left
+    if not (np.all(left > peak) and np.all(shares <= LARGEST)):
+        return None
+    told = high > peak
+    return Judged(float(np.max(larger[told] / low[told], initial=0.0)), float(np.max(shares)), np.inf)
+
+
+def _between(row: Real, marks: NDArray[np.intp]) -> tuple[Real, Real]:
+    """Smallest and largest absolute value from each mark to the next; the first is 0."""
+    lows, highs = np.empty(len(marks)), np.empty(len(marks))
+    ends = np.append(marks[1:], len(row))
+    first = 0
+    while first < len(marks):
+        last = max(first + 1, int(np.searchsorted(ends, marks[first] + _AT_ONCE)))
+        sizes, places = np.abs(row[marks[first] : ends[last - 1]]), marks[first:last] - marks[first]
+        lows[first:last], highs[first:last] = (
+            np.minimum.reduceat(sizes, places),
+            np.maximum.reduceat(sizes, places),
+        )
+        first = last
+    return lows, highs
 
 
 def _of_force(

@@ -24,6 +24,12 @@ REFINEMENTS = 3
 CLEAR = 1e-2
 """Drop of the neighbours of a largest value, relative, below which a parabola through the three is right to 1e-5."""
 _DIVISIONS = 12
+_MANY = 100_000
+"""Times beyond which only those that decide on the largest values are kept beside the looks between them."""
+_BESIDE = 2
+"""Times on both sides of a largest value that are kept."""
+_JUST = 1e-6
+"""How close to a largest value it is looked at again, as a share of the time to its neighbour."""
 _ROUNDED = 1e-13
 _AT_A_CORNER = 1e-4
 """Ratio of the times to both neighbours, below which the largest value is at a corner, not between looks."""
@@ -40,10 +46,13 @@ class PeakRecord:
     rows : dict of Key to ndarray, shape (n,)
         Field of each layer [V/m], ``interface`` [V/m], ``gap`` [m] and ``breakdown`` [1] where there is a gap,
         ``across`` [V] (the stack), and what the names of `Limits` say.
+    whole : PeakRecord or None
+        The record at all times of which this one holds those that decide on the largest values.
     """
 
     times: Real
     rows: dict[Key, Real]
+    whole: PeakRecord | None = None
 
     @classmethod
     def of(cls, scenario: Scenario, times: Real, found: dict[Key, Real]) -> PeakRecord:
@@ -86,12 +95,42 @@ class PeakRecord:
         rows["stored_energy"] = (1 + around.second) * around.area * energy + stray * rows["voltage"] ** 2 / 2
         return cls(times, rows)
 
+    def among(self, moments: Real) -> PeakRecord:
+        """Leave out of very many times those that are neither near a largest value nor beside some other moments.
+
+        Parameters
+        ----------
+        moments : ndarray
+            Increasing, at which another record will join this one [s].
+
+        Returns
+        -------
+        PeakRecord
+            With the same largest values, also after it has been joined.
+        """
+        if len(self.times) <= _MANY:
+            return self
+        largest = np.array([_largest(row) for row in self.rows.values()])
+        beside = np.searchsorted(self.times, moments)
+        near = [largest + step for step in range(-_BESIDE, _BESIDE + 1)] + [beside - 1, beside]
+        last = len(self.times) - 1
+        kept = np.unique(np.clip(np.concatenate([*near, [0, last]]), 0, last))
+        return PeakRecord(self.times[kept], {name: row[kept] for name, row in self.rows.items()}, self)
+
+    def just_before(self) -> Real:
+        """Times just before and just after each largest value, which tell a corner from a crest [s]."""
+        places = np.array([_largest(row) for row in self.rows.values()])
+        inner = places[(places > 0) & (places < len(self.times) - 1)]
+        before = self.times[inner] - _JUST * (self.times[inner] - self.times[inner - 1])
+        after = self.times[inner] + _JUST * (self.times[inner + 1] - self.times[inner])
+        return np.unique(np.concatenate([before, after]))
+
     def joined(self, other: PeakRecord) -> PeakRecord:
         """Put two records of one solution together; where both have a time, this one counts."""
         times = np.concatenate([self.times, other.times])
         times, places = np.unique(times, return_index=True)
         rows = {name: np.concatenate([row, other.rows[name]])[places] for name, row in self.rows.items()}
-        return PeakRecord(times, rows)
+        return PeakRecord(times, rows, self.whole)
 
     @functools.cached_property
     def _peaks(self) -> dict[Key, tuple[float, int, float]]:
@@ -118,8 +157,7 @@ class PeakRecord:
 
     def _peak(self, row: Real) -> tuple[float, int, float]:
         """Largest absolute value, where, and how far its neighbours lie below where it may be between them."""
-        size = np.abs(row)
-        place = int(np.argmax(np.where(np.isfinite(size), size, -1.0)))
+        place, size = _largest(row), np.abs(row)
         value = float(size[place])
         left, right = self._neighbours(place)
         if left < 0 or right >= len(row):
@@ -143,6 +181,16 @@ class PeakRecord:
         if share == 0:
             return float(abs(self.rows["interface"][place])), gap
         return share * paschen_voltage(gap) / gap, gap
+
+
+def _largest(row: Real) -> int:
+    """Place of the largest absolute finite value."""
+    high, low = int(np.argmax(row)), int(np.argmin(row))
+    if np.isfinite(row[high]) and np.isfinite(row[low]):  # neither meets a NaN, which both would find first
+        first, second = sorted((high, low))
+        return second if abs(row[second]) > abs(row[first]) else first
+    size = np.abs(row)
+    return int(np.argmax(np.where(np.isfinite(size), size, -1.0)))
 
 
 def refined(record: PeakRecord, look: Callable[[Real], PeakRecord]) -> PeakRecord:

@@ -74,6 +74,8 @@ def _shows(drive: Drive, times: Real) -> bool:
 
 def _missed(part: Linear, times: Real) -> float:
     """Area between straight pieces and a line through these times [s], over that between them and their mean."""
+    if part.begins_with(times) and np.array_equal(part.before[1 : len(times)], part.after[1 : len(times)]):
+        return 0.0
     corners = part.corners(float(times[-1]))[0]
     inside = corners[(corners > times[0]) & (corners < times[-1])]
     every = np.union1d(times, inside)

@@ -101,7 +101,7 @@ class FrictionChain:
         normal = self.scenario.load.forces(np.maximum(times, 0.0))
         force = self.pressing(times, force)
         lateral = law.lateral_force(normal, force, self.real_area(normal + force))
-        return np.where(motion.touches(times), lateral, 0.0)
+        return lateral if motion.distance is None else np.where(motion.touches(times), lateral, 0.0)
 
     def pressing(self, times: Real, force: Real) -> Real:
         """Attraction that presses skin and plate together: none where a hand holds against it.
@@ -118,7 +118,8 @@ class FrictionChain:
         ndarray, shape (n,)
             N.
         """
-        return np.where(self.scenario.motion.touches(times), force, 0.0)
+        motion = self.scenario.motion
+        return force if motion.distance is None else np.where(motion.touches(times), force, 0.0)
 
     def real_area(self, force: Real) -> Real:
         """Area that touches [m2] under a whole normal force [N]; NaN where the contact does not tell."""

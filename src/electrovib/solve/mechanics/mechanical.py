@@ -128,10 +128,11 @@ def _given(chain: FrictionChain) -> dict[str, Real]:
     rows = {"normal_force": scenario.load.forces(times)}
     if scenario.motion.speed is not None:
         rows["sliding_speed"] = scenario.motion.speeds(times)
+    if scenario.contact.surface is None and isinstance(scenario.contact, FixedArea):
+        return rows
     whole = rows["normal_force"] + chain.pressing(times, chain.answer.attraction)
     touches = scenario.motion.touches(times)
-    if scenario.contact.surface is not None or not isinstance(scenario.contact, FixedArea):
-        rows["gross_contact_area"] = np.where(touches, scenario.contact.outline(whole), 0.0)
+    rows["gross_contact_area"] = np.where(touches, scenario.contact.outline(whole), 0.0)
     if scenario.contact.surface is not None:
         rows["real_contact_area"] = np.where(touches, chain.real_area(whole), 0.0)
     return rows

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from electrovib.solve.recursion.blocks import march_even
+import numpy as np
+
+from electrovib.solve.recursion.blocks import even_states, march_even
 from electrovib.solve.recursion.fused import march_chain
 from electrovib.solve.recursion.hold import hold_weights, hold_weights_complex
-from electrovib.solve.recursion.jittered import march_jittered
+from electrovib.solve.recursion.jittered import jittered_states, march_jittered
 from electrovib.solve.recursion.loop import march_loop, march_pairs_loop
 from electrovib.solve.recursion.record import gather
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import ArrayLike, NDArray
+
+    from electrovib.core.arrays import Indices
 
 __all__ = [
     "hold_weights",
@@ -23,6 +26,7 @@ __all__ = [
     "march_loop",
     "march_pairs",
     "march_pairs_loop",
+    "states_at",
 ]
 
 
@@ -36,6 +40,7 @@ def march(
     initial_state: ArrayLike,
     *,
     keep: int = 1,
+    lag: ArrayLike = False,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Follow relaxing modes through a drive of straight pieces, exactly at any step.
 
@@ -58,6 +63,9 @@ def march(
         State at the first point, in the unit of the drive; zeros for rest.
     keep : int
         Every so many points one is put out, beginning with the first; what lies between is not computed.
+    lag : bool or array_like of bool, (outputs,)
+        Whether an output takes ``x - v`` of every mode in the place of ``x``: what a fast mode lags behind the
+        drive, as a current does, is then no difference of two large numbers.
 
     Returns
     -------
@@ -86,8 +94,43 @@ def march(
     .. [1] G. E. Blelloch, "Prefix sums and their applications", Carnegie Mellon University,
            CMU-CS-90-190, 1990.
     """
-    modes, drive, state = gather(poles, gains, direct, starts, ends, steps, initial_state, keep=keep)
+    modes, drive, state = gather(poles, gains, direct, starts, ends, steps, initial_state, keep=keep, lag=lag)
     return (march_jittered if drive.steps.ndim else march_even)(modes, drive, state, keep)
+
+
+def states_at(
+    poles: ArrayLike,
+    starts: ArrayLike,
+    ends: ArrayLike,
+    steps: ArrayLike,
+    initial_state: ArrayLike,
+    places: Indices,
+) -> NDArray[np.float64]:
+    """Give the states of relaxing modes at some points of a drive of straight pieces, and at no other.
+
+    Parameters
+    ----------
+    poles, starts, ends, steps, initial_state : array_like
+        As in ``march``.
+    places : ndarray of int, (n,)
+        Which points between the pieces, increasing: 0 is the first, the number of pieces the last.
+
+    Returns
+    -------
+    ndarray, (poles, n)
+        In the unit of the drive.
+
+    Raises
+    ------
+    InputError
+        As in ``march``.
+    """
+    count = np.size(poles)
+    modes, drive, state = gather(poles, np.zeros((0, count)), np.zeros(0), starts, ends, steps, initial_state)
+    found: NDArray[np.float64] = (jittered_states if drive.steps.ndim else even_states)(
+        modes, drive, state, places
+    )
+    return found
 
 
 def march_pairs(

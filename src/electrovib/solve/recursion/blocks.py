@@ -6,16 +6,21 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from electrovib.solve.recursion.hold import weights_of
+from electrovib.solve.recursion.inputs import of_rises, of_values
 from electrovib.solve.recursion.scan import fold_length, states_before
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from electrovib.core.arrays import Numbers, Real
+    from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Indices, Numbers, Real
+    from electrovib.solve.recursion.inputs import Inputs
     from electrovib.solve.recursion.record import Drive, Modes
 
-_BLOCK = 64  # samples; shorter costs more in states, longer costs more in the empty half of the triangle
+_BLOCK = 32  # samples; shorter costs more in states, longer costs more in the empty half of the triangle
+_LONG = 64  # the same where the states at some samples alone are wanted
+_HELD = 1 << 17  # numbers of modes before blocks held at once: they stay in the second cache
 # Multiplications in one product: OpenBLAS keeps these on one thread. More threads gain a quarter on idle
 # cores, and lose up to a hundredfold when another process holds one of them.
 PRODUCT = 4 * 65536
@@ -48,7 +53,7 @@ def march_even(modes: Modes, drive: Drive, state: Numbers, keep: int) -> tuple[R
     Parameters
     ----------
     modes : Modes
-        Poles, gains and direct share.
+        Poles, gains, direct share, and which outputs take the lag behind the drive.
     drive : Drive
         Pieces with one duration for all.
     state : ndarray, (poles,)
@@ -65,45 +70,127 @@ def march_even(modes: Modes, drive: Drive, state: Numbers, keep: int) -> tuple[R
 
     Notes
     -----
-    ``w = x - last v`` takes one input a step, ``w' = decay w + (decay last + first) v``, so a drive without
-    jumps enters once and not as starts and ends. A jump adds ``last`` times its drop to ``w``. Within a
-    block the output is a triangle of the impulse response times the samples, plus the free decay of ``w``
-    from the beginning of the block.
+    Within a block the output is a triangle of the impulse response times the samples, plus the free decay of
+    what is followed (``Inputs``) from the beginning of the block.
     """
-    z, jumps = modes.poles * drive.steps, drive.jumps()
-    last = weights_of(z)[2]
-    signals = [drive.starts] if jumps is None else [drive.starts, jumps]
-    block = keep * max(1, _BLOCK // keep)
-    weights = block_weights(modes, z, len(signals), block, keep)
-    blocks, rest = divmod(drive.starts.size, block)
-    whole = [signal[: blocks * block].reshape(blocks, block) for signal in signals]
-    tail = np.zeros((len(signals), 1, block))  # the samples left over and the last point
-    tail[:, 0, :rest] = [signal[blocks * block :] for signal in signals]
-    states = block_states(whole, weights.onto_state, z, state - last * drive.starts[0])
-    final = last * drive.ends[-1] + np.exp(rest * z) * states[blocks].view(z.dtype)
-    final += np.einsum("sm,smk->k", tail[:, 0, :rest], weights.onto_state[:, block - rest :]).view(z.dtype)
-    tail[0, 0, rest] = drive.ends[-1]
-    kept, used = block // keep, block - keep + 1
     output = np.empty((modes.direct.size, drive.starts.size // keep + 1))
-    for record, onto_output in zip(output, weights.onto_output, strict=True):
-        inputs = [signal[:, :used] for signal in whole]
-        _fill(record[: blocks * kept].reshape(blocks, kept), inputs, states[:blocks], onto_output)
-        end = np.concatenate([*tail[:, 0, :used], states[blocks]])
-        record[blocks * kept :] = end @ onto_output[:, : rest // keep + 1]
+    final = None
+    z = modes.poles * drive.steps
+    if not np.all(modes.lag):
+        final = _put_out(output, ~modes.lag, modes, of_values(drive, z), z, state, drive, keep)
+    if np.any(modes.lag):
+        lags = _put_out(output, modes.lag, modes, of_rises(drive, z), z, state - drive.starts[0], drive, keep)
+        for place in np.flatnonzero(modes.lag & (modes.direct != 0)):
+            output[place, : -(-drive.starts.size // keep)] += modes.direct[place] * drive.starts[::keep]
+            if drive.starts.size % keep == 0:
+                output[place, -1] += modes.direct[place] * drive.ends[-1]
+        final = lags + drive.ends[-1] if final is None else final
+    assert final is not None
     return output, final
 
 
-def block_weights(modes: Modes, z: Numbers, signals: int, block: int, keep: int) -> BlockWeights:
-    """Spread the one-step weights over a block, for the drive alone or for the drive and its jumps.
+def _put_out(
+    output: Real,
+    chosen: NDArray[np.bool_],
+    modes: Modes,
+    inputs: Inputs,
+    z: Numbers,
+    state: Numbers,
+    drive: Drive,
+    keep: int,
+) -> Numbers:
+    """Write some of the outputs, and give the followed numbers at the last point with their share of the drive."""
+    block = keep * max(1, _BLOCK // keep)
+    gains, direct = modes.gains[chosen], np.where(modes.lag, 0.0, modes.direct)[chosen]
+    weights = block_weights(gains, direct, inputs, z, block, keep)
+    blocks, rest = divmod(drive.starts.size, block)
+    whole = [signal[: blocks * block].reshape(blocks, block) for signal in inputs.signals]
+    kept, used, places = block // keep, block - keep + 1, np.flatnonzero(chosen)
+    records = [output[place, : blocks * kept].reshape(blocks, kept) for place in places]
+    begins, length = state - inputs.shift * drive.starts[0], max(1, _HELD // max(1, z.size))
+    for first in range(0, blocks, length):
+        part = slice(first, min(first + length, blocks))
+        seen = [signal[part] for signal in whole]
+        states = block_states(seen, weights.onto_state, z, begins)
+        begins = states[-1].view(z.dtype)
+        seen = [signal[:, :used] for signal in seen]
+        _fill([record[part] for record in records], seen, states[:-1], weights.onto_output)
+    tail = np.zeros((len(whole), block))  # the samples left over and the last point
+    tail[:, :rest] = [signal[blocks * block :] for signal in inputs.signals]
+    final = inputs.shift * drive.ends[-1] + np.exp(rest * z) * begins
+    final += np.einsum("sm,smk->k", tail[:, :rest], weights.onto_state[:, block - rest :]).view(z.dtype)
+    tail[:, rest] = inputs.at_end
+    end = np.concatenate([*tail[:, :used], numbers(begins)])
+    output[places, blocks * kept :] = end @ weights.onto_output[:, :, : rest // keep + 1]
+    return np.asarray(final)
+
+
+def even_states(modes: Modes, drive: Drive, state: Numbers, places: Indices) -> Numbers:
+    """Give the states at some points of a drive whose pieces last equally long.
 
     Parameters
     ----------
-    modes : Modes
-        Poles, gains and direct share.
+    modes, drive, state
+        As for `march_even`.
+    places : ndarray of int, (n,)
+        Increasing, from 0 to the number of pieces.
+
+    Returns
+    -------
+    ndarray, (poles, n)
+        In the unit of the drive.
+    """
+    z = modes.poles * drive.steps
+    inputs = of_values(drive, z)
+    block = _LONG if len(places) * _LONG > drive.starts.size else 4 * _LONG
+    none = np.zeros((0, z.size), z.dtype)
+    onto_state = block_weights(none, np.zeros(0), inputs, z, block, 1).onto_state
+    blocks = drive.starts.size // block
+    whole = [signal[: blocks * block].reshape(blocks, block) for signal in inputs.signals]
+    begins, length = state - inputs.shift * drive.starts[0], max(1, _HELD // max(1, z.size))
+    found = np.empty((len(places), z.size), z.dtype)
+    for first in range(0, blocks + 1, length):
+        last = min(first + length, blocks)
+        states = block_states([signal[first:last] for signal in whole], onto_state, z, begins).view(z.dtype)
+        here = slice(*np.searchsorted(places, [first * block, (first + length) * block]))
+        at, since = np.divmod(places[here], block)
+        found[here] = np.exp(since[:, np.newaxis] * z) * states[at - first]
+        begins = states[-1]
+    _add_samples(found, places, inputs, onto_state)
+    level = np.append(drive.starts, drive.ends[-1])[places]
+    return np.asarray((found + level[:, np.newaxis] * inputs.shift).T)
+
+
+def _add_samples(found: Numbers, places: Indices, inputs: Inputs, onto_state: Real) -> None:
+    """Add to what was followed before the blocks of some points what the samples from there to the points add."""
+    block, many = onto_state.shape[1], max(1, _HELD // onto_state.shape[1])
+    for first in range(0, len(places), many):
+        some = slice(first, first + many)
+        since = places[some, np.newaxis] % block
+        before = places[some, np.newaxis] - block + np.arange(block)
+        for signal, weights in zip(inputs.signals, onto_state, strict=True):
+            samples = np.where(np.arange(block) >= block - since, signal[np.maximum(before, 0)], 0.0)
+            found[some] += (samples @ weights).view(found.dtype)
+    if len(inputs.signals) > 1:  # the drop at a point itself
+        drops = np.append(inputs.signals[1], 0.0)[places]
+        found += drops[:, np.newaxis] * inputs.now[1]
+
+
+def block_weights(
+    gains: Numbers, direct: Real, inputs: Inputs, z: Numbers, block: int, keep: int
+) -> BlockWeights:
+    """Spread the one-step weights over a block, for each signal of the drive.
+
+    Parameters
+    ----------
+    gains : ndarray, (outputs, poles)
+        Share of every mode in every output [-].
+    direct : ndarray, (outputs,)
+        Share of the first signal itself in every output [-].
+    inputs : Inputs
+        What pushes the modes.
     z : ndarray, (poles,)
         Poles times step [-].
-    signals : int
-        1 for the drive alone, 2 for the drive and its jumps.
     block : int
         Samples in a block.
     keep : int
@@ -114,17 +201,17 @@ def block_weights(modes: Modes, z: Numbers, signals: int, block: int, keep: int)
     BlockWeights
         What a block gives [-].
     """
-    decay, first, last = weights_of(z)
     powers = np.exp(np.multiply.outer(np.arange(block + 1), z))  # not decay**n: slow modes lose digits
-    after_drive = np.vstack([np.zeros_like(z), (decay * last + first) * powers[:-1]])
-    kernels = np.stack([after_drive, last * powers])[:signals]  # (signals, samples since, poles)
-    responses = np.einsum("ok,snk->osn", modes.gains, kernels).real
-    responses[:, 0, 0] += modes.direct + (modes.gains @ last).real
+    after = inputs.later[:, np.newaxis] * powers[:-1]
+    kernels = np.concatenate([inputs.now[:, np.newaxis], after], axis=1)  # (signals, samples since, poles)
+    responses = np.einsum("ok,snk->osn", gains, kernels).real
+    responses[:, 0, 0] += direct + (gains @ inputs.shift).real
     since = np.arange(0, block, keep) - np.arange(block - keep + 1)[:, np.newaxis]
     triangles = np.where(since >= 0, responses[:, :, np.maximum(since, 0)], 0.0)
-    free = numbers(np.conj(modes.gains[:, np.newaxis] * powers[:block:keep])).swapaxes(1, 2)
-    shape = (modes.direct.size, -1, block // keep)
-    onto_output = np.concatenate([triangles.reshape(shape), free], axis=1)
+    free = numbers(np.conj(gains[:, np.newaxis] * powers[:block:keep])).swapaxes(1, 2)
+    onto_output = np.concatenate(
+        [triangles.reshape(len(gains), len(kernels) * len(since), block // keep), free], axis=1
+    )
     return BlockWeights(onto_output, numbers(np.ascontiguousarray(kernels[:, :0:-1])))
 
 
@@ -174,11 +261,14 @@ def block_states(whole: Sequence[Real], onto_state: Real, z: Numbers, state: Num
     return states[: blocks + 1]
 
 
-def _fill(output: Real, whole: Sequence[Real], states: Real, onto_output: Real) -> None:
-    """Write the output of all whole blocks, (blocks, block), tile by tile."""
-    for tile in _tiles(len(output), onto_output):
+def _fill(records: Sequence[Real], whole: Sequence[Real], states: Real, onto_output: Real) -> None:
+    """Write the outputs of all whole blocks, (blocks, kept) each, tile by tile."""
+    if not records:
+        return
+    for tile in _tiles(len(states), onto_output[0]):
         inputs = np.concatenate([*(signal[tile] for signal in whole), states[tile]], axis=1)
-        np.matmul(inputs, onto_output, out=output[tile])
+        for record, weights in zip(records, onto_output, strict=True):
+            np.matmul(inputs, weights, out=record[tile])
 
 
 def _tiles(blocks: int, weights: Real) -> Iterator[slice]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.solve.recursion.blocks import PRODUCT, block_states, block_weights, march_even, numbers
-from electrovib.solve.recursion.hold import weights_of
+from electrovib.solve.recursion.inputs import of_values
 from electrovib.solve.recursion.record import Drive, gather
 from electrovib.solve.recursion.scan import fold_length, states_before
 
@@ -89,20 +89,20 @@ def march_chain(
         kept: Real = march_even(back, Drive(whole[:-1], whole[1:], drive.steps), start, keep)[0][0]
         return kept
     z, rows = back.poles * step, (values.size - 1) // keep
-    onto_state = block_weights(back, z, 1, keep, keep).onto_state[0]
+    inputs = of_values(Drive(values[:-1], values[1:], drive.steps), z)
+    onto_state = block_weights(back.gains, back.direct, inputs, z, keep, keep).onto_state[0]
     columns, lines = fold_length(rows + 1)
-    states, inputs = np.zeros((lines * columns, onto_state.shape[1])), np.empty(rows + 1)
+    states, seen = np.zeros((lines * columns, onto_state.shape[1])), np.empty(rows + 1)
     for part, between in _between(front, formula, values, step, keep, block, rest):
-        inputs[part] = between[:, 0]
+        seen[part] = between[:, 0]
         if between.shape[1] == keep:
             np.matmul(between, onto_state, out=states[part])
-    last = weights_of(z)[2]
-    start = (float(settled) - last) * inputs[0]  # w = x - last u, as in `march_even`
+    start = (float(settled) - inputs.shift) * seen[0]
     table = states.view(z.dtype).reshape(lines, columns, z.size).swapaxes(0, 1)
     states_before(table, np.exp(keep * z), np.exp(keep * columns * z), start)
     free = numbers(np.conj(back.gains[0]))
     output: Real = states[: rows + 1] @ free
-    output += (back.direct[0] + float((back.gains[0] @ last).real)) * inputs
+    output += (back.direct[0] + float((back.gains[0] @ inputs.shift).real)) * seen
     return output
 
 
@@ -120,10 +120,10 @@ def _between(
     Every array given is used up before the next one is made, in the same memory.
     """
     z, rows = front.poles * step, (values.size - 1) // keep
-    weights = block_weights(front, z, 1, block, 1)
+    inputs = of_values(Drive(values[:-1], values[1:], np.asarray(step)), z)
+    weights = block_weights(front.gains, front.direct, inputs, z, block, 1)
     whole = values[: rows * keep].reshape(rows * (keep // block), block)
-    last = weights_of(z)[2]
-    states = block_states([whole], weights.onto_state, z, state - last * values[0])
+    states = block_states([whole], weights.onto_state, z, state - inputs.shift * values[0])
     onto_output, each = weights.onto_output[0], keep // block
     height = max(1, PRODUCT // onto_output.size // each) * each  # blocks in one product
     seen, made = np.empty((height, len(onto_output))), np.empty((_PRODUCTS * height, block))
@@ -137,6 +137,6 @@ def _between(
         formula(made[: stop - begin].reshape(-1))
         yield slice(begin // each, stop // each), made[: stop - begin].reshape(-1, keep)
     end = values[rows * keep]
-    at_end = front.gains @ (states[-1] + last * end) + front.direct * end
+    at_end = front.gains @ (states[-1] + inputs.shift * end) + front.direct * end
     formula(at_end)
     yield slice(rows, rows + 1), at_end[:, np.newaxis]

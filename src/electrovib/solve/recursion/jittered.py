@@ -2,14 +2,43 @@
 
 from __future__ import annotations
 
+import functools
+from typing import TYPE_CHECKING, NamedTuple
+
 import numpy as np
 
-from electrovib.core.arrays import Numbers, Real
-from electrovib.solve.recursion.hold import weights_of
-from electrovib.solve.recursion.record import Drive, Modes
+from electrovib.solve.recursion.blocks import PRODUCT
+from electrovib.solve.recursion.hold import hold_weights, weights_of
+from electrovib.solve.recursion.record import Drive
 from electrovib.solve.recursion.scan import fold_length, states_before
 
-_CHUNK = 64 * 64  # pieces; half and twice the side are slower: calls, then memory
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from electrovib.core.arrays import Indices, Numbers, Real
+    from electrovib.solve.recursion.record import Modes
+
+_HELD = 1 << 19  # numbers of modes and pieces held at once; fewer cost calls, more cost memory
+_SLOW = ((0.0, 0.03), (0.03, 1.0))  # rate times longest step, from above one to at most the other
+_DEGREE = (6, 13)  # of the polynomials in the step that are exact to rounding there
+
+
+class _Family(NamedTuple):
+    """Modes that are followed in the same way.
+
+    Parameters
+    ----------
+    chosen : ndarray of int
+        Places among all modes.
+    degree : int
+        Of the polynomials in the step by which their weights are read; 0 for their own exponentials.
+    lag : bool
+        Followed as ``x - v``.
+    """
+
+    chosen: Indices
+    degree: int
+    lag: bool
 
 
 def march_jittered(modes: Modes, drive: Drive, state: Numbers, keep: int) -> tuple[Real, Numbers]:
@@ -18,7 +47,7 @@ def march_jittered(modes: Modes, drive: Drive, state: Numbers, keep: int) -> tup
     Parameters
     ----------
     modes : Modes
-        Poles, gains and direct share.
+        Poles, gains, direct share, and which outputs take the lag behind the drive.
     drive : Drive
         Pieces with one duration each.
     state : ndarray, (poles,)
@@ -32,36 +61,164 @@ def march_jittered(modes: Modes, drive: Drive, state: Numbers, keep: int) -> tup
         As in ``march``.
     state : ndarray, (poles,)
         State at the last point.
+
+    Notes
+    -----
+    All outputs are sums over the same states. The weights of a mode that relaxes little in the longest step of a
+    stretch are polynomials in the step, summed as one matrix product; a mode that relaxes within a step is followed as
+    its lag ``x - v``, which needs its exponential alone.
     """
     pieces = drive.starts.size
     output = np.empty((modes.direct.size, pieces // keep + 1))
-    for begin in range(0, pieces, _CHUNK):
-        part = slice(begin, min(begin + _CHUNK, pieces))
-        before, state = _advance(modes.poles, Drive(*(each[part] for each in drive)), state)
-        kept = before[-begin % keep :: keep]
+    state = state.copy()
+    for begin, drove, following in _chunks(modes, drive):
+        found = _outputs(modes, drove, following, state)[:, -begin % keep :: keep]
         place = -(-begin // keep)
-        output[:, place : place + len(kept)] = (modes.gains @ kept.T).real
-    output[:, : -(-pieces // keep)] += modes.direct[:, np.newaxis] * drive.starts[::keep]
+        output[:, place : place + found.shape[1]] = found
     if pieces % keep == 0:
-        output[:, -1] = (modes.gains @ state).real + modes.direct * drive.ends[-1]
+        last = np.where(modes.lag, (modes.gains @ (state - drive.ends[-1])).real, (modes.gains @ state).real)
+        output[:, -1] = last + modes.direct * drive.ends[-1]
     return output, state
 
 
-def _advance(poles: Numbers, drive: Drive, state: Numbers) -> tuple[Numbers, Numbers]:
-    """Give the states before every piece of one chunk, (pieces, poles), and after the chunk."""
-    pieces = drive.starts.size
-    columns, rows = fold_length(pieces)
-    starts, ends, steps = (_fold(each, columns, rows) for each in drive)
-    decays, first, last = weights_of(steps * poles)
-    first *= starts
-    last *= ends
-    first += last
-    final = states_before(first, decays, np.exp(steps.sum(axis=0) * poles), state)
-    return first.swapaxes(0, 1).reshape(rows * columns, -1)[:pieces], final
+def jittered_states(modes: Modes, drive: Drive, state: Numbers, places: Indices) -> Numbers:
+    """Give the states at some points of a drive whose pieces last unequally long.
+
+    Parameters
+    ----------
+    modes, drive, state
+        As for `march_jittered`.
+    places : ndarray of int, (n,)
+        Increasing, from 0 to the number of pieces.
+
+    Returns
+    -------
+    ndarray, (poles, n)
+        In the unit of the drive.
+    """
+    found, state = np.empty((modes.poles.size, len(places)), state.dtype), state.copy()
+    for begin, drove, following in _chunks(modes, drive):
+        first, last = np.searchsorted(places, [begin, begin + drove.starts.size])
+        inside = places[first:last] - begin
+        for family, table in _followed(modes, drove, following, state):
+            row, column = np.divmod(inside, len(table))
+            level = drove.starts[inside] if family.lag else 0.0
+            found[family.chosen, first:last] = table[column, row].T + level
+    found[:, np.searchsorted(places, drive.starts.size) :] = state[:, np.newaxis]
+    return found
+
+
+def _chunks(modes: Modes, drive: Drive) -> Iterator[tuple[int, Drive, float]]:
+    """Cut a drive into stretches, each with its first piece and the drive after its end."""
+    pieces, length = drive.starts.size, max(64, _HELD // max(1, modes.poles.size))
+    for begin in range(0, pieces, length):
+        end = min(begin + length, pieces)
+        following = drive.starts[end] if end < pieces else drive.ends[-1]
+        yield begin, Drive(*(each[begin:end] for each in drive)), float(following)
+
+
+def _outputs(modes: Modes, drive: Drive, following: float, state: Numbers) -> Real:
+    """Give the outputs before every piece of one stretch, (outputs, pieces); the state becomes that after it."""
+    columns, rows = fold_length(drive.starts.size)
+    total, level = np.zeros((columns * rows, modes.direct.size)), modes.direct.copy()
+    for family, table in _followed(modes, drive, following, state):
+        gains = modes.gains[:, family.chosen]
+        modal = table.reshape(columns * rows, -1) @ gains.T
+        total += modal.real
+        level += (float(family.lag) - modes.lag) * gains.real.sum(axis=1)
+    total += _fold(drive.starts, columns, rows).reshape(-1, 1) * level
+    ordered = total.reshape(columns, rows, -1).transpose(2, 1, 0)
+    return ordered.reshape(len(level), rows * columns)[:, : drive.starts.size]
+
+
+def _followed(
+    modes: Modes, drive: Drive, following: float, state: Numbers
+) -> Iterator[tuple[_Family, Numbers]]:
+    """Give, family by family, what is followed before every piece, (columns, rows, modes)."""
+    columns, rows = fold_length(drive.starts.size)
+    folded = [_fold(each, columns, rows) for each in drive]
+    spans = folded[2].sum(axis=0)
+    for family in _families(modes, float(np.max(drive.steps))):
+        poles = modes.poles[family.chosen]
+        decays, pushes = _weights(poles, family, folded)
+        begins = state[family.chosen]
+        if family.lag:
+            _drop(pushes, drive, following, columns, rows)
+            begins = begins - drive.starts[0]
+        table = pushes.reshape(columns, rows, len(poles))
+        after = states_before(
+            table, decays.reshape(table.shape), np.exp(spans[:, np.newaxis] * poles), begins
+        )
+        state[family.chosen] = after + following if family.lag else after
+        yield family, table
+
+
+def _families(modes: Modes, longest: float) -> list[_Family]:
+    """Sort modes by how far they relax in the longest step."""
+    if np.iscomplexobj(modes.poles):
+        return [_Family(np.arange(modes.poles.size), 0, lag=False)]
+    fall = -modes.poles * longest
+    slow = [
+        _Family(np.flatnonzero((fall > low) & (fall <= high)), degree, lag=False)
+        for (low, high), degree in zip(_SLOW, _DEGREE, strict=True)
+    ]
+    found = [*slow, _Family(np.flatnonzero(fall > _SLOW[-1][1]), 0, lag=True)]
+    return [family for family in found if len(family.chosen)]
+
+
+def _weights(poles: Numbers, family: _Family, folded: list[Real]) -> tuple[Numbers, Numbers]:
+    """Give what each piece leaves of the state before it, and what it adds, (pieces, modes) each."""
+    starts, ends, steps = (each.reshape(-1, 1) for each in folded)
+    if family.degree:
+        return _by_polynomials(poles, family.degree, starts, ends, steps)
+    z = steps * poles
+    if not family.lag:
+        decays, first, last = weights_of(z)
+        return decays, first * starts + last * ends
+    share = np.ones_like(z)
+    np.divide(np.expm1(z), z, out=share, where=z != 0)
+    share *= starts - ends
+    return np.exp(z, out=z), share
+
+
+def _by_polynomials(
+    poles: Numbers, degree: int, starts: Real, ends: Real, steps: Real
+) -> tuple[Numbers, Numbers]:
+    """Read the weights of slow modes from Chebyshev polynomials in the step, between 0 and the longest."""
+    longest = float(np.max(steps))
+    nodes, to_coefficients = _rule(degree)
+    weights = [
+        to_coefficients @ each for each in hold_weights(np.multiply.outer(longest * (1 + nodes) / 2, poles))
+    ]
+    pushing = np.concatenate([weights[1], weights[2]])
+    powers = np.polynomial.chebyshev.chebvander(2 / longest * steps[:, 0] - 1, degree)
+    decays, pushes = np.empty((len(steps), len(poles))), np.empty((len(steps), len(poles)))
+    height = max(1, PRODUCT // pushing.size)
+    for begin in range(0, len(steps), height):
+        tile = slice(begin, begin + height)
+        np.matmul(powers[tile], weights[0], out=decays[tile])
+        np.matmul(
+            np.hstack([powers[tile] * starts[tile], powers[tile] * ends[tile]]), pushing, out=pushes[tile]
+        )
+    return decays, pushes
+
+
+@functools.cache
+def _rule(degree: int) -> tuple[Real, Real]:
+    """Nodes between -1 and 1, and Chebyshev's coefficients from the values there."""
+    nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
+    return nodes, np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, degree)))
+
+
+def _drop(pushes: Numbers, drive: Drive, following: float, columns: int, rows: int) -> None:
+    """Take off what the drive jumps after each piece from what modes lag behind it, where it jumps."""
+    jumps = np.append(drive.starts[1:], following) - drive.ends
+    if np.any(jumps):
+        pushes -= _fold(jumps, columns, rows).reshape(-1, 1)
 
 
 def _fold(samples: Real, columns: int, rows: int) -> Real:
-    """Lay samples row by row into (columns, rows, 1); the rest are pieces of no duration."""
+    """Lay samples row by row into (columns, rows); the rest are pieces of no duration."""
     padded = np.zeros(rows * columns)
     padded[: samples.size] = samples
-    return padded.reshape(rows, columns).T[:, :, np.newaxis]
+    return np.ascontiguousarray(padded.reshape(rows, columns).T)

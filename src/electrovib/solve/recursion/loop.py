@@ -24,12 +24,14 @@ def march_loop(
     ends: ArrayLike,
     steps: ArrayLike,
     initial_state: ArrayLike,
+    *,
+    lag: ArrayLike = False,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Follow relaxing modes through a drive of straight pieces, one piece after the other.
 
     Parameters
     ----------
-    poles, gains, direct, starts, ends, steps, initial_state : array_like
+    poles, gains, direct, starts, ends, steps, initial_state, lag : array_like
         As in ``march``.
 
     Returns
@@ -47,9 +49,10 @@ def march_loop(
     Notes
     -----
     Since ``decay = 1 - first - last``, a step is ``x + first (v_start - x) + last (v_end - x)``: a mode
-    much slower than the step keeps the digits that are lost when its decay is rounded next to 1.
+    much slower than the step keeps the digits that are lost when its decay is rounded next to 1. The lag of
+    a mode is followed by itself, ``decay (x - v) - (1 - last) (v_end - v_start)``, less what the drive jumps.
     """
-    return _follow(*gather(poles, gains, direct, starts, ends, steps, initial_state))
+    return _follow(*gather(poles, gains, direct, starts, ends, steps, initial_state, lag=lag))
 
 
 def march_pairs_loop(
@@ -87,10 +90,20 @@ def _follow(modes: Modes, drive: Drive, state: Numbers) -> tuple[Real, Numbers]:
     pieces = drive.starts.size
     durations = np.broadcast_to(drive.steps, (pieces,))
     output = np.empty((modes.direct.size, pieces + 1))
+    lag = state - drive.starts[0]
     for piece, (start, end, duration) in enumerate(zip(drive.starts, drive.ends, durations, strict=True)):
         if piece == 0 or duration != durations[piece - 1]:
-            _, first, last = weights_of(modes.poles * duration)
-        output[:, piece] = modes.direct * start + (modes.gains @ state).real
+            decay, first, last = weights_of(modes.poles * duration)
+        output[:, piece] = _put_out(modes, start, state, lag)
         state = state + first * (start - state) + last * (end - state)
-    output[:, pieces] = modes.direct * drive.ends[-1] + (modes.gains @ state).real
+        lag = decay * lag - (1.0 - last) * (end - start)
+        if piece + 1 < pieces:
+            lag = lag - (drive.starts[piece + 1] - end)
+    output[:, pieces] = _put_out(modes, drive.ends[-1], state, lag)
     return output, state
+
+
+def _put_out(modes: Modes, level: float, state: Numbers, lag: Numbers) -> Real:
+    """Give the outputs at one point."""
+    modal = np.where(modes.lag, (modes.gains @ lag).real, (modes.gains @ state).real)
+    return np.asarray(modes.direct * level + modal)

@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from electrovib.core.arrays import Numbers, Real
 from electrovib.core.errors import InputError
-
-"""Of relaxing modes float64; of modes that may ring complex128, one of each conjugate pair."""
 
 
 class Modes(NamedTuple):
@@ -25,11 +23,14 @@ class Modes(NamedTuple):
         of the sum counts.
     direct : ndarray, (outputs,)
         Share of the drive itself in every output [-].
+    lag : ndarray of bool, (outputs,)
+        Whether an output takes of every mode what it lags behind the drive, in place of the mode.
     """
 
     poles: Numbers
     gains: Numbers
     direct: Real
+    lag: NDArray[np.bool_]
 
 
 class Drive(NamedTuple):
@@ -70,13 +71,14 @@ def gather(
     initial_state: ArrayLike,
     *,
     keep: int = 1,
+    lag: ArrayLike = False,
     pairs: bool = False,
 ) -> tuple[Modes, Drive, Numbers]:
     """Turn the arguments of a recursion into contiguous arrays and refuse what does not fit together.
 
     Parameters
     ----------
-    poles, gains, direct, starts, ends, steps, initial_state, keep : array_like
+    poles, gains, direct, starts, ends, steps, initial_state, keep, lag : array_like
         As in ``march``.
     pairs : bool
         Poles may be complex, one of each conjugate pair given, as in ``march_pairs``.
@@ -99,7 +101,11 @@ def gather(
     kind = np.complex128 if pairs else np.float64
     own: list[Numbers] = [np.ascontiguousarray(each, kind) for each in (poles, gains)]
     given = [np.ascontiguousarray(each, np.float64) for each in (direct, starts, ends)]
-    modes, drive = Modes(own[0], own[1], given[0]), Drive(given[1], given[2], np.asarray(steps, np.float64))
+    lags = np.array(np.broadcast_to(np.asarray(lag, bool), given[0].shape))
+    modes, drive = (
+        Modes(own[0], own[1], given[0], lags),
+        Drive(given[1], given[2], np.asarray(steps, np.float64)),
+    )
     state: Numbers = np.array(initial_state, kind)
     problems = [*_shape_problems(modes, drive, state), *_value_problems(modes, drive)]
     if isinstance(keep, bool) or not isinstance(keep, int) or keep < 1:

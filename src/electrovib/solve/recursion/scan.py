@@ -65,11 +65,12 @@ def states_before(pushes: Numbers, decays: Numbers, row_decays: Numbers, state: 
         after = decay * state + found
         found[:] = state
         state = after
+    following = np.empty_like(carried)
     for decay, push in zip(decays, table, strict=True):
-        after_all = carried * decay
-        after_all += push
+        np.multiply(carried, decay, out=following)
+        following += push
         push[:] = carried
-        carried = after_all
+        carried, following = following, carried
     if table is not pushes:
         pushes[:] = table
     return state

@@ -74,12 +74,14 @@ def shortest_time(scenario: Scenario, times: Real) -> float:
     float
         s; infinite if the drive has no corner before an output.
     """
-    end = float(times[-1])
+    end, drive = float(times[-1]), scenario.drive
+    if any(isinstance(part, Linear) and part.begins_with(times) for part in drive.parts()):
+        return drive.shortest_piece(end)  # every output is at a corner
     begins = [] if isinstance(scenario.time.initial_state, PeriodicState) else [0.0]
-    corners = np.concatenate([[-math.inf], begins, scenario.drive.corners(end)[0]])
+    corners = np.concatenate([[-math.inf], begins, drive.corners(end)[0]])
     since = times - corners[np.searchsorted(corners, times * (1 + SAME), side="right") - 1]
     after = since[since > SAME * end]
-    return min(scenario.drive.shortest_piece(end), float(np.min(after, initial=math.inf)))
+    return min(drive.shortest_piece(end), float(np.min(after, initial=math.inf)))
 
 
 def lowest_frequency(scenario: Scenario) -> float:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.solve.electrics.amplifier.slewing import Course, Modes, Network
+from electrovib.solve.electrics.amplifier.slewing import Course, Network, SlewingModes
 from electrovib.solve.electrics.amplifier.unlimited import Unlimited, behind, corner_apart
 from electrovib.solve.stack.transfer import Transfer
 
@@ -83,7 +83,7 @@ class LimitedPlate:
     ) -> None:
         self.drive = drive
         self.network = Network.of(transfers["current"], amplifier.stray_capacitance)
-        self.modes: Modes = self.network.modes()
+        self.modes: SlewingModes = self.network.modes()
         driven = [t.rates[(t.gains != 0) & (t.rates > 0)] for t in transfers.values()]
         self.rates = np.unique(np.concatenate(driven))
         self.branches = np.searchsorted(self.rates, self.network.rates)

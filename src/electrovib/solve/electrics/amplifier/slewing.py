@@ -204,7 +204,9 @@ class Network:
         """Current that initial charge drives [A] at times since time 0 [s]."""
         return np.asarray(self.free @ np.exp(-np.outer(self.free_rates, time)))
 
-    def slewed(self, current: float, voltage: float, states: Real, time: float, modes: Modes) -> Course:
+    def slewed(
+        self, current: float, voltage: float, states: Real, time: float, modes: SlewingModes
+    ) -> Course:
         """Course of the plate's voltage under a constant current.
 
         Parameters
@@ -217,7 +219,7 @@ class Network:
             Of the branches at the beginning [V].
         time : float
             When it begins [s].
-        modes : Modes
+        modes : SlewingModes
             As from `modes`.
 
         Returns
@@ -237,7 +239,7 @@ class Network:
         return Course(rates, levels, slopes)
 
     def _fading(
-        self, time: float, modes: Modes, rates: Real, levels: Real, slopes: Real
+        self, time: float, modes: SlewingModes, rates: Real, levels: Real, slopes: Real
     ) -> tuple[Real, Real, Real]:
         """Add what the current that initial charge drives takes away."""
         now, fading = self.free * np.exp(-self.free_rates * time), _apart_from(modes.rates, self.free_rates)
@@ -254,12 +256,12 @@ class Network:
             np.append(slopes, np.zeros(len(fading))),
         )
 
-    def modes(self) -> Modes:
+    def modes(self) -> SlewingModes:
         """Modes of the plate under a given current.
 
         Returns
         -------
-        Modes
+        SlewingModes
             One for each branch and one for the capacitance.
 
         Notes
@@ -270,7 +272,7 @@ class Network:
         """
         leaks = self.static > 0
         if not leaks and not len(self.rates):
-            return Modes(np.zeros(1), np.ones((1, 0)), np.array([self.capacitance]))
+            return SlewingModes(np.zeros(1), np.ones((1, 0)), np.array([self.capacitance]))
         nodes = np.append(0.0, self.rates) if leaks else self.rates
         weights = np.append(self.static, self.conductances) if leaks else self.conductances
         order = np.argsort(nodes)
@@ -285,11 +287,11 @@ class Network:
             shapes = np.vstack([np.ones(len(self.rates)), shapes])
             total = self.capacitance + float(np.sum(self.conductances / self.rates))
             sizes = np.append(total, sizes)
-        return Modes(rates, shapes, sizes)
+        return SlewingModes(rates, shapes, sizes)
 
 
 @dataclass(frozen=True, eq=False)
-class Modes:
+class SlewingModes:
     """Modes of a plate under a given current.
 
     Parameters

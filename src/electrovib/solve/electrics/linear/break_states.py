@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.solve.recursion import march
+from electrovib.solve.recursion import states_at
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Indices, Real
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 _MODES_AT_ONCE: Final = 64
 """So that thousands of modes, which a quadrature over relaxations has, need no matrix of thousands squared."""
+_FEW_BREAKS: Final = 1000
+"""Up to which the states at all of them are computed, whichever are asked for."""
 
 
 def periodic_state(part: Linear, rates: Real) -> Real:
@@ -45,15 +47,18 @@ def periodic_state(part: Linear, rates: Real) -> Real:
 
 def _break_states(part: Linear, rates: Real, state: Real) -> Real:
     """States at the breaks, shape (modes, breaks)."""
+    return _states_at(part, rates, state, np.arange(len(part.times)))
+
+
+def _states_at(part: Linear, rates: Real, state: Real, places: Indices) -> Real:
+    """States at some breaks, shape (modes, places)."""
     if part.is_step or not len(rates):
-        return np.repeat(state[:, None], len(part.times), axis=1)
-    steps, states = np.diff(part.times), np.empty((len(rates), len(part.times)))
+        return np.repeat(state[:, None], len(places), axis=1)
+    steps = np.diff(part.times) if part.step is None else part.step
+    states = np.empty((len(rates), len(places)))
     for first in range(0, len(rates), _MODES_AT_ONCE):
         some = slice(first, first + _MODES_AT_ONCE)
-        count = len(rates[some])
-        states[some], _ = march(
-            -rates[some], np.eye(count), np.zeros(count), part.after[:-1], part.before[1:], steps, state[some]
-        )
+        states[some] = states_at(-rates[some], part.after[:-1], part.before[1:], steps, state[some], places)
     return states
 
 
@@ -68,16 +73,22 @@ class BreakStates:
         1/s, > 0.
     state : ndarray, shape (modes,)
         At time 0 [V].
+    wanted : ndarray of int, optional
+        Breaks at which the states will be asked for; by default all.
     """
 
-    def __init__(self, part: Linear, rates: Real, state: Real) -> None:
+    def __init__(self, part: Linear, rates: Real, state: Real, wanted: Indices | None = None) -> None:
         self.part, self.rates, self.state = part, rates, state
         self.settled: Real | None = None
-        if part.period is None:
-            self.states = _break_states(part, rates, state)
-        else:
+        self.places: Indices | None = None
+        if part.period is not None:
             self.states = _break_states(part, rates, np.zeros(len(rates)))
             self.settled = self.states[:, -1] / -np.expm1(-rates * part.period)
+        elif wanted is None or len(part.times) <= _FEW_BREAKS:
+            self.states = _break_states(part, rates, state)
+        else:
+            self.places = np.unique(wanted)
+            self.states = _states_at(part, rates, state, self.places)
 
     def at(self, index: Indices, periods: Indices) -> Real:
         """States at breaks of a period, as many periods after the first.
@@ -97,6 +108,8 @@ class BreakStates:
         After k periods T a mode is at x_0 + (x_settled - x_0)(1 - exp(-rate k T)); what it begins a period with decays
         until the break.
         """
+        if self.places is not None:
+            index = np.searchsorted(self.places, index)
         states: Real = self.states[:, index]
         if self.settled is None or self.part.period is None:
             return states

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from electrovib.solve.electrics.linear.graded import fading
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -29,9 +31,6 @@ DEGREE = 16
 """Of the polynomials through the envelope."""
 FEW = 4 * DEGREE
 """Times up to which the envelope of a piece is computed at each of them."""
-_UNDERFLOW = 745.0
-_CHUNK = 1 << 16
-"""States held at once."""
 
 
 def chirp_response(part: Chirped, rates: Real, gains: Real, time: Real, *, lag: bool = False) -> Real:
@@ -71,22 +70,11 @@ def chirp_response(part: Chirped, rates: Real, gains: Real, time: Real, *, lag: 
     (begun, over), (start, stop) = ends.tolist(), (modes.answer(ends) * np.exp(1j * part.phase(ends))).imag.T
     if len(on):
         found[:, first:last] = (modes.envelope(on) * np.exp(1j * part.phase(on))).imag
-        found[:, first:last] -= _fading(gains * start, rates, on - begun)
+        found[:, first:last] -= fading(gains * start, rates, on - begun)
     if len(after) and over > begun:
         left = stop - start * np.exp(-rates * (over - begun))
-        found[:, last:] = _fading(gains * left, rates, after - over)
+        found[:, last:] = fading(gains * left, rates, after - over)
     return part.amplitude * found
-
-
-def _fading(weights: Real, rates: Real, since: Real) -> Real:
-    """Sum weight exp(-rate t) at increasing times, without the work where nothing is left."""
-    found = np.empty((len(weights), len(since)))
-    length = max(1, _CHUNK // len(rates))
-    for first in range(0, len(since), length):
-        left = rates * since[first] < _UNDERFLOW
-        some = since[first : first + length]
-        found[:, first : first + length] = weights[:, left] @ np.exp(-np.outer(rates[left], some))
-    return found
 
 
 @dataclass(frozen=True)

@@ -2,26 +2,41 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from electrovib.solve.electrics.linear.break_states import BreakStates
+from electrovib.solve.electrics.linear.graded import graded
 from electrovib.solve.recursion import hold_weights, march
 
 if TYPE_CHECKING:
-    from electrovib.core.arrays import Real
+    from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Indices, Real
     from electrovib.physics.drive.parts import Linear
 
 CHUNK = 1 << 16
 """States held at once, so that a million samples need no gigabyte."""
 MANY_SAMPLES = 20_000
 """From here on the block scan is faster than the closed form of each segment."""
+_LONG = 8000
+"""Times in each piece, on average, from which on polynomials are faster than each time by itself."""
 ROUNDING = 8 * float(np.finfo(float).eps)
 """How far, over the last time, a grid may be off and still count as even."""
 
 
-def straight_response(part: Linear, rates: Real, gains: Real, time: Real, state: Real) -> Real:
+def straight_response(
+    part: Linear,
+    rates: Real,
+    gains: Real,
+    time: Real,
+    state: Real,
+    *,
+    direct: Real | None = None,
+    lag: NDArray[np.bool_] | None = None,
+) -> Real:
     """Response of modes to straight pieces at any times.
 
     Parameters
@@ -36,58 +51,75 @@ def straight_response(part: Linear, rates: Real, gains: Real, time: Real, state:
         Increasing, from 0 on [s].
     state : ndarray, shape (modes,)
         At time 0.
+    direct : ndarray, shape (outputs,), optional
+        What each output takes of the drive itself; by default nothing.
+    lag : ndarray of bool, shape (outputs,), optional
+        Which outputs take of each mode what it lags behind the drive, x - v; by default none.
 
     Returns
     -------
     ndarray, shape (outputs, n)
-        Without the direct part.
-    """
-    even = _even_step(part, time)
-    if even is not None:
-        before, after = _sides(part.until(float(time[-1])), time)
-        zero = np.zeros(len(gains))
-        output, _ = march(-rates, gains, zero, after[:-1], before[1:], even, state)
-        return output
-    states = BreakStates(part, rates, state)
-    index, elapsed = part.locate(time)
-    now = part.value(time)
-    result = np.empty((len(gains), len(time)))
-    for piece in chunks(len(time), len(rates)):
-        decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
-        began = part.after[index[piece]]
-        known = states.at(index[piece], part.count_periods(time[piece]))
-        result[:, piece] = gains @ (decay * known + begin * began + end * now[piece])
-    return result
-
-
-def straight_lag(part: Linear, rates: Real, gains: Real, time: Real, state: Real) -> Real:
-    """Response of modes to straight pieces less the drive itself, at any times.
-
-    Parameters
-    ----------
-    part, rates, gains, time, state
-        As for `straight_response`: 1/s, 1, s, V.
-
-    Returns
-    -------
-    ndarray, shape (outputs, n)
-        sum gain (x - v), V.
+        direct v + sum gain x, or direct v + sum gain (x - v), V.
 
     Notes
     -----
-    x - v = exp(-rate t) (x_0 - v_0) - v' (1 - exp(-rate t))/rate since the beginning of a piece. At a break
-    the piece before it is used, less the jump: a fast mode has forgotten the rounding of x_0 - v_0 by then.
+    At the breaks themselves, and on an even grid that holds them, all outputs come from one march.
     """
-    even = _even_step(part, time)
-    slow = rates * (even or 0.0) < 1 if even else np.zeros(len(rates), bool)
-    result = np.zeros((len(gains), len(time)))
-    if np.any(slow):
-        result += straight_response(part, rates[slow], gains[:, slow], time, state[slow])
-        result -= np.outer(gains[:, slow].sum(axis=1), part.value(time))
-    if np.all(slow):
+    direct = np.zeros(len(gains)) if direct is None else direct
+    lag = np.zeros(len(gains), bool) if lag is None else lag
+    marched = _marched(part, time)
+    if marched is not None:
+        output, _ = march(-rates, gains, direct, *marched, state, lag=lag)
+        jump = float(part.value(time[-1:])[0] - marched[1][-1])
+        if jump:  # at a jump the value after it, at the last time too
+            output[:, -1] += (direct - np.where(lag, gains.sum(axis=1), 0.0)) * jump
+        return output
+    index, elapsed = part.locate(time)
+    periods = part.count_periods(time)
+    states = BreakStates(part, rates, state, np.unique(np.concatenate([index, np.maximum(index - 1, 0)])))
+    asked = _Asked(states, gains, direct, lag)
+    begins = np.flatnonzero(np.append(True, (np.diff(index) != 0) | (np.diff(periods) != 0)))
+    if len(time) < _LONG * len(begins):
+        return asked.at(time, index, elapsed, periods)
+    result = np.empty((len(gains), len(time)))
+    for first, last in zip(begins, [*begins[1:], len(time)], strict=True):
+        where, period = index[first], periods[first]
+        start = float(part.times[where] + period * (part.period or 0.0))
+
+        def evaluate(
+            since: Real, where: Indices = where, period: Indices = period, start: float = start
+        ) -> Real:
+            same = np.zeros(len(since), np.intp)
+            return asked.at(start + since, same + where, since, same + period)
+
+        result[:, first:last] = graded(evaluate, elapsed[first:last], float(np.max(rates)))
+    return result
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """Outputs of modes under straight pieces, from their states at the breaks."""
+
+    states: BreakStates
+    gains: Real
+    direct: Real
+    lag: NDArray[np.bool_]
+
+    def at(self, time: Real, index: Indices, elapsed: Real, periods: Indices) -> Real:
+        """Give the outputs at times [s] in known pieces [V], shape (outputs, n)."""
+        part, rates = self.states.part, self.states.rates
+        now = part.after[index] + elapsed * part.slope_of(index)
+        result = np.outer(self.direct, now)
+        if np.any(self.lag):
+            result[self.lag] += lag_since_breaks(self.states, self.gains[self.lag], time)
+        if not np.all(self.lag):
+            own = self.gains[~self.lag]
+            for piece in chunks(len(time), len(rates)):
+                decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
+                began = part.after[index[piece]]
+                known = self.states.at(index[piece], periods[piece])
+                result[~self.lag, piece] += own @ (decay * known + begin * began + end * now[piece])
         return result
-    rates, gains, state = rates[~slow], gains[:, ~slow], state[~slow]
-    return result + lag_since_breaks(BreakStates(part, rates, state), gains, time)
 
 
 def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:
@@ -106,7 +138,7 @@ def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:
         sum gain (x - v), V.
     """
     part, rates = states.part, states.rates
-    result, slopes = np.zeros((len(gains), len(time))), part.slopes()
+    result = np.zeros((len(gains), len(time)))
     index, elapsed = part.locate(time)
     periods = part.count_periods(time)
     first = (index == 0) & (periods == 0)
@@ -114,13 +146,13 @@ def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:
     last = max(len(part.times) - 2, 0) if part.period is not None else 0
     before = np.where(back, np.where(index > 0, index - 1, last), index)
     periods = periods - (back & (index == 0))
-    elapsed = np.where(back, part.lengths()[before], elapsed)
+    elapsed = np.where(back, part.length_of(before), elapsed)
     reached = part.before[np.where(index > 0, index, -1)]
-    jump = np.where(back, part.after[index] - reached, 0.0)
+    jump, slopes = np.where(back, part.after[index] - reached, 0.0), part.slope_of(before)
     for piece in chunks(len(time), len(rates)):
         fallen = np.expm1(-rates[:, None] * elapsed[piece])
         since = states.at(before[piece], periods[piece]) - part.after[before[piece]]
-        lag = (1 + fallen) * since + slopes[before[piece]] * fallen / rates[:, None] - jump[piece]
+        lag = (1 + fallen) * since + slopes[piece] * fallen / rates[:, None] - jump[piece]
         result[:, piece] = gains @ lag
     return result
 
@@ -140,6 +172,19 @@ def chunks(samples: int, modes: int) -> list[slice]:
     """
     length = max(1, CHUNK // modes)
     return [slice(first, first + length) for first in range(0, samples, length)]
+
+
+def _marched(part: Linear, time: Real) -> tuple[Real, Real, Real | float] | None:
+    """Give starts, ends and durations of the pieces between output times, where these hold every break before the last."""
+    if part.begins_with(time):
+        last = len(time) - 1
+        steps = np.diff(time) if part.step is None else part.step
+        return part.after[:last], part.before[1 : last + 1], steps
+    even = _even_step(part, time)
+    if even is None:
+        return None
+    before, after = _sides(part.until(float(time[-1])), time)
+    return after[:-1], before[1:], even
 
 
 def _even_step(part: Linear, time: Real) -> float | None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Chirped, Part, Smooth, Tones
+from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones, circling
 from electrovib.solve.electrics.linear.break_states import periodic_state
 from electrovib.solve.electrics.linear.chirp import chirp_response
+from electrovib.solve.electrics.linear.graded import fading
 from electrovib.solve.electrics.linear.smooth import smooth_states
-from electrovib.solve.electrics.linear.straight import chunks, straight_lag, straight_response
+from electrovib.solve.electrics.linear.straight import straight_response
+from electrovib.solve.recursion.blocks import PRODUCT
 from electrovib.solve.stack.harmonics import count_harmonics
 from electrovib.solve.stack.integrator import (
     integral_weight,
@@ -20,13 +23,20 @@ from electrovib.solve.stack.integrator import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
-    from electrovib.core.arrays import Complex, Real
+    from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Indices, Real
     from electrovib.physics.drive.base import Drive
     from electrovib.solve.stack.transfer import Transfer
 
 K = TypeVar("K")
+
+
+_MANY: Final = 10_000
+"""Times from which on it is worth to see which outputs are multiples of others."""
+_SAME: Final = 4 * float(np.finfo(float).eps)
 
 
 def transient(
@@ -67,29 +77,29 @@ def transient(
     weights = {name: integral_weight(transfer) for name, transfer in transfers.items()} if settled else {}
     if any(weights.values()):
         integral = settled_integral(drive, time)
-        fading = {name: without_integrators(transfer) for name, transfer in transfers.items()}
-        rest = transient(fading, drive, time, settled=True)
+        relaxing = {name: without_integrators(transfer) for name, transfer in transfers.items()}
+        rest = transient(relaxing, drive, time, settled=True)
         return {name: row + weights[name] * integral for name, row in rest.items()}
     result: dict[K, Real] = {}
-    voltage = drive.voltage(time)
     slope = drive.slope(time) if any(transfer.slope for transfer in transfers.values()) else None
-    for names, rates, lag in _groups(transfers):
-        gains = np.array([transfers[name].gains for name in names])
-        free = np.array([transfers[name].free for name in names])
-        modal = np.zeros((len(names), len(time)))
+    for names, rates in _groups(transfers):
+        group = [transfers[name] for name in names]
+        lag = np.array([transfer.static is not None for transfer in group])
+        direct = np.array(
+            [transfer.direct if transfer.static is None else transfer.static for transfer in group]
+        )
+        gains = np.array([transfer.gains for transfer in group])
+        free = np.array([transfer.free for transfer in group])
         active = np.any(gains != 0, axis=0) & (rates > 0)
-        if np.any(active):
-            respond = part_lag if lag else _part_response
-            for part in drive.parts():
-                modal += respond(part, rates[active], gains[:, active], time, settled=settled)
+        output = _Output(rates[active], gains[:, active], direct, lag)
+        modal = output.of(drive.parts(), time, settled=settled)
         kept = free * (rates == 0) if settled else free  # only trapped charge outlasts for ever
         if np.any(kept):
-            modal += kept @ np.exp(-np.outer(rates, time))
-        for name, row in zip(names, modal, strict=True):
-            transfer = transfers[name]
-            result[name] = row + (transfer.at_rest() if lag else transfer.direct) * voltage
+            modal += fading(kept, rates, time)
+        for name, transfer, row in zip(names, group, modal, strict=True):
+            result[name] = row
             if transfer.slope and slope is not None:
-                result[name] = result[name] + transfer.slope * slope
+                result[name] += transfer.slope * slope
     return result
 
 
@@ -100,31 +110,102 @@ def how_it_begins(drive: Drive, *, settled: bool) -> str:
     return f"from {'the periodic state' if settled else 'rest'}, {how}"
 
 
-def _groups(transfers: Mapping[K, Transfer]) -> list[tuple[list[K], Real, bool]]:
-    """Collect quantities with the same modes, so that they are marched once; those as lag x - v apart."""
-    groups: list[tuple[list[K], Real, bool]] = []
+def _groups(transfers: Mapping[K, Transfer]) -> list[tuple[list[K], Real]]:
+    """Collect quantities with the same modes, so that these are marched once."""
+    groups: list[tuple[list[K], Real]] = []
     for name, transfer in transfers.items():
-        lag = transfer.static is not None
-        for names, rates, lags in groups:
-            if lags == lag and np.array_equal(rates, transfer.rates):
+        for names, rates in groups:
+            if rates is transfer.rates or np.array_equal(rates, transfer.rates):
                 names.append(name)
                 break
         else:
-            groups.append(([name], transfer.rates, lag))
+            groups.append(([name], transfer.rates))
     return groups
 
 
-def _part_response(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
-    if isinstance(part, Tones):
-        return _tones(part, rates, gains, time, settled=settled)
-    if isinstance(part, Chirped):
-        return chirp_response(part, rates, gains, time)
-    if isinstance(part, Smooth):
-        return gains @ smooth_states(part, rates, time)
-    if settled and part.is_step:
-        return np.outer(gains.sum(axis=1), np.full(len(time), part.after[0]))
-    start = periodic_state(part, rates) if settled else np.zeros(len(rates))
-    return straight_response(part, rates, gains, time, start)
+@dataclass(frozen=True)
+class _Output:
+    """Quantities that share their modes.
+
+    Parameters
+    ----------
+    rates : ndarray, shape (modes,)
+        1/s, > 0.
+    gains : ndarray, shape (outputs, modes)
+        What each takes of each mode x, or of its lag x - v.
+    direct : ndarray, shape (outputs,)
+        What each takes of the drive v itself.
+    lag : ndarray of bool, shape (outputs,)
+        Which of them take the lags.
+    """
+
+    rates: Real
+    gains: Real
+    direct: Real
+    lag: NDArray[np.bool_]
+
+    def of(self, parts: Sequence[Part], time: Real, *, settled: bool) -> Real:
+        """Give the response to the sum of some parts of a drive [V], shape (outputs, n)."""
+        first, share = self._multiples()
+        if len(time) < _MANY or np.all(first == np.arange(len(first))):
+            return self._sum(parts, time, settled=settled)
+        own, place = np.unique(first, return_inverse=True)
+        alone = _Output(self.rates, self.gains[own], self.direct[own], self.lag[own])
+        found, result = alone._sum(parts, time, settled=settled), np.empty((len(first), len(time)))
+        for row, among, factor in zip(result, place.tolist(), share.tolist(), strict=True):
+            np.multiply(found[among], factor, out=row)
+        return result
+
+    def _multiples(self) -> tuple[Indices, Real]:
+        """Find for each output the first one that it is a multiple of, and the factor: D = eps0 eps E of a layer."""
+        rows = np.concatenate([self.direct[:, None], self.gains], axis=1)
+        first, share = np.arange(len(rows)), np.ones(len(rows))
+        for later in range(1, len(rows)):
+            for earlier in np.unique(first[:later]).tolist():
+                top = int(np.argmax(np.abs(rows[earlier])))
+                if self.lag[later] != self.lag[earlier] or not rows[earlier, top]:
+                    continue
+                factor = float(rows[later, top] / rows[earlier, top])
+                if np.all(np.abs(rows[later] - factor * rows[earlier]) <= _SAME * np.abs(rows[later])):
+                    first[later], share[later] = earlier, factor
+                    break
+        return first, share
+
+    def _sum(self, parts: Sequence[Part], time: Real, *, settled: bool) -> Real:
+        """Give the same, output by output."""
+        total: Real | None = None
+        for part in parts:
+            found = self._of_part(part, time, settled=settled)
+            if total is None:
+                total = found
+            else:
+                total += found
+        return np.zeros((len(self.direct), len(time))) if total is None else total
+
+    def _of_part(self, part: Part, time: Real, *, settled: bool) -> Real:
+        """Give the response to one part [V]."""
+        if not len(self.rates):
+            return np.outer(self.direct, part.value(time))
+        if isinstance(part, Linear) and not (settled and part.is_step):
+            start = periodic_state(part, self.rates) if settled else np.zeros(len(self.rates))
+            return straight_response(
+                part, self.rates, self.gains, time, start, direct=self.direct, lag=self.lag
+            )
+        if isinstance(part, Tones):
+            return _tones(part, self, time, settled=settled)
+        now = part.value(time)
+        found = np.outer(self.direct, now)
+        states = smooth_states(part, self.rates, time) if not isinstance(part, Linear | Chirped) else now
+        for lag in {*self.lag.tolist()}:
+            some = self.lag == lag
+            gains = self.gains[some]
+            if isinstance(part, Chirped):
+                found[some] += chirp_response(part, self.rates, gains, time, lag=lag)
+            elif isinstance(part, Smooth):
+                found[some] += gains @ (states - now if lag else states)
+            elif not lag:  # a constant that has been there for ever
+                found[some] += np.outer(gains.sum(axis=1), now)
+        return found
 
 
 def part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
@@ -144,42 +225,34 @@ def part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool)
     ndarray, shape (outputs, n)
         sum gain (x - v), V.
     """
-    if isinstance(part, Tones):
-        return _tones(part, rates, gains, time, settled=settled, lag=True)
-    if isinstance(part, Chirped):
-        return chirp_response(part, rates, gains, time, lag=True)
-    if isinstance(part, Smooth):
-        return gains @ (smooth_states(part, rates, time) - part.value(time))
-    if settled and part.is_step:
-        return np.zeros((len(gains), len(time)))
-    start = periodic_state(part, rates) if settled else np.zeros(len(rates))
-    return straight_lag(part, rates, gains, time, start)
+    lag = np.ones(len(gains), bool)
+    return _Output(rates, gains, np.zeros(len(gains)), lag).of([part], time, settled=settled)
 
 
-def _tones(part: Tones, rates: Real, gains: Real, time: Real, *, settled: bool, lag: bool = False) -> Real:
+def _tones(part: Tones, output: _Output, time: Real, *, settled: bool) -> Real:
     """Steady state of each tone, minus what it had to be at the switching times, decaying since."""
-    angular = 2 * np.pi * part.frequencies
-    response = np.asarray(rates[:, None] / (rates[:, None] + 1j * angular), complex)  # of mode to tone
-    steady_response = -1j * angular / (rates[:, None] + 1j * angular) if lag else response
-    steady = np.zeros((len(gains), len(time)))
+    angular = 2j * np.pi * part.frequencies
+    response = np.asarray(
+        output.rates[:, None] / (output.rates[:, None] + angular), complex
+    )  # of mode to tone
+    lagging = -angular / (output.rates[:, None] + angular)
+    modal = np.where(output.lag[:, None], output.gains @ lagging, output.gains @ response)
+    steady = (output.direct[:, None] + modal) * part.amplitudes
     start = part.start if settled and np.isinf(part.start) else max(part.start, 0.0)
-    on = (time >= start) & (time < part.stop)
-    for tone, amplitude in enumerate(part.amplitudes):
-        wave = amplitude * np.exp(1j * angular[tone] * time)
-        steady += np.where(on, ((gains @ steady_response[:, tone])[:, None] * wave).real, 0.0)
+    on = slice(*np.searchsorted(time, [start, part.stop]))
+    found = np.empty((len(steady), len(time)))
+    found[:, : on.start] = found[:, on.stop :] = 0.0
+    waves = [wave for frequency in part.frequencies.tolist() for wave in circling(frequency, time[on])]
+    shares = np.stack([steady.real, -steady.imag], axis=2).reshape(len(steady), -1)
+    length = max(1, PRODUCT // max(1, shares.size))
+    for first in range(on.start, on.stop, length):
+        some = slice(first, min(first + length, on.stop))
+        seen = [wave[some.start - on.start : some.stop - on.start] for wave in waves]
+        np.matmul(shares, np.stack(seen), out=found[:, some])
     for switched, sign in ((start, -1.0), (part.stop, 1.0)):
         if np.isfinite(switched):
-            steady += sign * _fading(part, response, rates, gains, time, switched)
-    return steady
-
-
-def _fading(part: Tones, response: Complex, rates: Real, gains: Real, time: Real, switched: float) -> Real:
-    """What modes make of the steady state at a switching time, decaying since then."""
-    phasors = part.amplitudes * np.exp(2j * np.pi * part.frequencies * switched)
-    then = gains * (response @ phasors).real
-    first = int(np.searchsorted(time, switched))
-    found = np.zeros((len(gains), len(time)))
-    for piece in chunks(len(time) - first, len(rates)):
-        since = time[first:][piece] - switched
-        found[:, first:][:, piece] = then @ np.exp(-rates[:, None] * since)
+            phasors = part.amplitudes * np.exp(angular * switched)
+            then = sign * output.gains * (response @ phasors).real
+            first = int(np.searchsorted(time, switched))
+            found[:, first:] += fading(then, output.rates, time[first:] - switched)
     return found

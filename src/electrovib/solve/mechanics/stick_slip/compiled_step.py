@@ -49,7 +49,7 @@ _DIFFERENCE = np.array([-13 - 7 * 6**0.5, -13 + 7 * 6**0.5, -1.0]) / 3
 """Shares of the stages in the embedded error (the same place)."""
 
 
-class Method(NamedTuple):
+class RadauNumbers(NamedTuple):
     """Numbers of Radau's method: nodes, weights, and the polynomial through the stages."""
 
     nodes: Real
@@ -57,7 +57,7 @@ class Method(NamedTuple):
     coefficients: Real
 
 
-class Course(NamedTuple):
+class GivenOverTime(NamedTuple):
     """What is given over time, stretch by stretch between the stops.
 
     Parameters

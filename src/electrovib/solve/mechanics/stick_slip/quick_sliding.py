@@ -9,7 +9,7 @@ import numpy as np
 from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
 from electrovib.solve.costs import BRISTLE_STEP, SHORTER
-from electrovib.solve.mechanics.stick_slip.skin import ElasticSkin
+from electrovib.solve.mechanics.stick_slip.skin import CompliantSlidingSkin
 from electrovib.solve.mechanics.stick_slip.sliding import (
     DEAD_BAND,
     EVENTS,
@@ -97,8 +97,12 @@ def slide_quickly(
         state[compiled_step.DEFLECTION] = float(skin.deflection(found))
         state[compiled_step.DISPLACEMENT] = float(np.ravel(skin.displacement(found))[0])
         state[compiled_step.OVER_PLATE] = begins
-    is_elastic = isinstance(skin, ElasticSkin)
-    body = (skin.mass, skin.stiffness, skin.damping) if isinstance(skin, ElasticSkin) else (0.0, 0.0, 0.0)
+    is_elastic = isinstance(skin, CompliantSlidingSkin)
+    body = (
+        (skin.mass, skin.stiffness, skin.damping)
+        if isinstance(skin, CompliantSlidingSkin)
+        else (0.0, 0.0, 0.0)
+    )
     scale = skin.scale(largest, largest_speed)
     scale = scale[[2, 0, 1]] if is_elastic else np.array([scale[0], 1.0, 1.0])
     sizes = compiled_step.Sizes(
@@ -137,7 +141,7 @@ def _course(strength: Between, motion: Motion, floor: float) -> Any:
     last = np.searchsorted(pieces.knots, stops[1:], side="left")
     first = np.searchsorted(pieces.knots, stops[:-1], side="right") - 1
     touches = np.asarray(motion.touches((stops[1:] + stops[:-1]) / 2), dtype=float)
-    return compiled_step.Course(
+    return compiled_step.GivenOverTime(
         stops, motion.speeds(stops), touches, first, np.maximum(last, first + 1), *pieces, floor
     )
 
@@ -157,7 +161,7 @@ def _marched(
     )  # two may come with a stretch
     memory[march.WANTED] = 1e-3 * float(given[0].stops[1])
     memory[march.DIRECTION] = memory[march.SIDE] = 1.0
-    method = compiled_step.Method(NODES, WEIGHTS, COEFFICIENTS)
+    method = compiled_step.RadauNumbers(NODES, WEIGHTS, COEFFICIENTS)
     memory[march.STATUS] = march.GOES_ON
     meter = Meter("a friction with bristles", end=float(times[-1]), each=BRISTLE_STEP, remedy=SHORTER)
     while memory[march.STATUS] == march.GOES_ON:

@@ -47,7 +47,7 @@ class Energies:
 
 
 @dataclass(frozen=True)
-class Skin(ABC):
+class SlidingSkin(ABC):
     """What slides: a slice of the state and its rate.
 
     Parameters
@@ -173,7 +173,7 @@ class Skin(ABC):
 
 
 @dataclass(frozen=True)
-class ElasticSkin(Skin):
+class CompliantSlidingSkin(SlidingSkin):
     """Skin with mass on a spring and a damper: displacement, speed, deflection, work, two heats.
 
     Parameters
@@ -252,7 +252,7 @@ class ElasticSkin(Skin):
 
 
 @dataclass(frozen=True)
-class RigidSkin(Skin):
+class RigidSlidingSkin(SlidingSkin):
     """Skin that moves as the bone does: deflection, work, heat of the friction.
 
     Parameters

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.mechanics.stick_slip.skin import ElasticSkin, RigidSkin, Skin
+from electrovib.solve.mechanics.stick_slip.skin import CompliantSlidingSkin, RigidSlidingSkin, SlidingSkin
 from electrovib.solve.nonlinear.integrate import System, integrate
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class Lifted:
         return 0 * (deflection + rate + speed)
 
 
-def lifted(skin: Skin) -> Skin:
+def lifted(skin: SlidingSkin) -> SlidingSkin:
     """Give a skin that nothing rubs."""
     return replace(skin, law=Lifted(skin.law))  # type: ignore[arg-type]
 
@@ -73,7 +73,7 @@ class Sliding(System):
 
     Parameters
     ----------
-    skin : Skin
+    skin : SlidingSkin
         What moves, with its slice of the state: all of it, here.
     speed, strength : callable
         Of the finger's bone over the plate [m/s] and of the friction [N], smooth between the corners.
@@ -87,7 +87,7 @@ class Sliding(System):
     The mode is (sign of the speed of the skin over the plate, sign of what is left to the strength).
     """
 
-    skin: Skin
+    skin: SlidingSkin
     speed: OverTime
     strength: OverTime
     corners: tuple[float, ...]
@@ -288,7 +288,9 @@ def not_negative(times: Real, strengths: Real) -> None:
         )
 
 
-def skin_of(law: BristleFriction, mass: float | None, stiffness: float | None, damping: float | None) -> Skin:
+def skin_of(
+    law: BristleFriction, mass: float | None, stiffness: float | None, damping: float | None
+) -> SlidingSkin:
     """Give the skin of a finger, or a rigid one.
 
     Parameters
@@ -309,7 +311,7 @@ def skin_of(law: BristleFriction, mass: float | None, stiffness: float | None, d
         If some of them are there and not all, or one has no meaning.
     """
     if mass is None and stiffness is None and damping is None:
-        return RigidSkin(law)
+        return RigidSlidingSkin(law)
     if mass is None or stiffness is None or damping is None:
         raise InputError("finger: needs mass, stiffness and damping, or none of them for a rigid finger")
     if not mass > 0:
@@ -321,4 +323,4 @@ def skin_of(law: BristleFriction, mass: float | None, stiffness: float | None, d
         raise InputError(
             f"finger: stiffness {stiffness:.6g} N/m must be above 0 and damping {damping:.6g} N s/m not below"
         )
-    return ElasticSkin(law, mass, stiffness, damping)
+    return CompliantSlidingSkin(law, mass, stiffness, damping)
