@@ -130,7 +130,7 @@ def cases(finger):
         "second electrode": build(drive=SQUARE, stack=full, return_path=SECOND),
         "modulated": build(drive=MODULATED, stack=bare, force="StratumCorneumPlane", resistance=1e3),
         "modulated, settled": build(drive=MODULATED, stack=full, force=founding, return_path=SECOND, settled=True),
-        "step": build(drive={"model": "Constant", "level": 100}, stack=full, force=founding, resistance=1e3),
+        "step": build(drive={"model": "Step", "level": 100}, stack=full, force=founding, resistance=1e3),
         "burst": build(drive=BURST, stack=old),
         "chirp": build(drive=CHIRP, stack=old),
         "measured": build(drive=UNEVEN, stack=full),

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Linear
-from electrovib.physics.stages import HighPass, LowPass, Relaxation, Resonance, response
+from electrovib.physics.stages import CreepResponse, HighPass, LowPass, Resonance, response
 from electrovib.solve.mechanics.filters import (
     Filter,
     cascade,
@@ -111,7 +111,7 @@ STAGES = (
     Resonance(90.0, 3.0),
     LowPass(6.4e3),
     HighPass(0.7),
-    Relaxation((0.02, -0.01), (3.0, 0.05)),
+    CreepResponse((0.02, -0.01), (3.0, 0.05)),
 )
 
 
