@@ -65,7 +65,7 @@ class Linear:
         return index, elapsed if self.period is None else np.where(elapsed > slack, elapsed, 0.0)
 
     @functools.cached_property
-    def _jumps(self) -> Real:
+    def jumps(self) -> Real:
         """By how much it jumps at each break [V]."""
         return self.after - self.before
 
@@ -159,7 +159,7 @@ class Linear:
     def corners(self, end: float) -> tuple[Real, Real]:
         """Times up to an end at which it bends or jumps [s], and by how much it jumps there [V]."""
         pieces = self.until(end)
-        return pieces.times, pieces._jumps
+        return pieces.times, pieces.jumps
 
     def shortest_piece(self, end: float) -> float:  # noqa: ARG002 - the pieces repeat
         """Length of the shortest straight piece [s]; infinite for a step."""
