@@ -252,10 +252,11 @@ def block_states(whole: Sequence[Real], onto_state: Real, z: Numbers, state: Num
     """
     blocks, block, width = len(whole[0]), *onto_state.shape[1:]
     columns, rows = fold_length(blocks + 1)
-    states = np.zeros((rows * columns, width))
-    for signal, weights in zip(whole, onto_state, strict=True):
-        for tile in _tiles(blocks, weights):
-            states[tile] += signal[tile] @ weights
+    together = onto_state.reshape(len(whole) * block, width)
+    states = np.empty((rows * columns, width))
+    states[blocks:] = 0.0
+    for tile in _tiles(blocks, onto_state):
+        np.matmul(np.concatenate([signal[tile] for signal in whole], axis=1), together, out=states[tile])
     table = states.view(z.dtype).reshape(rows, columns, z.size).swapaxes(0, 1)
     states_before(table, np.exp(block * z), np.exp(block * columns * z), state)
     return states[: blocks + 1]

@@ -95,8 +95,7 @@ def transient(
         modal = output.of(drive.parts(), time, settled=settled)
         kept = free * (rates == 0) if settled else free  # only trapped charge outlasts for ever
         if np.any(kept):
-            for row, left in zip(modal, fading(kept, rates, time), strict=True):
-                row += left
+            modal = [row + left for row, left in zip(modal, fading(kept, rates, time), strict=True)]
         for name, transfer, row in zip(names, group, modal, strict=True):
             result[name] = row
             if transfer.slope and slope is not None:
@@ -147,9 +146,9 @@ class _Output:
 
     def of(self, parts: Sequence[Part], time: Real, *, settled: bool) -> list[Real]:
         """Give the response to the sum of some parts of a drive [V], each output in an array of its own."""
-        first, share = self._multiples()
-        if len(time) < _MANY or np.all(first == np.arange(len(first))):
+        if len(time) < _MANY:
             return self._sum(parts, time, settled=settled)
+        first, share = self._multiples()
         own, place = np.unique(first, return_inverse=True)
         alone = _Output(self.rates, self.gains[own], self.direct[own], self.lag[own])
         found = alone._sum(parts, time, settled=settled)
@@ -180,9 +179,11 @@ class _Output:
         total: list[Real] = []
         for part in parts:
             found = self._of_part(part, time, settled=settled)
-            for row, more in zip(total, found, strict=False):
-                row += more
-            total = total or found
+            total = (
+                [np.add(row, more, out=row) for row, more in zip(total, found, strict=True)]
+                if total
+                else found
+            )
         return total or [np.zeros(len(time)) for _ in self.direct]
 
     def _of_part(self, part: Part, time: Real, *, settled: bool) -> list[Real]:
