@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Linear, Tones
+from electrovib.physics.drive.parts import Tones
+from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.leaks.steps import jump_heights
 from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.stack.transfer import Transfer
