@@ -109,11 +109,11 @@ def test_just_noticeable_is_in_decibels_of_the_voltage():
     with pytest.raises(InputError, match=r"perception\.compliance"):
         just_noticeable(moved, quiet)
     with pytest.raises(InputError, match="nothing moves"):
-        just_noticeable(perceive(SINE, set={"drive": {"model": "Constant", "level": 0.0}}), quiet)
+        just_noticeable(perceive(SINE, set={"drive": {"model": "Step", "level": 0.0}}), quiet)
 
 
 def test_nothing_that_moves_is_not_felt():
-    found = perceive(SINE, set={"drive": {"model": "Constant", "level": 0.0}})
+    found = perceive(SINE, set={"drive": {"model": "Step", "level": 0.0}})
     assert (found.loudest, found.level, found.verdict) == ("", -math.inf, "relative only")
     assert json.loads(json.dumps(found.to_dict(), allow_nan=False))["level"] is None
 

@@ -43,6 +43,13 @@ def find_members(family: type[M], *, wanted: str | None = None) -> Mapping[str, 
     return members
 
 
+def find_member(family: type[M], name: str) -> type[M] | None:
+    """Find the final class of a family by its name, or by one that it had; None if there is none."""
+    members = find_members(family, wanted=name)
+    former = (member for member in members.values() if name in member.former_names)
+    return members.get(name) or next(former, None)
+
+
 def _by_name(family: type[M]) -> dict[str, type[M]]:
     found: dict[str, type[M]] = {}
     for member in _leaves(family):

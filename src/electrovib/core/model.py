@@ -18,7 +18,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from electrovib.core.discovery import find_members, find_offer
+from electrovib.core.discovery import find_member, find_members, find_offer
 from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
 from electrovib.core.files import FileColumn
 from electrovib.core.mistakes import explained, problem, wants
@@ -49,6 +49,8 @@ class Model(BaseModel):
     checks: ClassVar[tuple[Any, ...]] = ()
     example: ClassVar[Mapping[str, Any]] = {}
     """Parameters without a default, for tests and documents."""
+    former_names: ClassVar[tuple[str, ...]] = ()
+    """What it was called: files that name it so are read too."""
     offered_by: ClassVar[tuple[str, ...]] = ()
     """Functions of papers that offer ready-made ones, which can then be named ``author_year/name``."""
 
@@ -75,7 +77,7 @@ class Model(BaseModel):
         name = content.pop("model", None)
         if cls.is_family:
             return cls._member(name).model_validate(dict(value))  # with its name, for messages
-        if name not in (None, cls.__name__):
+        if name not in (None, cls.__name__, *cls.former_names):
             why = f"expected the model {cls.__name__}, not '{name}'"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         return cls._build(content, handler)
@@ -130,7 +132,7 @@ class Model(BaseModel):
         name = table.get("model")
         if not cls.is_family:
             return cls
-        return find_members(cls, wanted=name).get(name) if isinstance(name, str) else None
+        return find_member(cls, name) if isinstance(name, str) else None
 
     @classmethod
     def _build(cls, content: dict[str, Any], handler: ModelWrapValidatorHandler[Self]) -> Self:
@@ -150,11 +152,12 @@ class Model(BaseModel):
             known = ", ".join(sorted(find_members(cls)))
             why = f'needs a name, for instance model = "...", one of: {known}'
             raise PydanticCustomError("model_name", "{why}", {"why": why})
-        members = find_members(cls, wanted=name)
-        if name not in members:
-            why = f"unknown {cls.__name__} model '{shortened(name, LONGEST_QUOTED)}'.{nearest(name, members)}"
+        member = find_member(cls, name)
+        if member is None:
+            near = nearest(name, find_members(cls))
+            why = f"unknown {cls.__name__} model '{shortened(name, LONGEST_QUOTED)}'.{near}"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
-        return members[name]
+        return member
 
     @classmethod
     def _offered(cls, name: str) -> Self:

@@ -87,9 +87,7 @@ def attraction(law: str, *, voltage: float) -> float:
     float
         N.
     """
-    held = scenarios()["display"].replace(
-        {"force.model": law, "drive": {"model": "Constant", "level": voltage}}
-    )
+    held = scenarios()["display"].replace({"force.model": law, "drive": {"model": "Step", "level": voltage}})
     return float(simulate(held, time=np.array([0.0, 1e-3])).electrostatic_force[-1])
 
 

@@ -17,7 +17,7 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
-from electrovib.physics.stages import HighPass, LowPass, Relaxation, Resonance, Stage, response
+from electrovib.physics.stages import CreepResponse, HighPass, LowPass, Resonance, Stage, response
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -34,6 +34,7 @@ Noise = Annotated[
 class SensorCreep(Model):
     """What a sensor goes on to show under a force that is held."""
 
+    former_names: ClassVar[tuple[str, ...]] = ("Creep",)
     example: ClassVar[Mapping[str, Any]] = {"share": -0.02, "time": 5.0}
 
     share: Annotated[
@@ -68,7 +69,7 @@ class LateralSensor(Model):
         if self.bandwidth is not None:
             stages.append(LowPass(self.bandwidth))
         if self.creep is not None:
-            stages.append(Relaxation((self.creep.share,), (self.creep.time,)))
+            stages.append(CreepResponse((self.creep.share,), (self.creep.time,)))
         return tuple(stages)
 
     def gain(self, frequency: ArrayLike) -> NDArray[np.complex128]:

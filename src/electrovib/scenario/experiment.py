@@ -41,7 +41,7 @@ class Scenario(Model):
     """
 
     example: ClassVar[Mapping[str, Any]] = {
-        "drive": {"model": "Constant", "level": 100},
+        "drive": {"model": "Step", "level": 100},
         "force": {"model": "GapPlane"},
         "friction": {"model": "Coulomb", "coefficient": 0.5},
         "contact": {"model": "FixedArea", "area": 1e-4},

@@ -64,7 +64,7 @@ def test_a_trace_is_perceived_like_its_scenario(cli):
 
 
 def test_nothing_moves(cli):
-    code, out, _ = cli("perceive", "vardar_2017/sine", "--set", 'drive={ model = "Constant", level = 0 }')
+    code, out, _ = cli("perceive", "vardar_2017/sine", "--set", 'drive={ model = "Step", level = 0 }')
     assert code == 0
     assert "nothing moves the skin: not felt" in out
 

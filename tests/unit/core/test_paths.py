@@ -61,8 +61,8 @@ def test_paths_that_are_not_there(scenario, path, sentence):
 
 def test_a_new_model_comes_before_its_parameters():
     tables = {"drive": {"model": "Sine", "amplitude": 1.0}}
-    assert put(tables, {"drive.level": 5.0, "drive.model": "Constant"}) == []
-    assert tables == {"drive": {"model": "Constant", "level": 5.0}}
+    assert put(tables, {"drive.level": 5.0, "drive.model": "Step"}) == []
+    assert tables == {"drive": {"model": "Step", "level": 5.0}}
 
 
 def test_the_same_model_keeps_its_parameters():

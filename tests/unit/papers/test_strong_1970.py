@@ -20,7 +20,7 @@ from electrovib.solve.simulate import simulate
 )
 def test_the_law_is_the_insulator_plane_of_one_layer(thickness, permittivity, area, voltage):
     changes = {
-        "drive": {"model": "Constant", "level": voltage},
+        "drive": {"model": "Step", "level": voltage},
         "stack.insulator.thickness": thickness,
         "stack.insulator.material.permittivity": permittivity,
         "contact.area": area,
@@ -63,7 +63,7 @@ def test_drives_of_one_peak_pull_alike_at_their_peak(drive):
 
 def test_skin_in_series_takes_half_a_percent_of_the_voltage():
     """The founding film and skin, insulator plane: 181.4 mN, four digits."""
-    base = strong_1970.scenarios()["display"].replace({"drive": {"model": "Constant", "level": 1000.0}})
+    base = strong_1970.scenarios()["display"].replace({"drive": {"model": "Step", "level": 1000.0}})
     layers = base.stack.to_dict() | {
         "stratum_corneum": {"thickness": 200e-6, "material": {"model": "Constant", "permittivity": 1560.0}}
     }

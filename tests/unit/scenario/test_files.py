@@ -42,8 +42,8 @@ def test_names_are_relative_to_the_working_folder_otherwise(folder, monkeypatch,
 
 
 def test_a_file_inside_a_list_inside_a_part_is_read(folder):
-    drives = {"model": "Sum", "drives": [{"model": "Constant", "level": 1}, RECORD]}
-    scenario = load("vezzoli_2014/fig6", changes={"drive": {"model": "Constant", "level": 1}})
+    drives = {"model": "Sum", "drives": [{"model": "Step", "level": 1}, RECORD]}
+    scenario = load("vezzoli_2014/fig6", changes={"drive": {"model": "Step", "level": 1}})
     content = scenario.to_dict() | {"drive": drives}
     with inputs_noted() as inputs:
         assert read_part(type(scenario), content, folder=folder).drive.drives[1].duration == 1e-3

@@ -27,7 +27,7 @@ _MOST_COLUMNS = 100_000
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """Delimited text, of which only the beginning has been looked at.
 
     Notes
@@ -116,7 +116,7 @@ class Table:
         return ""
 
 
-def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None = None) -> Table:
+def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None = None) -> TextTable:
     """Split delimited text into lines, headings and units.
 
     Parameters
@@ -130,7 +130,7 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
 
     Returns
     -------
-    Table
+    TextTable
         Without headings if the first row is made of numbers.
 
     Raises
@@ -155,12 +155,12 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
                     " data; mend it or begin it with '#'.",
                     path=path,
                 )
-        return Table(path, raw, encoding, delimiter, (), (), len(_split(first[0], delimiter)))
+        return TextTable(path, raw, encoding, delimiter, (), (), len(_split(first[0], delimiter)))
     while not top[-1] and len(top) > max(1, len(second)):
         top.pop()  # a delimiter after the last heading
     has_units = any(second) and all(not cell or re.fullmatch(r"[\[(].*[\])]", cell) for cell in second)
     units = tuple(cell[1:-1].strip() for cell in second) if has_units else ()
-    return Table(path, raw, encoding, delimiter, tuple(top), units, len(top))
+    return TextTable(path, raw, encoding, delimiter, tuple(top), units, len(top))
 
 
 def _text(path: Path) -> tuple[bytes, str]:

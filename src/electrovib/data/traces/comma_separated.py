@@ -16,7 +16,7 @@ from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.files import note_input
 from electrovib.core.trace import FORMAT
 from electrovib.data.atomic import left_by_a_kill, writing
-from electrovib.data.columns import DAMAGE, Table, check_file, damaged, read_table
+from electrovib.data.columns import DAMAGE, TextTable, check_file, damaged, read_table
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
 from electrovib.data.traces.structure import not_a_trace, prepared, rebuilt, structure_of
 
@@ -205,7 +205,7 @@ def load_csv(path: Path) -> xarray.Dataset:
         raise damaged(path, "a Trace", error) from None
 
 
-def _read_other(file: Path, main: Path, same_save: object) -> Table:
+def _read_other(file: Path, main: Path, same_save: object) -> TextTable:
     """Read the file that was saved together with the main one, or what a process killed in between left of it."""
     note_input(file)
     if file.exists():
@@ -222,7 +222,7 @@ def _read_other(file: Path, main: Path, same_save: object) -> Table:
     raise DataFileError(f"there is no such file, but {main.name} was saved together with it.", path=file)
 
 
-def _read_part(path: Path) -> tuple[Table, dict[str, Any]]:
+def _read_part(path: Path) -> tuple[TextTable, dict[str, Any]]:
     """Split a file into its table and the comments before it."""
     check_file(path)
     with path.open("rb") as file:
@@ -245,7 +245,7 @@ def _of_another_save(file: Path) -> DataFileError:
     )
 
 
-def _read_arrays(table: Table, structure: Mapping[str, Any], over: str) -> dict[str, NDArray[Any]]:
+def _read_arrays(table: TextTable, structure: Mapping[str, Any], over: str) -> dict[str, NDArray[Any]]:
     """Read the variables over one dimension."""
     entries = _entries(structure, over)
     headings = [_headings(structure, entry) for entry in entries]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class TrapeziumResult:
+class TrapeziumForce:
     """What one skin or plane makes of figure 6.
 
     Parameters
@@ -72,10 +72,10 @@ def shape_of(material: Material) -> Shape:
 
 
 @functools.cache
-def figure_6() -> tuple[TrapeziumResult, ...]:
+def figure_6() -> tuple[TrapeziumForce, ...]:
     """Compute figure 6 for every skin under the causal law, and for leaky gaps cut in the gap."""
     return tuple(
-        TrapeziumResult(
+        TrapeziumForce(
             name,
             compute.peak_force(case, ramp=values.RAMP),
             compute.ramp_for(case, force=values.FORCE_MODEL),

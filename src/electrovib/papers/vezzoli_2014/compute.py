@@ -101,7 +101,7 @@ def lateral_decay(scenario: Scenario) -> float:
     float
         Time in which the lateral force in excess of the load's falls to 1/e.
     """
-    step = {"drive": {"model": "Constant", "level": values.VOLTAGE}}
+    step = {"drive": {"model": "Step", "level": values.VOLTAGE}}
     time = np.array([0.0, 5e-3, 10e-3])
     trace = simulate(scenario.replace(step), time=time)
     friction = scenario.to_dict()["friction"]["coefficient"] * scenario.load.normal_force
@@ -145,7 +145,7 @@ def rise_and_saturation(material: Material) -> tuple[float, float, float]:
 def floating_factor(scenario: Scenario, *, capacitance: float) -> float:
     """Static attraction with the body floating over that with the body grounded."""
     static = scenario.replace(
-        {"drive": {"model": "Constant", "level": 1.0}, "force.model": "EffectiveMediumPlane"}
+        {"drive": {"model": "Step", "level": 1.0}, "force.model": "EffectiveMediumPlane"}
     ).replace(
         {"stack.stratum_corneum.material": {"model": "Constant", "permittivity": values.SKIN_PERMITTIVITY}}
     )
@@ -210,7 +210,7 @@ def static_force(law: str, *, gap: float | None = None, skin: float = values.SKI
     base = scenarios()["fig6_static" if gap is None else "fig6_gap"]
     changes: dict[str, Any] = {
         "force.model": law,
-        "drive": {"model": "Constant", "level": values.VOLTAGE},
+        "drive": {"model": "Step", "level": values.VOLTAGE},
         "stack.stratum_corneum.material.conductivity": 0.0,
         "stack.stratum_corneum.thickness": skin,
     }

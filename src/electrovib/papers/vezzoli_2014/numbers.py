@@ -10,7 +10,7 @@ import numpy as np
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import by_skin, compute, decay, values
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
-from electrovib.physics.drive.edges import Constant as Step
+from electrovib.physics.drive.edges import Step
 from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.stack.expand import modes
 from electrovib.study.reproduction import Row

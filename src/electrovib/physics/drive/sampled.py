@@ -17,7 +17,7 @@ from electrovib.core.model import Model
 from electrovib.core.quantity import Quantity
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.drive.readback import Readback, WholeVoltage
 
 if TYPE_CHECKING:

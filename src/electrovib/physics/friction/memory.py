@@ -67,7 +67,7 @@ class FirstOrderLag(FollowingFriction):
         return ((1.0, 2 * np.pi * self.corner(where)),)
 
 
-class SlowPart(Model):
+class Relaxation(Model):
     """One slow part of a friction."""
 
     example: ClassVar[Mapping[str, Any]] = {"share": 0.2, "time": 70e-3}
@@ -91,7 +91,9 @@ class Creep(FollowingFriction):
         "relaxations": ({"share": 0.2, "time": 4e-3}, {"share": 0.2, "time": 70e-3}),
     }
 
-    relaxations: Annotated[tuple[SlowPart, ...], Field(description="slow parts, in the order of their times")]
+    relaxations: Annotated[
+        tuple[Relaxation, ...], Field(description="slow parts, in the order of their times")
+    ]
 
     def memory(self, speed: Real) -> tuple[tuple[float, Real], ...]:
         """Give the slow parts, the same at every speed."""

@@ -143,7 +143,7 @@ class _Bench:
 
     def step(self, case: Scenario, voltage: float) -> xarray.Dataset:
         """Simulate a step from rest to a voltage [V]."""
-        changes: dict[str, Any] = {"drive": {"model": "Constant", "level": voltage}}
+        changes: dict[str, Any] = {"drive": {"model": "Step", "level": voltage}}
         return simulate(case.replace(changes | {"time.initial_state": {"model": "AtRest"}}), time=self.time)
 
     def entry(self, name: str, case: Scenario) -> Entry:

@@ -48,7 +48,7 @@ def static_force(scenario: Scenario, voltage: float) -> float:
     """
     held = insulating(scenario)
     changes = {
-        "drive": {"model": "Constant", "level": voltage},
+        "drive": {"model": "Step", "level": voltage},
         "time.initial_state": {"model": "PeriodicState"},
     }
     if not scenario.force.causal:
@@ -74,7 +74,7 @@ def air_breaks_down(scenario: Scenario, voltage: float) -> str:
     """
     changes = {
         "force": {"model": "GapPlane"},
-        "drive": {"model": "Constant", "level": voltage},
+        "drive": {"model": "Step", "level": voltage},
         "time.initial_state": {"model": "PeriodicState"},
     }
     trace = simulate(insulating(scenario).replace(changes), time=np.array([0.0, 1.0]))
