@@ -1,0 +1,28 @@
+"""From fields to attraction: at which plane the finger is cut free.
+
+The published static formulas are one displacement divided by the permittivity of different planes, 3.4 to
+1650 times apart. Each is a law with a name. The finger can separate from the plate only in the gap, so the
+gap plane is the physical one; inside a lossy dielectric a Maxwell stress is a convention.
+"""
+
+from electrovib.physics.force.base import ForceLaw, gap_field, layer_of, needed_layer, wanted_layer
+from electrovib.physics.force.planes import (
+    EffectiveMediumPlane,
+    GapPlane,
+    InsulatorPlane,
+    StratumCorneumPlane,
+    equivalent_field,
+)
+
+__all__ = [
+    "EffectiveMediumPlane",
+    "ForceLaw",
+    "GapPlane",
+    "InsulatorPlane",
+    "StratumCorneumPlane",
+    "equivalent_field",
+    "gap_field",
+    "layer_of",
+    "needed_layer",
+    "wanted_layer",
+]
