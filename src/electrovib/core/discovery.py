@@ -69,10 +69,10 @@ def _leaves(family: type[M]) -> Iterator[type[M]]:
 
 
 def _import_beside(family: type[Model]) -> None:
-    """Import every module beside a family of our own: there its members are, and in papers."""
-    package, _, _ = family.__module__.rpartition(".")
-    if package.partition(".")[0] == __name__.partition(".")[0]:
-        _import_folder(package)
+    """Import the room of a family of our own, `electrovib.physics` for instance: there its members are, and in papers."""
+    own, *room = family.__module__.split(".")[:2]
+    if own == __name__.partition(".")[0]:
+        _import_folder(".".join([own, *room]))
 
 
 @functools.cache

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from importlib.metadata import EntryPoint
 
@@ -132,6 +133,17 @@ def test_members_of_families_within_families_are_found():
 
     assert find_members(Outer) == {"One": One, "Two": Two}
     assert find_members(Inner) == {"Two": Two}
+
+
+def test_a_member_is_found_wherever_in_the_room_of_its_family_it_is():
+    """A folder of the family's own does not hide members beside the folder; no paper is imported for them."""
+    code = (
+        "import sys; from electrovib.core.discovery import find_members; from electrovib.physics.material import Material;"
+        " found = find_members(Material, wanted='BridgedAir');"
+        " print('BridgedAir' in found, any(name.startswith('electrovib.papers.') for name in sys.modules))"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert said == "True False\n"
 
 
 def test_two_models_of_one_name_are_refused():
