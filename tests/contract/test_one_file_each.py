@@ -213,7 +213,7 @@ def test_the_page_of_the_documentation_and_the_citations_have_them(environment):
     code = (
         "from electrovib.study import catalogue; from electrovib.view.catalogue import as_markdown;"
         " from electrovib.core.discovery import papers;"
-        " print(as_markdown());"
+        " print(as_markdown(own=False));"
         " print(*(catalogue.bibtex(papers()[name], name) for name in papers()))"
     )
     page = call(environment, "-c", code)
