@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from electrovib.core.arrays import Complex, Real
-from electrovib.physics.drive.pieces import SLACK
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.pieces import SLACK, Linear
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+
+__all__ = ["Chirped", "Linear", "Part", "Smooth", "Tones", "circling"]
 
 LOOKS = 16
 """Looks at each cycle of the fastest oscillation, when a largest value is searched for."""
