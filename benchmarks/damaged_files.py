@@ -25,9 +25,8 @@ from electrovib.core.errors import InputError
 from electrovib.core.samples import Samples
 from electrovib.core.trace import make_trace
 from electrovib.data.columns import read_columns
-from electrovib.data.traces import save_csv, save_nc
-from electrovib.export.matlab import save_mat
-from electrovib.scenario import load, scenario_of, sweep_of
+from electrovib.data.traces import open_if_trace, save_csv, save_mat, save_nc
+from electrovib.scenario import read_scenario, sweep_of
 
 TIME, VOLTAGE = np.arange(40) * 1e-3, np.sin(np.arange(40.0)) * 100
 BY_NAME = {"t": ("time", "s"), "v": ("voltage", "V")}
@@ -58,7 +57,7 @@ LONGEST = 40.0
 
 
 def small_trace():
-    scenario = load("vezzoli_2014/fig6").to_json()
+    scenario = read_scenario("vezzoli_2014/fig6").to_json()
     return make_trace(
         {
             "field": (("layer", "time"), np.outer([1.0, 2, 3], VOLTAGE)),
@@ -148,9 +147,9 @@ def open_one(path, wanted):
         if wanted is not None:
             read_columns(path, wanted)
         else:
-            found = load(path)
-            if hasattr(found, "attrs"):
-                scenario_of(found)
+            found = open_if_trace(path)
+            read_scenario(found, before_sweep=True)
+            if found is not path:
                 sweep_of(found)
     except InputError as error:
         if any("\n" in problem.replace(str(path), "") for problem in error.problems):

@@ -184,7 +184,7 @@ def virtual_work(finger: Finger, halvings: int = 0, step: float = 1e-3) -> float
 
 def pressed(finger: Finger) -> float:
     """Gap-plane pressure at 1 V by the package [Pa]."""
-    trace = ev.simulate(scenario(finger, {"model": "Constant", "level": 1.0}))
+    trace = ev.simulate(scenario(finger, {"model": "Step", "level": 1.0}))
     return float(trace.electrostatic_force[-1]) / 1e-4
 
 

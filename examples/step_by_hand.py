@@ -10,7 +10,7 @@ import electrovib as ev
 def main() -> float:
     """Give the largest difference between the simulated effective voltage and v exp(-t/tau)."""
     scenario = ev.load("vezzoli_2014/fig6").replace(
-        {"drive": {"model": "Constant", "level": "1 kV"}, "circuit.return_path.resistance": 0}
+        {"drive": {"model": "Step", "level": "1 kV"}, "circuit.return_path.resistance": 0}
     )
     trace = ev.simulate(scenario)
     film, skin = scenario.stack.layers["insulator"], scenario.stack.layers["stratum_corneum"]

@@ -27,8 +27,8 @@ def main() -> dict:
         }
     )
     drives = {
-        "no voltage": {"model": "Constant", "level": 0.0},
-        "500 V held": {"model": "Constant", "level": 500.0},
+        "no voltage": {"model": "Step", "level": 0.0},
+        "500 V held": {"model": "Step", "level": 500.0},
         "500 V, force at 100 Hz": {"model": "Sine", "amplitude": 500.0, "frequency": 50.0},
     }
     time = np.linspace(0, 0.2, 4001)

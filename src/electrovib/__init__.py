@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from electrovib.apps.init import init as init
     from electrovib.apps.run import run as run
     from electrovib.core.budget import budget as budget
+    from electrovib.data.traces import open_trace as open_trace
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
     from electrovib.recordings.recording import read_recording as read_recording
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from electrovib.scenario import scenario_of as scenario_of
     from electrovib.solve.equilibrium import equilibrium as equilibrium
     from electrovib.solve.equilibrium import hysteresis as hysteresis
+    from electrovib.solve.prepare import prepare as prepare
     from electrovib.solve.simulate import simulate as simulate
     from electrovib.study.catalogue import models as models
     from electrovib.study.perceive import perceive as perceive
@@ -44,7 +46,9 @@ _PLACES = {
     "just_noticeable": "electrovib.study.percept",
     "load": "electrovib.scenario",
     "models": "electrovib.study.catalogue",
+    "open_trace": "electrovib.data.traces",
     "perceive": "electrovib.study.perceive",
+    "prepare": "electrovib.solve.prepare",
     "read_recording": "electrovib.recordings.recording",
     "reduce_swipe": "electrovib.recordings.swipe",
     "report": "electrovib.view.report",

@@ -17,7 +17,8 @@ from hypothesis import strategies as st
 from pydantic_core import PydanticUndefined
 
 from electrovib.core.discovery import find_members, paper_of, papers
-from electrovib.core.model import Model, quantity_of
+from electrovib.core.model import Model
+from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.force import ForceLaw

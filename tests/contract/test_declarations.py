@@ -10,8 +10,7 @@ import pytest
 from pydantic_core import PydanticUndefined
 
 from electrovib.core.checks import STATUSES
-from electrovib.core.model import quantity_of
-from electrovib.core.quantity import Quantity
+from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.units import KINDS
 
 

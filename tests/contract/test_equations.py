@@ -10,7 +10,7 @@ import pytest
 import sympy
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY
-from electrovib.core.model import quantity_of
+from electrovib.core.quantity import quantity_of
 
 AGREEMENT = 1e-12
 """Relative: rounding of a dozen operations and of a complex power."""

@@ -46,8 +46,8 @@ def test_lower_corner_of_a_conducting_finger(leak):
     assert found == pytest.approx(CORNERS[leak], rel=2e-2)  # two digits
     bare = chain(gap_resistivity=leak, resistance=0.0)
     # interpolation between 722 points a decade
-    assert rises_to(bare, 0.5) == pytest.approx(found, rel=1e-4)
-    assert rises_to(bare, 0.9) == pytest.approx(3 * found, rel=1e-4)
+    assert rises_to(bare, share=0.5) == pytest.approx(found, rel=1e-4)
+    assert rises_to(bare, share=0.9) == pytest.approx(3 * found, rel=1e-4)
     field = np.abs(phasors(bare, np.array([found, 1e9]))["gap"].field)
     assert 20 * np.log10(field[0] / field[1]) == pytest.approx(-3.01, abs=1e-2)
 
@@ -57,14 +57,14 @@ def test_corner_with_every_skin_that_conducts(leak):
     """Slow leak: within 5 % on every skin; fast leak: the skin's own impedance shifts it, up to 1.8 times."""
     for name, material in skins().items():
         if material.conductivity > 0:
-            edge = rises_to(chain(gap_resistivity=leak, skin=material), 0.5)
+            edge = rises_to(chain(gap_resistivity=leak, skin=material), share=0.5)
             ratio = edge / corner(gap=GAP, gap_resistivity=leak)
             assert (0.95 if leak == 1e9 else 0.9) < ratio < (1.0 if leak == 1e9 else 1.8), name
 
 
 def test_corner_holds_over_three_decades_where_the_skin_is_thin_electrically():
     for leak in LEAKS:
-        edge = rises_to(chain(gap_resistivity=leak, skin=named("Gabriel wet"), resistance=0.0), 0.5)
+        edge = rises_to(chain(gap_resistivity=leak, skin=named("Gabriel wet"), resistance=0.0), share=0.5)
         assert edge == pytest.approx(corner(gap=GAP, gap_resistivity=leak), rel=2.5e-2)
 
 

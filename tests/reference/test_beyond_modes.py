@@ -9,6 +9,7 @@ import pytest
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.errors import InputError
+from electrovib.data.traces import open_trace
 from electrovib.scenario import load
 from electrovib.solve.equilibrium import equilibrium
 from electrovib.solve.simulate import simulate
@@ -34,7 +35,7 @@ def founding():
 def test_a_moved_gap_that_nothing_leaks_through(suspended, distance):
     """E = V/(K + g(t)) with K = T_i/eps_i + T_s/eps_s; the body's 1 kohm takes less than 1e-6 of it."""
     scenario = suspended.replace(
-        DRY | {"motion.distance": distance, "drive": {"model": "Constant", "level": 500.0}}
+        DRY | {"motion.distance": distance, "drive": {"model": "Step", "level": 500.0}}
     )
     trace = simulate(scenario, time=np.linspace(0, 0.7, 701))
     gap = scenario.motion.distance.gap(trace.time.values)
@@ -104,7 +105,7 @@ def test_a_gap_with_bridges_yields_to_the_share_that_pulls(suspended):
     relief = {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}
     bridged = {"model": "BridgedAir", "bridged_share": 0.3, "spot_conductivity": 0.0}
     yields = {"contact.surface": relief, "contact.closing": {"damping": 1e6}, "stack.gap.material": bridged}
-    held = {"motion.distance": None, "load.normal_force": 0.3, "drive": {"model": "Constant", "level": 300.0}}
+    held = {"motion.distance": None, "load.normal_force": 0.3, "drive": {"model": "Step", "level": 300.0}}
     trace = simulate(suspended.replace(yields | held | DRY), time=np.linspace(0, 0.1, 11))
     borne = 1e9 * (10e-6 - float(trace.gap[-1])) * 1e-4
     assert borne == pytest.approx(0.3 + float(trace.electrostatic_force[-1]), rel=1e-5)
@@ -198,7 +199,7 @@ def test_a_trace_gives_back_every_new_part(tmp_path):
     trace = simulate(scenario, time=np.linspace(0, 0.1, 51))
     for suffix in (".nc", ".csv", ".mat"):
         save(trace, tmp_path / f"trace{suffix}")
-        again = load(tmp_path / f"trace{suffix}")
+        again = open_trace(tmp_path / f"trace{suffix}")
         assert scenario_of(again) == scenario
         for name in trace:
             np.testing.assert_array_equal(

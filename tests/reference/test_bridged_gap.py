@@ -21,7 +21,7 @@ CASES = [(1e-3, 1e-6), (0.05, 2e-8), (0.4, 1e-7)]
 def bridged(share, conductivity, **changes):
     material = {"model": "BridgedAir", "bridged_share": share, "spot_conductivity": conductivity}
     content = dict(Scenario.example) | {
-        "drive": {"model": "Constant", "level": VOLTAGE},
+        "drive": {"model": "Step", "level": VOLTAGE},
         "contact": {"model": "FixedArea", "area": AREA},
         "circuit": {"return_path": {"model": "Grounded", "resistance": 0.0}},
         "stack": {

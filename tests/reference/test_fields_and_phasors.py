@@ -82,7 +82,7 @@ def test_stacks_of_a_finger(finger, paper_skin, gap, surroundings):
         layers["gap"] = finger.gap(1e-6, gap)
     layers["stratum_corneum"] = {"thickness": 200e-6, "material": exact}
     scenario = finger.build(
-        drive={"model": "Constant", "level": 1}, stack=layers, circuit=SURROUNDINGS[surroundings]
+        drive={"model": "Step", "level": 1}, stack=layers, circuit=SURROUNDINGS[surroundings]
     )
     section, _ = modes(scenario)
     truth = phasors(scenario, FREQUENCY)
@@ -102,7 +102,7 @@ def test_stacks_of_a_finger(finger, paper_skin, gap, surroundings):
 def test_a_wrong_field_is_refused(finger):
     """The comparison sees a conductivity that is off by 1e-9."""
     layers = {"insulator": finger.film(), "stratum_corneum": finger.skin(conductivity=1e-6)}
-    scenario = finger.build(drive={"model": "Constant", "level": 1}, stack=layers)
+    scenario = finger.build(drive={"model": "Step", "level": 1}, stack=layers)
     wrong = scenario.replace({"stack.stratum_corneum.material.conductivity": 1e-6 * (1 + 1e-9)})
     section, _ = modes(wrong)
     truth = phasors(scenario, FREQUENCY)["stratum_corneum"].field

@@ -63,7 +63,7 @@ def time(request):
 
 
 def test_step(finger, time):
-    voltage = effective(founding(finger, {"model": "Constant", "level": VOLTAGE}), time)
+    voltage = effective(founding(finger, {"model": "Step", "level": VOLTAGE}), time)
     expected = VOLTAGE * np.exp(-time / time_constant())
     assert np.max(np.abs(voltage - expected)) < PRECISION * VOLTAGE
     wrong = VOLTAGE * np.exp(-time / (time_constant() * (1 + 1e-11)))
@@ -124,7 +124,7 @@ def test_repeated_trapezium_of_half_duty_gives_equal_pulses(finger, conducting_p
 
 
 def test_readings_agree_without_dispersion(finger):
-    section = phasors(founding(finger, {"model": "Constant", "level": 1}), FREQUENCY)
+    section = phasors(founding(finger, {"model": "Step", "level": 1}), FREQUENCY)
     causal = Vezzoli2014Causal().effective_voltage(section)
     literal = Vezzoli2014PerFrequency().effective_voltage(section)
     assert np.max(np.abs(causal - literal)) < PRECISION
@@ -132,9 +132,7 @@ def test_readings_agree_without_dispersion(finger):
     law = time_constant() * s / (1 + time_constant() * s)
     assert np.max(np.abs(causal - law)) < PRECISION
     assert np.max(np.abs(causal / law - 1)) < 1e-9  # relative, where the voltage is 5e-4 of the drive
-    modal = Vezzoli2014Causal().effective_voltage(
-        modes(founding(finger, {"model": "Constant", "level": 1}))[0]
-    )
+    modal = Vezzoli2014Causal().effective_voltage(modes(founding(finger, {"model": "Step", "level": 1}))[0])
     assert np.max(np.abs(modal.at(FREQUENCY) - law)) < PRECISION
 
 
@@ -147,7 +145,7 @@ def test_readings_of_the_shipped_skins_differ_by_less_than_a_tenth_up_to_10_kilo
         "stratum_corneum": {"thickness": 200e-6, "material": conducting_paper_skin},
     }
     section = phasors(
-        finger.build(drive={"model": "Constant", "level": 1}, stack=layers), np.geomspace(10, 1e4, 61)
+        finger.build(drive={"model": "Step", "level": 1}, stack=layers), np.geomspace(10, 1e4, 61)
     )
     causal = abs(Vezzoli2014Causal().effective_voltage(section))
     literal = abs(Vezzoli2014PerFrequency().effective_voltage(section))
@@ -249,7 +247,7 @@ def test_a_trace_says_by_how_much_both_readings_differ(finger, strength, state):
     high, relaxation = 100.0, 3e-4
     skin = {"model": "Debye", "permittivity_high": high, "conductivity": 1e-14}
     skin |= {"strength": strength, "relaxation_time": relaxation}
-    scenario = founding(finger, {"model": "Constant", "level": 100.0}).replace(
+    scenario = founding(finger, {"model": "Step", "level": 100.0}).replace(
         {"stack.stratum_corneum.material": skin, "frequency.samples": 4001}
     )
     found = difference_of_readings(scenario)
@@ -265,7 +263,7 @@ def test_a_trace_says_by_how_much_both_readings_differ(finger, strength, state):
 
 def test_both_readings_of_the_shipped_wet_skin_and_over_a_band_of_ones_own(finger):
     """-58 % at 1 MHz, 3.2 % below 10 kHz: what is said follows the frequencies of the scenario."""
-    wet = founding(finger, {"model": "Constant", "level": 100.0}).replace(
+    wet = founding(finger, {"model": "Step", "level": 100.0}).replace(
         {"stack.stratum_corneum.material": gabriel_1996.WET}
     )
     found = difference_of_readings(wet)
@@ -277,5 +275,5 @@ def test_both_readings_of_the_shipped_wet_skin_and_over_a_band_of_ones_own(finge
 
 
 def test_without_dispersion_there_is_one_reading_and_no_promise_stands_in_its_docstring(finger):
-    assert difference_of_readings(founding(finger, {"model": "Constant", "level": 100.0})) is None
+    assert difference_of_readings(founding(finger, {"model": "Step", "level": 100.0})) is None
     assert "%" not in (Vezzoli2014Causal.__doc__ or "")

@@ -52,9 +52,7 @@ def test_static_force(finger, law, gap, printed, half_digit):
     gap = gap * 1e-6
     bare = formula(law, gap)
     assert abs(bare * 1e3 - printed) <= half_digit
-    scenario = finger.build(
-        drive={"model": "Constant", "level": VOLTAGE}, force=law, stack=stack(finger, gap)
-    )
+    scenario = finger.build(drive={"model": "Step", "level": VOLTAGE}, force=law, stack=stack(finger, gap))
     force = simulate(scenario)["electrostatic_force"].values
     # nothing conducts and nothing is in series: the step is the force, at all times
     assert np.max(np.abs(force / bare - 1)) < ROUNDING
@@ -72,7 +70,7 @@ def test_the_digits_are_sharp_enough_to_refuse_another_skin():
 def test_capacitance(finger, name, printed, half_digit):
     layer = stack(finger, 0)[name]
     bare = EPS0 * layer["material"]["permittivity"] * AREA / layer["thickness"]
-    scenario = finger.build(drive={"model": "Constant", "level": 1}, stack={"insulator": layer})
+    scenario = finger.build(drive={"model": "Step", "level": 1}, stack={"insulator": layer})
     trace = simulate(scenario)
     angular = 2 * np.pi * trace["frequency"].values
     simulated = 1 / (1j * angular * trace["impedance"].values)
@@ -98,7 +96,7 @@ def test_force_of_a_sine_is_half_in_the_mean(finger):
 
 def test_a_body_resistance_hides_the_step_only_for_its_time_constant(finger):
     scenario = finger.build(
-        drive={"model": "Constant", "level": VOLTAGE}, stack=stack(finger, 5e-6), resistance=1000.0
+        drive={"model": "Step", "level": VOLTAGE}, stack=stack(finger, 5e-6), resistance=1000.0
     )
     capacitance = EPS0 * AREA / (ELECTRICAL + 5e-6)
     times = np.array([0.0, 0.5, 1, 2, 5]) * 1000.0 * capacitance
@@ -110,7 +108,7 @@ def test_a_body_resistance_hides_the_step_only_for_its_time_constant(finger):
 def test_second_electrode_of_half_the_area(finger):
     """In series the smaller contact takes two thirds of the voltage; the finger is pulled at both."""
     path = {"model": "SecondElectrode", "area": AREA / 2, "resistance": 0}
-    drive = {"model": "Constant", "level": VOLTAGE}
+    drive = {"model": "Step", "level": VOLTAGE}
     trace = simulate(finger.build(drive=drive, stack=stack(finger, 5e-6), return_path=path))
     electrical = ELECTRICAL + 5e-6
     first, second = (EPS0 / 2 * (share * VOLTAGE / electrical) ** 2 for share in (1 / 3, 2 / 3))
@@ -121,7 +119,7 @@ def test_second_electrode_of_half_the_area(finger):
 
 def test_floating_body_divides_the_voltage(finger):
     path = {"model": "Floating", "capacitance": 100e-12, "resistance": 0}
-    drive = {"model": "Constant", "level": VOLTAGE}
+    drive = {"model": "Step", "level": VOLTAGE}
     trace = simulate(finger.build(drive=drive, stack=stack(finger, 0), return_path=path))
     capacitance = EPS0 * AREA / ELECTRICAL
     share = 100e-12 / (100e-12 + capacitance)
@@ -135,7 +133,7 @@ def test_surface_charge_cancels_the_voltage(finger):
     charge = -330e-6
     layers = stack(finger, 5e-6)
     layers["insulator"] |= {"initial_charge": charge}
-    scenario = finger.build(drive={"model": "Constant", "level": VOLTAGE}, stack=layers)
+    scenario = finger.build(drive={"model": "Step", "level": VOLTAGE}, stack=layers)
     trace = simulate(scenario)
     field = trace["field"].sel(layer="gap").values
     expected = (VOLTAGE + charge * FILM_ELECTRICAL / EPS0) / (ELECTRICAL + 5e-6)
@@ -149,7 +147,7 @@ def test_surface_charge_cancels_the_voltage(finger):
 
 def test_phasors_of_the_film_alone_hold_the_whole_voltage(finger):
     scenario = finger.build(
-        drive={"model": "Constant", "level": 1}, stack={"insulator": finger.film()}, resistance=0
+        drive={"model": "Step", "level": 1}, stack={"insulator": finger.film()}, resistance=0
     )
     section = phasors(scenario, np.geomspace(1, 1e6, 7))
     assert np.max(np.abs(section["insulator"].field * FILM - 1)) < 1e-15 * 4

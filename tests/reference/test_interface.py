@@ -41,7 +41,7 @@ ROUNDING = 1e-9
 def stack(finger, film, gap=None, skin=SKIN, level=50.0, **more):
     between = {} if gap is None else {"gap": {"thickness": gap}}
     layers = {"insulator": film, **between, "stratum_corneum": skin}
-    return finger.build(drive={"model": "Constant", "level": level}, stack=layers, **more)
+    return finger.build(drive={"model": "Step", "level": level}, stack=layers, **more)
 
 
 def lamps(trace):
@@ -59,7 +59,7 @@ def test_over_a_plate_that_conducts_the_limit_is_that_of_small_gaps(finger):
 def test_a_layer_is_what_its_role_says(finger):
     """The same air under another name gives the same digits; without a role the name is refused."""
     scenario = load("vezzoli_2014/fig6_gap")
-    drive = {"drive": {"model": "Constant", "level": 1000.0}}
+    drive = {"drive": {"model": "Step", "level": 1000.0}}
     tables = scenario.replace(drive | {"force": {"model": "GapPlane"}}).to_dict()
     names = {"insulator": ("film", "plate"), "gap": ("air_gap", "gap"), "stratum_corneum": ("skin", "finger")}
     renamed = {names[old][0]: layer | {"role": names[old][1]} for old, layer in tables["stack"].items()}
@@ -123,7 +123,7 @@ WRONG = {
 def test_a_role_that_cannot_be_is_refused(finger, case):
     layers, words = WRONG[case]
     with pytest.raises(InputError, match=words):
-        finger.build(drive={"model": "Constant", "level": 1}, stack=layers)
+        finger.build(drive={"model": "Step", "level": 1}, stack=layers)
 
 
 def random_case(random, finger):
@@ -173,7 +173,7 @@ def check_limit(seed, finger):
     level = 100.0
 
     def found(stack):
-        scenario = finger.build(drive={"model": "Constant", "level": level}, stack=stack, return_path=path)
+        scenario = finger.build(drive={"model": "Step", "level": level}, stack=stack, return_path=path)
         trace = simulate(scenario, time=time)
         assert trace.attrs["solver"] == "transient"
         return trace.interface_field.values, gap_field(phasors(scenario, frequency))
@@ -266,7 +266,7 @@ def test_a_neutral_body_that_floats_begins_neutral(finger):
     """Charge on the film lifts a floating body; a body that gave the charge is drawn down by as much."""
     film = finger.film() | {"initial_charge": 1e-5}
     floating = {"model": "Floating", "capacitance": 150e-12}
-    drive = {"model": "Constant", "level": 0.0}
+    drive = {"model": "Step", "level": 0.0}
     layers, time = {"insulator": film, "stratum_corneum": SKIN}, np.array([0.0, 1.0])
     neutral = simulate(finger.build(drive=drive, stack=layers, return_path=floating), time=time)
     C_i = EPS0 * 3.35 * AREA / 90e-6

@@ -72,7 +72,7 @@ def test_charge_left_in_the_layers_tells_the_polarity():
     charged = kaczmarek.scenarios()["positive"].replace({"stack.gap.initial_charge": 1e-6})
     ratio = kaczmarek.polarity_ratio(charged)
     assert ratio != 1.0
-    assert "positive pulses are" in kaczmarek.verdict(ratio)
+    assert "positive pulses are" in kaczmarek.verdict(ratio=ratio)
 
 
 @pytest.mark.parametrize("kind", ["skin", "gap"])
@@ -86,7 +86,7 @@ def test_positive_pulses_are_weaker(kind):
     assert peaks["positive"] < 0.95 * peaks["biphasic"]
     ratio = kaczmarek.polarity_ratio(kaczmarek.scenarios()[f"{kind}_positive"])
     assert 0.4 < ratio < 0.5
-    assert "weaker" in kaczmarek.verdict(ratio)
+    assert "weaker" in kaczmarek.verdict(ratio=ratio)
 
 
 @pytest.mark.parametrize("kind", ["skin", "gap"])
@@ -97,7 +97,7 @@ def test_the_other_asymmetry_has_the_other_sign(kind):
     turned = kaczmarek.rectifying(conductivity, positive=kaczmarek.SLOW, negative=kaczmarek.FAST)
     ratio = kaczmarek.polarity_ratio(base.replace({f"stack.{layer}.leak": turned}))
     assert ratio * kaczmarek.polarity_ratio(base) == pytest.approx(1, rel=1e-9)
-    assert "stronger" in kaczmarek.verdict(ratio)
+    assert "stronger" in kaczmarek.verdict(ratio=ratio)
     alike = kaczmarek.rectifying(conductivity, positive=kaczmarek.FAST, negative=kaczmarek.FAST)
     same = kaczmarek.polarity_ratio(base.replace({f"stack.{layer}.leak": alike}))
     assert same == pytest.approx(1, abs=1e-9)
@@ -109,7 +109,7 @@ def test_the_cut_decides():
     changes = {"stack.gap.leak": None, "stack.stratum_corneum.leak": leak}
     ratio = kaczmarek.polarity_ratio(kaczmarek.scenarios()["gap_positive"].replace(changes))
     assert 1 < ratio < 1.01
-    assert "hardly stronger" in kaczmarek.verdict(ratio)
+    assert "hardly stronger" in kaczmarek.verdict(ratio=ratio)
     found = kaczmarek.polarity_of_laws(kaczmarek.scenarios()["skin_positive"])
     assert found["Vezzoli2014Causal"][0] < 0.5
     assert abs(found["EffectiveMediumPlane"][0] - 1) < 1e-6  # it never loses charge

@@ -41,7 +41,7 @@ def two_layer_scenario(finger, case, voltage=100.0):
         "insulator": {"thickness": case["dielectric"], "material": material},
         "gap": finger.gap(case["gap"], 1 / case["gap_resistivity"]),
     }
-    return finger.build(drive={"model": "Constant", "level": voltage}, stack=layers)
+    return finger.build(drive={"model": "Step", "level": voltage}, stack=layers)
 
 
 SKIN = {"dielectric": 200e-6, "permittivity": 1650.0, "resistivity": 5.6e5, "gap": 3e-6}
@@ -110,7 +110,7 @@ def three_layers(
         "gap": finger.gap(gap, 1 / gap_resistivity),
         "stratum_corneum": finger.skin(permittivity, 1 / skin_resistivity, skin),
     }
-    return finger.build(drive={"model": "Constant", "level": 1}, stack=layers)
+    return finger.build(drive={"model": "Step", "level": 1}, stack=layers)
 
 
 def gap_decay(scenario):

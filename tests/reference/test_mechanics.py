@@ -9,7 +9,7 @@ import pytest
 
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.finger import MassSpringDamper
-from electrovib.physics.rig import Creep, LateralSensor, PiezoSensor, Tribometer
+from electrovib.physics.rig import LateralSensor, PiezoSensor, SensorCreep, Tribometer
 from electrovib.physics.stages import response
 from electrovib.solve.mechanics.chain import finger_filters, measured, respond_mechanically
 from electrovib.solve.mechanics.filters import filtered, first_order, high_pass, of_stages, second_order
@@ -71,7 +71,7 @@ def integrated(stages, force, times, corners):
 
 def test_lateral_sensor_under_the_founding_force_against_an_adaptive_integrator():
     sensor = LateralSensor(
-        natural_frequency=500.0, damping_ratio=0.05, bandwidth=2e3, creep=Creep(share=-0.05, time=0.05)
+        natural_frequency=500.0, damping_ratio=0.05, bandwidth=2e3, creep=SensorCreep(share=-0.05, time=0.05)
     )
     times = np.unique(np.concatenate([np.linspace(0.0, 0.2, 200), CORNERS]))
     expected = integrated(sensor.stages(), effective_force, times, CORNERS)
@@ -108,7 +108,7 @@ def test_relaxation_of_the_sensor_makes_falling_edges_smaller():
 
     rising, falling = peaks(None)
     assert falling == pytest.approx(rising, rel=1e-3)  # the founding law itself: equal edges
-    rising, falling = peaks(Creep(share=-0.3, time=0.1))
+    rising, falling = peaks(SensorCreep(share=-0.3, time=0.1))
     assert 0.95 * rising < falling < 0.99 * rising
 
 

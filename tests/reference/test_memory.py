@@ -151,7 +151,7 @@ def test_the_reference_is_a_mittag_leffler_function():
     scale /= np.cos(order * np.pi / 2)
     times = np.array([1e-3, 1.0, 100.0])
     expected = [mittag_leffler(order, scale * time**order) for time in times]
-    step = exact(skin, FILM, 0.0, {"model": "Constant", "level": 1.0}, times)
+    step = exact(skin, FILM, 0.0, {"model": "Step", "level": 1.0}, times)
     np.testing.assert_allclose(step[QUANTITIES.index("skin")], expected, rtol=1e-11)
 
 
@@ -165,8 +165,8 @@ def test_the_reference_is_a_mittag_leffler_function():
             "effective",
             [8.70, 5.04, 2.95],
         ),
-        (DRY, {"model": "Constant", "level": 1000.0}, [10.0], "effective", [0.865]),
-        (BLOCKING, {"model": "Constant", "level": 1.0}, [1.0, 10.0, 100.0], "skin", [0.1091, 0.0684, 0.0423]),
+        (DRY, {"model": "Step", "level": 1000.0}, [10.0], "effective", [0.865]),
+        (BLOCKING, {"model": "Step", "level": 1.0}, [1.0, 10.0, 100.0], "skin", [0.1091, 0.0684, 0.0423]),
     ],
     ids=["held for 2 s", "held for 10 s", "without conduction"],
 )
@@ -230,7 +230,7 @@ def random_run(random):
     """Durations of 1 ms to 100 s, steps and trapezia, on the film and on the coat."""
     skin, lasts = random_skin(random), float(10 ** random.uniform(-3, 2))
     film, resistance = (FILM, COAT)[int(random.integers(2))], (0.0, 1000.0)[int(random.integers(2))]
-    drive = {"model": "Constant", "level": 100.0}
+    drive = {"model": "Step", "level": 100.0}
     if random.random() < 0.5:
         edges = 10 ** random.uniform(-3, -1, 2) * lasts
         hold = float(random.uniform(0.05, 0.5)) * lasts
@@ -315,7 +315,7 @@ def test_each_quantity_has_an_error_of_its_own():
 def test_the_current_is_judged_apart():
     """It falls by three decades here; the transform of its charge over that of the field is eps0 times the area."""
     times, level = np.geomspace(1e-3, 1.0, 7), 100.0
-    scenario = on(COAT, DRY, {"model": "Constant", "level": level}, force="GapPlane")
+    scenario = on(COAT, DRY, {"model": "Step", "level": level}, force="GapPlane")
     section, _ = modes(scenario, times)
     answer = solve(scenario, section, times)
     errors = answer_errors(scenario, section, answer, times, known=(0.0, np.inf))
@@ -336,7 +336,7 @@ def test_the_band_follows_from_the_run():
     low, high = run_band(held, np.linspace(0, 50.0, 11))
     assert low == pytest.approx(1 / (2 * np.pi * 50.0 * MARGIN))
     assert high == pytest.approx(MARGIN / (2 * np.pi * 2e-8))
-    step = on(FILM, DRY, {"model": "Constant", "level": 1.0})
+    step = on(FILM, DRY, {"model": "Step", "level": 1.0})
     assert shortest_time(step, np.array([0.0, 1e-9, 1e-8])) == pytest.approx(1e-9)
     assert run_band(step, np.array([0.0, 1e-9, 1e-8]))[1] == pytest.approx(MARGIN / (2 * np.pi * 1e-9))
     sine = {"model": "Sine", "amplitude": 1.0, "frequency": 0.02}
@@ -351,27 +351,25 @@ def test_the_band_follows_from_the_run():
 
 def test_runs_that_differ_little_share_a_reduction():
     one, other = (
-        reductions(on(FILM, DRY, {"model": "Constant", "level": 1.0}), np.array([0.0, end]))[
-            "stratum_corneum"
-        ]
+        reductions(on(FILM, DRY, {"model": "Step", "level": 1.0}), np.array([0.0, end]))["stratum_corneum"]
         for end in (4.0, 5.0)
     )
     assert one is other
 
 
 def test_a_netlist_holds_the_relaxations_of_the_run():
-    from electrovib.export.spice.circuit import Circuit
+    from electrovib.export.spice.circuit import BuiltCircuit
 
     scenario = on(FILM, DRY, {"model": "Trapezium", "high": 1.0, "rise": 0.02, "hold": 5.0, "fall": 0.02})
     section, _ = modes(scenario)
-    built = Circuit.of(scenario)
+    built = BuiltCircuit.of(scenario)
     assert built.reductions["stratum_corneum"].debye == section.debye["stratum_corneum"]
     assert max(section.debye["stratum_corneum"].relaxation_times) > 5.0
 
 
 def test_a_sum_as_declared_has_nothing_to_state():
     skin = {"model": "Debye", "permittivity_high": 50, "strength": 900, "relaxation_time": 1e-3}
-    trace = simulate(on(FILM, skin | {"conductivity": 1e-6}, {"model": "Constant", "level": 1.0}))
+    trace = simulate(on(FILM, skin | {"conductivity": 1e-6}, {"model": "Step", "level": 1.0}))
     assert lamp(trace, "memory") is None
     assert trace.attrs["transfer_error"] < 1e-12
 
@@ -382,13 +380,13 @@ def test_the_lamp_warns_where_no_reduction_reaches():
     trace = simulate(on(FILM, BLOCKING, drive, settled=True))
     assert lamp(trace, "memory")["state"] == "warning"
     assert trace.attrs["transfer_error"] > 1
-    held = simulate(on(FILM, BLOCKING, {"model": "Constant", "level": 100.0}))
+    held = simulate(on(FILM, BLOCKING, {"model": "Step", "level": 100.0}))
     assert lamp(held, "memory")["state"] == "ok"
     assert lamp(held, "memory")["value"] <= held.attrs["transfer_error"] < 0.01
 
 
 def test_a_leak_is_told_not_to_be_judged():
-    scenario = on(FILM, DRY, {"model": "Constant", "level": 100.0}, force="GapPlane")
+    scenario = on(FILM, DRY, {"model": "Step", "level": 100.0}, force="GapPlane")
     leaky = scenario.replace(
         {"stack.insulator.leak": {"model": "FieldConduction", **FieldConduction.example}}
     )
@@ -467,7 +465,7 @@ def test_materials_are_known_where_all_tables_are():
 def test_what_initial_charge_leaves_behind(resistance):
     """Charge on the face of the film, 0 V: the voltage of the skin against its Laplace transform, and the stated error."""
     charge, times = 1e-5, np.geomspace(1e-3, 1.0, 7)
-    scenario = on(COAT, DRY, {"model": "Constant", "level": 0.0}, resistance=resistance, force="GapPlane")
+    scenario = on(COAT, DRY, {"model": "Step", "level": 0.0}, resistance=resistance, force="GapPlane")
     scenario = scenario.replace({"stack.insulator.initial_charge": charge})
     section, _ = modes(scenario, times)
     before, between = section.modes.charges[:2].tolist()  # on the plate, and with the charge added

@@ -16,7 +16,7 @@ from electrovib.core.errors import InputError
 from electrovib.export.spice.netlist import netlist
 from electrovib.export.spice.timing import Timing
 from electrovib.papers.palmar_1995 import skins
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 from electrovib.scenario import paper_scenario
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes, phasors
@@ -130,7 +130,7 @@ def cases(finger):
         "second electrode": build(drive=SQUARE, stack=full, return_path=SECOND),
         "modulated": build(drive=MODULATED, stack=bare, force="StratumCorneumPlane", resistance=1e3),
         "modulated, settled": build(drive=MODULATED, stack=full, force=founding, return_path=SECOND, settled=True),
-        "step": build(drive={"model": "Constant", "level": 100}, stack=full, force=founding, resistance=1e3),
+        "step": build(drive={"model": "Step", "level": 100}, stack=full, force=founding, resistance=1e3),
         "burst": build(drive=BURST, stack=old),
         "chirp": build(drive=CHIRP, stack=old),
         "measured": build(drive=UNEVEN, stack=full),

@@ -244,7 +244,7 @@ def test_under_a_held_voltage_a_leaking_layer_only_loses(size, onset, kind, laye
     leak = {"model": "FieldConduction", "conductivity": size, "onset_field": onset}
     if kind == "polarity":
         leak = polarity(size, size / 7)
-    held = {"model": "Constant", "level": high}
+    held = {"model": "Step", "level": high}
     base = load("vezzoli_2014/fig6_gap").replace(
         {
             "drive": held,

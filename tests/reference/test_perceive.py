@@ -42,7 +42,9 @@ def test_level_is_that_of_the_friction():
     from electrovib.solve.electrics.attraction import mean_force
     from electrovib.solve.stack.expand import phasors
 
-    plain = SINE.replace({"stack.stratum_corneum.material": vardar_2017.first_order_skin(7.7e-3)})
+    plain = SINE.replace(
+        {"stack.stratum_corneum.material": vardar_2017.first_order_skin(time_constant=7.7e-3)}
+    )
     mean = float(mean_force(plain, phasors(plain, np.array([30.0])), plain.drive.amplitude)[0])
     found = perceive(plain, perception=ALONE)
     expected = 20 * math.log10(0.5 * mean * float(Pacinian().weight(60.0)))
@@ -107,11 +109,11 @@ def test_just_noticeable_is_in_decibels_of_the_voltage():
     with pytest.raises(InputError, match=r"perception\.compliance"):
         just_noticeable(moved, quiet)
     with pytest.raises(InputError, match="nothing moves"):
-        just_noticeable(perceive(SINE, set={"drive": {"model": "Constant", "level": 0.0}}), quiet)
+        just_noticeable(perceive(SINE, set={"drive": {"model": "Step", "level": 0.0}}), quiet)
 
 
 def test_nothing_that_moves_is_not_felt():
-    found = perceive(SINE, set={"drive": {"model": "Constant", "level": 0.0}})
+    found = perceive(SINE, set={"drive": {"model": "Step", "level": 0.0}})
     assert (found.loudest, found.level, found.verdict) == ("", -math.inf, "relative only")
     assert json.loads(json.dumps(found.to_dict(), allow_nan=False))["level"] is None
 
@@ -248,7 +250,7 @@ def test_uneven_times_are_said():
         (measured(plate_voltage=np.sin), "no signal to feel"),
         (measured(lateral_force=lambda time: np.where(time > 0.5, np.nan, time)), "finite"),
         (measured(lateral_force=np.sin).expand_dims(frequency=[1.0, 2.0]), "dimensions frequency, time"),
-        (measured(lateral_force=np.sin).assign_attrs(over="{}"), "sweep"),
+        (measured(lateral_force=np.sin).assign_attrs(over='{"drive.rise": [1.0]}'), "sweep"),
     ],
 )
 def test_a_trace_that_cannot_be_felt_is_refused(trace, sentence):
@@ -315,7 +317,7 @@ def test_a_slow_square_is_felt_at_a_lower_voltage_on_every_skin_that_conducts(sk
     material, edges = conducting_skins()[skin], (0.0, 200e-6) if weight == "both" else (0.0,)
     for frequency, edge in itertools.product((15.0, 30.0), edges):
         given = {"resistance": 1000.0, "edge": edge, "person": WEIGHTS[weight]}
-        assert vardar_2017.sine_over_square(material, frequency, **given) > 1.0
+        assert vardar_2017.sine_over_square(material, frequency=frequency, **given) > 1.0
 
 
 @pytest.mark.parametrize("skin", conducting_skins())
@@ -335,10 +337,10 @@ def test_the_causal_law_gives_the_same_direction(skin):
 
 def test_a_channel_for_low_frequencies_hears_the_sine_and_leaves_the_crossover():
     """Computed apart from this code: 2 dB at 15 Hz, nothing at the crossing."""
-    skin = vardar_2017.first_order_skin(7.7e-3)
-    change = vardar_2017.sine_over_square(skin, 15.0, person=BOTH_CHANNELS) - vardar_2017.sine_over_square(
-        skin, 15.0
-    )
+    skin = vardar_2017.first_order_skin(time_constant=7.7e-3)
+    change = vardar_2017.sine_over_square(
+        skin, frequency=15.0, person=BOTH_CHANNELS
+    ) - vardar_2017.sine_over_square(skin, frequency=15.0)
     assert change == pytest.approx(-2.0, abs=0.1)
     both, alone = (vardar_2017.crossover(skin, person=person) for person in (BOTH_CHANNELS, ON_FORCE))
     assert both == pytest.approx(alone, rel=1e-9)
@@ -349,7 +351,7 @@ def test_the_displacement_moves_the_crossover_down():
 
     The frequencies themselves come out 5 to 6 % higher here, as those of the other time constants do.
     """
-    skin = vardar_2017.first_order_skin(7.7e-3)
+    skin = vardar_2017.first_order_skin(time_constant=7.7e-3)
     moved, still = (vardar_2017.crossover(skin, person=person) for person in (ON_DISPLACEMENT, ON_FORCE))
     assert moved / still == pytest.approx(81 / 86, abs=0.01)
     assert moved == pytest.approx(81.0, rel=0.08)
@@ -357,10 +359,10 @@ def test_the_displacement_moves_the_crossover_down():
 
 def test_the_lowest_crossing_is_given():
     """With edges there is a second crossing near 1 kHz, above which the square is felt better again."""
-    skin = vardar_2017.first_order_skin(7.7e-3)
+    skin = vardar_2017.first_order_skin(time_constant=7.7e-3)
     first = vardar_2017.crossover(skin, edge=200e-6)
     assert 80 < first < 100
-    assert vardar_2017.sine_over_square(skin, 1920.0, edge=200e-6) > 0
+    assert vardar_2017.sine_over_square(skin, frequency=1920.0, edge=200e-6) > 0
     sine, square = vardar_2017.scenarios()["sine"], vardar_2017.scenarios()["square"]
     never = crossover(lambda _: (sine, square), 15.0, 1920.0, ON_FORCE)
     assert never == math.inf

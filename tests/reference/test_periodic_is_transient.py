@@ -32,7 +32,7 @@ TONES = {
         "drives": [
             {"model": "Sine", "amplitude": 50, "frequency": 100},
             {"model": "Sine", "amplitude": 20, "frequency": 250},
-            {"model": "Constant", "level": 30},
+            {"model": "Step", "level": 30},
         ],
     },
 }  # fmt: skip
@@ -71,7 +71,7 @@ def film_on(finger, material, surroundings, drive=None):
         "gap": finger.gap(1e-6, 1e-9),
         "stratum_corneum": {"thickness": 200e-6, "material": material},
     }
-    drive = drive or {"model": "Constant", "level": 1}
+    drive = drive or {"model": "Step", "level": 1}
     return finger.build(drive=drive, stack=layers, settled=True, circuit=SURROUNDINGS[surroundings])
 
 

@@ -110,7 +110,7 @@ def test_law_over_frequency_is_the_formula(filling, spots):
 @pytest.mark.parametrize("mean", [0.0, 1e-6, 5e-6, 15e-6, 60e-6])
 @pytest.mark.parametrize("rms", [0.3e-6, 5e-6, 22e-6])
 def test_held_voltage_on_layers_that_insulate(mean, rms):
-    scenario = rough({"drive": {"model": "Constant", "level": VOLTAGE}}, mean=mean, rms=rms)
+    scenario = rough({"drive": {"model": "Step", "level": VOLTAGE}}, mean=mean, rms=rms)
     force = simulate(scenario, time=np.array([0.0, 0.1])).electrostatic_force.values
     gaps = GaussianGaps(mean=mean, rms=rms)
     thickness = 1e-6 / 3.9 + 200e-6 / 1650
@@ -149,7 +149,7 @@ def test_spots_that_leak_let_a_held_voltage_go():
     """A vanishing gap is a high pass of eps0 rho, whatever the layers; the rest keeps its force."""
     resistivity = 1e-3 / VACUUM_PERMITTIVITY  # 1 ms
     changes = {
-        "drive": {"model": "Constant", "level": VOLTAGE},
+        "drive": {"model": "Step", "level": VOLTAGE},
         "circuit.return_path.resistance": 0.0,
         "time.initial_state": {"model": "AtRest"},
     }

@@ -33,7 +33,7 @@ def test_factors_of_the_founding_force_keep_clear_of_each_other(finger, paper_sk
         "insulator": finger.film(*INSULATORS[insulator]),
         "stratum_corneum": {"thickness": 200e-6, "material": paper_skin},
     }
-    section, _ = modes(finger.build(drive={"model": "Constant", "level": 1}, stack=layers, resistance=1000))
+    section, _ = modes(finger.build(drive={"model": "Step", "level": 1}, stack=layers, resistance=1000))
     root = section.inverse_root_thickness(["insulator", "stratum_corneum"])
     residues = root.gains * root.rates / root.direct
     apart = np.abs(root.rates[:, None] - section.modes.rates) / residues[:, None]
@@ -52,9 +52,9 @@ def test_factors_with_a_rate_in_common_are_moved_apart(finger):
     layers = {"insulator": finger.film(1e-6, 3.9), "stratum_corneum": skin}
 
     def section(resistance):
-        return modes(
-            finger.build(drive={"model": "Constant", "level": 1}, stack=layers, resistance=resistance)
-        )[0]
+        return modes(finger.build(drive={"model": "Step", "level": 1}, stack=layers, resistance=resistance))[
+            0
+        ]
 
     names = ["insulator", "stratum_corneum"]
     plain = inverse_root_thickness([(section(1e3)[n].thickness, section(1e3).debye[n]) for n in names])
@@ -76,7 +76,7 @@ def test_transfer(finger, paper_skin, insulator):
         "gap": finger.gap(1e-6, 1e-9),
         "stratum_corneum": {"thickness": 200e-6, "material": paper_skin},
     }
-    scenario = finger.build(drive={"model": "Constant", "level": 1}, stack=layers, resistance=1000)
+    scenario = finger.build(drive={"model": "Step", "level": 1}, stack=layers, resistance=1000)
     section, _ = modes(scenario)
     truth = phasors(scenario, FREQUENCY)
     for name, kind in find_members(ForceLaw).items():
@@ -91,7 +91,7 @@ def test_transfer(finger, paper_skin, insulator):
 
 def test_the_trace_tells_both_errors(finger, paper_skin):
     layers = {"insulator": finger.film(), "stratum_corneum": {"thickness": 200e-6, "material": paper_skin}}
-    scenario = finger.build(drive={"model": "Constant", "level": 1}, stack=layers, force="Vezzoli2014Causal")
+    scenario = finger.build(drive={"model": "Step", "level": 1}, stack=layers, force="Vezzoli2014Causal")
     trace = simulate(scenario)
     assert trace.attrs["reduction_error"] == reductions(scenario)["stratum_corneum"].largest_error
     assert (

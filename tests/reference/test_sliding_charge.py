@@ -10,11 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.edges import Constant, Trapezium
+from electrovib.physics.drive.edges import Step, Trapezium
 from electrovib.physics.drive.sines import Sine
 from electrovib.physics.motion import Motion
 from electrovib.scenario import load
-from electrovib.solve.electrics.renewal import Renewal, entered, renewed
+from electrovib.solve.electrics.places import Renewal, entered
+from electrovib.solve.electrics.renewal import renewed
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.transfer import Transfer
 
@@ -33,7 +34,7 @@ def mean_square(drive, time, speed, **motion):
 @pytest.mark.parametrize("speed", [0.01, 0.03, 0.05, 0.1, 1.0])
 def test_the_plateau_of_a_held_voltage(speed):
     """Mean of e^2 over the contact, e = V exp(-x/(v tau)); the panels integrate exponentials to 1e-7."""
-    held = mean_square(Constant(level=1.0), np.array([0.0, 40 * TAU + LENGTH / speed]), speed)[-1]
+    held = mean_square(Step(level=1.0), np.array([0.0, 40 * TAU + LENGTH / speed]), speed)[-1]
     ratio = speed * TAU / LENGTH
     assert held == pytest.approx(ratio / 2 * -np.expm1(-2 / ratio), rel=1e-7)
 
@@ -105,7 +106,7 @@ def test_fresh_film_brings_its_charge():
     renewal = Renewal.over(LENGTH)
     moving = Motion(speed=0.1, renews_film=True)
     time = np.array([0.0, 1.0])
-    answer = renewed({"e": transfer}, Constant(level=1.0), time, motion=moving, renewal=renewal)["e"]
+    answer = renewed({"e": transfer}, Step(level=1.0), time, motion=moving, renewal=renewal)["e"]
     assert np.max(np.abs(answer[:, -1])) < 1e-12
 
 

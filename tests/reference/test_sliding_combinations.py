@@ -52,7 +52,7 @@ DRIVES = (
     {"model": "Chirp", "amplitude": 300.0, "first": 10.0, "last": 2000.0, "length": 0.03},
     {"model": "PulseTrain", "high": 300.0, "width": 1e-6, "frequency": 200.0},
     {"model": "Burst", "amplitude": 300.0, "frequency": 1e4, "cycles": 20, "delay": 0.01},
-    {"model": "Constant", "level": 500.0},
+    {"model": "Step", "level": 500.0},
 )
 LOADS = (
     {},

@@ -55,7 +55,7 @@ def test_square_of_the_voltage(drive, expected):
 @pytest.mark.parametrize(("drive", "expected"), CASES.values(), ids=CASES)
 def test_force_of_a_stack_that_does_not_conduct(finger, drive, expected, law):
     layers = {"insulator": finger.film(), "stratum_corneum": finger.skin()}
-    one = simulate(finger.build(drive={"model": "Constant", "level": 1}, stack=layers, force=law))
+    one = simulate(finger.build(drive={"model": "Step", "level": 1}, stack=layers, force=law))
     per_square = one["electrostatic_force"].values[-1]
     trace = simulate(finger.build(drive=drive, stack=layers, force=law, settled=True), time=times())
     found = harmonics(trace["electrostatic_force"].values / per_square)

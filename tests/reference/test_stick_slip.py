@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import Coulomb, Dahl, LuGre
-from electrovib.solve.mechanics.stick_slip.skin import ElasticSkin
+from electrovib.solve.mechanics.stick_slip.kinds import CompliantSlidingSkin
 from electrovib.solve.mechanics.stick_slip.sliding import Sliding, sliding
-from electrovib.solve.nonlinear.collocation import ORDER
+from electrovib.solve.nonlinear.radau import ORDER
 
 COULOMB = Coulomb(coefficient=0.5)
 STRENGTH = 0.3
@@ -330,12 +330,12 @@ def test_friction_takes_energy_and_none_is_lost(speed, stiffness, ratio, damping
 
 def test_a_wrong_heat_is_noticed(monkeypatch):
     """The balance fails where a law's heat is counted one percent too low."""
-    honest = ElasticSkin.rate
+    honest = CompliantSlidingSkin.rate
 
     def rate(self, now, speed, strength, direction):
         return honest(self, now, speed, strength, direction) * [1, 1, 1, 1, 1, 0.99]
 
-    monkeypatch.setattr(ElasticSkin, "rate", rate)
+    monkeypatch.setattr(CompliantSlidingSkin, "rate", rate)
     slide = sliding(
         STICKY, speed=always(0.02), strength=always(STRENGTH), times=np.linspace(0, 0.05, 11), **FINGER
     )

@@ -140,7 +140,7 @@ def test_held_off_needs_a_gap():
 
 def test_attraction_counts_while_a_finger_touches(dry):
     """mu (load + attraction) in touch, 0.42 N where it was 0.25, and nothing before and after."""
-    held = dry.replace({"motion.distance": TOUCH, "drive": {"model": "Constant", "level": 772.0}, "rig": RIG})
+    held = dry.replace({"motion.distance": TOUCH, "drive": {"model": "Step", "level": 772.0}, "rig": RIG})
     trace = simulate(held, time=TIME)
     in_touch = (TIME > 0.0495) & (TIME < 0.1295)
     whole = 0.5 + trace.electrostatic_force.values
@@ -159,9 +159,7 @@ def test_attraction_counts_while_a_finger_touches(dry):
 
 def test_a_contact_that_begins_remembers_nothing(dry):
     """Behind a lag the friction of a new touch rises from 0 with its corner."""
-    held = dry.replace(
-        {"motion.distance": TOUCH, "friction": LAG, "drive": {"model": "Constant", "level": 0.0}}
-    )
+    held = dry.replace({"motion.distance": TOUCH, "friction": LAG, "drive": {"model": "Step", "level": 0.0}})
     trace = simulate(held, time=np.linspace(0, 0.2, 2001))
     time = trace.time.values
     expected = np.where(held.motion.touches(time), 0.25 * -np.expm1(-2 * np.pi * 100 * (time - 0.05)), 0.0)
@@ -175,9 +173,7 @@ def test_the_second_of_two_contacts_remembers_nothing_of_the_first(dry, monkeypa
         TouchAndLift, "touches", lambda _, time: (np.asarray(time) < 0.02) | (np.asarray(time) >= 0.05)
     )
     slow = {"model": "Creep", "steady": COULOMB, "relaxations": [{"share": 0.4, "time": 100.0}]}
-    held = dry.replace(
-        {"motion.distance": TOUCH, "friction": slow, "drive": {"model": "Constant", "level": 0.0}}
-    )
+    held = dry.replace({"motion.distance": TOUCH, "friction": slow, "drive": {"model": "Step", "level": 0.0}})
     lateral = simulate(held, time=np.array([0.0, 0.01, 0.03, 0.06])).lateral_force.values
     np.testing.assert_allclose(lateral, [0.25, 0.25, 0.0, 0.6 * 0.25 + 0.1 * 1e-4], atol=1e-6)
 

@@ -195,7 +195,7 @@ def check_whole(name: str) -> None:
         names = {"fig1.svg", "fig1.png", "fig1.csv", "numbers.json", "report.html"}
         assert {path.name for path in Path("out").iterdir() if path.suffix != ".partial"} == names
     else:
-        found = ev.load(name)
+        found = ev.open_trace(name)
         expected = trace(2000, found.attrs["seed"])
         np.testing.assert_array_equal(found.drive_voltage, expected.drive_voltage)
         np.testing.assert_array_equal(found.impedance, expected.impedance)
@@ -276,13 +276,13 @@ def test_a_kill_between_the_two_files_of_a_trace_leaves_the_newer_one(tmp_path):
         ev.save(trace(50, 2), path)
         os._exit(3)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
-    xarray.testing.assert_identical(ev.load(path), trace(50, 2))
+    xarray.testing.assert_identical(ev.open_trace(path), trace(50, 2))
     for left in tmp_path.glob(".*"):
         left.write_text("half")
     with pytest.raises(InputError, match=r"a\.frequency\.csv: is of another save"):
-        ev.load(path)
+        ev.open_trace(path)
     ev.save(trace(50, 3), path)
-    xarray.testing.assert_identical(ev.load(path), trace(50, 3))
+    xarray.testing.assert_identical(ev.open_trace(path), trace(50, 3))
 
 
 def test_a_reproduction_that_was_killed_between_its_files_is_replaced_by_the_next(tmp_path, monkeypatch):
@@ -323,7 +323,7 @@ def test_an_interrupt_between_two_files_of_one_save_waits(at, tmp_path, monkeypa
     else:
         ev.save(trace(50, 2), tmp_path / "a.csv")
     monkeypatch.undo()
-    found = ev.load(tmp_path / "a.csv")
+    found = ev.open_trace(tmp_path / "a.csv")
     np.testing.assert_array_equal(found.drive_voltage, trace(50, 2).drive_voltage)
     np.testing.assert_array_equal(found.impedance, trace(50, 2).impedance)
     assert not list(tmp_path.glob(".*"))

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Union, get_args, get_origin
 import numpy as np
 
 from electrovib.core.discovery import find_members
-from electrovib.core.model import Model, quantity_of
+from electrovib.core.model import Model
+from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
 from electrovib.physics.friction import Friction
 from electrovib.physics.material import Material

@@ -5,20 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 
 from electrovib.core.files import inputs_noted
-from electrovib.scenario import DEFAULT, load_scenario
+from electrovib.scenario import DEFAULT, Source, read_scenario
 
 _NAMES = (
     '# A material, or the whole stack, can be the name of what a paper offers: material = "gabriel_1996/wet"'
 )
 
 
-def init(scenario: str | Path = DEFAULT, *, output: str | Path | None = None, force: bool = False) -> str:
+def init(scenario: Source = DEFAULT, *, output: str | Path | None = None, force: bool = False) -> str:
     """Give a scenario as a commented TOML file.
 
     Parameters
     ----------
-    scenario : str or Path
-        A paper's scenario, a TOML file, or a Trace file.
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`; of a sweep the scenario from which it began.
     output : str or Path, optional
         Where to write it.
     force : bool
@@ -38,7 +38,7 @@ def init(scenario: str | Path = DEFAULT, *, output: str | Path | None = None, fo
     from electrovib.scenario.toml import left_away, to_toml
 
     with inputs_noted() as inputs:
-        found = load_scenario(scenario, before_sweep=True)
+        found = read_scenario(scenario, before_sweep=True)
     lines = [f"#   {path}: {what}" for path, what in left_away(found).items()]
     text = to_toml(found) + "".join(
         f"{line}\n"

@@ -12,7 +12,9 @@ from electrovib.apps.progress import tracked
 from electrovib.core.budget import listening
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
-from electrovib.scenario import DEFAULT, Scenario, load, scenario_of, sweep_of
+from electrovib.core.trace import is_trace
+from electrovib.data.traces import open_if_trace
+from electrovib.scenario import DEFAULT, Scenario, Source, read_scenario, sweep_of
 from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    scenario: str | Path | Scenario | Mapping[str, Any] = DEFAULT,
+    scenario: Source = DEFAULT,
     *,
     set: Mapping[str, Any] | Sequence[str] = (),  # noqa: A002 - the name of the option
     over: Sequence[str] | Mapping[str, Sequence[float]] = (),
@@ -34,8 +36,8 @@ def run(
 
     Parameters
     ----------
-    scenario : str, Path, Scenario or mapping
-        A TOML file, a paper's scenario (``"vezzoli_2014/fig6"``), or a Trace file, whose run or sweep is repeated.
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`; of a Trace the run or the sweep is repeated.
     set : mapping of str to value, or sequence of str, optional
         Dotted path to value: ``{"drive.high": "150 V"}`` or ``["drive.high=150 V"]``.
     over : sequence of str, or mapping of str to sequence of float
@@ -89,9 +91,7 @@ def run(
     return trace
 
 
-def _named(
-    trace: xarray.Dataset, source: str | Path | Scenario | Mapping[str, Any]
-) -> xarray.Dataset | dict[str, xarray.Dataset]:
+def _named(trace: xarray.Dataset, source: Source) -> xarray.Dataset | dict[str, xarray.Dataset]:
     """Give a Trace without a title the name of its file."""
     if trace.attrs["title"] or not isinstance(source, (str, Path)):
         return trace
@@ -113,7 +113,7 @@ class _Wanted:
 
 
 def _prepared(
-    scenario: str | Path | Scenario | Mapping[str, Any],
+    scenario: Source,
     changes: Mapping[str, Any] | Sequence[str],
     over: Sequence[str] | Mapping[str, Sequence[float]],
     quantities: Sequence[str],
@@ -198,19 +198,11 @@ def _axes(experiment: Scenario, over: Sequence[str] | Mapping[str, Sequence[floa
     return dict(parse_over(experiment, over))
 
 
-def _experiment(
-    source: str | Path | Scenario | Mapping[str, Any], changes: Mapping[str, Any]
-) -> tuple[Scenario, _Wanted]:
+def _experiment(source: Source, changes: Mapping[str, Any]) -> tuple[Scenario, _Wanted]:
     """Find the scenario, and the sweep if one is to be repeated."""
-    nothing = _Wanted({}, (), records=False)
-    if isinstance(source, Scenario):
-        return source.replace(changes) if changes else source, nothing
-    if isinstance(source, Mapping) or Path(source).suffix not in {".nc", ".csv", ".mat"}:
-        found = load(source, changes=changes)
-        assert isinstance(found, Scenario)
-        return found, nothing
-    trace = load(source)
-    experiment = scenario_of(trace)
-    axes, names = sweep_of(trace)
-    swept = _Wanted(axes, names, records=bool(trace.attrs.get("records", 0)))
-    return experiment.replace(changes) if changes else experiment, swept
+    found = open_if_trace(source)
+    experiment = read_scenario(found, changes=changes, before_sweep=True)
+    if not is_trace(found):
+        return experiment, _Wanted({}, (), records=False)
+    axes, names = sweep_of(found)
+    return experiment, _Wanted(axes, names, records=bool(found.attrs.get("records", 0)))

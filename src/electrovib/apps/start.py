@@ -6,11 +6,11 @@ import signal
 import sys
 from typing import TYPE_CHECKING, Final, NoReturn
 
+from electrovib.apps.exit_codes import INTERRUPTED
+
 if TYPE_CHECKING:
     from types import FrameType
 
-INTERRUPTED: Final = 130
-"""Exit code after Ctrl-C: 128 and the number of the signal."""
 _AGAIN: Final = 1.0
 """Seconds after which an interrupt that Python has lost is raised once more: in a callback it only prints it."""
 

@@ -35,12 +35,19 @@ def find_members(family: type[M], *, wanted: str | None = None) -> Mapping[str, 
     mapping of str to type
         Class name to class.
     """
-    _import_folder("electrovib.physics")
+    _import_beside(family)
     members = _by_name(family)
     if wanted is None or wanted not in members:
         papers()
         members = _by_name(family)
     return members
+
+
+def find_member(family: type[M], name: str) -> type[M] | None:
+    """Find the final class of a family by its name, or by one that it had; None if there is none."""
+    members = find_members(family, wanted=name)
+    former = (member for member in members.values() if name in member.former_names)
+    return members.get(name) or next(former, None)
 
 
 def _by_name(family: type[M]) -> dict[str, type[M]]:
@@ -59,6 +66,13 @@ def _leaves(family: type[M]) -> Iterator[type[M]]:
             yield from _leaves(member)
         else:
             yield member
+
+
+def _import_beside(family: type[Model]) -> None:
+    """Import every module beside a family of our own: there its members are, and in papers."""
+    package, _, _ = family.__module__.rpartition(".")
+    if package.partition(".")[0] == __name__.partition(".")[0]:
+        _import_folder(package)
 
 
 @functools.cache

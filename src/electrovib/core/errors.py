@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import difflib
+import re
 import unicodedata
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Self
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -17,30 +18,104 @@ _LONGEST_PROBLEM: Final = 1200
 _LONGEST_LIST: Final = 600
 _LONGEST_NAME: Final = 100
 _MOST_NAMES: Final = 1000
+_SENTENCE: Final = re.compile(r"([^\s:='\"]+)(?: = ([^:]{1,200}))?: (.+)", re.DOTALL)
 
 
-class ElectrovibError(Exception):
-    """A mistake a user can mend; shown as one line, never as a traceback."""
-
-
-class InputError(ElectrovibError):
-    """One or several things wrong with an input, all listed at once.
+class Problem(str):
+    """One thing wrong with an input: a sentence for people, and what it is made of for programs.
 
     Parameters
     ----------
-    problems : iterable of str
-        One sentence each, naming the dotted path, the value, what is allowed and the nearest name. What is quoted in it
-        may come from a file: control characters are shown as their codes, and the middle of a long one is left out.
+    reason : str
+        What is wrong, what is allowed and the nearest name. What is quoted in it may come from a file: control
+        characters are shown as their codes, and the middle of a long one is left out.
+    path : object
+        Where: dotted path of a parameter, name of a file, or option; empty for the whole input.
+    value : str
+        What stands there, as it is shown; empty where there is nothing to show.
+
+    Notes
+    -----
+    The sentence is ``path = value: reason``. Whoever has to decide looks at `path`, `value` and `reason`.
     """
 
-    def __init__(self, problems: str | Iterable[str]) -> None:
+    __slots__ = ("path", "reason", "value")
+    path: str
+    reason: str
+    value: str
+
+    def __new__(cls, reason: str, *, path: object = "", value: str = "") -> Self:
+        """Make the sentence."""
+        place = str(path)
+        start = f"{place or 'the file'} = {value}: " if value else f"{place}: " if place else ""
+        found = super().__new__(cls, shortened(printable(f"{start}{reason}"), _LONGEST_PROBLEM))
+        found.path, found.value, found.reason = place, value, reason
+        return found
+
+    @classmethod
+    def read(cls, sentence: str) -> Problem:
+        """Take a sentence that is written as ``path = value: reason`` or ``path: reason`` for what it says."""
+        if isinstance(sentence, Problem):
+            return sentence
+        parts = _SENTENCE.fullmatch(sentence)
+        return cls(sentence) if parts is None else cls(parts[3], path=parts[1], value=parts[2] or "")
+
+    def within(self, owner: str) -> Problem:
+        """Give the same problem of a part, seen from what the part belongs to."""
+        path = f"{owner}.{self.path}" if self.path else owner
+        return Problem(self.reason, path=path, value=self.value)
+
+    def followed_by(self, words: str) -> Problem:
+        """Give the same problem with more words at its end."""
+        return Problem(f"{self.reason}{words}", path=self.path, value=self.value)
+
+
+class ElectrovibError(Exception):
+    """A mistake a user can mend; shown as one line for each problem, never as a traceback.
+
+    Parameters
+    ----------
+    problems : str or iterable of str
+        What is wrong, all at once: each a `Problem` or a sentence, ``path = value: reason``.
+    path, value
+        Of the one problem, if they do not stand in its sentence.
+
+    Attributes
+    ----------
+    problems : tuple of Problem
+        Each a sentence that knows its path, value and reason.
+    """
+
+    def __init__(self, problems: str | Iterable[str], *, path: object = "", value: str = "") -> None:
+        if path or value:
+            problems = Problem(str(problems), path=path, value=value)
         given = (problems,) if isinstance(problems, str) else problems
-        self.problems = tuple(shortened(printable(problem), _LONGEST_PROBLEM) for problem in given)
+        self.problems = tuple(Problem.read(problem) for problem in given)
         super().__init__("\n".join(self.problems))
+
+
+class InputError(ElectrovibError):
+    """One or several things wrong with an input, all listed at once."""
 
 
 class DataFileError(InputError):
     """A file that cannot be read as what it was given for."""
+
+
+class NoColumnError(DataFileError):
+    """A file that has no column of the name that was asked for.
+
+    Parameters
+    ----------
+    problems, path
+        As for `ElectrovibError`.
+    column : str
+        The name.
+    """
+
+    def __init__(self, problems: str | Iterable[str], *, column: str, path: object = "") -> None:
+        super().__init__(problems, path=path)
+        self.column = column
 
 
 class NotCausalError(ElectrovibError):
@@ -83,12 +158,36 @@ def nearest(word: str, known: Iterable[str]) -> str:
         A sentence that starts with a blank, or an empty text when nothing is known.
     """
     names = sorted(known)
+    listed = f" Known: {shortened(', '.join(names), _LONGEST_LIST)}." if names else ""
+    return suggestion(word, names) or listed
+
+
+def suggestion(word: str, known: Iterable[str]) -> str:
+    """Give ``" Did you mean 'x'?"`` for the closest known name, and nothing if none is close."""
+    close = closest(word, known)
+    return "" if close is None else f" Did you mean '{close}'?"
+
+
+def closest(word: str, known: Iterable[str]) -> str | None:
+    """Find the known name that a word is most like.
+
+    Parameters
+    ----------
+    word : str
+        What was written.
+    known : iterable of str
+        What is allowed.
+
+    Returns
+    -------
+    str or None
+        None if no name is like it.
+    """
+    names = sorted(known)
     close = difflib.get_close_matches(word[:_LONGEST_NAME], names[:_MOST_NAMES], n=1, cutoff=0.6)
     if not close:  # a difference in capitals only is the commonest slip
-        close = [name for name in names if name.lower() == word.lower()][:1]
-    if close:
-        return f" Did you mean '{close[0]}'?"
-    return f" Known: {shortened(', '.join(names), _LONGEST_LIST)}." if names else ""
+        close = [name for name in names if name.lower() == word.lower()]
+    return close[0] if close else None
 
 
 def printable(text: str) -> str:

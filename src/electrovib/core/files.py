@@ -1,25 +1,38 @@
-"""Where files named inside a scenario are looked for, and how a model asks for their numbers."""
+"""Files that are read: what a model declares of a file's columns, and a list of all inputs."""
 
 from __future__ import annotations
 
-import importlib
 from contextlib import contextmanager
 from contextvars import ContextVar
-from pathlib import Path
-from typing import TYPE_CHECKING
-
-from pydantic_core import PydanticCustomError
-
-from electrovib.core.errors import InputError
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
+    from pathlib import Path
 
-    import numpy as np
-    from numpy.typing import NDArray
-
-_folder: ContextVar[Path] = ContextVar("folder", default=Path())
+UNREAD: Final = "its file is read with a scenario; alone, read it with electrovib.scenario.read_part"
+"""What to do about a model that names a file, where nobody has read it."""
 _inputs: ContextVar[list[Path] | None] = ContextVar("inputs", default=None)
+
+
+@dataclass(frozen=True)
+class FileColumn:
+    """A column of a file that a model needs; the model declares it, and whoever reads a scenario reads it.
+
+    Parameters
+    ----------
+    name : str or int
+        Heading, or number from 0.
+    unit : str
+        Of its numbers where the file names none.
+    otherwise : str
+        What can be done if there is no such column.
+    """
+
+    name: str | int
+    unit: str
+    otherwise: str = ""
 
 
 @contextmanager
@@ -44,42 +57,3 @@ def note_input(path: Path) -> None:
     found = _inputs.get()
     if found is not None:
         found.append(path)
-
-
-@contextmanager
-def relative_to(folder: Path) -> Iterator[None]:
-    """Look for relative file names in this folder while a scenario is being read."""
-    token = _folder.set(folder)
-    try:
-        yield
-    finally:
-        _folder.reset(token)
-
-
-def read_columns(name: str, wanted: Mapping[str, tuple[str | int, str]]) -> dict[str, NDArray[np.float64]]:
-    """Read named columns of a file for a model.
-
-    Parameters
-    ----------
-    name : str
-        File, relative to the scenario's own folder.
-    wanted : mapping
-        Parameter name to (column name or number, unit when the heading has none).
-
-    Returns
-    -------
-    dict of str to array
-        SI.
-
-    Raises
-    ------
-    PydanticCustomError
-        So that the message joins the scenario's other mistakes.
-    """
-    reader = importlib.import_module("electrovib.data.columns")  # found late: models know no files
-    note_input(_folder.get() / name)
-    try:
-        columns: dict[str, NDArray[np.float64]] = reader.read_columns(_folder.get() / name, wanted)
-    except InputError as error:
-        raise PydanticCustomError("file", "{why}", {"why": str(error)}) from None
-    return columns

@@ -16,10 +16,14 @@ from pydantic import (
     field_validator,
     model_validator,
 )
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic_core import PydanticCustomError
 
+from electrovib.core.discovery import find_member, find_members, find_offer
 from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
-from electrovib.core.quantity import Quantity
+from electrovib.core.files import FileColumn
+from electrovib.core.mistakes import explained, problem, wants
+from electrovib.core.quantity import Quantity, quantity_of
+from electrovib.core.tables import put
 
 M = TypeVar("M", bound="Model")
 
@@ -37,12 +41,16 @@ class Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
     is_family: ClassVar[bool] = True
+    is_member: ClassVar[bool] = False
+    """Whether it is one of a family, whose tables name it."""
     reference: ClassVar[str] = ""
     status: ClassVar[str] = ""
     equation: ClassVar[Mapping[str, str]] = {}
     checks: ClassVar[tuple[Any, ...]] = ()
     example: ClassVar[Mapping[str, Any]] = {}
     """Parameters without a default, for tests and documents."""
+    former_names: ClassVar[tuple[str, ...]] = ()
+    """What it was called: files that name it so are read too."""
     offered_by: ClassVar[tuple[str, ...]] = ()
     """Functions of papers that offer ready-made ones, which can then be named ``author_year/name``."""
 
@@ -54,6 +62,7 @@ class Model(BaseModel):
                 msg = f"{cls.__name__} subclasses the final class {parent.__name__}: wrap it instead"
                 raise TypeError(msg)
         cls.is_family = family
+        cls.is_member = not family and cls.__mro__[1] is not Model
 
     @model_validator(mode="wrap")
     @classmethod
@@ -63,12 +72,12 @@ class Model(BaseModel):
         if isinstance(value, str) and "/" in value and cls.offered_by:
             return cls._offered(value)
         if not isinstance(value, Mapping):
-            raise PydanticCustomError("table", "{why}", {"why": cls._wants(value)})
+            raise PydanticCustomError("table", "{why}", {"why": wants(cls, value)})
         content = dict(value)
         name = content.pop("model", None)
         if cls.is_family:
             return cls._member(name).model_validate(dict(value))  # with its name, for messages
-        if name not in (None, cls.__name__):
+        if name not in (None, cls.__name__, *cls.former_names):
             why = f"expected the model {cls.__name__}, not '{name}'"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         return cls._build(content, handler)
@@ -84,91 +93,75 @@ class Model(BaseModel):
         return value
 
     @classmethod
+    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
+        """Say which columns of the file that a table names its parameters are read from, by parameter.
+
+        Parameters
+        ----------
+        table : mapping
+            The model's own, not yet validated.
+
+        Returns
+        -------
+        mapping of str to FileColumn
+            Empty if nothing has to be read, or if the table is wrong, which is told when it is validated.
+        """
+        del table
+        return {}
+
+    @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
-        """Add what a table leaves to be found, for instance the numbers of a file it names."""
+        """Add what a table leaves to be found; it is validated after that."""
         return content
 
     @classmethod
+    def part(cls, name: str) -> type[Model] | None:
+        """Give the kind of model that a parameter holds, alone or in a list; None if it holds none."""
+        field = cls.model_fields.get(name)
+        waiting: list[Any] = [] if field is None else [field.annotation]
+        while waiting:
+            kind = waiting.pop()
+            if isinstance(kind, type) and issubclass(kind, Model):
+                return kind
+            waiting += get_args(kind)
+        return None
+
+    @classmethod
+    def chosen(cls, table: Mapping[str, Any]) -> type[Model] | None:
+        """Give the model that a table is of; None where it names no member of the family."""
+        name = table.get("model")
+        if not cls.is_family:
+            return cls
+        return find_member(cls, name) if isinstance(name, str) else None
+
+    @classmethod
     def _build(cls, content: dict[str, Any], handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """Complete and validate a table; a file that cannot be read does not hide the table's other mistakes."""
+        """Validate a table."""
         if missing := ", ".join(sorted(getattr(cls, "__abstractmethods__", ()))):
             why = f"the class {cls.__name__} does not define {missing}, which {cls.__mro__[1].__name__} asks of its members"
             raise PydanticCustomError("unfinished", "{why}", {"why": why})
-        lines: list[InitErrorDetails] = []
-        complete = content
         try:
-            complete = cls.complete(content)
-        except PydanticCustomError as fault:
-            lines.append(InitErrorDetails(type=fault, loc=(), input=cls._named(content)))
-        try:
-            built = handler(complete)
+            return handler(cls.complete(content))
         except ValidationError as error:
-            found = [cls._explained(item) for item in error.errors(include_url=False)]
-            lines += [line for line in found if line["loc"] or not lines]
-        if lines:
-            raise ValidationError.from_exception_data(cls.__name__, lines)
-        return built
-
-    @classmethod
-    def _explained(cls, item: Any) -> InitErrorDetails:
-        """Say for an unknown parameter of which class it was, and the nearest known one."""
-        kind, loc, shown = item["type"], item["loc"], item["input"]
-        if kind == "extra_forbidden" and len(loc) == 1:
-            known = nearest(str(loc[0]), cls.model_fields)
-            name = shortened(str(loc[0]), LONGEST_QUOTED)
-            kind, why = "unknown", f"unknown parameter '{name}' of {cls.__name__}.{known}"
-        elif kind == "missing" and len(loc) == 1:
-            kind, why = "missing_parameter", f"missing: {cls._describe(str(loc[0]))}"
-        else:
-            why = item["msg"]
-        if not loc and isinstance(shown, Mapping):
-            shown = cls._named(shown)
-        return InitErrorDetails(type=PydanticCustomError(kind, "{why}", {"why": why}), loc=loc, input=shown)
-
-    @classmethod
-    def _named(cls, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Put the name of the model back into a table, for messages."""
-        return {"model": cls.__name__, **content} if cls.__mro__[1] is not Model else dict(content)
-
-    @classmethod
-    def _describe(cls, field: str) -> str:
-        quantity = quantity_of(cls, field)
-        if quantity is None:
-            return cls.model_fields[field].description or f"'{field}' of {cls.__name__}"
-        return f"{quantity.doc}, between {quantity.range()}"
-
-    @classmethod
-    def _wants(cls, value: object) -> str:
-        """Say how to write what stands where a table belongs; of a family, which members there are."""
-        expected = (
-            'expected "author_year/name" of a paper, or a table' if cls.offered_by else "expected a table"
-        )
-        if not cls.is_family:
-            return f"{expected} of parameters of {cls.__name__}"
-        from electrovib.core.discovery import find_members
-
-        known = nearest(str(value), find_members(cls))
-        return f'{expected} that names a {cls.__name__} model, {{ model = "..." }}.{known}'
+            lines = [explained(cls, item) for item in error.errors(include_url=False)]
+        raise ValidationError.from_exception_data(cls.__name__, lines)
 
     @classmethod
     def _member(cls, name: object) -> type[Self]:
-        from electrovib.core.discovery import find_members
-
         if not isinstance(name, str):
             known = ", ".join(sorted(find_members(cls)))
             why = f'needs a name, for instance model = "...", one of: {known}'
             raise PydanticCustomError("model_name", "{why}", {"why": why})
-        members = find_members(cls, wanted=name)
-        if name not in members:
-            why = f"unknown {cls.__name__} model '{shortened(name, LONGEST_QUOTED)}'.{nearest(name, members)}"
+        member = find_member(cls, name)
+        if member is None:
+            near = nearest(name, find_members(cls))
+            why = f"unknown {cls.__name__} model '{shortened(name, LONGEST_QUOTED)}'.{near}"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
-        return members[name]
+        return member
 
     @classmethod
     def _offered(cls, name: str) -> Self:
         """Read the name of something that a paper offers."""
-        from electrovib.core.discovery import find_offer
-
         try:
             return cls.from_offer(find_offer(name, cls.offered_by))
         except InputError as error:
@@ -187,7 +180,7 @@ class Model(BaseModel):
         dict
             Member of a family: with its ``model`` name first.
         """
-        content = {"model": type(self).__name__} if type(self).__mro__[1] is not Model else {}
+        content = {"model": type(self).__name__} if self.is_member else {}
         return content | {name: _plain(value) for name, value in self}
 
     def canonical(self) -> str:
@@ -214,6 +207,11 @@ class Model(BaseModel):
         """Hash the canonical JSON."""
         return hash((type(self).__name__, self.canonical()))
 
+    @classmethod
+    def rebuilt(cls, content: dict[str, Any]) -> Self:
+        """Build the model from tables in which something was changed."""
+        return read_model(cls, content)
+
     def replace(self, changes: Mapping[str, Any]) -> Self:
         """Give a copy with some parameters changed.
 
@@ -232,28 +230,40 @@ class Model(BaseModel):
         InputError
             For every path that does not exist and every value that does not fit, all at once.
         """
-        from electrovib.core.paths import replaced
-
-        content, problems = replaced(self, changes)
+        content = self.to_dict()
+        problems = put(content, changes)
         try:
-            changed = read_model(type(self), content)
+            changed = self.rebuilt(content)
         except InputError as error:
             problems += error.problems
         if problems:
             raise InputError(problems)
         return changed
 
-    def parameters(self) -> Iterator[tuple[str, float | None, Quantity]]:
-        """Walk over the physical parameters: dotted path, value in SI, declaration."""
-        from electrovib.core.paths import walk_parameters
+    def parameters(self, prefix: str = "") -> Iterator[tuple[str, float | None, Quantity]]:
+        """Walk over all physical parameters of this tree of models, in the order of the file.
 
-        return walk_parameters(self)
+        Parameters
+        ----------
+        prefix : str
+            What a path begins with.
 
-
-def quantity_of(model: type[BaseModel], field: str) -> Quantity | None:
-    """Find the declaration of a field, if it is a physical parameter."""
-    found = [m for m in model.model_fields[field].metadata if isinstance(m, Quantity)]
-    return found[0] if found else None
+        Yields
+        ------
+        tuple
+            Dotted path, value in SI (None where it is optional and absent), declaration.
+        """
+        for name, value in self:
+            path = f"{prefix}{name}"
+            quantity = quantity_of(type(self), name) if name in type(self).model_fields else None
+            if quantity is not None:
+                yield path, value, quantity
+            elif isinstance(value, Model):
+                yield from value.parameters(f"{path}.")
+            elif isinstance(value, tuple):
+                for index, item in enumerate(value):
+                    if isinstance(item, Model):
+                        yield from item.parameters(f"{path}.{index}.")
 
 
 def read_model(kind: type[M], content: object) -> M:
@@ -267,28 +277,7 @@ def read_model(kind: type[M], content: object) -> M:
     try:
         return kind.model_validate(content)
     except ValidationError as error:
-        raise InputError(sentence(item) for item in error.errors(include_url=False)) from None
-
-
-def sentence(item: Mapping[str, Any]) -> str:
-    """Write one validation error as ``path = value: why``."""
-    path = ".".join(shortened(str(part), LONGEST_QUOTED) for part in item["loc"])
-    item = {**item, "msg": item["msg"].removeprefix("Value error, ")}
-    if item["type"] in {"missing_parameter", "unknown"}:
-        return f"{path}: {item['msg']}"
-    shown = item["input"]
-    if isinstance(shown, Mapping):
-        named = [
-            f"{key} = {shortened(repr(shown[key]), LONGEST_QUOTED)}, "
-            for key in ("model", "file")
-            if shown.get(key)
-        ]
-        return f"{path or 'the file'} = {{{''.join(named)}...}}: {item['msg']}"
-    try:
-        text = repr(shown)
-    except ValueError:  # Python writes no whole number of thousands of digits
-        text = "a whole number of thousands of digits"
-    return f"{path or 'the file'} = {shortened(text, LONGEST_QUOTED)}: {item['msg']}"
+        raise InputError(problem(item) for item in error.errors(include_url=False)) from None
 
 
 def _plain(value: Any) -> Any:

@@ -12,7 +12,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from electrovib.core.units import KINDS, expected, format_quantity, parse_quantity
 
 if TYPE_CHECKING:
-    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
 
 Number: TypeAlias = float
 """A physical parameter: a finite float in SI."""
@@ -100,3 +100,9 @@ class Quantity:
             "maximum": self.high,
             "description": self.doc,
         }
+
+
+def quantity_of(model: type[BaseModel], field: str) -> Quantity | None:
+    """Find the declaration of a field, if it is a physical parameter."""
+    found = [m for m in model.model_fields[field].metadata if isinstance(m, Quantity)]
+    return found[0] if found else None

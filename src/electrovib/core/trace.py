@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import sys
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 from electrovib.core.signals import SIGNALS, signal
 
@@ -12,6 +13,12 @@ if TYPE_CHECKING:
     import xarray
 
 FORMAT = "electrovib trace 1"
+
+
+def is_trace(source: object) -> TypeGuard[xarray.Dataset]:
+    """Tell whether something is a Trace in memory; without xarray, which costs time to import, there is none."""
+    known = sys.modules.get("xarray")
+    return known is not None and isinstance(source, known.Dataset)
 
 
 def make_trace(

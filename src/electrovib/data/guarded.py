@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 import numpy as np
 
 from electrovib.core.allowance import content_allowed, megabytes, memory_allowed
-from electrovib.core.errors import DataFileError
+from electrovib.core.errors import DataFileError, NoColumnError, Problem
 from electrovib.data.columns.faults import check_file, damaged
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ _ADVICE: Final = "Copy it again from where it was made, or export it there as .c
 
 
 @dataclass(frozen=True)
-class Limits:
+class ReaderLimits:
     """What a reader may use.
 
     Parameters
@@ -50,7 +50,7 @@ class Limits:
     waiting_time: float
 
     @classmethod
-    def for_file(cls, path: Path) -> Limits:
+    def for_file(cls, path: Path) -> ReaderLimits:
         """Ten times the size and 64 MB; 3 s and 1 s for each 10 MB, ten times as long by the clock."""
         size = path.stat().st_size
         seconds = 3 + size / 10e6
@@ -77,7 +77,7 @@ class Reader:
     format_name: str
 
 
-class Reading:
+class GuardedReading:
     """A file being read by another process; use it in a ``with`` statement, which leaves no process behind.
 
     Parameters
@@ -86,7 +86,7 @@ class Reading:
         Starts at once, so that the caller can do something else before it asks for the content.
     path : Path
         The file.
-    limits : Limits, optional
+    limits : ReaderLimits, optional
         Those that fit the size of the file, if not given.
     **arguments
         For the reader; what JSON can hold.
@@ -97,10 +97,12 @@ class Reading:
         If it is no ordinary file.
     """
 
-    def __init__(self, reader: Reader, path: Path, *, limits: Limits | None = None, **arguments: Any) -> None:
+    def __init__(
+        self, reader: Reader, path: Path, *, limits: ReaderLimits | None = None, **arguments: Any
+    ) -> None:
         check_file(path)
         self._reader, self._path = reader, path
-        self._limits = limits or Limits.for_file(path)
+        self._limits = limits or ReaderLimits.for_file(path)
         self._late = threading.Event()
         request = {
             "search": [place or os.getcwd() for place in sys.path],  # noqa: PTH109  # a text, as the list has
@@ -121,7 +123,7 @@ class Reading:
                 creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
             )
         except OSError as error:
-            raise DataFileError(f"{path}: no process could be started to read it: {error}.") from None
+            raise DataFileError(f"no process could be started to read it: {error}.", path=path) from None
         self._clock = threading.Timer(self._limits.waiting_time, self._stop_late)
         self._clock.daemon = True
         try:
@@ -203,7 +205,9 @@ class Reading:
     def _check(self, message: dict[str, Any]) -> None:
         """Raise what the reader has found wrong."""
         if "problems" in message:
-            raise DataFileError(message["problems"])
+            problems = [Problem(**problem) for problem in message["problems"]]
+            missing = message["column"]
+            raise DataFileError(problems) if missing is None else NoColumnError(problems, column=missing)
         if "memory" in message:
             raise self._too_much()
         if "damaged" in message:
@@ -228,8 +232,9 @@ class Reading:
     def _too_much(self) -> DataFileError:
         content, size = megabytes(self._limits.content), megabytes(self._path.stat().st_size)
         return DataFileError(
-            f"{self._path}: is damaged, or packed too tightly: {size} would unfold to more than {content}."
-            " If it is whole, save it without compression."
+            f"is damaged, or packed too tightly: {size} would unfold to more than {content}."
+            " If it is whole, save it without compression.",
+            path=self._path,
         )
 
     def _ended(self) -> DataFileError:
@@ -243,7 +248,7 @@ class Reading:
             )
         else:
             why = f"is damaged or not {self._reader.format_name}: its reader crashed (exit code {code})."
-        return DataFileError(f"{self._path}: {why} {_ADVICE}")
+        return DataFileError(f"{why} {_ADVICE}", path=self._path)
 
 
 def _stopped_by(*names: str) -> set[int]:
@@ -254,14 +259,14 @@ def _stopped_by(*names: str) -> set[int]:
 
 
 def read_guarded(
-    reader: Reader, path: Path, *, limits: Limits | None = None, **arguments: Any
+    reader: Reader, path: Path, *, limits: ReaderLimits | None = None, **arguments: Any
 ) -> dict[str, Any]:
     """Read a file in a process of its own, and wait for it.
 
     Parameters
     ----------
     reader, path, limits, **arguments
-        As for `Reading`.
+        As for `GuardedReading`.
 
     Returns
     -------
@@ -273,5 +278,5 @@ def read_guarded(
     DataFileError
         In one sentence, whatever is wrong with the file.
     """
-    with Reading(reader, path, limits=limits, **arguments) as reading:
+    with GuardedReading(reader, path, limits=limits, **arguments) as reading:
         return reading.content()

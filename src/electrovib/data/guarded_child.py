@@ -45,7 +45,9 @@ def answer(answers: IO[bytes], function: Any, request: dict[str, Any]) -> None:
             send(answers, name, value)
         last: dict[str, Any] = {"end": True}
     except InputError as error:
-        last = {"problems": error.problems}
+        parts = ("reason", "path", "value")
+        last = {"problems": [{part: getattr(problem, part) for part in parts} for problem in error.problems]}
+        last["column"] = getattr(error, "column", None)
     except MemoryError:
         last = {"memory": True}
     except DAMAGE as error:

@@ -9,7 +9,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from electrovib.scenario import Scenario
+    from electrovib.scenario import Source
 
 
 class _Callable(ModuleType):
@@ -17,7 +17,7 @@ class _Callable(ModuleType):
 
     def __call__(
         self,
-        scenario: str | Path | Scenario | Mapping[str, Any],
+        scenario: Source,
         path: str | Path,
         *,
         set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.errors import InputError, nearest
+from electrovib.core.errors import InputError, suggestion
 from electrovib.data.atomic import check_writable
 from electrovib.data.marks import Form
 from electrovib.data.traces import csv_files, csv_forms, save_csv, save_nc
-from electrovib.export.matlab import save_mat
+from electrovib.data.traces.matlab import save_mat
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -83,8 +83,7 @@ def check_output(
 def _writer(path: Path) -> Callable[..., list[Path]]:
     writer = FORMATS.get(path.suffix.lower())
     if writer is None:
-        near = nearest(path.suffix.lower(), FORMATS) if path.suffix else ""
-        near = near if near.startswith(" Did") else ""
-        allowed = ", ".join(FORMATS)
-        raise InputError(f"{path}: a Trace is saved as {allowed}, not as '{path.suffix}'.{near}")
+        near = suggestion(path.suffix.lower(), FORMATS) if path.suffix else ""
+        why = f"a Trace is saved as {', '.join(FORMATS)}, not as '{path.suffix}'.{near}"
+        raise InputError(why, path=path)
     return writer

@@ -13,7 +13,7 @@ from electrovib.data.atomic import check_writable, write_text
 from electrovib.data.marks import Form
 from electrovib.export.spice.netlist import netlist
 from electrovib.physics.limits import broken
-from electrovib.scenario import Scenario, load, scenario_of
+from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.effort import refuse_large
 from electrovib.solve.simulate import simulate
 
@@ -25,7 +25,7 @@ WRITERS: Final[dict[str, Callable[..., str]]] = {".cir": netlist}
 
 
 def export(
-    scenario: str | Path | Scenario | Mapping[str, Any],
+    scenario: Source,
     path: str | Path,
     *,
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
@@ -35,8 +35,8 @@ def export(
 
     Parameters
     ----------
-    scenario : str, Path, Scenario or mapping
-        A TOML file, a paper's scenario (``"vezzoli_2014/fig6"``), nested tables, or a Trace file.
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`.
     path : str or Path
         The output: ``.cir``, a netlist that ``ngspice -b`` runs as it is.
     set : mapping of str to value, optional
@@ -62,9 +62,9 @@ def export(
     writer = WRITERS.get(place.suffix.lower())
     if writer is None:
         allowed = ", ".join(WRITERS)
-        raise InputError(f"{place}: a scenario is exported as {allowed}, not as '{place.suffix}'.")
+        raise InputError(f"a scenario is exported as {allowed}, not as '{place.suffix}'.", path=place)
     with inputs_noted() as inputs:
-        found = _found(scenario, set or {})
+        found = read_scenario(scenario, changes=set)
     check_writable({place: Form.NETLIST}, inputs=inputs, force=force)
     refuse_large(found)
     text = writer(found, name=place.stem)
@@ -78,17 +78,3 @@ def _refuse_what_breaks_a_limit(scenario: Scenario) -> None:
     lamps = read_lamps(simulate(scenario).attrs["lamps"])
     if problems := [f"{lamp.text}. Nothing was written" for lamp in broken(lamps)]:
         raise InputError(problems)
-
-
-def _found(source: str | Path | Scenario | Mapping[str, Any], changes: Mapping[str, Any]) -> Scenario:
-    """Find the one scenario of a source."""
-    if isinstance(source, Scenario):
-        return source.replace(changes) if changes else source
-    is_trace = not isinstance(source, Mapping) and Path(source).suffix in {".nc", ".csv", ".mat"}
-    found = load(source, changes=None if is_trace else changes)
-    if isinstance(found, Scenario):
-        return found
-    if found.attrs.get("over", "{}") != "{}":
-        raise InputError(f"{source}: holds a sweep, that is many scenarios; give the one to export as TOML")
-    one = scenario_of(found)
-    return one.replace(changes) if changes else one

@@ -117,7 +117,7 @@ def corner(*, gap: float, gap_resistivity: float) -> float:
     return 1 / (2 * math.pi * eps0 * gap_resistivity * gap * (1 / gap + coat))
 
 
-def rises_to(scenario: Scenario, share: float) -> float:
+def rises_to(scenario: Scenario, *, share: float) -> float:
     """Find the lower edge of the band in which a scenario pulls.
 
     Parameters
@@ -164,7 +164,7 @@ def remaining_impedance(scenario: Scenario, frequency: NDArray[np.float64]) -> N
     return left
 
 
-def estimate(scenario: Scenario, frequency: float, *, voltage: float) -> tuple[float, float]:
+def estimate(scenario: Scenario, *, frequency: float, voltage: float) -> tuple[float, float]:
     """Gap and force from the remaining impedance.
 
     Parameters
@@ -187,11 +187,11 @@ def estimate(scenario: Scenario, frequency: float, *, voltage: float) -> tuple[f
     return gap, eps0 * area * abs(current * left / gap) ** 2 / 4
 
 
-def estimate_against_law(frequency: float) -> float:
+def estimate_against_law(*, frequency: float) -> float:
     """Force from the impedances over that of the law, at a frequency [Hz]."""
     scenario = scenarios()["chain"]
     law = mean_force(scenario, phasors(scenario, np.array([frequency])), 100.0)
-    return estimate(scenario, frequency, voltage=100.0)[1] / float(law[0])
+    return estimate(scenario, frequency=frequency, voltage=100.0)[1] / float(law[0])
 
 
 def _corner(gap_resistivity: float, expect: float, rtol: float) -> Check:
@@ -200,7 +200,7 @@ def _corner(gap_resistivity: float, expect: float, rtol: float) -> Check:
         expect=expect,
         rtol=rtol,
         source="1/(2 pi R_g (C_g + C_i)) for 3 um on the coat, computed apart from this code",
-        compute=lambda: rises_to(chain(gap_resistivity=gap_resistivity, resistance=0.0), 0.5),
+        compute=lambda: rises_to(chain(gap_resistivity=gap_resistivity, resistance=0.0), share=0.5),
         status="derived",
     )
 
@@ -214,7 +214,7 @@ CHECKS = (
         expect=GAP,
         rtol=1e-9,
         source="abstract: remaining impedance gives the gap; identity with the gap put in",
-        compute=lambda: estimate(scenarios()["chain"], 10.0, voltage=100.0)[0],
+        compute=lambda: estimate(scenarios()["chain"], frequency=10.0, voltage=100.0)[0],
         status="derived",
     ),
     Check(
@@ -222,7 +222,7 @@ CHECKS = (
         expect=1.0,
         rtol=1e-9,
         source="abstract: remaining impedance gives the force; identity with the gap plane",
-        compute=lambda: estimate_against_law(250.0),
+        compute=lambda: estimate_against_law(frequency=250.0),
         status="derived",
     ),
 )

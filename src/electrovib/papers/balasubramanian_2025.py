@@ -38,7 +38,7 @@ LOADS = (0.2, 0.6)
 """Lowest and highest normal force of the experiment, abstract [N]."""
 
 
-def at_speed(speed: float, *, slope: float, known_at: float, known: float) -> float:
+def at_speed(*, speed: float, slope: float, known_at: float, known: float) -> float:
     """Follow one of the three straight lines from a speed at which the user knows the value.
 
     Parameters
@@ -58,10 +58,10 @@ def at_speed(speed: float, *, slope: float, known_at: float, known: float) -> fl
     return known + slope * (speed - known_at)
 
 
-def change(slope: float) -> float:
+def change(*, slope: float) -> float:
     """Change of a quantity from the lowest to the highest speed of the experiment, slope in unit per [m/s]."""
     low, high = SPEEDS
-    return at_speed(high, slope=slope, known_at=low, known=0.0)
+    return at_speed(speed=high, slope=slope, known_at=low, known=0.0)
 
 
 def _change(name: str, slope: float, expect: float, rtol: float) -> Check:
@@ -70,7 +70,7 @@ def _change(name: str, slope: float, expect: float, rtol: float) -> Check:
         expect=expect,
         rtol=rtol,
         source="abstract: slope per mm/s times 80, three or four digits",
-        compute=lambda: change(slope),
+        compute=lambda: change(slope=slope),
         status="derived",
     )
 

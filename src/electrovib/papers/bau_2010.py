@@ -63,7 +63,7 @@ def scenarios() -> dict[str, Scenario]:
     return {"sine": sine}
 
 
-def force_change(ratio: float) -> float:
+def force_change(*, ratio: float) -> float:
     """Change of the mean attraction [dB] when the amplitude of the sine is multiplied by a ratio [1]."""
     scenario = scenarios()["sine"]
     section = phasors(scenario, np.array([125.0]))
@@ -92,7 +92,7 @@ CHECKS = (
         expect=2.42,
         rtol=4e-3,
         source="twice the 1.21 dB of Ryu 2018, abstract: the force is a square",
-        compute=lambda: force_change(just_noticeable_ratio()),
+        compute=lambda: force_change(ratio=just_noticeable_ratio()),
         status="derived",
     ),
     Check(

@@ -171,7 +171,7 @@ def polarity_ratio(scenario: Scenario) -> float:
     return float(np.mean(pull[on]) / np.mean(pull_turned[on]))
 
 
-def verdict(ratio: float) -> str:
+def verdict(*, ratio: float) -> str:
     """Say in words what a ratio of positive over negative means."""
     if ratio == 1:
         return BLIND
@@ -197,7 +197,7 @@ def polarity_of_laws(scenario: Scenario) -> dict[str, tuple[float, str]]:
     for name, law in find_members(ForceLaw).items():
         try:
             ratio = polarity_ratio(scenario.replace({"force": {"model": name, **law.example}}))
-            found[name] = (ratio, verdict(ratio))
+            found[name] = (ratio, verdict(ratio=ratio))
         except ElectrovibError as error:
             found[name] = (float("nan"), str(error))
     return found

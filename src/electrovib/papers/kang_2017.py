@@ -145,9 +145,7 @@ def force_harmonics(scenario: Scenario) -> NDArray[np.float64]:
     """Mean and harmonics of the attraction in the periodic state, per pull of one held volt [V2]."""
     time = np.arange(_SAMPLES) / _SAMPLES / MODULATION
     force = simulate(scenario, time=time).electrostatic_force.values
-    held = scenario.replace(
-        {"drive": {"model": "Constant", "level": 1.0}, "time.initial_state.model": "AtRest"}
-    )
+    held = scenario.replace({"drive": {"model": "Step", "level": 1.0}, "time.initial_state.model": "AtRest"})
     return harmonics(force / float(simulate(held, time=np.array([0.0, 1e-3])).electrostatic_force[-1]))
 
 

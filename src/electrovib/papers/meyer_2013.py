@@ -128,7 +128,7 @@ def cut_off(skin: Material) -> float:
     return float(np.exp(np.interp(0.0, turns[near], np.log(frequency[near]))))
 
 
-def share_of_plateau(frequency: float) -> float:
+def share_of_plateau(*, frequency: float) -> float:
     """Mean attraction of the first-order scenario at a frequency [Hz], over that at 1 GHz."""
     scenario = scenarios()["first_order"]
     force = mean_force(scenario, phasors(scenario, np.array([frequency, 1e9])), 100.0)
@@ -157,7 +157,7 @@ CHECKS = (
         expect=0.5,
         rtol=1e-6,
         source="half the power at the cut-off of a first-order circuit, here the abstract's bound",
-        compute=lambda: share_of_plateau(CUT_OFF),
+        compute=lambda: share_of_plateau(frequency=CUT_OFF),
         status="derived",
     ),
     Check(

@@ -39,10 +39,10 @@ def _energy() -> float:
     return separation_energy(voltage=_VOLTAGE, **_COAT)
 
 
-def area_gain(normal_force: float) -> float:
+def area_gain(*, normal_force: float) -> float:
     """Share by which 100 V on 1 um of 3.9 enlarge the contact of a sphere of 1 cm under a load [N]."""
-    with_voltage = contact_area(normal_force, energy=_energy(), **_FINGER)
-    return with_voltage / contact_area(normal_force, **_FINGER) - 1
+    with_voltage = contact_area(normal_force=normal_force, energy=_energy(), **_FINGER)
+    return with_voltage / contact_area(normal_force=normal_force, **_FINGER) - 1
 
 
 def energy_over_strength_and_range() -> float:
@@ -59,7 +59,7 @@ def _gain(load: float, expect: float) -> Check:
         expect=expect,
         rtol=0.6e-3 / expect,  # a tenth of a percent of the area
         source=_APART,
-        compute=lambda: area_gain(load),
+        compute=lambda: area_gain(normal_force=load),
         status="derived",
     )
 

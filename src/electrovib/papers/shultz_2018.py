@@ -49,7 +49,7 @@ def electrical_thickness() -> float:
     return values.COAT_THICKNESS / values.COAT_PERMITTIVITY + values.SKIN_THICKNESS / values.SKIN_PERMITTIVITY
 
 
-def gap_for(rise: float) -> float:
+def gap_for(*, rise: float) -> float:
     """Gap [m] that multiplies a capacitive impedance by this factor [1]: (r - 1) K."""
     return (rise - 1) * electrical_thickness()
 
@@ -79,7 +79,7 @@ def scenarios() -> dict[str, Scenario]:
     return {"at_rest": at_rest, "sliding": sliding}
 
 
-def sliding_over_rest(gap: float) -> tuple[float, float]:
+def sliding_over_rest(*, gap: float) -> tuple[float, float]:
     """Compare a sliding finger with a resting one, body and electrode left out.
 
     Parameters
@@ -108,7 +108,7 @@ CHECKS = (
         expect=2.0,
         rtol=2e-3,
         source="abstract: a rise of 100 %; gap of K computed by hand, three digits",
-        compute=lambda: sliding_over_rest(0.385e-6)[0],
+        compute=lambda: sliding_over_rest(gap=0.385e-6)[0],
         status="derived",
     ),
     Check(
@@ -116,7 +116,7 @@ CHECKS = (
         expect=11.0,
         rtol=1e-3,
         source="abstract: a rise of 1000 %; gap of 10 K computed by hand, four digits",
-        compute=lambda: sliding_over_rest(3.846e-6)[0],
+        compute=lambda: sliding_over_rest(gap=3.846e-6)[0],
         status="derived",
     ),
     Check(
@@ -124,7 +124,7 @@ CHECKS = (
         expect=4.0,
         rtol=3e-3,
         source="identity: at fixed voltage the gap field falls as the impedance rises",
-        compute=lambda: 1 / sliding_over_rest(0.385e-6)[1],
+        compute=lambda: 1 / sliding_over_rest(gap=0.385e-6)[1],
         status="derived",
     ),
 )

@@ -72,7 +72,7 @@ def scenarios() -> dict[str, Scenario]:
     return {"display": display, "display_gap": in_the_gap}
 
 
-def attraction(law: str, voltage: float) -> float:
+def attraction(law: str, *, voltage: float) -> float:
     """Attraction of the display under a held voltage.
 
     Parameters
@@ -87,13 +87,11 @@ def attraction(law: str, voltage: float) -> float:
     float
         N.
     """
-    held = scenarios()["display"].replace(
-        {"force.model": law, "drive": {"model": "Constant", "level": voltage}}
-    )
+    held = scenarios()["display"].replace({"force.model": law, "drive": {"model": "Step", "level": voltage}})
     return float(simulate(held, time=np.array([0.0, 1e-3])).electrostatic_force[-1])
 
 
-def against_frequency(low: float, high: float) -> tuple[float, float]:
+def against_frequency(*, low: float, high: float) -> tuple[float, float]:
     """Compare two frequencies at one peak voltage.
 
     Parameters
@@ -119,7 +117,7 @@ CHECKS = (
         expect=0.183096,
         rtol=1e-5,
         source="stress D E/2 in a plate capacitor, film of vezzoli_2014, computed by hand",
-        compute=lambda: attraction("InsulatorPlane", VOLTAGE),
+        compute=lambda: attraction("InsulatorPlane", voltage=VOLTAGE),
         status="derived",
     ),
     Check(
@@ -127,7 +125,9 @@ CHECKS = (
         expect=3.35,
         rtol=1e-9,
         source="identity: one displacement, permittivity of the insulator against that of air",
-        compute=lambda: attraction("GapPlane", VOLTAGE) / attraction("InsulatorPlane", VOLTAGE),
+        compute=lambda: (
+            attraction("GapPlane", voltage=VOLTAGE) / attraction("InsulatorPlane", voltage=VOLTAGE)
+        ),
         status="derived",
     ),
     Check(
@@ -135,7 +135,7 @@ CHECKS = (
         expect=1.0,
         rtol=1e-4,
         source="abstract: peak voltage sets the sensation, not current density; 1 kohm of body takes 4e-6",
-        compute=lambda: against_frequency(100.0, 1e4)[0],
+        compute=lambda: against_frequency(low=100.0, high=1e4)[0],
         status="abstract",
     ),
     Check(
@@ -143,7 +143,7 @@ CHECKS = (
         expect=100.0,
         rtol=1e-4,
         source="the current of a capacitor grows with frequency while the attraction above stays",
-        compute=lambda: against_frequency(100.0, 1e4)[1],
+        compute=lambda: against_frequency(low=100.0, high=1e4)[1],
         status="derived",
     ),
 )

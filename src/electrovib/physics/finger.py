@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, Problem
 from electrovib.core.model import Model, read_model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.stages import Resonance
@@ -148,8 +148,9 @@ class MassSpringDamper(Finger):
         stiffness = self.stiffness + self.growth.stiffness_slope * more
         if not (mass > 0 and stiffness > 0):
             raise InputError(
-                f"finger.growth: at {speed:g} m/s the mass would be {mass:.3g} kg and the stiffness {stiffness:.3g}"
-                " N/m. Both must stay positive: give them at a speed nearer to this one."
+                f"at {speed:g} m/s the mass would be {mass:.3g} kg and the stiffness {stiffness:.3g} N/m. Both must"
+                " stay positive: give them at a speed nearer to this one.",
+                path="finger.growth",
             )
         try:
             return read_model(
@@ -157,6 +158,9 @@ class MassSpringDamper(Finger):
             )
         except InputError as error:
             raise InputError(
-                f"finger.growth: at {speed:g} m/s {problem}. Give mass and stiffness at a speed nearer to this one."
+                Problem(
+                    f"at {speed:g} m/s {problem}. Give mass and stiffness at a speed nearer to this one.",
+                    path="finger.growth",
+                )
                 for problem in error.problems
             ) from None

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 
 from electrovib.core.lamps import Lamp, against
-from electrovib.core.model import Model, quantity_of
-from electrovib.core.quantity import Number, Quantity
+from electrovib.core.model import Model
+from electrovib.core.quantity import Number, Quantity, quantity_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -17,7 +17,7 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
-from electrovib.physics.stages import HighPass, LowPass, Relaxation, Resonance, Stage, response
+from electrovib.physics.stages import CreepResponse, HighPass, LowPass, Resonance, Stage, response
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,9 +31,10 @@ Noise = Annotated[
 ]
 
 
-class Creep(Model):
+class SensorCreep(Model):
     """What a sensor goes on to show under a force that is held."""
 
+    former_names: ClassVar[tuple[str, ...]] = ("Creep",)
     example: ClassVar[Mapping[str, Any]] = {"share": -0.02, "time": 5.0}
 
     share: Annotated[
@@ -59,7 +60,7 @@ class LateralSensor(Model):
         Number | None,
         Quantity("Hz", 1e-2, 1e9, "first-order bandwidth of the conditioner; none: beyond all else"),
     ] = None
-    creep: Creep | None = None
+    creep: SensorCreep | None = None
     noise: Noise = 0.0
 
     def stages(self) -> tuple[Stage, ...]:
@@ -68,7 +69,7 @@ class LateralSensor(Model):
         if self.bandwidth is not None:
             stages.append(LowPass(self.bandwidth))
         if self.creep is not None:
-            stages.append(Relaxation((self.creep.share,), (self.creep.time,)))
+            stages.append(CreepResponse((self.creep.share,), (self.creep.time,)))
         return tuple(stages)
 
     def gain(self, frequency: ArrayLike) -> NDArray[np.complex128]:

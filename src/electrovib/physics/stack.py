@@ -82,6 +82,12 @@ class Stack(Model):
     }
 
     @classmethod
+    def part(cls, name: str) -> type[Layer]:
+        """Give the kind of every table: a layer."""
+        del name
+        return Layer
+
+    @classmethod
     def from_offer(cls, offer: Any) -> Self:
         """Take the stack out of a ready-made scenario, or as it is."""
         return cls.model_validate(getattr(offer, "stack", offer))

@@ -73,7 +73,7 @@ class HighPass:
 
 
 @dataclass(frozen=True)
-class Relaxation:
+class CreepResponse:
     """What follows at once and then creeps on: 1 + sum share/(1 + s T).
 
     Parameters
@@ -97,7 +97,7 @@ class Relaxation:
         return np.asarray(total)
 
 
-Stage: TypeAlias = Resonance | LowPass | HighPass | Relaxation
+Stage: TypeAlias = Resonance | LowPass | HighPass | CreepResponse
 
 
 def response(stages: tuple[Stage, ...], frequency: ArrayLike) -> Complex:

@@ -13,7 +13,7 @@ from electrovib.core.column_unit import column_unit, is_unit_of
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
-from electrovib.core.files import read_columns
+from electrovib.core.files import UNREAD, FileColumn
 from electrovib.core.lamps import Lamp
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.samples import Samples
@@ -86,33 +86,27 @@ class Tabulated(Material):
     ] = Samples([])
 
     @classmethod
-    def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
-        """Read the file's columns unless the samples came along."""
-        if not content.get("file") or "frequency_samples" in content:
-            return content
-        default = {name: cls.model_fields[name].default for name in cls.model_fields} | content
+    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
+        """Ask for frequency, permittivity and loss unless the samples came along."""
+        if not table.get("file") or "frequency_samples" in table:
+            return {}
+        default = {name: cls.model_fields[name].default for name in cls.model_fields} | dict(table)
         try:
             loss = LossColumn.model_validate(default["loss"])
-        except ValidationError:  # told when the field itself is read
-            return content
+        except ValidationError:
+            return {}
         columns = (default["frequency_column"], default["permittivity_column"])
         if not is_unit_of("Hz", default["frequency_unit"]) or not all(
             isinstance(c, str | int) for c in columns
         ):
-            return content
-        wanted = {
-            "frequency_samples": (default["frequency_column"], default["frequency_unit"]),
-            "permittivity_samples": (default["permittivity_column"], "1"),
-            "loss_samples": (loss.column, loss.unit),
+            return {}
+        forms = ", ".join(sorted(find_members(LossColumn)))  # type: ignore[type-abstract]
+        others = f' The loss may be told in other forms: loss = {{ model = "..." }} with {forms}.'
+        return {
+            "frequency_samples": FileColumn(default["frequency_column"], default["frequency_unit"]),
+            "permittivity_samples": FileColumn(default["permittivity_column"], "1"),
+            "loss_samples": FileColumn(loss.column, loss.unit, others),
         }
-        try:
-            return content | read_columns(str(content["file"]), wanted)
-        except PydanticCustomError as fault:
-            why = fault.message()
-            if f"no column '{loss.column}'" in why:
-                forms = ", ".join(sorted(find_members(LossColumn)))  # type: ignore[type-abstract]
-                why += f' The loss may be told in other forms: loss = {{ model = "..." }} with {forms}.'
-            raise PydanticCustomError("file", "{why}", {"why": why}) from None
 
     @model_validator(mode="after")
     def _is_passive(self) -> Self:
@@ -129,7 +123,8 @@ class Tabulated(Material):
         }
         sizes = {name: len(values) for name, values in columns.items()}
         if not any(sizes.values()):
-            yield 'holds no rows: name the measured table, for instance file = "skin.csv"'
+            named = 'name the measured table, for instance file = "skin.csv"'
+            yield f"holds no rows: {UNREAD if self.file else named}"
         if len(set(sizes.values())) > 1:
             yield "columns differ in length: " + ", ".join(f"{name} {size}" for name, size in sizes.items())
         if sizes["frequency"] < FEWEST:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.recordings.recording import Recording
-    from electrovib.recordings.swipe_parts import Contact, Span
+    from electrovib.recordings.swipe_parts import Span, Touch
 
 _FEWEST = 10
 """Equal samples that may be chance."""
@@ -61,14 +61,14 @@ def at_rail(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
     return found
 
 
-def about_rails(recording: Recording, contact: Contact, window: Span) -> tuple[str, ...]:
+def about_rails(recording: Recording, contact: Touch, window: Span) -> tuple[str, ...]:
     """Refuse forces that are only the end of a sensor's range; say where part of what is used is.
 
     Parameters
     ----------
     recording : Recording
         With the samples at a rail.
-    contact : Contact
+    contact : Touch
         The touch, with the unloaded samples on either side.
     window : tuple of int
         Samples of which the forces are means.

@@ -190,10 +190,12 @@ def increasing(time: NDArray[np.float64], stamps: StampTreatment, source: str) -
         kept = stamps.keep(time)
     except ValueError as error:
         fault = str(error).partition(". To drop")[0]
-        raise InputError(f"{source}: {fault}. With stamps KeepIncreasing such samples are dropped.") from None
+        raise InputError(
+            f"{fault}. With stamps KeepIncreasing such samples are dropped.", path=source
+        ) from None
     if np.count_nonzero(kept) < _FEWEST:
         raise InputError(
-            f"{source}: only {np.count_nonzero(kept)} samples with increasing time stamps are left."
+            f"only {np.count_nonzero(kept)} samples with increasing time stamps are left.", path=source
         )
     return kept
 
@@ -237,7 +239,7 @@ def without_missing(
         else f"missing_rows = {allowed} allows fewer"
     )
     rows = "1 row" if missing == 1 else f"{missing} rows"
-    raise InputError(f"{source}: {'; '.join(faults)}. It is so in {rows} of {len(kept)}; {may}.")
+    raise InputError(f"{'; '.join(faults)}. It is so in {rows} of {len(kept)}; {may}.", path=source)
 
 
 def _faults(source: str, name: str, values: NDArray[np.float64]) -> list[str]:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from electrovib.recordings.recording import Recording
     from electrovib.recordings.swipe_baseline import Zero
-    from electrovib.recordings.swipe_parts import Contact, Span
+    from electrovib.recordings.swipe_parts import Span, Touch
 
 _BEST_FIRST = ("interpolated", "before", "after")
 
@@ -155,7 +155,7 @@ def reduce_swipes(recording: Recording, *, trim: float = 0.05) -> tuple[SwipeRes
     )
 
 
-def _stillness(recording: Recording, contacts: list[Contact]) -> str:
+def _stillness(recording: Recording, contacts: list[Touch]) -> str:
     """Say what does not move."""
     if recording.position is None:
         return "the lateral force does not stand out while the finger presses. Is lateral.column right?"
@@ -165,7 +165,7 @@ def _stillness(recording: Recording, contacts: list[Contact]) -> str:
     )
 
 
-def _reduced(recording: Recording, contact: Contact, slide: Span, window: Span, swipes: int) -> SwipeResult:
+def _reduced(recording: Recording, contact: Touch, slide: Span, window: Span, swipes: int) -> SwipeResult:
     zeros = zeros_beside(recording, contact, window)
     railed = about_rails(recording, contact, window)
     estimates = _estimates(recording, zeros, window)
@@ -223,7 +223,7 @@ def _estimates(
 def _words(
     recording: Recording,
     zeros: dict[str, Zero],
-    contact: Contact,
+    contact: Touch,
     way: float | None,
     window: tuple[float, float],
     swipes: int,

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.recordings.recording import Recording
-    from electrovib.recordings.swipe_parts import Contact, Span
+    from electrovib.recordings.swipe_parts import Span, Touch
 
 BLOCKS = 10
 """Parts of a window whose scatter gives the statistical error."""
@@ -73,7 +73,7 @@ class Zero:
     lateral_error: float
 
 
-def zeros_beside(recording: Recording, contact: Contact, window: Span) -> dict[str, Zero]:
+def zeros_beside(recording: Recording, contact: Touch, window: Span) -> dict[str, Zero]:
     """Take the zeros before and after from the unloaded samples nearest to the contact."""
     longest = window[1] - window[0]
     found = {}

@@ -30,7 +30,7 @@ Span = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class Contact:
+class Touch:
     """A touch: its samples, and the unloaded samples nearest to it on either side, where there are any.
 
     Parameters
@@ -66,7 +66,7 @@ def smoothed(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[
     return np.asarray(uniform_filter1d(values, _width(time), mode="nearest"), dtype=np.float64)
 
 
-def find_contacts(recording: Recording) -> list[Contact]:
+def find_contacts(recording: Recording) -> list[Touch]:
     """Find where the finger presses: the higher of the two levels that split the normal force best.
 
     Parameters
@@ -76,7 +76,7 @@ def find_contacts(recording: Recording) -> list[Contact]:
 
     Returns
     -------
-    list of Contact
+    list of Touch
         In time; at least one.
 
     Raises
@@ -111,14 +111,14 @@ def find_contacts(recording: Recording) -> list[Contact]:
     return _with_free_sides(time, force, spans, (free, loaded))
 
 
-def find_slides(recording: Recording, contact: Contact) -> list[Span]:
+def find_slides(recording: Recording, contact: Touch) -> list[Span]:
     """Find where the finger slides one way while it touches.
 
     Parameters
     ----------
     recording : Recording
         With or without its position.
-    contact : Contact
+    contact : Touch
         One touch.
 
     Returns
@@ -151,7 +151,7 @@ def find_slides(recording: Recording, contact: Contact) -> list[Span]:
     return sorted(span for span, size in sizes.items() if size >= max(least, longest / 5))
 
 
-def _rubbing(recording: Recording, contact: Contact) -> NDArray[np.float64] | None:
+def _rubbing(recording: Recording, contact: Touch) -> NDArray[np.float64] | None:
     """Give the lateral force about its zero, or None where it does not stand out."""
     sides = [slice(*side) for side in (contact.before, contact.after) if side is not None]
     lateral = recording.lateral_force
@@ -193,7 +193,7 @@ def sliding_speed(recording: Recording) -> NDArray[np.float64] | None:
     return np.asarray(moved, dtype=np.float64)
 
 
-def middle(recording: Recording, slide: Span, contact: Contact, trim: float) -> Span:
+def middle(recording: Recording, slide: Span, contact: Touch, trim: float) -> Span:
     """Leave out a fraction of the way at both ends of a slide, and what is not well inside the contact.
 
     Parameters
@@ -202,7 +202,7 @@ def middle(recording: Recording, slide: Span, contact: Contact, trim: float) -> 
         With its position; of the time, where it has none.
     slide : tuple of int
         Samples.
-    contact : Contact
+    contact : Touch
         Around it.
     trim : float
         Fraction of the way [1].
@@ -279,7 +279,7 @@ def _runs(mask: NDArray[np.bool_]) -> list[Span]:
 
 def _with_free_sides(
     time: NDArray[np.float64], force: NDArray[np.float64], spans: list[Span], levels: tuple[float, float]
-) -> list[Contact]:
+) -> list[Touch]:
     """Add to each contact the free samples before and after it, without those in which the load comes and goes."""
     free, loaded = levels
     tenth = force > free + (loaded - free) / 10
@@ -295,11 +295,11 @@ def _with_free_sides(
         tail = min(2 * fall + shortest, (stop - last) // 2)
         before = (start, first - lead) if first - lead - start >= shortest else None
         after = (last + tail, stop) if stop - last - tail >= shortest else None
-        found.append(Contact((first, last), before, after))
+        found.append(Touch((first, last), before, after))
     return _with_far_sides(found)
 
 
-def _with_far_sides(contacts: list[Contact]) -> list[Contact]:
+def _with_far_sides(contacts: list[Touch]) -> list[Touch]:
     """Where a finger came back too soon, take the free samples on the other side of its neighbours."""
     before, after = None, None
     befores, afters = [], []
@@ -310,7 +310,7 @@ def _with_far_sides(contacts: list[Contact]) -> list[Contact]:
         after = contact.after or after
         afters.append(after)
     sides = zip(contacts, befores, reversed(afters), strict=True)
-    return [Contact(contact.span, before, after) for contact, before, after in sides]
+    return [Touch(contact.span, before, after) for contact, before, after in sides]
 
 
 def _run_length(mask: NDArray[np.bool_]) -> int:

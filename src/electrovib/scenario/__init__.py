@@ -1,15 +1,17 @@
 """An experiment as one frozen tree of models, and how it is read."""
 
 from electrovib.scenario.experiment import SCHEMA, Scenario
+from electrovib.scenario.files import read_part
 from electrovib.scenario.grids import AtRest, FrequencyGrid, InitialState, PeriodicState, TimeGrid
 from electrovib.scenario.offers import skins
 from electrovib.scenario.presets import AIR, plain, preset, sourced
 from electrovib.scenario.reading import (
     DEFAULT,
+    Source,
     load,
-    load_scenario,
     paper_of_preset,
     paper_scenario,
+    read_scenario,
     scenario_of,
     sweep_of,
 )
@@ -24,15 +26,17 @@ __all__ = [
     "InitialState",
     "PeriodicState",
     "Scenario",
+    "Source",
     "TimeGrid",
     "is_default",
     "load",
-    "load_scenario",
     "not_in_paper",
     "paper_of_preset",
     "paper_scenario",
     "plain",
     "preset",
+    "read_part",
+    "read_scenario",
     "scenario_of",
     "skins",
     "sourced",

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Final, Self
 from pydantic import Field, model_validator
 
 from electrovib.core.model import Model, read_model
-from electrovib.core.paths import put
+from electrovib.core.tables import put
 from electrovib.physics.circuit import Circuit
 from electrovib.physics.contact import Contact
 from electrovib.physics.drive.base import Drive
@@ -22,7 +22,9 @@ from electrovib.physics.motion import HeldOff, Motion
 from electrovib.physics.perception import Perception
 from electrovib.physics.rig import Rig
 from electrovib.physics.stack import Stack
+from electrovib.scenario.files import read_part
 from electrovib.scenario.grids import FrequencyGrid, TimeGrid
+from electrovib.scenario.moisture import moistened, refuse_what_moisture_sets
 from electrovib.scenario.offers import with_offers
 from electrovib.scenario.sources import BY_THE_USER
 
@@ -39,7 +41,7 @@ class Scenario(Model):
     """
 
     example: ClassVar[Mapping[str, Any]] = {
-        "drive": {"model": "Constant", "level": 100},
+        "drive": {"model": "Step", "level": 100},
         "force": {"model": "GapPlane"},
         "friction": {"model": "Coulomb", "coefficient": 0.5},
         "contact": {"model": "FixedArea", "area": 1e-4},
@@ -103,8 +105,6 @@ class Scenario(Model):
     def _moistened(self) -> Self:
         """Let moisture set what it moves, so that every table shows what was computed with."""
         if self.moisture is not None:
-            from electrovib.scenario.moisture import moistened
-
             content = self.to_dict()
             put(content, moistened(self, self.moisture))
             object.__setattr__(self, "stack", read_model(Stack, content["stack"]))
@@ -132,6 +132,11 @@ class Scenario(Model):
         content = self.model_copy(update={"title": "", "sources": {}})
         return Model.canonical(content)
 
+    @classmethod
+    def rebuilt(cls, content: dict[str, Any]) -> Self:
+        """Build it from changed tables, with the numbers of a file that is named anew."""
+        return read_part(cls, content)
+
     def replace(self, changes: Mapping[str, Any]) -> Self:
         """Give a copy with some parameters changed, and their sources marked as the user's.
 
@@ -153,8 +158,6 @@ class Scenario(Model):
         changes, told = with_offers(changes)
         changed = Model.replace(self, changes)
         if changed.moisture is not None:
-            from electrovib.scenario.moisture import refuse_what_moisture_sets
-
             refuse_what_moisture_sets(changed, changes)
         kept = {
             path: text

@@ -8,11 +8,12 @@ from electrovib.core.errors import InputError
 from electrovib.core.lamps import Lamp
 from electrovib.core.units import format_quantity
 from electrovib.physics.interface import beside_interface
-from electrovib.physics.moisture import Moisture
-from electrovib.scenario import Scenario
 
 if TYPE_CHECKING:
     from collections.abc import Collection
+
+    from electrovib.physics.moisture import Moisture
+    from electrovib.scenario.experiment import Scenario
 
 
 def moistened(scenario: Scenario, moisture: Moisture) -> dict[str, float]:

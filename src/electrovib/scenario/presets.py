@@ -7,11 +7,12 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from electrovib.core.errors import InputError
-from electrovib.core.model import Model, read_model
-from electrovib.core.paths import replaced
+from electrovib.core.model import Model
+from electrovib.core.tables import put
 from electrovib.scenario.experiment import Scenario
+from electrovib.scenario.files import read_part
 from electrovib.scenario.offers import with_offers
-from electrovib.scenario.reading import load_scenario
+from electrovib.scenario.reading import read_scenario
 from electrovib.scenario.sources import is_default
 
 AIR: Final = ({"model": "Constant", "permittivity": 1.0}, "air")
@@ -59,14 +60,14 @@ def preset(
     InputError
         For every path that does not exist and every value that does not fit, all at once.
     """
-    start = plain() if base is None else load_scenario(base)
+    start = plain() if base is None else read_scenario(base)
     told: dict[str, str] = {path.removesuffix(".model"): "" for path in changes}
     values = {path: _without_sources(given, path, told) for path, given in changes.items()}
     values, offered = with_offers(values)
-    content, problems = replaced(start, values)
-    if problems:
+    content = start.to_dict()
+    if problems := put(content, values):
         raise InputError(problems)
-    built = read_model(Scenario, content | {"title": title, "sources": {}})
+    built = read_part(Scenario, content | {"title": title, "sources": {}})
     kept = {path: unchanged or source for path, source in start.sources.items()}
     sources = {}
     for path, value, _ in built.parameters():

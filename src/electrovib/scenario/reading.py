@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from electrovib.core.discovery import paper
-from electrovib.core.errors import InputError, nearest
-from electrovib.core.files import note_input, relative_to
-from electrovib.core.model import read_model
+from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
+from electrovib.core.files import note_input
 from electrovib.core.parsing import read_json, read_toml
-from electrovib.core.paths import put
+from electrovib.core.tables import put
+from electrovib.core.trace import is_trace
+from electrovib.data.traces import is_trace_file, open_if_trace
 from electrovib.scenario.experiment import SCHEMA, Scenario
+from electrovib.scenario.files import read_part
 
 if TYPE_CHECKING:
     import xarray
@@ -22,56 +23,83 @@ if TYPE_CHECKING:
 DROPPED: Final = ("ridge_share",)
 """Parameters of a contact that older Traces carry and that changed no result but a signal of their own."""
 DEFAULT: Final = "vezzoli_2014/fig6"
-_TRACES: Final = {".nc", ".csv", ".mat"}
-_FILES: Final = {".toml", *_TRACES}
+Source: TypeAlias = "str | Path | Mapping[str, Any] | Scenario | xarray.Dataset"
+"""What a scenario can be read from."""
 
 
-def load(source: str | Path | Mapping[str, Any], *, changes: Mapping[str, Any] | None = None) -> Any:
-    """Read a scenario or a Trace, whatever the source holds.
+def read_scenario(
+    source: Source, *, changes: Mapping[str, Any] | None = None, before_sweep: bool = False
+) -> Scenario:
+    """Read a scenario from whatever has one.
 
     Parameters
     ----------
-    source : str, Path or mapping
-        A TOML file, a Trace file (``.nc``, ``.csv``, ``.mat``), a paper's scenario such as
-        ``"vezzoli_2014/fig6"``, or nested tables.
+    source : str, Path, mapping, Scenario or xarray.Dataset
+        A paper's scenario such as ``"vezzoli_2014/fig6"``, a TOML file, nested tables, a Scenario, or a Trace: its
+        file (``.nc``, ``.csv``, ``.mat``) or itself, which carries the scenario it was computed from.
     changes : mapping of str to value, optional
         Dotted path to value, put into the scenario; a file named here is looked for from the working folder.
+    before_sweep : bool
+        Of a sweep give the scenario from which it began; else a sweep is refused, which is many scenarios.
 
     Returns
     -------
-    Scenario or xarray.Dataset
-        A Scenario from TOML, a paper or tables; a Trace from a Trace file, or with `changes` its scenario.
+    Scenario
+        The one.
 
     Raises
     ------
     InputError
-        Every mistake of the file at once.
+        Every mistake of the file at once; if the source has no scenario, or many.
     """
-    if isinstance(source, Mapping):
-        return _read({"schema": SCHEMA} | dict(source), changes, Path())
-    path = Path(source)
-    note_input(path)
-    if path.suffix in _TRACES:
-        trace = _load_trace(path)
-        return _one_scenario(trace, path).replace(changes) if changes else trace
-    if not paper_of_preset(source):
-        return _read(_tables(path), changes, path.parent)
-    scenario = paper_scenario(str(source))
+    if is_trace_file(source) or is_trace(source):
+        scenario = _of_trace(source, before_sweep=before_sweep)
+    elif isinstance(source, Scenario):
+        scenario = source
+    elif isinstance(source, Mapping):
+        return _read({"schema": SCHEMA} | {str(key): item for key, item in source.items()}, changes, Path())
+    elif not isinstance(source, (str, os.PathLike)):
+        raise InputError(
+            f"scenario = {shortened(repr(source), LONGEST_QUOTED)}: expected a paper's scenario such as '{DEFAULT}', a"
+            " .toml file, nested tables, a Scenario or a Trace"
+        )
+    else:
+        path = Path(source)
+        note_input(path)
+        if not paper_of_preset(source):
+            return _read(_tables(path), changes, path.parent)
+        scenario = paper_scenario(str(source))
     return scenario.replace(changes) if changes else scenario
+
+
+load = read_scenario
+"""The name under which users know `read_scenario`."""
+
+
+def _of_trace(source: Any, *, before_sweep: bool) -> Scenario:
+    """Give back the scenario of a run; that of a sweep would leave out what it goes over."""
+    trace = open_if_trace(source)
+    axes = {} if before_sweep else sweep_of(trace)[0]
+    if not axes:
+        return scenario_of(trace)
+    swept = " and ".join(axes)
+    name, where = ("this Trace", "") if trace is source else (f"{source}:", f" {source}")
+    raise InputError(
+        f"{name} holds a sweep over {swept}, that is many scenarios; write the one it began from with"
+        f" 'electrovib init{where}', and set {swept} there"
+    )
 
 
 def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Path) -> Scenario:
     """Build a scenario; changes may mend what is wrong in the tables."""
     content = _without_schema(content)
     try:
-        with relative_to(folder):
-            scenario = read_model(Scenario, content)
+        scenario = read_part(Scenario, content, folder=folder)
     except InputError:
         if not changes:
             raise
         put(content, _beside(changes, folder), strict=False)
-        with relative_to(folder):
-            return read_model(Scenario, content)
+        return read_part(Scenario, content, folder=folder)
     return scenario.replace(changes) if changes else scenario
 
 
@@ -82,47 +110,6 @@ def _beside(changes: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         if path.rpartition(".")[2] == "file" and isinstance(value, str):
             found[path] = os.path.relpath(value, folder)
     return found
-
-
-def load_scenario(
-    source: str | Path | Mapping[str, Any] | Scenario, *, before_sweep: bool = False
-) -> Scenario:
-    """Read a scenario from anything that has one, a Trace included.
-
-    Parameters
-    ----------
-    source : str, Path, mapping or Scenario
-        As for `load`.
-    before_sweep : bool
-        Give the scenario from which a sweep began; else a sweep is refused, which is many scenarios.
-
-    Returns
-    -------
-    Scenario
-        The one.
-
-    Raises
-    ------
-    InputError
-        If the source has no scenario, or many.
-    """
-    if isinstance(source, Scenario):
-        return source
-    found = load(source)
-    if isinstance(found, Scenario):
-        return found
-    return scenario_of(found) if before_sweep else _one_scenario(found, source)
-
-
-def _one_scenario(trace: xarray.Dataset, source: object) -> Scenario:
-    """Give back the scenario of a run; that of a sweep would leave out what it goes over."""
-    axes, _ = sweep_of(trace)
-    if axes:
-        raise InputError(
-            f"{source}: holds a sweep over {' and '.join(axes)}, that is many scenarios; write the one it began from with"
-            f" 'electrovib init {source}', and set {' and '.join(axes)} there"
-        )
-    return scenario_of(trace)
 
 
 def scenario_of(trace: xarray.Dataset) -> Scenario:
@@ -139,7 +126,7 @@ def scenario_of(trace: xarray.Dataset) -> Scenario:
     if isinstance(contact := content.get("contact"), dict):
         for parameter in DROPPED:
             contact.pop(parameter, None)
-    return read_model(Scenario, content)
+    return read_part(Scenario, content)
 
 
 def sweep_of(trace: xarray.Dataset) -> tuple[dict[str, list[Any]], list[str]]:
@@ -183,34 +170,26 @@ def _damaged_attribute(name: str, why: str) -> InputError:
     )
 
 
-def _load_trace(path: Path) -> xarray.Dataset:
-    from electrovib.data.traces import load_csv, load_nc
-
-    if path.suffix == ".mat":
-        reader = importlib.import_module("electrovib.export.matlab")  # found late: a door, not a part
-        found: xarray.Dataset = reader.load_mat(path)
-        return found
-    return load_nc(path) if path.suffix == ".nc" else load_csv(path)
-
-
 def _tables(path: Path) -> dict[str, Any]:
     try:
         if path.exists() and not path.is_file():
             what = "a folder" if path.is_dir() else "not an ordinary file"
-            raise InputError(f"{path}: is {what}; give a .toml file or a paper, for instance {DEFAULT}")
+            raise InputError(f"is {what}; give a .toml file or a paper, for instance {DEFAULT}", path=path)
         text = path.read_bytes().decode("utf-8-sig")  # editors of Windows begin with a byte-order mark
     except OSError as error:
         raise InputError(
-            f"{path}: {error.strerror or error}. Give a .toml file or a paper, for instance {DEFAULT}"
+            f"{error.strerror or error}. Give a .toml file or a paper, for instance {DEFAULT}", path=path
         ) from None
     except UnicodeDecodeError:
-        raise InputError(f"{path}: not a text in UTF-8; a scenario is TOML, saved as UTF-8") from None
+        raise InputError("not a text in UTF-8; a scenario is TOML, saved as UTF-8", path=path) from None
     if not text.strip():
-        raise InputError(f"{path}: the file is empty. 'electrovib init {DEFAULT}' prints one to start from")
+        raise InputError(
+            f"the file is empty. 'electrovib init {DEFAULT}' prints one to start from", path=path
+        )
     try:
         return read_toml(text)
     except ValueError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
+        raise InputError(f"not valid TOML: {error}", path=path) from None
 
 
 def _without_schema(content: dict[str, Any]) -> dict[str, Any]:
@@ -225,7 +204,7 @@ def _without_schema(content: dict[str, Any]) -> dict[str, Any]:
 def paper_of_preset(source: object) -> str:
     """Name the paper, ``author_year``, whose ready-made scenario a source asks for; empty for a scenario of one's own."""
     path = Path(source) if isinstance(source, (str, Path)) else None
-    if path is None or path.suffix in _FILES or path.exists():
+    if path is None or path.suffix == ".toml" or is_trace_file(path) or path.exists():
         return ""
     return str(source).partition("/")[0]
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any, get_args
 
-from electrovib.core.model import Model, quantity_of
+from electrovib.core.discovery import find_members
+from electrovib.core.model import Model
+from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
 from electrovib.core.units import exact_text
-from electrovib.scenario import SCHEMA, Scenario
+from electrovib.scenario.experiment import SCHEMA, Scenario
 
 
 def to_toml(scenario: Scenario) -> str:
@@ -45,7 +47,7 @@ def _table(model: Model) -> Any:
     import tomlkit
 
     table = tomlkit.table()
-    if type(model).__mro__[1] is not Model:
+    if model.is_member:
         table.add("model", tomlkit.item(type(model).__name__))
     nested = []
     for name, value in model:
@@ -87,8 +89,6 @@ def left_away(model: Model, prefix: str = "") -> dict[str, str]:
     dict of str to str
         Dotted path to what can be put there: members of the family, or parameters of the part.
     """
-    from electrovib.core.discovery import find_members
-
     found: dict[str, str] = {}
     for name, field in type(model).model_fields.items():
         kinds = [
@@ -121,7 +121,7 @@ def _inline(model: Model) -> Any:
     import tomlkit
 
     table = tomlkit.inline_table()
-    if type(model).__mro__[1] is not Model:
+    if model.is_member:
         table.add("model", type(model).__name__)
     for name, value in model:
         if value is None:

@@ -10,7 +10,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at, value_at
-from electrovib.scenario import Scenario, load_scenario
+from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.quantities import answer
 from electrovib.solve.quantities.answer import numbers
@@ -19,7 +19,6 @@ from electrovib.solve.quantities.resolve import solved
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
     from numpy.typing import ArrayLike
 
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def prepare(
-    scenario: Scenario | str | Path | Mapping[str, Any],
+    scenario: Source,
     *,
     free: Sequence[str],
     quantities: Sequence[str] = DEFAULTS,
@@ -37,8 +36,8 @@ def prepare(
 
     Parameters
     ----------
-    scenario : Scenario, or what one can be read from
-        Everything that stays.
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        Everything that stays, as for `electrovib.load`.
     free : sequence of str
         Dotted paths of the parameters that vary, for instance ``["stack.gap.thickness", "friction.coefficient"]``.
     quantities : sequence of str
@@ -54,7 +53,7 @@ def prepare(
     InputError
         Every path and every quantity that is not there, with the nearest name.
     """
-    return Prepared(load_scenario(scenario), free=free, quantities=quantities)
+    return Prepared(read_scenario(scenario), free=free, quantities=quantities)
 
 
 class Prepared:

@@ -14,7 +14,7 @@ from electrovib.core.errors import InputError, nearest
 from electrovib.core.model import Model
 from electrovib.core.signals import SIGNALS
 from electrovib.core.trace import make_trace
-from electrovib.scenario import Scenario
+from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.sampling import sampling
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.expanded import Expanded
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 
 
 def simulate(
-    scenario: Scenario, *, time: Real | None = None, signals: Sequence[str] | None = None
+    scenario: Source, *, time: Real | None = None, signals: Sequence[str] | None = None
 ) -> xarray.Dataset:
     """Compute what the drive does to the finger.
 
     Parameters
     ----------
-    scenario : Scenario
-        Everything.
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        Everything, as for `electrovib.load`.
     time : ndarray, shape (n,), optional
         Increasing, >= 0 [s]; by default what the scenario's time grid says.
     signals : sequence of str, optional
@@ -64,6 +64,7 @@ def simulate(
     exactly. A layer with a leak: one nonlinear branch with its error in `step_error`; over frequency the leak
     counts as the conductivity that a vanishing sine sees.
     """
+    scenario = read_scenario(scenario)
     _refuse_unknown(signals)
     expanded = Expanded(scenario, None if time is None else np.asarray(time, dtype=float))
     times, frequency = expanded.times, scenario.frequency.frequencies()

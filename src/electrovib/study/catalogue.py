@@ -11,7 +11,8 @@ from typing import Any, get_args
 
 from electrovib.core.discovery import find_members, paper_of, papers
 from electrovib.core.errors import InputError, nearest
-from electrovib.core.model import Model, quantity_of
+from electrovib.core.model import Model
+from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.physics.circuit import ReturnPath
@@ -88,13 +89,21 @@ class Listed:
     runnable: str
 
 
-def models(name: str = "") -> tuple[Listed, ...]:
+def is_own(thing: type[Model] | ModuleType) -> bool:
+    """Tell whether a model or a paper is of this package, and not contributed by another one."""
+    place = thing.__name__ if isinstance(thing, ModuleType) else thing.__module__
+    return place.partition(".")[0] == __name__.partition(".")[0]
+
+
+def models(name: str = "", *, own: bool = False) -> tuple[Listed, ...]:
     """List all models, then all papers.
 
     Parameters
     ----------
     name : str
         Only this model or paper; all if empty.
+    own : bool
+        Leave out what other packages contribute.
 
     Returns
     -------
@@ -112,10 +121,14 @@ def models(name: str = "") -> tuple[Listed, ...]:
     found = []
     for family, predicts in families().items():
         for key, model in sorted(find_members(family).items()):
+            if own and not is_own(model):
+                continue
             author_year = paper_of(model)
             count = len(model.checks) + (len(_checks(papers()[author_year])) if author_year else 0)
             found.append(Listed(key, predicts, author_year, model.status, count, "yes"))
     for key, module in papers().items():
+        if own and not is_own(module):
+            continue
         runnable = "not: " + _plain(getattr(module, "NOT_READ", "")) if _not_runnable(module) else "yes"
         status = getattr(module, "STATUS", "")
         found.append(Listed(key, "papers", key, status, len(_checks(module)), runnable))
@@ -134,9 +147,9 @@ def _not_runnable(module: ModuleType) -> bool:
     )
 
 
-def tables() -> Iterator[Table]:
-    """Give the catalogue as one table for each thing predicted."""
-    everything = models()
+def tables(*, own: bool = False) -> Iterator[Table]:
+    """Give the catalogue as one table for each thing predicted; `own` as for `models`."""
+    everything = models(own=own)
     for group in dict.fromkeys(entry.predicts for entry in everything):
         lines = [entry for entry in everything if entry.predicts == group]
         if group == "papers":

@@ -125,7 +125,7 @@ def force_lines(scenario: Scenario, *, window: float, samples: int) -> tuple[Lin
     try:
         force = simulate(settled, time=times).lateral_force.values
     except InputError as error:
-        if not any(problem.startswith("time.initial_state") for problem in error.problems):
+        if not any(problem.path == "time.initial_state" for problem in error.problems):
             raise
         return _late(scenario, window, samples)
     if np.any(np.isnan(force)):
@@ -163,7 +163,7 @@ def _from_rest(scenario: Scenario, window: float, samples: int) -> tuple[Lines, 
     step = window / count
     halves = max(2, int(np.ceil(2 * scenario.drive.duration / window - 1e-9)))
     force = _lateral(start, _middles(halves * count // 2, step))
-    quiet = start.replace({"drive": {"model": "Constant", "level": 0.0}})
+    quiet = start.replace({"drive": {"model": "Step", "level": 0.0}})
     before = float(simulate(quiet, time=_middles(2, step)).lateral_force.values[0])
     return _windows(force, count, step, before=before, signal="lateral_force", what="from rest")
 

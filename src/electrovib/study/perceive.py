@@ -5,13 +5,14 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
+from electrovib.core.trace import is_trace
+from electrovib.data.traces import open_if_trace
 from electrovib.physics.perception import (
     BEST_FREQUENCIES,
     RECALLED_CORNER,
@@ -22,13 +23,11 @@ from electrovib.physics.perception import (
     felt_amplitude,
     strongest,
 )
-from electrovib.scenario import Scenario, load, scenario_of
+from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.study.felt_spectrum import FEWEST, MOST, Lines, force_lines, measured_lines
 from electrovib.study.percept import Felt, Percept, stands_on, verdict
 
 if TYPE_CHECKING:
-    import xarray
-
     from electrovib.core.arrays import Complex, Real
 
 Compliance = Callable[[Any], Any]
@@ -40,7 +39,7 @@ SILENT: Final = 1e-9
 
 
 def perceive(
-    source: str | Path | Scenario | Mapping[str, Any] | xarray.Dataset,
+    source: Source,
     *,
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
     perception: Perception | None = None,
@@ -49,8 +48,8 @@ def perceive(
 
     Parameters
     ----------
-    source : str, Path, Scenario, mapping or xarray.Dataset
-        As for `electrovib.run`, or a Trace. A Trace that carries its scenario is computed again at the times
+    source : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`, or a measured Trace. A Trace that carries its scenario is computed again at the times
         that the spectrum needs; a measured one is taken as it is.
     set : mapping of str to value, optional
         Dotted path to value; ``perception.threshold`` and the like change the perception.
@@ -97,19 +96,12 @@ def _personal(path: str) -> bool:
     return path.partition(".")[0] == "perception"
 
 
-def _experiment(source: Any, changes: Mapping[str, Any]) -> tuple[Scenario | None, Any]:
+def _experiment(source: Source, changes: Mapping[str, Any]) -> tuple[Scenario | None, Any]:
     """Find the scenario, or the measured Trace."""
-    if isinstance(source, Scenario):
-        return source.replace(changes) if changes else source, None
-    found = source if hasattr(source, "data_vars") else load(source, changes=changes or None)
-    if isinstance(found, Scenario):
-        return found, None
-    if "over" in found.attrs:
-        raise InputError("this Trace is a sweep: perceive one scenario, with --set for the parameter swept")
-    if "scenario" not in found.attrs and not changes:
+    found = open_if_trace(source)
+    if is_trace(found) and not changes and not {"scenario", "over"} & set(found.attrs):
         return None, found
-    scenario = scenario_of(found)
-    return scenario.replace(changes) if changes else scenario, None
+    return read_scenario(found, changes=changes), None
 
 
 def _changed(person: Perception, changes: Mapping[str, Any]) -> Perception:
@@ -122,16 +114,7 @@ def _changed(person: Perception, changes: Mapping[str, Any]) -> Perception:
             person = read_model(Perception, changes["perception"])
         return person.replace(inner) if inner else person
     except InputError as error:
-        raise InputError(_in_perception(problem) for problem in error.problems) from None
-
-
-def _in_perception(problem: str) -> str:
-    """Put the prefix before the path that a problem begins with."""
-    return (
-        f"perception.{problem}"
-        if not problem.startswith("the file")
-        else problem.replace("the file", "perception", 1)
-    )
+        raise InputError(problem.within("perception") for problem in error.problems) from None
 
 
 def _compliance(given: Any) -> Compliance:

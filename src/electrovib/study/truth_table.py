@@ -69,7 +69,7 @@ class PlateStack:
         if not gap:
             del stack["gap"]
         content = {
-            "drive": {"model": "Constant", "level": self.voltage},
+            "drive": {"model": "Step", "level": self.voltage},
             "force": {"model": law},
             "friction": {"model": "Coulomb", "coefficient": 0.5},
             "contact": {"model": "FixedArea", "area": AREA},

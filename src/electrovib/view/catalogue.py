@@ -15,7 +15,7 @@ recalled. A recalled number is never a check, and a paper whose equation nobody 
 
 
 def as_markdown() -> str:
-    """Write the page: one table for each thing predicted, then the claims of every paper.
+    """Write the page: one table for each thing predicted, then the claims of every paper of this package.
 
     Returns
     -------
@@ -24,10 +24,13 @@ def as_markdown() -> str:
     """
     parts = [INTRODUCTION]
     parts += [
-        f"## {table.title[0].upper()}{table.title[1:]}\n\n{_rows(table)}" for table in catalogue.tables()
+        f"## {table.title[0].upper()}{table.title[1:]}\n\n{_rows(table)}"
+        for table in catalogue.tables(own=True)
     ]
     parts.append(f"## What each paper claims, what not, and what it offers\n\n{catalogue.NAMES}.\n")
     for name, module in papers().items():
+        if not catalogue.is_own(module):
+            continue
         said = catalogue.claims(module)
         lines = [f"**{name}** ({module.STATUS}). {module.CITATION}", ""]
         lines += [f"- {key}: {text}" for key, text in said.items()]

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from electrovib.scenario import Scenario
+    from electrovib.scenario import Source
     from electrovib.study.compare import Comparison
 
 
 def compare(
-    scenario: str | Path | Scenario | Mapping[str, Any],
+    scenario: Source,
     *,
     models: Sequence[str] | None = None,
     over: Sequence[str] | Mapping[str, Sequence[float]] = (),
@@ -23,8 +23,8 @@ def compare(
 
     Parameters
     ----------
-    scenario : str, Path, Scenario or mapping
-        As for `electrovib.run`.
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`.
     models : sequence of str, optional
         Names of laws; all that need no parameter of their own if absent.
     over : sequence of str, or mapping of str to sequence of float
@@ -46,14 +46,14 @@ def compare(
     """
     from electrovib.core.errors import InputError, gathered
     from electrovib.core.files import inputs_noted
-    from electrovib.scenario import load_scenario
+    from electrovib.scenario import read_scenario
     from electrovib.study.compare import compare as run_all
     from electrovib.study.sweep import parse_over
     from electrovib.view.pages import check_page
 
     problems: list[str] = []
     with inputs_noted() as inputs, gathered(problems):
-        experiment = load_scenario(scenario)
+        experiment = read_scenario(scenario)
         axes = over if isinstance(over, Mapping) else parse_over(experiment, over)
     if output is not None:
         with gathered(problems):

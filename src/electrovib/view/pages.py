@@ -54,7 +54,7 @@ def check_page(path: Path, *, inputs: Iterable[Path] = (), force: bool = False) 
         If it is not named as an HTML file, cannot be written, or would replace an input or a file that is not ours.
     """
     if path.suffix.lower() not in {".html", ".htm"}:
-        raise InputError(f"{path}: a report or a comparison is an .html file, not '{path.suffix}'")
+        raise InputError(f"a report or a comparison is an .html file, not '{path.suffix}'", path=path)
     check_writable({path: Form.PAGE}, inputs=inputs, force=force)
 
 

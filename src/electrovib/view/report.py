@@ -81,7 +81,9 @@ def _loaded(traces: Any) -> dict[str, Any]:
     """Load what is named; label to Trace or Scenario."""
     import xarray
 
-    from electrovib.scenario import load
+    from electrovib.core.trace import is_trace
+    from electrovib.data.traces import open_if_trace
+    from electrovib.scenario import read_scenario
 
     if isinstance(traces, Mapping) and not isinstance(traces, xarray.Dataset):  # a Dataset is a mapping too
         named = {str(label): item for label, item in traces.items()}
@@ -95,7 +97,7 @@ def _loaded(traces: Any) -> dict[str, Any]:
     problems: list[str] = []
     for label, item in named.items():
         with gathered(problems):
-            found[label] = load(item) if isinstance(item, (str, Path)) else item
+            found[label] = opened if is_trace(opened := open_if_trace(item)) else read_scenario(opened)
     if problems:
         raise InputError(problems)
     return found
@@ -113,7 +115,7 @@ def _simulated(found: Mapping[str, Any]) -> dict[str, xarray.Dataset]:
         try:
             traces[label] = simulate(item) if isinstance(item, Scenario) else item
         except ElectrovibError as error:
-            problems += getattr(error, "problems", [str(error)])
+            problems += error.problems
     if problems:
         raise InputError(problems)
     return labelled(traces)

@@ -70,7 +70,7 @@ def _check(folder: Path) -> None:
     """Tell before the work that the output is, or would lie in, a file."""
     nearest = next((place for place in (folder, *folder.parents) if place.exists()), Path())
     if not nearest.is_dir():
-        raise InputError(f"{folder}: '{nearest}' is a file, not a folder: give the name of a folder")
+        raise InputError(f"'{nearest}' is a file, not a folder: give the name of a folder", path=folder)
 
 
 def _found(paper: str, skin: str | None) -> Reproduction:
@@ -94,7 +94,7 @@ def _write(found: Reproduction, folder: Path, *, inputs: Sequence[Path] = (), fo
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{folder}: cannot be made: {error.strerror or error}.") from error
+        raise InputError(f"cannot be made: {error.strerror or error}.", path=folder) from error
     try:
         forms = {folder / name: Form.PAGE if name == _PAGE else None for name in contents}
         with writing(forms, force=True) as temporaries:

@@ -140,7 +140,7 @@ def model_rows(scenario: Scenario) -> list[ModelRow]:
     rows = []
     for path, model in walk_models(scenario):
         kind = type(model)
-        if kind.__mro__[1] is Model:
+        if not kind.is_member:
             continue
         facts = [f"evaluated at the plane: {kind.plane}"] if hasattr(kind, "plane") else []
         facts += [f"known from: {kind.status}"] if kind.status else []

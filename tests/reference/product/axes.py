@@ -27,7 +27,7 @@ ONCE = {"model": "Trapezium", "high": 80.0, "delay": 0.3e-3, "rise": 2e-3, "hold
 MODULATED = {"amplitude": 40.0, "carrier": 600.0, "modulation": 200.0, "depth": 0.7}
 SQUARE = {"model": "Square", "high": 60.0, "low": -25.0, "frequency": 200.0}
 DRIVES = {
-    "constant": {"model": "Constant", "level": 70.0},
+    "constant": {"model": "Step", "level": 70.0},
     "square": SQUARE,
     "edges": SQUARE | {"edge": 0.4e-3},
     "pulses": {"model": "PulseTrain", "high": 70.0, "low": 5.0, "width": 1e-3, "frequency": 200.0},

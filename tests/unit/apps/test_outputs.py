@@ -55,7 +55,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     }.items():
         (tmp_path / name).write_text(text)
     ev.run("b.toml", output="t.nc")
-    ev.save(ev.load("t.nc"), "t.csv")
+    ev.save(ev.open_trace("t.nc"), "t.csv")
     return tmp_path
 
 
@@ -183,7 +183,7 @@ def test_every_form_is_known_from_its_content_and_not_from_its_name(here):
         Form.NETCDF: "t.nc",
         Form.CSV: "t.csv",
         Form.CSV_PART: "t.frequency.csv",
-        Form.MATLAB: str(ev.save(ev.load("t.nc"), "t.mat")[0]),
+        Form.MATLAB: str(ev.save(ev.open_trace("t.nc"), "t.mat")[0]),
         Form.PAGE: str(ev.report("t.nc", "t.html")),
         Form.NETLIST: str(ev.export("b.toml", "t.cir")),
     }
@@ -203,12 +203,12 @@ def test_a_trace_resaved_by_another_program_is_the_users(here):
     changed.to_netcdf("t.nc", engine="h5netcdf")
     with pytest.raises(InputError, match=r"t\.nc: exists already"):
         ev.save(changed, "t.nc")
-    assert ev.load("t.nc").attrs["note"] == "mine"
-    assert "written_by" not in ev.load("t.nc").attrs
+    assert ev.open_trace("t.nc").attrs["note"] == "mine"
+    assert "written_by" not in ev.open_trace("t.nc").attrs
 
 
 def test_a_large_trace_has_its_mark_near_its_beginning(here):
-    trace = ev.load("t.nc")
+    trace = ev.open_trace("t.nc")
     trace.attrs |= {f"note_{number}": "x" * 7000 for number in range(60)}
     for name in ("large.nc", "large.csv", "large.mat"):
         ev.save(trace, name)

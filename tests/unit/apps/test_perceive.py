@@ -64,7 +64,7 @@ def test_a_trace_is_perceived_like_its_scenario(cli):
 
 
 def test_nothing_moves(cli):
-    code, out, _ = cli("perceive", "vardar_2017/sine", "--set", 'drive={ model = "Constant", level = 0 }')
+    code, out, _ = cli("perceive", "vardar_2017/sine", "--set", 'drive={ model = "Step", level = 0 }')
     assert code == 0
     assert "nothing moves the skin: not felt" in out
 
@@ -94,3 +94,16 @@ def test_a_mistake_is_one_line_and_exit_code_2(cli, arguments, sentence):
     assert (code, out) == (2, "")
     assert sentence in err
     assert err.count("\n") == 1
+
+
+def test_the_file_of_a_measurement_is_perceived(cli):
+    import numpy as np
+
+    from electrovib.core.trace import make_trace
+
+    time = np.arange(1000) / 1000
+    force = 0.3 + 0.1 * np.sin(2 * np.pi * 100 * time)
+    ev.save(make_trace({"lateral_force": (("time",), force)}, {"time": time}, {"title": "measured"}), "m.csv")
+    code, out, err = cli("perceive", "m.csv")
+    assert (code, err) == (0, "")
+    assert out.startswith("measured\nlooked at: lateral force")

@@ -54,7 +54,7 @@ def test_the_summary_says_at_how_many_times(trace):
 def test_files_give_it_back(trace, suffix, tmp_path):
     path = tmp_path / f"trace.{suffix}"
     ev.save(trace, path)
-    again = ev.load(path)
+    again = ev.open_trace(path)
     assert np.isnan(again.lateral_force.values).sum() == 71
     np.testing.assert_array_equal(again.lateral_force.values, trace.lateral_force.values)
 

@@ -53,7 +53,7 @@ def test_a_parameter_that_a_repeated_sweep_goes_over_is_not_set(swept):
 
 def test_another_parameter_of_a_repeated_sweep_counts(swept):
     thick = ev.run(swept, set={"stack.insulator.thickness": "180 um"})
-    first = ev.load(swept)
+    first = ev.open_trace(swept)
     name = "mean electrostatic_force"
     assert np.all(thick[name].values < first[name].values)
     np.testing.assert_array_equal(thick["drive.high"], first["drive.high"])
@@ -66,7 +66,7 @@ def test_a_further_parameter_joins_a_repeated_sweep(swept):
     assert dict(both.sizes) == {"drive.high": 2, "stack.insulator.thickness": 2}
     assert list(json.loads(both.attrs["over"])) == ["drive.high", "stack.insulator.thickness"]
     name = "mean electrostatic_force"
-    np.testing.assert_allclose(both[name].values[:, 0], ev.load(swept)[name].values, rtol=1e-9)
+    np.testing.assert_allclose(both[name].values[:, 0], ev.open_trace(swept)[name].values, rtol=1e-9)
 
 
 def test_a_parameter_swept_again_goes_over_the_new_values(swept):
@@ -103,21 +103,21 @@ def test_what_is_set_by_itself_counts_before_the_same_in_a_table(order):
 @pytest.mark.parametrize("order", [1, -1])
 def test_another_model_does_not_drop_a_table_in_silence(order):
     scenario = ev.load("vezzoli_2014/fig6")
-    table = {"model": "Constant", "level": 5}
+    table = {"model": "Step", "level": 5}
     for changes in (
         {"drive": table, "drive.model": "Square"},
         {"stack.insulator": FILM, "stack.insulator.material.model": "ConstantPhase"},
     ):
         with pytest.raises(InputError, match=r"model: is set beside the table .*give one of the two"):
             scenario.replace(dict(list(changes.items())[::order]))
-    assert scenario.replace({"drive": table, "drive.model": "Constant"}).drive.level == 5
+    assert scenario.replace({"drive": table, "drive.model": "Step"}).drive.level == 5
     part = {"stack.insulator": {"thickness": 5e-5}, "stack.insulator.material": FILM["material"]}
     assert scenario.replace(dict(list(part.items())[::order])).stack.insulator.material.permittivity == 2
 
 
 @pytest.mark.parametrize("number", ["00", "²", "+0", "1" * 5000])
 def test_an_entry_of_a_list_has_one_path(number):
-    parts = [{"model": "Constant", "level": level} for level in (1, 2)]
+    parts = [{"model": "Step", "level": level} for level in (1, 2)]
     scenario = ev.load("vezzoli_2014/fig6").replace({"drive": {"model": "Sum", "drives": parts}})
     assert scenario.replace({"drive.drives.0.level": 3}).drive.drives[0].level == 3
     with pytest.raises(InputError, match="has entries 0 to 1"):

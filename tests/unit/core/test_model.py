@@ -105,6 +105,16 @@ def test_the_sentences_of_the_design():
     assert f"stack.insulator.thicknes: {sentence}" in caught.value.problems
 
 
+def test_a_mistake_knows_its_path_and_its_value():
+    unit, unknown = problems({"thickness": "2 V", "filling": {"model": "Plain"}, "thicknes": 1})
+    assert (unit.path, unit.value) == ("thickness", "'2 V'")
+    assert unit.reason.startswith("expected a length")
+    assert (unknown.path, unknown.value) == ("thicknes", "")
+    with pytest.raises(InputError) as caught:
+        load("vezzoli_2014/fig6").replace({"drive.hight": 3, "load.normal_force": "2 V"})
+    assert [problem.path for problem in caught.value.problems] == ["drive.hight", "load.normal_force"]
+
+
 def test_all_mistakes_are_told_at_once():
     wrong = {
         "thicknes": 1,

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from electrovib.core.errors import InputError
-from electrovib.core.paths import put, quantity_at, value_at, walk_parameters
+from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.samples import Samples
+from electrovib.core.tables import put
 from electrovib.scenario import load
 
 
@@ -29,7 +30,7 @@ def test_declarations(scenario):
 
 
 def test_parameters_come_in_the_order_of_the_file(scenario):
-    paths = [path for path, _, _ in walk_parameters(scenario)]
+    paths = [path for path, _, _ in scenario.parameters()]
     assert len(set(paths)) == len(paths)
     layers = [path.split(".")[1] for path in paths if path.startswith("stack.")]
     assert list(dict.fromkeys(layers)) == ["insulator", "gap", "stratum_corneum"]
@@ -60,8 +61,8 @@ def test_paths_that_are_not_there(scenario, path, sentence):
 
 def test_a_new_model_comes_before_its_parameters():
     tables = {"drive": {"model": "Sine", "amplitude": 1.0}}
-    assert put(tables, {"drive.level": 5.0, "drive.model": "Constant"}) == []
-    assert tables == {"drive": {"model": "Constant", "level": 5.0}}
+    assert put(tables, {"drive.level": 5.0, "drive.model": "Step"}) == []
+    assert tables == {"drive": {"model": "Step", "level": 5.0}}
 
 
 def test_the_same_model_keeps_its_parameters():

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from pydantic_core import PydanticCustomError
 
-from electrovib.core.model import Model, quantity_of
-from electrovib.core.quantity import Number, Quantity
+from electrovib.core.model import Model
+from electrovib.core.quantity import Number, Quantity, quantity_of
 
 LENGTH = Quantity("m", 1e-6, 1e-3, "thickness")
 

@@ -17,7 +17,7 @@ from electrovib.core.allowance import content_allowed, megabytes, memory_allowed
 from electrovib.core.errors import DataFileError
 from electrovib.core.trace import make_trace
 from electrovib.data.columns import read_columns
-from electrovib.data.guarded import Limits, Reader, Reading, read_guarded
+from electrovib.data.guarded import GuardedReading, Reader, ReaderLimits, read_guarded
 from electrovib.data.readers.netcdf import reader as netcdf_reader
 from electrovib.data.traces import load_nc, save_nc
 
@@ -93,7 +93,7 @@ def path(tmp_path):
 
 
 def small(**changes):
-    return Limits(
+    return ReaderLimits(
         **(
             {"memory": 64 * 2**20, "content": 32 * 2**20, "processor_time": 2.0, "waiting_time": 20.0}
             | changes
@@ -134,13 +134,15 @@ def test_what_goes_wrong_is_one_error_that_names_the_file(reader, path, name, li
 
 
 def test_limits_follow_the_size_of_the_file(path):
-    assert Limits.for_file(path) == Limits(64 * 2**20 + 70, 32 * 2**20 + 35, 3 + 7e-7, 10 * (3 + 7e-7))
+    assert ReaderLimits.for_file(path) == ReaderLimits(
+        64 * 2**20 + 70, 32 * 2**20 + 35, 3 + 7e-7, 10 * (3 + 7e-7)
+    )
     assert (memory_allowed(100), content_allowed(100)) == (64 * 2**20 + 1000, 32 * 2**20 + 500)
     assert (megabytes(1_500_000), megabytes(2_500_000_000)) == ("1.5 MB", "2.5 GB")
 
 
 def test_nothing_is_left_behind(reader, path):
-    with Reading(reader("waits"), path) as reading:
+    with GuardedReading(reader("waits"), path) as reading:
         process = reading._process
         assert process.poll() is None
     assert process.poll() is not None
@@ -152,7 +154,7 @@ def test_files_that_are_none(reader, tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for name, words in {"empty": "is empty", "pipe": "not an ordinary", "no": "no such file"}.items():
         with pytest.raises(DataFileError, match=words):
-            Reading(reader("numbers"), tmp_path / name)
+            GuardedReading(reader("numbers"), tmp_path / name)
 
 
 def script(folder, text):

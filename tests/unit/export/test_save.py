@@ -8,8 +8,7 @@ import xarray
 
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
-from electrovib.data.traces import load_csv, load_nc
-from electrovib.export.matlab import load_mat
+from electrovib.data.traces import load_csv, load_mat, load_nc, open_trace
 from electrovib.export.save import check_output, save
 
 
@@ -29,6 +28,7 @@ def test_suffix_chooses(tmp_path, name, load):
     assert files[0] == tmp_path / name
     assert sorted(files) == sorted(tmp_path.iterdir())
     xarray.testing.assert_identical(load(tmp_path / name), small())
+    xarray.testing.assert_identical(open_trace(tmp_path / name), small())
 
 
 @pytest.mark.parametrize("name", ["a.nc", "a.csv", "a.mat"])

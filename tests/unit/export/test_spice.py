@@ -24,7 +24,7 @@ from electrovib.core.model import read_model
 from electrovib.export.spice.equation import written
 from electrovib.export.spice.formula import Formula
 from electrovib.export.spice.netlist import netlist
-from electrovib.export.spice.reading import Reading
+from electrovib.export.spice.reading import MeterReading
 from electrovib.export.spice.text import Names, continued, number, remark
 from electrovib.physics.conduction import FieldConduction, PolarityConduction
 from electrovib.physics.force import GapPlane
@@ -44,7 +44,7 @@ SQUARE = {"model": "Square", "high": 100, "low": -50, "frequency": 50}
 
 def scenario(**changes):
     content = {
-        "drive": {"model": "Constant", "level": 100},
+        "drive": {"model": "Step", "level": 100},
         "force": {"model": "GapPlane"},
         "friction": {"model": "Coulomb", "coefficient": 0.5},
         "contact": {"model": "FixedArea", "area": AREA},
@@ -210,7 +210,7 @@ def test_measured_points_are_written_as_they_are():
             {"model": "Sine", "amplitude": 100, "frequency": 125, "phase": math.pi / 2},
             "SIN(0 100 125 0 0 90)",
         ),
-        ({"model": "Constant", "level": -3}, "PWL(0 -3)"),
+        ({"model": "Step", "level": -3}, "PWL(0 -3)"),
     ],
 )
 def test_simple_drives_are_simple_sources(drive, words):
@@ -381,7 +381,7 @@ def test_a_law_without_printed_equation_is_run_and_a_strange_one_refused():
 
 
 def test_readings_add_and_scale():
-    one, other = Reading({"V(a)": 2.0}), Reading({"V(a)": 1.0, "I(V_x)": -3.0})
+    one, other = MeterReading({"V(a)": 2.0}), MeterReading({"V(a)": 1.0, "I(V_x)": -3.0})
     assert (np.float64(2) * one - other / 2).weights == {"V(a)": 3.5, "I(V_x)": 1.5}
     assert (one + other).text == "3*V(a) - 3*I(V_x)"
     with pytest.raises(TypeError):

@@ -21,7 +21,7 @@ def test_gap_and_force_come_back_whatever_leaks(gap, decade, frequency):
     scenario = aliabbasi_2024.scenarios()["chain"].replace(
         {"stack.gap.thickness": gap, "stack.gap.material.conductivity": 10**-decade}
     )
-    found, force = aliabbasi_2024.estimate(scenario, frequency, voltage=100.0)
+    found, force = aliabbasi_2024.estimate(scenario, frequency=frequency, voltage=100.0)
     law = float(mean_force(scenario, phasors(scenario, np.array([frequency])), 100.0)[0])
     # the gap's reactance is what is left of sums up to 1e4 times larger, and a part of the leak of 1e-5 at the least
     assert found / gap == pytest.approx(1.0, rel=1e-6)
@@ -50,4 +50,4 @@ def test_chain_takes_skins_and_none():
 
 def test_edge_below_the_band_is_the_lowest_frequency():
     stiff = aliabbasi_2024.scenarios()["chain"].replace({"stack.gap.material.conductivity": 0.0})
-    assert aliabbasi_2024.rises_to(stiff, 0.5) == pytest.approx(1e-2)
+    assert aliabbasi_2024.rises_to(stiff, share=0.5) == pytest.approx(1e-2)

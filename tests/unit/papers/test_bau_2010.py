@@ -13,8 +13,8 @@ from electrovib.solve.simulate import simulate
 
 def test_difference_threshold_in_volts_and_newtons():
     assert bau_2010.just_noticeable_ratio() == pytest.approx(1.149, abs=5e-4)  # three digits
-    assert bau_2010.force_change(2.0) == pytest.approx(40 * np.log10(2), rel=1e-12)
-    assert bau_2010.force_change(1.149) != pytest.approx(1.21, abs=0.1)
+    assert bau_2010.force_change(ratio=2.0) == pytest.approx(40 * np.log10(2), rel=1e-12)
+    assert bau_2010.force_change(ratio=1.149) != pytest.approx(1.21, abs=0.1)
 
 
 def test_a_sine_is_felt_at_twice_its_frequency():

@@ -21,8 +21,8 @@ def test_cut_off_and_time_constant_are_one_number(frequency):
     ("frequency", "share"), [(50.0, 1 / 101), (500.0, 0.5), (1500.0, 0.9), (5000.0, 1 / 1.01)]
 )
 def test_attraction_follows_a_first_order_high_pass(frequency, share):
-    assert meyer_2013.share_of_plateau(frequency) == pytest.approx(share, rel=1e-9)
-    assert meyer_2013.share_of_plateau(frequency * 1.01) > share * (1 + 1e-5)
+    assert meyer_2013.share_of_plateau(frequency=frequency) == pytest.approx(share, rel=1e-9)
+    assert meyer_2013.share_of_plateau(frequency=frequency * 1.01) > share * (1 + 1e-5)
 
 
 def test_cut_off_of_published_skins_is_below_about_500_hz():

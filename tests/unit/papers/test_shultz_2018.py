@@ -15,7 +15,7 @@ from electrovib.solve.stack.expand import phasors
 
 @given(rise=st.floats(*shultz_2018.RISE))
 def test_a_gap_for_every_rise_of_the_abstract(rise):
-    impedance, force = shultz_2018.sliding_over_rest(shultz_2018.gap_for(rise))
+    impedance, force = shultz_2018.sliding_over_rest(gap=shultz_2018.gap_for(rise=rise))
     # the skin's conduction is 1e-8 of its admittance at 100 kHz
     assert impedance == pytest.approx(rise, rel=1e-6)
     assert 1 / force == pytest.approx(rise**2, rel=1e-6)
@@ -24,7 +24,7 @@ def test_a_gap_for_every_rise_of_the_abstract(rise):
 
 def test_window_of_gaps():
     """100 to 1000 % on 1 um of permittivity 3.9 with the founding skin: 0.385 to 3.85 um."""
-    low, high = (shultz_2018.gap_for(rise) for rise in shultz_2018.RISE)
+    low, high = (shultz_2018.gap_for(rise=rise) for rise in shultz_2018.RISE)
     assert low / 1e-6 == pytest.approx(0.3846, rel=1e-4)
     assert high / low == pytest.approx(10.0, rel=1e-12)
 

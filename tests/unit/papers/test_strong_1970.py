@@ -20,7 +20,7 @@ from electrovib.solve.simulate import simulate
 )
 def test_the_law_is_the_insulator_plane_of_one_layer(thickness, permittivity, area, voltage):
     changes = {
-        "drive": {"model": "Constant", "level": voltage},
+        "drive": {"model": "Step", "level": voltage},
         "stack.insulator.thickness": thickness,
         "stack.insulator.material.permittivity": permittivity,
         "contact.area": area,
@@ -56,14 +56,14 @@ def test_the_law_is_the_insulator_plane_of_one_layer(thickness, permittivity, ar
 def test_drives_of_one_peak_pull_alike_at_their_peak(drive):
     scenario = strong_1970.scenarios()["display"].replace({"drive": drive})
     trace = simulate(scenario, time=np.arange(4001) * 1e-5)
-    static = strong_1970.attraction("InsulatorPlane", 1000.0)
+    static = strong_1970.attraction("InsulatorPlane", voltage=1000.0)
     # the peak of a sine of 3 kHz may lie half a sample of 10 us away, 1 - cos(0.1)^2 = 0.9 %
     assert float(trace.electrostatic_force.max()) == pytest.approx(static, rel=1e-2)
 
 
 def test_skin_in_series_takes_half_a_percent_of_the_voltage():
     """The founding film and skin, insulator plane: 181.4 mN, four digits."""
-    base = strong_1970.scenarios()["display"].replace({"drive": {"model": "Constant", "level": 1000.0}})
+    base = strong_1970.scenarios()["display"].replace({"drive": {"model": "Step", "level": 1000.0}})
     layers = base.stack.to_dict() | {
         "stratum_corneum": {"thickness": 200e-6, "material": {"model": "Constant", "permittivity": 1560.0}}
     }
@@ -72,6 +72,6 @@ def test_skin_in_series_takes_half_a_percent_of_the_voltage():
 
 
 def test_current_grows_while_attraction_stays():
-    force, current = strong_1970.against_frequency(100.0, 1e3)
+    force, current = strong_1970.against_frequency(low=100.0, high=1e3)
     assert force == pytest.approx(1.0, abs=1e-6)
     assert current == pytest.approx(10.0, rel=1e-6)

@@ -42,12 +42,12 @@ def test_level_of_a_sine_is_one_harmonic():
 def test_crossover_says_when_there_is_none():
     always = papers()["gabriel_1996"].skins()["dry"].material
     assert vardar_2017.crossover(always) == math.inf
-    slow = vardar_2017.first_order_skin(10.0)
+    slow = vardar_2017.first_order_skin(time_constant=10.0)
     assert vardar_2017.crossover(slow) == 0.0
     moist = papers()["plutchik_1963"].skins()["skin"].material
     found = vardar_2017.crossover(moist)
     # the root is found to 1e-3 in the logarithm; the ratio falls by less than 5 dB an octave
-    assert vardar_2017.sine_over_square(moist, found) == pytest.approx(0.0, abs=0.02)
+    assert vardar_2017.sine_over_square(moist, frequency=found) == pytest.approx(0.0, abs=0.02)
 
 
 def test_scenarios_differ_in_the_drive_only():

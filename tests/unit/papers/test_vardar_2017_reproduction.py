@@ -35,7 +35,9 @@ def test_the_numbers_of_the_rows(found):
         125.0, rel=0.04
     )  # the high-pass of the skin moves it by a little
     tau = rows["tau_of_60"] * 1e-3
-    assert vardar_2017.sine_over_square(vardar_2017.first_order_skin(tau), 60.0) == pytest.approx(0, abs=0.01)
+    assert vardar_2017.sine_over_square(
+        vardar_2017.first_order_skin(time_constant=tau), frequency=60.0
+    ) == pytest.approx(0, abs=0.01)
 
 
 def test_the_panels_show_the_direction_and_the_crossing(found):

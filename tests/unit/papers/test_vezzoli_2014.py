@@ -131,7 +131,7 @@ def test_ranges(rows, name, low, high):
 )
 def test_ramp_that_gives_the_printed_force(case, ramp):
     # two digits, computed apart; 3 % covers their rounding
-    assert compute.ramp_for(compute.figure_6_cases()[case], 2.5e-3) == pytest.approx(ramp, rel=3e-2)
+    assert compute.ramp_for(compute.figure_6_cases()[case], force=2.5e-3) == pytest.approx(ramp, rel=3e-2)
 
 
 @pytest.mark.parametrize(
@@ -278,4 +278,4 @@ def test_both_readings_are_carried_through(reading, tau, force, ramp, gap):
 
 def test_a_range_of_lateral_forces_is_divided_by_friction():
     assert values.attraction_of((2e-3, 5e-3)) == pytest.approx((2e-3 / 0.6, 5e-3 / 0.3))
-    assert values.voltage_decay(values.force_decay(3.0)) == 3.0
+    assert values.voltage_decay(decay=values.force_decay(tau=3.0)) == 3.0

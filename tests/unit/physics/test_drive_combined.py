@@ -38,8 +38,8 @@ def test_sum_of_sums():
     [
         ([{"model": "Sine", "amplitude": 1, "frequency": 75}], 0.04),
         ([{"model": "Square", "high": 1, "frequency": 20}], 0.1),
-        ([{"model": "Constant", "level": 5}], 0.02),
-        ([{"model": "Constant", "level": 5}, {"model": "Sine", "amplitude": 1, "frequency": 25}], 0.04),
+        ([{"model": "Step", "level": 5}], 0.02),
+        ([{"model": "Step", "level": 5}, {"model": "Sine", "amplitude": 1, "frequency": 25}], 0.04),
         ([{"model": "Burst", "amplitude": 1, "frequency": 25, "cycles": 1}], None),
         ([{"model": "Trapezium", "high": 1, "rise": 1, "hold": 1, "fall": 1}], None),
         ([{"model": "Sine", "amplitude": 1, "frequency": 50 * np.sqrt(3)}], None),
@@ -51,10 +51,10 @@ def test_period(others, period):
 
 
 def test_constants_alone_have_no_period():
-    drive = together({"model": "Constant", "level": 5}, {"model": "Constant", "level": -2})
+    drive = together({"model": "Step", "level": 5}, {"model": "Step", "level": -2})
     assert drive.period is None
     assert np.all(drive.voltage(TIME) == 3)
 
 
 def test_duration_is_the_longest():
-    assert together(SINE, {"model": "Constant", "level": 1}, SINE | {"frequency": 10}).duration == 0.5
+    assert together(SINE, {"model": "Step", "level": 1}, SINE | {"frequency": 10}).duration == 0.5

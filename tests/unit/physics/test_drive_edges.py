@@ -7,7 +7,7 @@ import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
-from electrovib.physics.drive.edges import Constant, PulseTrain, Square, Trapezium
+from electrovib.physics.drive.edges import PulseTrain, Square, Step, Trapezium
 
 
 def at(drive, *times):
@@ -15,7 +15,7 @@ def at(drive, *times):
 
 
 def test_constant():
-    drive = read_model(Constant, {"level": -5})
+    drive = read_model(Step, {"level": -5})
     assert np.array_equal(at(drive, -1e-12, 0, 1e9), [0, -5, -5])
     assert drive.period is None
 
@@ -85,7 +85,7 @@ def test_pulses():
         (PulseTrain, {"high": 1, "width": 1e-3, "frequency": 50, "edge": 2e-3}, "edge <= width"),
         (PulseTrain, {"high": 1, "width": 0.019, "frequency": 50, "edge": 2e-3}, "width . edge <= period"),
         (Square, {"high": 1, "frequency": 0}, "frequency = 0: must lie between"),
-        (Constant, {"level": float("nan")}, "must be a finite number"),
+        (Step, {"level": float("nan")}, "must be a finite number"),
     ],
 )
 def test_refusals(kind, content, why):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 
 SHORT = {"model": "Trapezium", "high": 100, "delay": 20e-3, "rise": 0, "hold": 8e-6, "fall": 0}
 
@@ -42,7 +42,7 @@ def on(content, level):
             -90,
             80,
         ),
-        ({"model": "Constant", "level": -40}, -40, -40),
+        ({"model": "Step", "level": -40}, -40, -40),
         (sine(70, 123.4), -70, 70),
         (on(sine(70, 123.4), 10), -60, 80),
         ({"model": "Burst", "amplitude": 30, "frequency": 250, "cycles": 3, "delay": 1}, -30, 30),
@@ -144,9 +144,7 @@ CHIRP = st.builds(
     st.floats(1, 300),
     TIMES,
 )
-KINDS = st.one_of(
-    STRAIGHT, TONE, BURST, CHIRP, st.builds(lambda v: {"model": "Constant", "level": v}, NUMBERS)
-)
+KINDS = st.one_of(STRAIGHT, TONE, BURST, CHIRP, st.builds(lambda v: {"model": "Step", "level": v}, NUMBERS))
 
 
 @given(kinds=st.lists(KINDS, min_size=1, max_size=4), end=st.floats(5e-3, 0.1))
@@ -192,7 +190,7 @@ def test_frequency_and_pieces():
     assert one.highest_frequency == 90
     assert one.shortest_piece(1.0) == pytest.approx(8e-6)
     assert drive(SHORT).highest_frequency == 0
-    assert drive({"model": "Constant", "level": 1}).shortest_piece(1.0) == np.inf
+    assert drive({"model": "Step", "level": 1}).shortest_piece(1.0) == np.inf
     burst = drive({"model": "Burst", "amplitude": 1, "frequency": 100, "cycles": 3, "delay": 0.5})
     assert burst.shortest_piece(10) == pytest.approx(0.03)
     assert burst.shortest_piece(0.51) == pytest.approx(0.01)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
-from electrovib.physics.rig import Creep, Digitiser, LateralSensor, PiezoSensor, Rig, Tribometer
+from electrovib.physics.rig import Digitiser, LateralSensor, PiezoSensor, Rig, SensorCreep, Tribometer
 
 DIGITISER = {"sampling_rate": "10 kHz", "bits": 8, "normal_range": "2 N", "lateral_range": "1 N", "seed": 3}
 TABLE = {
@@ -23,7 +23,7 @@ def read(table):
     return read_model(Rig, table)
 
 
-@pytest.mark.parametrize("kind", [LateralSensor, PiezoSensor, Digitiser, Creep])
+@pytest.mark.parametrize("kind", [LateralSensor, PiezoSensor, Digitiser, SensorCreep])
 def test_no_value_is_assumed(kind):
     """The paper prints none; what may be left out is a part that is then not modelled."""
     optional = {name: field.default for name, field in kind.model_fields.items() if not field.is_required()}
@@ -32,7 +32,7 @@ def test_no_value_is_assumed(kind):
 
 def test_lateral_sensor_over_frequency():
     sensor = LateralSensor(
-        natural_frequency=500.0, damping_ratio=0.05, bandwidth=1e4, creep=Creep(share=-0.02, time=5.0)
+        natural_frequency=500.0, damping_ratio=0.05, bandwidth=1e4, creep=SensorCreep(share=-0.02, time=5.0)
     )
     assert sensor.gain(0.0) == pytest.approx(0.98)
     assert abs(sensor.gain(1.0)) == pytest.approx(

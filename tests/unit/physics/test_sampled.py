@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import chdir
 
 import numpy as np
 import pytest
@@ -10,10 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
-from electrovib.core.files import relative_to
-from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.sampled import KeepIncreasing
+from electrovib.scenario import read_part
 
 TIME = np.array([5e-3, 6e-3, 8e-3, 9e-3])
 VOLTAGE = np.array([0.0, 10.0, -10.0, 4.0])
@@ -21,12 +21,12 @@ KEEP = {"stamps": {"model": "KeepIncreasing"}}
 
 
 def sampled(time=TIME, voltage=VOLTAGE, **changes):
-    return read_model(Drive, {"model": "Sampled", "time_samples": time, "voltage_samples": voltage} | changes)
+    return read_part(Drive, {"model": "Sampled", "time_samples": time, "voltage_samples": voltage} | changes)
 
 
 def refusal(**content):
     with pytest.raises(InputError) as caught:
-        read_model(Drive, {"model": "Sampled"} | content)
+        read_part(Drive, {"model": "Sampled"} | content)
     assert len(caught.value.problems) == 1
     return caught.value.problems[0]
 
@@ -139,7 +139,7 @@ def test_bad_samples(time, voltage, words):
 )
 def test_bad_files_are_told_in_one_line(tmp_path, text, words):
     (tmp_path / "record.csv").write_text(text, encoding="utf-8")
-    with relative_to(tmp_path):
+    with chdir(tmp_path):
         said = refusal(file="record.csv")
     assert words in said
     assert "\n" not in said
@@ -147,7 +147,7 @@ def test_bad_files_are_told_in_one_line(tmp_path, text, words):
 
 def test_missing_file_names_the_nearest(tmp_path):
     (tmp_path / "record.csv").write_text("time,voltage\n0,0\n1,1\n", encoding="utf-8")
-    with relative_to(tmp_path):
+    with chdir(tmp_path):
         said = refusal(file="recrod.csv")
     assert "there is no such file. Did you mean 'record.csv'?" in said
 
@@ -164,7 +164,7 @@ def test_missing_file_names_the_nearest(tmp_path):
 )
 def test_units_are_of_the_right_kind(tmp_path, changes, words):
     (tmp_path / "record.csv").write_text("time,voltage\n0,0\n1,1\n", encoding="utf-8")
-    with relative_to(tmp_path):
+    with chdir(tmp_path):
         assert words in refusal(file="record.csv", **changes)
 
 
@@ -196,8 +196,8 @@ WRITERS = {"record.csv": write_csv, "record.npy": write_npy, "record.nc": write_
 @pytest.mark.parametrize("name", WRITERS)
 def test_reads_the_same_record_from_every_kind_of_file(tmp_path, name):
     content = {"model": "Sampled", "file": name} | WRITERS[name](tmp_path / name)
-    with relative_to(tmp_path):
-        drive = read_model(Drive, content)
+    with chdir(tmp_path):
+        drive = read_part(Drive, content)
     # A unit other than that of SI costs one rounding.
     assert drive.time_samples.values == pytest.approx(TIME, rel=1e-15, abs=0)
     assert drive.voltage_samples.values == pytest.approx(VOLTAGE, rel=1e-15, abs=0)
@@ -206,11 +206,11 @@ def test_reads_the_same_record_from_every_kind_of_file(tmp_path, name):
 
 def test_record_travels_with_its_numbers_and_not_with_its_file(tmp_path):
     write_csv(tmp_path / "record.csv")
-    with relative_to(tmp_path):
-        drive = read_model(Drive, {"model": "Sampled", "file": "record.csv"})
+    with chdir(tmp_path):
+        drive = read_part(Drive, {"model": "Sampled", "file": "record.csv"})
     (tmp_path / "record.csv").unlink()
     text = json.dumps(drive.to_dict(), default=lambda samples: samples.packed())
-    again = read_model(Drive, json.loads(text))
+    again = read_part(Drive, json.loads(text))
     assert again == drive
     assert again.voltage_samples.values.tobytes() == drive.voltage_samples.values.tobytes()
 
@@ -260,4 +260,4 @@ def test_a_column_is_a_name_or_a_whole_number(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "d.csv").write_text("time,voltage\n0,0\n1,10\n", encoding="utf-8")
     with pytest.raises(InputError, match="time_column"):
-        read_model(Drive, {"model": "Sampled", "file": "d.csv", "time_column": 1.5})
+        read_part(Drive, {"model": "Sampled", "file": "d.csv", "time_column": 1.5})

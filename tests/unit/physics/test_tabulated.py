@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import chdir
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,11 @@ from hypothesis import strategies as st
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.errors import InputError
-from electrovib.core.files import relative_to
 from electrovib.core.model import read_model
 from electrovib.physics.loss_column import LossColumn
 from electrovib.physics.material import ColeCole, ConstantPhase, Material
 from electrovib.physics.tabulated import Tabulated
+from electrovib.scenario import load, read_part
 from electrovib.solve.stack.reduce import reduce_material
 
 GABRIEL = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance" / "gabriel_measured_skin_dry.txt"
@@ -35,7 +36,7 @@ ROWS = {
 
 
 def tabulated(**changes):
-    return read_model(Material, {"model": "Tabulated", "conductivity": 1e-7} | ROWS | changes)
+    return read_part(Material, {"model": "Tabulated", "conductivity": 1e-7} | ROWS | changes)
 
 
 def measured(material, frequency, *, noise=0.0, seed=0, **changes):
@@ -142,7 +143,7 @@ def test_any_table_is_passive_from_a_tenth_of_a_hertz_to_a_gigahertz(material):
 
 
 def test_example_is_a_causal_material():
-    material = read_model(Material, {"model": "Tabulated", **Tabulated.example})
+    material = read_part(Material, {"model": "Tabulated", **Tabulated.example})
     # The law behind it has 0.0035; rounding to three digits adds the rest.
     assert material.kramers_kronig < 0.006
     assert reduce_material(material).largest_error < 0.02
@@ -187,11 +188,11 @@ def test_reads_eps_and_rho_of_a_file_with_units(tmp_path):
         "loss": {"model": "Resistivity", "column": "rho", "unit": "kohm m"},
         "conductivity": "0.1 uS/m",
     }
-    with relative_to(tmp_path):
-        material = read_model(Material, content)
+    with chdir(tmp_path):
+        material = read_part(Material, content)
     assert material.table()[1] == pytest.approx(tabulated().table()[1], rel=1e-14)
 
-    again = read_model(Material, json.loads(json.dumps(material.to_dict(), default=lambda s: s.packed())))
+    again = read_part(Material, json.loads(json.dumps(material.to_dict(), default=lambda s: s.packed())))
     assert again == material
     assert again.table()[1].tobytes() == material.table()[1].tobytes()
 
@@ -208,7 +209,7 @@ def test_hash_covers_the_numbers_of_the_file(tmp_path):
             ROWS["permittivity_samples"],
             loss,
         )
-        digests.append(read_model(Material, content).digest())
+        digests.append(read_part(Material, content).digest())
     assert digests[0] == digests[1] != digests[2]
 
 
@@ -217,13 +218,26 @@ def test_another_file_replaces_the_numbers(tmp_path):
     frequency, permittivity, loss = ROWS.values()
     write(tmp_path / "a.csv", headings, frequency, permittivity, loss)
     write(tmp_path / "b.csv", headings, frequency, np.array(permittivity) * 2, loss)
-    first = read_model(
-        Material, {"model": "Tabulated", "file": str(tmp_path / "a.csv"), "conductivity": 1e-7}
+    where = "stack.stratum_corneum.material"
+    content = {"model": "Tabulated", "file": str(tmp_path / "a.csv"), "conductivity": 1e-7}
+    first = load("vezzoli_2014/fig6", changes={where: content})
+    table = first.stack.layers["stratum_corneum"].material.table()[1]
+    second = first.replace({f"{where}.file": str(tmp_path / "b.csv")})
+    assert second.stack.layers["stratum_corneum"].material.table()[1].real == pytest.approx(
+        2 * table.real, rel=1e-15
     )
-    second = first.replace({"file": str(tmp_path / "b.csv")})
-    assert second.table()[1].real == pytest.approx(2 * first.table()[1].real, rel=1e-15)
-    kept = first.replace({"conductivity": 0})
-    assert np.array_equal(kept.table()[1].real, first.table()[1].real)
+    kept = first.replace({f"{where}.conductivity": 0})
+    assert np.array_equal(kept.stack.layers["stratum_corneum"].material.table()[1].real, table.real)
+
+
+def test_a_material_alone_reads_no_file(tmp_path):
+    write(tmp_path / "a.csv", "frequency,permittivity,loss", *ROWS.values())
+    content = {"model": "Tabulated", "file": str(tmp_path / "a.csv"), "conductivity": 1e-7}
+    with pytest.raises(
+        InputError, match=r"holds no rows: its file is read with a scenario.*electrovib\.scenario\.read_part"
+    ):
+        read_model(Material, content)
+    assert read_part(Material, content).band == (ROWS["frequency_samples"][0], ROWS["frequency_samples"][-1])
 
 
 # ------------------------------------------------------------------------------ what is refused
@@ -301,7 +315,7 @@ def test_one_clear_sentence(name):
 
 def test_conductivity_has_to_be_declared():
     with pytest.raises(InputError, match="conductivity: missing: conductivity at zero frequency"):
-        read_model(Material, {"model": "Tabulated"} | ROWS)
+        read_part(Material, {"model": "Tabulated"} | ROWS)
 
 
 def test_faults_of_a_file_are_told_once(tmp_path, monkeypatch):
@@ -313,13 +327,13 @@ def test_faults_of_a_file_are_told_once(tmp_path, monkeypatch):
     }
     for file, case in cases.items():
         with pytest.raises(InputError) as caught:
-            read_model(Material, {"model": "Tabulated", "file": file, "conductivity": 0})
+            read_part(Material, {"model": "Tabulated", "file": file, "conductivity": 0})
         assert len(caught.value.problems) == 1
         assert case["words"] in str(caught.value)
         assert f"{{model = 'Tabulated', file = '{file}', ...}}: " in str(caught.value)
     wrong = {"file": str(tmp_path / "up.csv"), "loss": {"model": "LossFactor", "colum": "loss"}}
     with pytest.raises(InputError) as caught:
-        read_model(Material, {"model": "Tabulated", "conductivity": 0} | wrong)
+        read_part(Material, {"model": "Tabulated", "conductivity": 0} | wrong)
     assert caught.value.problems == (
         "loss.colum: unknown parameter 'colum' of LossFactor. Did you mean 'column'?",
     )
@@ -329,12 +343,12 @@ def test_a_table_without_the_usual_loss_column_names_the_other_forms(tmp_path):
     write(tmp_path / "skin.csv", "frequency,permittivity,resistivity", FOUR, FOUR, FOUR)
     content = {"model": "Tabulated", "file": str(tmp_path / "skin.csv"), "conductivity": 0}
     with pytest.raises(InputError, match="no column 'loss'") as caught:
-        read_model(Material, content)
+        read_part(Material, content)
     assert 'loss = { model = "..." } with Conductivity, LossFactor, LossTangent, Resistivity' in str(
         caught.value
     )
     with pytest.raises(InputError, match="no column 'frequenzy'") as caught:
-        read_model(Material, content | {"frequency_column": "frequenzy"})
+        read_part(Material, content | {"frequency_column": "frequenzy"})
     assert "loss" not in str(caught.value)
 
 
@@ -466,7 +480,7 @@ def gabriel(**changes):
         "loss": {"model": "LossFactor", "column": "Loss Factor"},
         "conductivity": "170 uS/m",
     }
-    return read_model(Material, content | changes)
+    return read_part(Material, content | changes)
 
 
 def test_measured_whole_skin():

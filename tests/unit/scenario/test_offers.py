@@ -15,7 +15,7 @@ from electrovib.scenario.sources import BY_THE_USER, not_in_paper
 SKIN = "stack.stratum_corneum.material"
 TABLES = """
 schema = 1
-drive = { model = "Constant", level = "100 V" }
+drive = { model = "Step", level = "100 V" }
 force = { model = "GapPlane" }
 friction = { model = "Coulomb", coefficient = 0.5 }
 contact = { model = "FixedArea", area = "1 cm2" }

@@ -6,10 +6,14 @@ import os
 
 import pytest
 
+from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
-from electrovib.data.traces import load_nc, save_nc
-from electrovib.scenario import load, scenario_of, sweep_of
+from electrovib.data.traces import load_nc, open_trace, save_nc
+from electrovib.physics.rig import SensorCreep
+from electrovib.scenario import load, read_part, scenario_of, sweep_of
+from electrovib.scenario.toml import to_toml
+from electrovib.study.catalogue import families
 
 PAPER = "vezzoli_2014/fig6"
 
@@ -68,6 +72,34 @@ def test_what_a_trace_carries_is_given_back(tmp_path):
     assert sweep_of(carrying()) == ({}, [])
 
 
+def test_a_name_that_a_model_had_is_read_in_files_and_traces(tmp_path):
+    scenario = load(PAPER, changes={"drive": {"model": "Step", "level": "100 V"}})
+    assert load(scenario.to_dict() | {"drive": {"model": "Constant", "level": "100 V"}}) == scenario
+    assert load(PAPER, changes={"drive": {"model": "Constant", "level": "100 V"}}) == scenario
+    old = scenario.to_json().replace('"model": "Step"', '"model": "Constant"')
+    assert old != scenario.to_json()
+    assert scenario_of(carrying(scenario=old)) == scenario
+    assert '"Step"' in to_toml(scenario)
+    (tmp_path / "a.toml").write_text(to_toml(scenario).replace('"Step"', '"Constant"'), encoding="utf-8")
+    assert load(tmp_path / "a.toml") == scenario
+
+
+def test_a_part_without_a_family_may_be_called_by_its_former_name():
+    creep = {"share": -0.02, "time": 5.0}
+    for name in ("Creep", "SensorCreep"):
+        assert read_part(SensorCreep, {"model": name} | creep) == SensorCreep(**creep)
+    with pytest.raises(InputError, match="expected the model SensorCreep, not 'Creeping'"):
+        read_part(SensorCreep, {"model": "Creeping"} | creep)
+
+
+def test_no_former_name_is_one_of_today():
+    for family in families():
+        members = find_members(family)
+        former = [name for member in members.values() for name in member.former_names]
+        assert len(set(former)) == len(former)
+        assert not set(former) & set(members)
+
+
 @pytest.mark.parametrize(
     ("scenario", "words"),
     [
@@ -86,7 +118,7 @@ def test_what_a_trace_carries_is_given_back(tmp_path):
 def test_a_damaged_scenario_of_a_trace(tmp_path, scenario, words):
     save_nc(carrying(scenario=scenario), tmp_path / "a.nc")
     with pytest.raises(InputError) as caught:
-        scenario_of(load(tmp_path / "a.nc"))
+        scenario_of(open_trace(tmp_path / "a.nc"))
     assert words in str(caught.value)
     with pytest.raises(InputError):
         load(tmp_path / "a.nc", changes={"drive.high": "1 V"})

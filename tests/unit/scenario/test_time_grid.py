@@ -16,7 +16,7 @@ SINE = {"model": "Sine", "amplitude": 1, "frequency": 100}
 WRAPPED = {
     "alone": RECORD,
     "offset": {"model": "Offset", "drive": RECORD, "level": 5},
-    "sum": {"model": "Sum", "drives": [{"model": "Constant", "level": 1}, RECORD]},
+    "sum": {"model": "Sum", "drives": [{"model": "Step", "level": 1}, RECORD]},
     "nested": {"model": "Sum", "drives": [{"model": "Offset", "drive": RECORD, "level": 5}]},
     "current": {
         "model": "CurrentAmplifier",

@@ -19,8 +19,9 @@ from electrovib.physics.material import Constant, Debye
 from electrovib.physics.stack import Layer
 from electrovib.solve.electrics.amplifier import limited
 from electrovib.solve.electrics.amplifier.amplifier import amplified_response
+from electrovib.solve.electrics.amplifier.course import overlap
 from electrovib.solve.electrics.amplifier.limited import LimitedMarch
-from electrovib.solve.electrics.amplifier.slewing import Network, overlap
+from electrovib.solve.electrics.amplifier.slewing import Network
 from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.nonlinear.finger import follow_finger
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
@@ -286,7 +287,7 @@ def test_behind_a_resistance_the_plate_jumps_as_far_as_the_current_allows():
     resistance, current = 1e6, 100e-6
     wanted, _ = transfers(film_alone(), SeriesElement(resistance))
     times = np.linspace(0, 1e-4, 11)
-    drive = read_model(Drive, {"model": "Constant", "level": 1000.0})
+    drive = read_model(Drive, {"model": "Step", "level": 1000.0})
     answer = amplified_response(wanted, drive, times, amplifier=Amplifier(source_current=current))
     expected = current * (resistance + times / FILM)
     np.testing.assert_allclose(answer.found["plate_voltage"], expected, rtol=1e-12)

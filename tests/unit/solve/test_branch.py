@@ -153,7 +153,7 @@ def test_coarse_steps_say_so(monkeypatch):
 
 def test_an_instant_is_the_instant_of_switching_on():
     driven, leaking = answers()
-    drive = read_model(Drive, {"model": "Constant", "level": 5})
+    drive = read_model(Drive, {"model": "Step", "level": 5})
     time = np.zeros(1)
     found = leaky_response(
         {CONTROL: driven}, {CONTROL: leaking}, drive, time, leak=LEAKS["field"], control=CONTROL

@@ -9,7 +9,7 @@ import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.physics.finger import MassSpringDamper
-from electrovib.physics.rig import Creep, Digitiser, LateralSensor, PiezoSensor, Tribometer
+from electrovib.physics.rig import Digitiser, LateralSensor, PiezoSensor, SensorCreep, Tribometer
 from electrovib.solve.mechanics.chain import finger_filters, measured, respond_mechanically
 from electrovib.solve.mechanics.filters import (
     cascade,
@@ -173,7 +173,7 @@ def test_skin_in_the_steady_state_of_a_sine():
 SENSORS = {
     "normal": PiezoSensor(natural_frequency=2e3, damping_ratio=0.2, time_constant=0.5),
     "lateral": LateralSensor(
-        natural_frequency=500.0, damping_ratio=0.1, bandwidth=5e3, creep=Creep(share=-0.05, time=0.02)
+        natural_frequency=500.0, damping_ratio=0.1, bandwidth=5e3, creep=SensorCreep(share=-0.05, time=0.02)
     ),
 }
 RIG = Tribometer(**SENSORS)

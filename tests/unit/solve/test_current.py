@@ -114,7 +114,7 @@ def test_settled_straight_pieces_are_the_sum_of_their_harmonics():
     "command",
     [
         {"model": "Square", "high": 1, "low": -0.5, "frequency": 60},
-        {"model": "Constant", "level": 1},
+        {"model": "Step", "level": 1},
         {"model": "Offset", "level": 1e-6, "drive": {"model": "Sine", "amplitude": 1, "frequency": 60}},
     ],
     ids=["square", "constant", "offset"],

@@ -174,7 +174,7 @@ DRIVES = [
     SQUARE | {"frequency": 1e3},
     {"model": "Trapezium", "high": 1, "rise": 0.01, "hold": 0.1, "fall": 0.01},
     {"model": "Chirp", "amplitude": 1, "first": 1, "last": 1e4, "length": 1},
-    {"model": "Constant", "level": 1},
+    {"model": "Step", "level": 1},
     {"model": "Burst", "amplitude": 1, "frequency": 100, "cycles": 50},
     {"model": "AmplitudeModulation", "amplitude": 1, "carrier": 3e3, "modulation": 100, "depth": 0.5},
 ]

@@ -149,7 +149,7 @@ def test_a_relief_that_is_flattened_too_far_is_not_followed():
 def scenario(**changes):
     content = dict(Scenario.example) | {
         "contact": {"model": "FixedArea", "area": 1e-4, "surface": SPRING},
-        "drive": {"model": "Constant", "level": 200.0},
+        "drive": {"model": "Step", "level": 200.0},
         "load": {"normal_force": 0.1},
         "stack": {
             "insulator": {"thickness": 90e-6, "material": {"model": "Constant", "permittivity": 3.35}},
@@ -281,7 +281,7 @@ def test_spots_average_over_a_rough_surface():
             {
                 "drive": {
                     "model": "CurrentAmplifier",
-                    "command": {"model": "Constant", "level": 1.0},
+                    "command": {"model": "Step", "level": 1.0},
                     "sense_resistance": 1e5,
                 }
             },

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.samples import Samples
-from electrovib.physics.drive.parts import Linear, circling
+from electrovib.physics.drive.parts import circling
+from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.diagnostics import judged as judging
 from electrovib.solve.diagnostics import peaks
 from electrovib.solve.diagnostics.looks import MOST_CORNERS

@@ -14,7 +14,7 @@ PULSE = {
     "hold": "8 us",
     "fall": 0.0,
 } | {"repeat": "0.1 s"}
-HELD = {"model": "Constant", "level": "100 V"}
+HELD = {"model": "Step", "level": "100 V"}
 SKIN = {"model": "Constant", "permittivity": 1000, "conductivity": "1 uS/m"}
 
 

@@ -37,7 +37,7 @@ DRIVES = {
     "square": {"model": "Square", "high": 50, "low": -20, "frequency": 50},
     "sine": {"model": "Sine", "amplitude": 100, "frequency": 60},
 }
-HELD = {"model": "Constant", "level": 100}
+HELD = {"model": "Step", "level": 100}
 MOTIONS = {
     "touch and lift": TouchAndLift(far=1e-3, near=1e-6, begin=1e-3, approach=10e-3, touch=5e-3, lift=10e-3),
     "tremble": TremblingDistance(mean=100e-6, amplitude=30e-6, frequency=50),
@@ -240,7 +240,7 @@ def test_a_gap_that_only_creeps_follows_its_closed_form():
     motion = Yielding(surface=Spring(), load=lambda _: 5e3, start=8e-6, damping=1e6)
     space, *_ = held_finger(skin=Constant(permittivity=1560.0))
     times = np.linspace(0, 3e-3, 31)
-    drive = read_model(Drive, {"model": "Constant", "level": 0})
+    drive = read_model(Drive, {"model": "Step", "level": 0})
     gap = follow_finger(space, drive, times, motion=motion).found["gap"]
     np.testing.assert_allclose(gap, 5e-6 + 3e-6 * np.exp(-1e3 * times), rtol=1e-8)
 

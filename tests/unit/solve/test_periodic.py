@@ -126,9 +126,9 @@ def test_a_response_that_fails_at_zero_is_not_asked_there():
         (drive("AmplitudeModulation", amplitude=80, carrier=2000, modulation=125, depth=0), 1),
         (TONES["full root"], 2),
         (TONES["sum"], 2),
-        (drive("Sum", drives=[SINE.to_dict(), {"model": "Constant", "level": 5}]), 2),
+        (drive("Sum", drives=[SINE.to_dict(), {"model": "Step", "level": 5}]), 2),
         (EDGES["square"], None),
-        (drive("Constant", level=10), None),
+        (drive("Step", level=10), None),
         (drive("Burst", amplitude=1, frequency=10, cycles=3), None),
     ],
 )

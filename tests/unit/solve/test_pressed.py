@@ -45,7 +45,7 @@ def coat():
         }
     )
     voltage = math.sqrt(2 * PULL / eps0) * (1e-6 / 3.9 + 1e-6 + 200e-6 / 1560)
-    return dry.replace({"drive": {"model": "Constant", "level": voltage}})
+    return dry.replace({"drive": {"model": "Step", "level": voltage}})
 
 
 def lamps(trace):

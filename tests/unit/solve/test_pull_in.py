@@ -33,7 +33,7 @@ def base():
 
 def test_a_pull_in_names_gap_time_voltage_and_remedy(base):
     with pytest.raises(InputError) as told:
-        simulate(base.replace({"drive": {"model": "Constant", "level": 1000.0}}))
+        simulate(base.replace({"drive": {"model": "Step", "level": 1000.0}}))
     found = re.search(
         r"contact\.closing: the layer 'gap' closes at ([\d.e-]+) s, under a drive of 1000 V: load and attraction press with"
         r" ([\d.e+]+) Pa, and contact\.surface = LinearSpring holds ([\d.e+]+) Pa at most \(pull-in\)\..* lower drive",
@@ -48,7 +48,9 @@ def test_a_pull_in_names_gap_time_voltage_and_remedy(base):
 
 
 def test_below_the_pull_in_voltage_it_stays_open(base):
-    snap = pull_in_voltage(STIFFNESS, FREE_GAP, 90e-6 / 3.35, pressure=200.0)
-    drive = {"model": "Constant", "level": 0.9 * snap}
+    snap = pull_in_voltage(
+        stiffness=STIFFNESS, free_gap=FREE_GAP, electrical_thickness=90e-6 / 3.35, pressure=200.0
+    )
+    drive = {"model": "Step", "level": 0.9 * snap}
     trace = simulate(base.replace({"drive": drive}))
     assert trace.gap.values.min() > 5e-6

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.linear.break_states import periodic_state
 from electrovib.solve.electrics.linear.straight import straight_response
 

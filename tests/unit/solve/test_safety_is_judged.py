@@ -295,7 +295,7 @@ def test_a_current_that_is_largest_just_before_a_corner(founding):
 
 def test_equilibrium_judges_too():
     content = {
-        "drive": {"model": "Constant", "level": "1 kV"},
+        "drive": {"model": "Step", "level": "1 kV"},
         "force": {"model": "GapPlane"},
         "friction": {"model": "Coulomb", "coefficient": 0.5},
         "contact": {

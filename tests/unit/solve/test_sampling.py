@@ -37,7 +37,7 @@ def test_eight_samples_a_cycle_are_enough_and_fewer_are_not(name):
 
 
 def test_a_constant_and_a_single_time_say_nothing():
-    assert sampling(read_model(Drive, {"model": "Constant", "level": 5}), np.array([0.0, 1e3])) == []
+    assert sampling(read_model(Drive, {"model": "Step", "level": 5}), np.array([0.0, 1e3])) == []
     assert sampling(read_model(Drive, DRIVES["sine"][0]), np.array([3.0])) == []
 
 

@@ -23,7 +23,7 @@ DRIVES = {
         "model": "Sum",
         "drives": [
             {"model": "Square", "high": 1, "low": 0, "frequency": 200},
-            {"model": "Constant", "level": -1},
+            {"model": "Step", "level": -1},
         ],
     },
     "sine": {"model": "Sine", "amplitude": 10, "frequency": 1e3},

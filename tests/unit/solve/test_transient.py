@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.linear.straight import MANY_SAMPLES, straight_response
 from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.stack.transfer import Transfer
@@ -56,7 +56,7 @@ def close(found, expected, scale=100.0):
 
 def test_step():
     time = np.concatenate([[0.0], np.geomspace(1e-9, 30, 60)])
-    found = transient(BOTH, drive("Constant", level=100), time)
+    found = transient(BOTH, drive("Step", level=100), time)
     expected = 30 - 100 * np.expm1(-np.outer(time, RATES)) @ HIGH_PASS.gains
     assert close(found["first"], expected)
     assert found["first"][0] == 30  # at the jump the value after it
@@ -220,12 +220,12 @@ def test_a_record_with_jitter():
 def test_charge_fades_by_itself():
     free = Transfer(np.array([0.0, 50.0]), np.array([0.0, 0.4]), 0.0, 0.0, np.array([3.0, -2.0]))
     time = np.linspace(0, 0.1, 11)
-    zero = drive("Constant", level=0)
+    zero = drive("Step", level=0)
     found = transient({"x": free}, zero, time)["x"]
     assert close(found, 3 - 2 * np.exp(-50 * time), 1.0)
     settled = transient({"x": free}, zero, time, settled=True)["x"]
     assert close(settled, np.full(11, 3.0), 1.0)  # only trapped charge is still there after for ever
-    driven = transient({"x": free}, drive("Constant", level=10), time)["x"]
+    driven = transient({"x": free}, drive("Step", level=10), time)["x"]
     assert close(driven, 3 - 2 * np.exp(-50 * time) - 4 * np.expm1(-50 * time), 10.0)
 
 
@@ -325,7 +325,7 @@ def test_what_does_not_repeat_has_no_periodic_state(one):
 
 
 def test_constant_has_been_on_for_ever():
-    found = transient(BOTH, drive("Constant", level=10), np.array([0.0, 1e-9, 5.0]), settled=True)
+    found = transient(BOTH, drive("Step", level=10), np.array([0.0, 1e-9, 5.0]), settled=True)
     for name, transfer in BOTH.items():
         assert close(found[name], np.full(3, 10 * (transfer.direct + transfer.gains.sum())), 10.0)
 

@@ -82,7 +82,7 @@ COAT = {
     "stack.insulator.thickness": 1e-6,
     "stack.insulator.material.permittivity": 3.9,
     "stack.stratum_corneum.material.permittivity": 1650.0,
-    "drive": {"model": "Constant", "level": 100.0},
+    "drive": {"model": "Step", "level": 100.0},
 }
 
 

@@ -20,8 +20,8 @@ from electrovib.apps.cli import (
     settings,
 )
 from electrovib.apps.cli.terminal import complain, prepare
-from electrovib.apps.start import INTERRUPTED
-from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.apps.exit_codes import INTERRUPTED, MISTAKE
+from electrovib.core.errors import ElectrovibError
 
 _MOST: Final = 50  # mistakes told at once
 
@@ -44,10 +44,8 @@ def main() -> None:
     prepare()
     try:
         app()
-    except InputError as error:
-        _stop(*error.problems)
     except ElectrovibError as error:
-        _stop(*str(error).split("\n"))
+        _stop(*error.problems)
     except KeyboardInterrupt:
         _interrupted()
     except SystemExit as stop:  # the library turns an interrupt into this code, without a word
@@ -67,4 +65,4 @@ def _stop(*lines: str) -> None:
     complain(*lines[:_MOST])
     if len(lines) > _MOST:
         complain(f"and {len(lines) - _MOST} more mistakes")
-    sys.exit(2)
+    sys.exit(MISTAKE)

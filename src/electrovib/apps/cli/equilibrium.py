@@ -34,12 +34,10 @@ def command(
     from electrovib.apps.cli.chosen import chosen
     from electrovib.apps.progress import tracked
     from electrovib.core.units import parse_quantity
-    from electrovib.scenario import Scenario, load
+    from electrovib.scenario import read_scenario
     from electrovib.solve.equilibrium import equilibrium
 
-    found = load(scenario, changes=read_changes(changes or []))
-    if not isinstance(found, Scenario):
-        raise InputError(f"{scenario}: holds a Trace; give a scenario")
+    found = read_scenario(scenario, changes=read_changes(changes or []))
     held = None
     if voltage is not None:
         try:

@@ -35,14 +35,17 @@ def command(
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.chosen import chosen
     from electrovib.apps.progress import tracked
-    from electrovib.scenario import load_scenario
+    from electrovib.scenario import paper_of_preset, read_scenario
     from electrovib.study.perceive import perceive
 
     wanted = read_changes(changes or [])
     with tracked("perceiving"):
         found = perceive(scenario, set=wanted)
-    drawn = {path: value for path, value in wanted.items() if not path.startswith("perception")}
-    say(*summary(found), *chosen(load_scenario(scenario).replace(drawn), scenario))
+    lines = summary(found)
+    if paper_of_preset(scenario):
+        drawn = {path: value for path, value in wanted.items() if path.partition(".")[0] != "perception"}
+        lines += chosen(read_scenario(scenario, changes=drawn), scenario)
+    say(*lines)
 
 
 def summary(found: Percept) -> list[str]:

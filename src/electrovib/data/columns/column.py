@@ -51,12 +51,12 @@ class Column:
         """Check and convert; `missing` numbers are refused unless they are let pass."""
         if len(self.values) < 2:
             count = "only one row" if len(self.values) else "no rows"
-            raise DataFileError(f"{path}: {self.label} has {count}; at least two are needed.")
+            raise DataFileError(f"{self.label} has {count}; at least two are needed.", path=path)
         bad = np.flatnonzero(~np.isfinite(self.values))
         if len(bad) and not missing:
             more = f", nor are {len(bad) - 1} more below" if len(bad) > 1 else ""
             where, value = self.place(int(bad[0])), self.values[bad[0]]
-            raise DataFileError(f"{path}: {where}, {self.label}: {value} is not a finite number{more}.")
+            raise DataFileError(f"{where}, {self.label}: {value} is not a finite number{more}.", path=path)
         factor = self._factor(path, asked)
         inverse = round(1 / factor) if factor < 1 else 0
         # dividing by a whole number gives the float nearest to the decimal number, multiplying does not
@@ -65,7 +65,8 @@ class Column:
         if not missing and not np.all(np.isfinite(found)):
             row = int(np.argmin(np.isfinite(found)))
             raise DataFileError(
-                f"{path}: {self.place(row)}, {self.label}: {self.values[row]:g} {self.unit or asked} is too large a number."
+                f"{self.place(row)}, {self.label}: {self.values[row]:g} {self.unit or asked} is too large a number.",
+                path=path,
             )
         return found
 
@@ -75,12 +76,13 @@ class Column:
             unknown = self.unit if expected else asked
             known = ", ".join(kind for kind in KINDS if kind != "1")
             raise DataFileError(
-                f"{path}: {self.label}: '{unknown}' is not a known unit; known, also with prefixes: {known}."
+                f"{self.label}: '{unknown}' is not a known unit; known, also with prefixes: {known}.",
+                path=path,
             )
         if own[0] != expected[0]:
             kind = KINDS[expected[0]][0]
             raise DataFileError(
-                f"{path}: {self.label} is in '{self.unit}', but {kind} is needed, such as '{asked}'."
+                f"{self.label} is in '{self.unit}', but {kind} is needed, such as '{asked}'.", path=path
             )
         return own[1]
 
@@ -95,7 +97,7 @@ def check_row(path: Path, label: str, dimensions: int, dtype: np.dtype[Any]) -> 
     """
     if dimensions != 1 or dtype.kind not in "fiu":
         kind = f"{dimensions} dimensions" if dimensions != 1 else f"'{dtype}'"
-        raise DataFileError(f"{path}: {label} holds {kind}, but a row of real numbers is needed.")
+        raise DataFileError(f"{label} holds {kind}, but a row of real numbers is needed.", path=path)
 
 
 def real_numbers(path: Path, label: str, array: NDArray[Any], unit: str, word: str) -> Column:

@@ -27,7 +27,7 @@ _MOST_COLUMNS = 100_000
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """Delimited text, of which only the beginning has been looked at.
 
     Notes
@@ -116,7 +116,7 @@ class Table:
         return ""
 
 
-def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None = None) -> Table:
+def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None = None) -> TextTable:
     """Split delimited text into lines, headings and units.
 
     Parameters
@@ -130,7 +130,7 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
 
     Returns
     -------
-    Table
+    TextTable
         Without headings if the first row is made of numbers.
 
     Raises
@@ -141,7 +141,7 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
     raw, encoding = _text(path)
     first = [line for _, line in itertools.islice(_rows(path, raw, encoding), 12)]
     if not first:
-        raise DataFileError(f"{path}: holds no rows, only comments or blank lines.")
+        raise DataFileError("holds no rows, only comments or blank lines.", path=path)
     delimiter = delimiter or _delimiter(first)
     _check_width(path, first[0], delimiter)
     top = _split(first[0], delimiter, headings=True)
@@ -151,15 +151,16 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
         for above, below in zip(top, second, strict=False):
             if above and not _is_number(above) and _is_number(below):
                 raise DataFileError(
-                    f"{path}: the first row has '{above[:40]}' above a number and is neither headings nor"
-                    " data; mend it or begin it with '#'."
+                    f"the first row has '{above[:40]}' above a number and is neither headings nor"
+                    " data; mend it or begin it with '#'.",
+                    path=path,
                 )
-        return Table(path, raw, encoding, delimiter, (), (), len(_split(first[0], delimiter)))
+        return TextTable(path, raw, encoding, delimiter, (), (), len(_split(first[0], delimiter)))
     while not top[-1] and len(top) > max(1, len(second)):
         top.pop()  # a delimiter after the last heading
     has_units = any(second) and all(not cell or re.fullmatch(r"[\[(].*[\])]", cell) for cell in second)
     units = tuple(cell[1:-1].strip() for cell in second) if has_units else ()
-    return Table(path, raw, encoding, delimiter, tuple(top), units, len(top))
+    return TextTable(path, raw, encoding, delimiter, tuple(top), units, len(top))
 
 
 def _text(path: Path) -> tuple[bytes, str]:
@@ -168,7 +169,7 @@ def _text(path: Path) -> tuple[bytes, str]:
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         return raw, "utf-16"
     if b"\0" in raw:
-        raise DataFileError(f"{path}: is not a text file; it holds zero bytes.")
+        raise DataFileError("is not a text file; it holds zero bytes.", path=path)
     try:
         raw.decode("utf-8-sig")
     except UnicodeDecodeError:  # instruments write the micro sign in Latin-1
@@ -187,7 +188,7 @@ def _rows(path: Path, raw: bytes, encoding: str) -> Iterator[tuple[int, str]]:
         if _is_row(line):
             if len(line) > _LONGEST_ROW:
                 raise DataFileError(
-                    f"{path}: line {number} has {len(line)} characters; a table has a row per sample."
+                    f"line {number} has {len(line)} characters; a table has a row per sample.", path=path
                 )
             yield number, line
 
@@ -196,7 +197,8 @@ def _check_width(path: Path, line: str, delimiter: str | None) -> None:
     width = len(line.split(delimiter, _MOST_COLUMNS))
     if width > _MOST_COLUMNS:
         raise DataFileError(
-            f"{path}: has more than {_MOST_COLUMNS} columns; a table has a row per sample and a column per signal."
+            f"has more than {_MOST_COLUMNS} columns; a table has a row per sample and a column per signal.",
+            path=path,
         )
 
 

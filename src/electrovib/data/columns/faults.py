@@ -6,10 +6,9 @@ import struct
 import tokenize
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.errors import DataFileError, nearest
+from electrovib.core.errors import DataFileError, suggestion
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
 
 DAMAGE: Final = (
@@ -29,26 +28,20 @@ def check_file(path: Path) -> None:
     """
     try:
         if path.is_dir():
-            raise DataFileError(f"{path}: is a folder; give the name of a file in it.")
+            raise DataFileError("is a folder; give the name of a file in it.", path=path)
         if not path.exists():
             siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
-            raise DataFileError(f"{path}: there is no such file.{suggestion(path.name, siblings)}")
+            raise DataFileError(f"there is no such file.{suggestion(path.name, siblings)}", path=path)
         if not path.is_file():
-            raise DataFileError(f"{path}: is not an ordinary file.")
+            raise DataFileError("is not an ordinary file.", path=path)
         with path.open("rb") as file:
             if not file.read(1):
-                raise DataFileError(f"{path}: the file is empty.")
+                raise DataFileError("the file is empty.", path=path)
     except (OSError, ValueError) as error:
-        raise DataFileError(f"{path}: cannot be read: {error}.") from None
+        raise DataFileError(f"cannot be read: {error}.", path=path) from None
 
 
 def damaged(path: Path, what: str, error: BaseException) -> DataFileError:
     """Make one sentence of what a library said about a damaged file."""
     said = (str(error).splitlines() or [""])[0][:160] or type(error).__name__
-    return DataFileError(f"{path}: is damaged or not {what} ({said}).")
-
-
-def suggestion(word: str, known: Sequence[str]) -> str:
-    """Suggest a name without listing all of them."""
-    near = nearest(word, known)
-    return near if near.startswith(" Did") else ""
+    return DataFileError(f"is damaged or not {what} ({said}).", path=path)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from electrovib.core.errors import DataFileError
+from electrovib.core.errors import DataFileError, NoColumnError, suggestion
 from electrovib.data.columns.column import kind_and_factor
-from electrovib.data.columns.faults import suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,17 +30,18 @@ def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -
     """Find a column by its number, its heading, or its heading without the unit."""
     if isinstance(column, int):
         if not 0 <= column < width:
-            raise DataFileError(f"{path}: there is no column {column}; they are numbered 0 to {width - 1}.")
+            raise DataFileError(
+                f"there is no column {column}; they are numbered 0 to {width - 1}.", path=path
+            )
         return column
     if not headings:
-        raise DataFileError(f"{path}: has no headings; ask for column '{column}' by its number, 0 first.")
+        raise DataFileError(f"has no headings; ask for column '{column}' by its number, 0 first.", path=path)
     names = [name_and_unit(heading)[0] for heading in headings]
     for known in (list(headings), names):
         if known.count(column) > 1:
-            raise DataFileError(f"{path}: more than one column is called '{column}'; give its number.")
+            raise DataFileError(f"more than one column is called '{column}'; give its number.", path=path)
         if column in known:
             return known.index(column)
     listed = ", ".join([name[:60] for name in names if name][:20]) + (", ..." if len(names) > 20 else "")
-    raise DataFileError(
-        f"{path}: there is no column '{column}'.{suggestion(column, names)} It has: {listed}."
-    )
+    why = f"there is no column '{column}'.{suggestion(column, names)} It has: {listed}."
+    raise NoColumnError(why, path=path, column=column)

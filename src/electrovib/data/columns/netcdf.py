@@ -30,5 +30,5 @@ def from_netcdf(path: Path, columns: Sequence[str | int]) -> dict[str | int, Col
         found[column] = real_numbers(path, f"column '{name}'", content[f"{column} values"], unit, "index")
     if len({len(column.values) for column in found.values()}) > 1:
         sizes = ", ".join(f"{column.label} {len(column.values)}" for column in found.values())
-        raise DataFileError(f"{path}: the columns differ in length: {sizes}.")
+        raise DataFileError(f"the columns differ in length: {sizes}.", path=path)
     return found

@@ -34,7 +34,7 @@ def from_npy(path: Path, columns: Sequence[str | int]) -> dict[str | int, Column
     fields = array.dtype.names or ()
     if array.ndim != (1 if fields else 2):
         raise DataFileError(
-            f"{path}: holds an array of shape {array.shape}, not a row per sample and a column per signal."
+            f"holds an array of shape {array.shape}, not a row per sample and a column per signal.", path=path
         )
     width = len(fields) or array.shape[1]
     found: dict[str | int, Column] = {}

@@ -70,7 +70,9 @@ def read_columns(
     check_file(path)
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
-        raise DataFileError(f"{path}: columns are read from {', '.join(_READERS)}, not from '{path.suffix}'.")
+        raise DataFileError(
+            f"columns are read from {', '.join(_READERS)}, not from '{path.suffix}'.", path=path
+        )
     columns = [column for column, _ in wanted.values()]
     # only text has fields with nothing in them
     found = from_text(path, columns, missing=missing) if reader is from_text else reader(path, columns)

@@ -45,7 +45,7 @@ _TEXTS: Final = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-
 
 
 @dataclass(frozen=True)
-class Variable:
+class Mat5Variable:
     """A variable of the file or a field of one, not yet read.
 
     Parameters
@@ -87,12 +87,12 @@ class Mat5:
         order = {b"IM": "<", b"MI": ">"}.get(raw[126:128])
         if len(raw) < _HEADER or not raw.startswith(b"MATLAB 5.0") or order is None:
             raise DataFileError(
-                f"{path}: is not a MATLAB file of version 5 or 7.3; in MATLAB save it with -v7."
+                "is not a MATLAB file of version 5 or 7.3; in MATLAB save it with -v7.", path=path
             )
         self.path, self.raw, self.order = path, memoryview(raw), order
         self.unfolded = 0
 
-    def variables(self) -> list[Variable]:
+    def variables(self) -> list[Mat5Variable]:
         """List what the file holds."""
         found, place = [], _HEADER
         while place < len(self.raw):
@@ -106,7 +106,7 @@ class Mat5:
                 raise self._damaged(f"an element of type {kind} at byte {start - 8} where a variable is due")
         return [variable for variable in found if variable.name]
 
-    def fields(self, variable: Variable) -> list[Variable]:
+    def fields(self, variable: Mat5Variable) -> list[Mat5Variable]:
         """List the fields of a struct by their path, ``"name.field"``; of an array of structs there are none."""
         if variable.kind != _CLASSES[_STRUCT] or _product(variable.shape) != 1:
             return []
@@ -131,21 +131,21 @@ class Mat5:
             if extent:
                 found.append(self._peek(body[start : start + extent], start, extent, within=body, path=path))
             else:
-                found.append(Variable(path, "empty", (0, 0), False, start, 0, False, body))
+                found.append(Mat5Variable(path, "empty", (0, 0), False, start, 0, False, body))
         return found
 
-    def values(self, variable: Variable) -> NDArray[np.float64]:
+    def values(self, variable: Mat5Variable) -> NDArray[np.float64]:
         """Read a numeric variable or field, shaped as MATLAB shows it."""
         return self._numbers(variable, self._content(variable))
 
-    def complex_values(self, variable: Variable) -> NDArray[np.complex128]:
+    def complex_values(self, variable: Mat5Variable) -> NDArray[np.complex128]:
         """Read a complex variable, shaped as MATLAB shows it."""
         content = self._content(variable)
         whole = np.empty(variable.shape, np.complex128, order="F")
         whole.real, whole.imag = self._numbers(variable, content), self._numbers(variable, content)
         return whole
 
-    def text(self, variable: Variable) -> str:
+    def text(self, variable: Mat5Variable) -> str:
         """Read a row of characters."""
         kind, data = next(self._content(variable))
         encoding = _TEXTS.get(kind)
@@ -154,14 +154,16 @@ class Mat5:
         order = {"<": "-le", ">": "-be"}[self.order] if encoding in ("utf-16", "utf-32") else ""
         return bytes(data).decode(encoding + order)
 
-    def _content(self, variable: Variable) -> Iterator[tuple[int, memoryview]]:
+    def _content(self, variable: Mat5Variable) -> Iterator[tuple[int, memoryview]]:
         """Go through the parts of a variable that follow its flags, sizes and name."""
         parts = self._parts(self._body(variable))
         for _ in range(3):
             next(parts)
         return parts
 
-    def _numbers(self, variable: Variable, content: Iterator[tuple[int, memoryview]]) -> NDArray[np.float64]:
+    def _numbers(
+        self, variable: Mat5Variable, content: Iterator[tuple[int, memoryview]]
+    ) -> NDArray[np.float64]:
         kind, data = next(content)
         if kind not in _NUMBERS:
             raise self._damaged(f"the numbers of '{variable.name}' are of the unknown type {kind}")
@@ -174,7 +176,7 @@ class Mat5:
         self._check_size(variable, 8 * count, memory_allowed(len(self.raw)))
         return values.astype(np.float64).reshape(variable.shape, order="F")
 
-    def _body(self, variable: Variable) -> memoryview:
+    def _body(self, variable: Mat5Variable) -> memoryview:
         """Unpack a variable, or take a field out of what was unpacked."""
         place = slice(variable.start, variable.start + variable.size)
         if variable.within is not None:
@@ -190,7 +192,7 @@ class Mat5:
         self._check_size(variable, self.unfolded, content_allowed(len(self.raw)))
         return memoryview(self._inflated(variable.start, variable.size, size + 8, whole=True))[8:]
 
-    def _check_size(self, variable: Variable, size: int, allowed: int) -> None:
+    def _check_size(self, variable: Mat5Variable, size: int, allowed: int) -> None:
         if size > allowed:
             raise DataFileError(
                 f"{self.path}: is damaged, or packed too tightly: with '{variable.name}' it would unfold to"
@@ -206,7 +208,7 @@ class Mat5:
         compressed: bool = False,
         within: memoryview | None = None,
         path: str = "",
-    ) -> Variable:
+    ) -> Mat5Variable:
         parts = self._parts(body, whole=False)
         flags_kind, flags = next(parts)
         if flags_kind != 6 or len(flags) < 8:
@@ -215,7 +217,7 @@ class Mat5:
         number = word & 0xFF
         if number == _OPAQUE:  # an object: no sizes, but its name, the system and the class it is of
             name, _, kind = (_text(next(parts)[1]) for _ in range(3))
-            return Variable(
+            return Mat5Variable(
                 path or name, f"object of class {kind}", (), False, start, size, compressed, within
             )
         sizes_kind, sizes = next(parts)
@@ -227,7 +229,7 @@ class Mat5:
             raise self._damaged(f"the variable at byte {start} has sizes {shape}")
         numeric = _FIRST_NUMERIC <= number <= _LAST_NUMERIC and not word & _COMPLEX
         kind = ("complex " if word & _COMPLEX else "") + _CLASSES.get(number, f"class {number}")
-        return Variable(path or name, kind, shape, numeric, start, size, compressed, within)
+        return Mat5Variable(path or name, kind, shape, numeric, start, size, compressed, within)
 
     def _parts(self, body: memoryview, *, whole: bool = True) -> Iterator[tuple[int, memoryview]]:
         """Go through the parts of a variable; the last one may be cut off where only its beginning is here."""

@@ -32,7 +32,7 @@ _NO_VARIABLE: Final = "This is a netCDF dimension but not a netCDF variable"
 
 
 @dataclass(frozen=True)
-class Variable:
+class NetcdfVariable:
     """A variable that is not yet read.
 
     Parameters
@@ -73,7 +73,7 @@ def columns(path: Path, wanted: Sequence[str | int]) -> Iterator[tuple[str, Any]
             names = list(variables)
             if isinstance(column, int):
                 raise DataFileError(
-                    f"{path}: ask for column {column} by its name; it has: {', '.join(names)}."
+                    f"ask for column {column} by its name; it has: {', '.join(names)}.", path=path
                 )
             name = names[choose(path, names, column, len(names))]
             variable = _allowed(path, variables[name])
@@ -96,25 +96,26 @@ def everything(path: Path) -> Iterator[tuple[str, Any]]:
             yield f"values {name}", _whole(path, name, variable)
 
 
-def _allowed(path: Path, variable: Variable) -> Variable:
+def _allowed(path: Path, variable: NetcdfVariable) -> NetcdfVariable:
     if variable.refusal:
-        raise DataFileError(f"{path}: {variable.refusal}")
+        raise DataFileError(f"{variable.refusal}", path=path)
     return variable
 
 
-def _whole(path: Path, name: str, variable: Variable) -> NDArray[Any] | list[Any] | str:
+def _whole(path: Path, name: str, variable: NetcdfVariable) -> NDArray[Any] | list[Any] | str:
     """Read a variable once it is known to fit."""
     declared, size = math.prod(variable.shape) * variable.dtype.itemsize, path.stat().st_size
     if declared > content_allowed(size):
         raise DataFileError(
-            f"{path}: is damaged, or packed too tightly: '{name}' is said to hold {megabytes(declared)} in a file of"
-            f" {megabytes(size)}. If it is whole, save it without compression."
+            f"is damaged, or packed too tightly: '{name}' is said to hold {megabytes(declared)} in a file of"
+            f" {megabytes(size)}. If it is whole, save it without compression.",
+            path=path,
         )
     return variable.read()
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[tuple[dict[str, Variable], dict[str, Any]]]:
+def _opened(path: Path) -> Iterator[tuple[dict[str, NetcdfVariable], dict[str, Any]]]:
     with path.open("rb") as file:
         classic = file.read(3) == _CLASSIC
     with (_classic if classic else _hdf5)(path) as found:
@@ -122,7 +123,7 @@ def _opened(path: Path) -> Iterator[tuple[dict[str, Variable], dict[str, Any]]]:
 
 
 @contextmanager
-def _classic(path: Path) -> Iterator[tuple[dict[str, Variable], dict[str, Any]]]:
+def _classic(path: Path) -> Iterator[tuple[dict[str, NetcdfVariable], dict[str, Any]]]:
     import scipy.io
 
     with scipy.io.netcdf_file(path, "r", mmap=False, maskandscale=False) as file:
@@ -130,14 +131,16 @@ def _classic(path: Path) -> Iterator[tuple[dict[str, Variable], dict[str, Any]]]
         yield found, {key: _plain(value) for key, value in file._attributes.items()}  # noqa: SLF001
 
 
-def _of_classic(entry: Any) -> Variable:
+def _of_classic(entry: Any) -> NetcdfVariable:
     dtype = np.dtype(object) if entry.data.dtype.kind == "S" else entry.data.dtype
     attributes = {key: _plain(value) for key, value in entry._attributes.items()}  # noqa: SLF001  # its only way
-    return Variable(tuple(entry.shape), dtype, attributes, lambda: list(entry.dimensions), lambda: entry.data)
+    return NetcdfVariable(
+        tuple(entry.shape), dtype, attributes, lambda: list(entry.dimensions), lambda: entry.data
+    )
 
 
 @contextmanager
-def _hdf5(path: Path) -> Iterator[tuple[dict[str, Variable], dict[str, Any]]]:
+def _hdf5(path: Path) -> Iterator[tuple[dict[str, NetcdfVariable], dict[str, Any]]]:
     import h5py
 
     with h5py.File(path, "r") as file:
@@ -154,13 +157,13 @@ def _hdf5(path: Path) -> Iterator[tuple[dict[str, Variable], dict[str, Any]]]:
         yield found, _attributes(file)
 
 
-def _elsewhere(name: str) -> Variable:
+def _elsewhere(name: str) -> NetcdfVariable:
     """Stand for numbers in another file, which could be any file of this computer."""
     refusal = f"'{name}' is a link to another place, which is not followed; copy its numbers into this file."
-    return Variable((), np.dtype(object), {}, list, str, refusal)
+    return NetcdfVariable((), np.dtype(object), {}, list, str, refusal)
 
 
-def _dataset(file: h5py.File, name: str, entry: h5py.Dataset) -> Variable:
+def _dataset(file: h5py.File, name: str, entry: h5py.Dataset) -> NetcdfVariable:
     import h5py
 
     if entry.external or entry.is_virtual:
@@ -178,7 +181,7 @@ def _dataset(file: h5py.File, name: str, entry: h5py.Dataset) -> Variable:
         return np.asarray(entry[()])
 
     dtype = np.dtype(object) if text else entry.dtype
-    return Variable(
+    return NetcdfVariable(
         entry.shape or (), dtype, _attributes(entry), lambda: _dimensions(file, name, entry), read
     )
 

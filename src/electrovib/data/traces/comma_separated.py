@@ -16,7 +16,7 @@ from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.files import note_input
 from electrovib.core.trace import FORMAT
 from electrovib.data.atomic import left_by_a_kill, writing
-from electrovib.data.columns import DAMAGE, Table, check_file, damaged, read_table
+from electrovib.data.columns import DAMAGE, TextTable, check_file, damaged, read_table
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
 from electrovib.data.traces.structure import not_a_trace, prepared, rebuilt, structure_of
 
@@ -52,7 +52,7 @@ def csv_files(sizes: Mapping[Any, int], path: Path) -> dict[Path, str]:
     if sweeps or not tables:
         also = f"also runs over {', '.join(sweeps)}" if sweeps else "has neither time nor frequency"
         raise InputError(
-            f"{path}: a CSV file holds one dimension, but this Trace {also}; save as .nc or .mat."
+            f"a CSV file holds one dimension, but this Trace {also}; save as .nc or .mat.", path=path
         )
     return {path.with_suffix(f".{name}{path.suffix}") if i else path: name for i, name in enumerate(tables)}
 
@@ -99,7 +99,7 @@ def save_csv(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
     both = [name for name in sorted(inside) if set(TABLES) <= set(stored[name].dims)]
     if both:
         raise InputError(
-            f"{path}: a CSV file holds one dimension, but '{both[0]}' has two; save as .nc or .mat."
+            f"a CSV file holds one dimension, but '{both[0]}' has two; save as .nc or .mat.", path=path
         )
     structure = structure_of(path, stored, inside)
     said = f"# attributes: {_json(stored.attrs)}\n# structure: {_json(structure)}\n"
@@ -187,7 +187,7 @@ def load_csv(path: Path) -> xarray.Dataset:
     """
     table, about = _read_part(path)
     if "structure" not in about or "attributes" not in about:
-        raise DataFileError(f"{path}: is one part of a Trace; load the file it belongs to instead.")
+        raise DataFileError("is one part of a Trace; load the file it belongs to instead.", path=path)
     structure = about["structure"]
     arrays: dict[str, NDArray[Any]] = {}
     try:
@@ -205,7 +205,7 @@ def load_csv(path: Path) -> xarray.Dataset:
         raise damaged(path, "a Trace", error) from None
 
 
-def _read_other(file: Path, main: Path, same_save: object) -> Table:
+def _read_other(file: Path, main: Path, same_save: object) -> TextTable:
     """Read the file that was saved together with the main one, or what a process killed in between left of it."""
     note_input(file)
     if file.exists():
@@ -219,10 +219,10 @@ def _read_other(file: Path, main: Path, same_save: object) -> Table:
                 return table
     if file.exists():
         raise _of_another_save(file)
-    raise DataFileError(f"{file}: there is no such file, but {main.name} was saved together with it.")
+    raise DataFileError(f"there is no such file, but {main.name} was saved together with it.", path=file)
 
 
-def _read_part(path: Path) -> tuple[Table, dict[str, Any]]:
+def _read_part(path: Path) -> tuple[TextTable, dict[str, Any]]:
     """Split a file into its table and the comments before it."""
     check_file(path)
     with path.open("rb") as file:
@@ -241,11 +241,11 @@ def _read_part(path: Path) -> tuple[Table, dict[str, Any]]:
 
 def _of_another_save(file: Path) -> DataFileError:
     return DataFileError(
-        f"{file}: is of another save than the file over time; the two do not belong together."
+        "is of another save than the file over time; the two do not belong together.", path=file
     )
 
 
-def _read_arrays(table: Table, structure: Mapping[str, Any], over: str) -> dict[str, NDArray[Any]]:
+def _read_arrays(table: TextTable, structure: Mapping[str, Any], over: str) -> dict[str, NDArray[Any]]:
     """Read the variables over one dimension."""
     entries = _entries(structure, over)
     headings = [_headings(structure, entry) for entry in entries]

@@ -11,7 +11,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.trace import FORMAT
 from electrovib.data.atomic import writing
 from electrovib.data.columns import DAMAGE, check_file, damaged
-from electrovib.data.guarded import Reading
+from electrovib.data.guarded import GuardedReading
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
 from electrovib.data.readers.netcdf import reader
 from electrovib.data.traces.structure import not_a_trace, prepared
@@ -62,7 +62,7 @@ def save_nc(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[P
     try:
         content = _in_memory(stored, no_fill)
     except (ValueError, TypeError) as error:
-        raise InputError(f"{path}: this Trace cannot be written as netCDF: {error}") from error
+        raise InputError(f"this Trace cannot be written as netCDF: {error}", path=path) from error
     with writing({path: Form.NETCDF}, force=force) as temporaries:
         temporaries[path].write_bytes(content.getbuffer())
     return [path]
@@ -97,7 +97,7 @@ def load_nc(path: Path) -> xarray.Dataset:
         If the file is damaged or is not a Trace.
     """
     check_file(path)
-    with Reading(reader(path, "everything"), path) as reading:
+    with GuardedReading(reader(path, "everything"), path) as reading:
         import xarray  # while the other process reads
 
         content = reading.content()

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def not_a_trace(path: Path) -> DataFileError:
     """Make the error for a file that holds something else."""
-    return DataFileError(f"{path}: is not a Trace ('{FORMAT}'); was it written by another program?")
+    return DataFileError(f"is not a Trace ('{FORMAT}'); was it written by another program?", path=path)
 
 
 def prepared(trace: xarray.Dataset, path: Path) -> xarray.Dataset:
@@ -64,7 +64,7 @@ def structure_of(path: Path, trace: xarray.Dataset, elsewhere: Collection[str]) 
             variable.dtype.kind
         )
         if kind is None:
-            raise InputError(f"{path}: '{name}' holds '{variable.dtype}', neither numbers nor texts.")
+            raise InputError(f"'{name}' holds '{variable.dtype}', neither numbers nor texts.", path=path)
         entry: dict[str, Any] = {"name": str(name), "dims": list(variable.dims), "kind": kind}
         entry |= {"coordinate": name in trace.coords, "attributes": dict(variable.attrs)}
         if name not in elsewhere:

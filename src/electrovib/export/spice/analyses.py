@@ -10,7 +10,7 @@ from electrovib.export.spice.text import continued, number, remark
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from electrovib.export.spice.ladder import Slab
+    from electrovib.export.spice.ladder import LayerElements
     from electrovib.export.spice.section import ReadSection
     from electrovib.export.spice.timing import Timing
     from electrovib.scenario import FrequencyGrid
@@ -90,7 +90,7 @@ def results(section: ReadSection, nodes: Mapping[str, str], name: str, *, step: 
     ]
 
 
-def _operating_point(slabs: Mapping[str, Slab], step: float) -> list[str]:
+def _operating_point(slabs: Mapping[str, LayerElements], step: float) -> list[str]:
     """Write how .ac finds its operating point: any will do for a linear circuit, a leak needs that of no drive."""
     if any(slab.layer.leak is not None for slab in slabs.values()):
         return []
@@ -117,7 +117,7 @@ def _over_time(section: ReadSection, nodes: Mapping[str, str]) -> dict[str, str]
     return columns | {"electrostatic_force": "V(force)"}
 
 
-def _over_frequency(slabs: Mapping[str, Slab], nodes: Mapping[str, str]) -> dict[str, str]:
+def _over_frequency(slabs: Mapping[str, LayerElements], nodes: Mapping[str, str]) -> dict[str, str]:
     columns = {"impedance": "V(drive)/I(V_current)"}
     columns |= {f"field_gain_{slab.name}": f"{slab.voltage}/V(drive)" for slab in slabs.values()}
     return columns | {f"{_column(name, node)}_gain": f"V({node})/V(drive)" for name, node in nodes.items()}

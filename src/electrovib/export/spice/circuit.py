@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from electrovib.core.units import format_quantity
 from electrovib.export.spice.drive import drive_sources
-from electrovib.export.spice.ladder import Slab
+from electrovib.export.spice.ladder import LayerElements
 from electrovib.export.spice.start import Start
 from electrovib.export.spice.text import Names, number, remark
 from electrovib.solve.stack.expand import Surroundings, reductions
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class Circuit:
+class BuiltCircuit:
     """From the amplifier through finger and body to ground.
 
     Parameters
@@ -31,9 +31,9 @@ class Circuit:
         How the capacitors are charged.
     reductions : dict of str to Reduction
         Polarisation of each layer as Debye terms.
-    slabs : dict of str to Slab
+    slabs : dict of str to LayerElements
         Layers of the first contact.
-    all_slabs : list of Slab
+    all_slabs : list of LayerElements
         Those of a second one too.
     nodes : list of str
         In the order in which they are met.
@@ -44,14 +44,14 @@ class Circuit:
     scenario: Scenario
     start: Start
     reductions: dict[str, Reduction]
-    slabs: dict[str, Slab] = field(default_factory=dict)
-    all_slabs: list[Slab] = field(default_factory=list)
+    slabs: dict[str, LayerElements] = field(default_factory=dict)
+    all_slabs: list[LayerElements] = field(default_factory=list)
     nodes: list[str] = field(default_factory=lambda: ["drive"])
     blocks: list[list[str]] = field(default_factory=list)
     names: Names = field(default_factory=lambda: Names({"amplitude", "body"}))
 
     @classmethod
-    def of(cls, scenario: Scenario) -> Circuit:
+    def of(cls, scenario: Scenario) -> BuiltCircuit:
         """Build it."""
         found = reductions(scenario)
         debye = {name: reduction.debye for name, reduction in found.items()}
@@ -120,11 +120,11 @@ class Circuit:
 
     def _slab(
         self, path: str, name: str, ends: tuple[str, str], area: float, field: float, share: float
-    ) -> Slab:
+    ) -> LayerElements:
         layer, reduction = self.scenario.stack.layers[path], self.reductions[path]
         rates, _ = merged_terms(reduction.debye)
         relaxed = tuple(share * value for value in self.start.lowpassed(self.start.field(path), rates))
-        slab = Slab(path, self.names.new(name), *ends, layer, reduction, area, field, relaxed)
+        slab = LayerElements(path, self.names.new(name), *ends, layer, reduction, area, field, relaxed)
         self.all_slabs.append(slab)
         return slab
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from electrovib.core.errors import InputError
 from electrovib.export.spice.equation import written
 from electrovib.export.spice.formula import Formula
-from electrovib.export.spice.reading import Reading
+from electrovib.export.spice.reading import MeterReading
 from electrovib.export.spice.text import Names, continued, number, remark
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def force_sources(law: ForceLaw, section: ReadSection, *, second: float) -> tupl
     return [*lines, *section.elements, *sources, continued(f"B_force force 0 V = {text}")], nodes
 
 
-def _readings(law: ForceLaw, section: ReadSection) -> dict[str, Reading]:
+def _readings(law: ForceLaw, section: ReadSection) -> dict[str, MeterReading]:
     """Ask a law for its linear quantities."""
     try:
         found: dict[str, Any] = dict(law.amplitudes(section))
@@ -67,7 +67,7 @@ def _readings(law: ForceLaw, section: ReadSection) -> dict[str, Reading]:
         why = ""
     if effective is not None:
         found["effective_voltage"] = effective
-    if not all(isinstance(reading, Reading) for reading in found.values()):
+    if not all(isinstance(reading, MeterReading) for reading in found.values()):
         raise InputError(
             f"force = {type(law).__name__}: what it takes from the stack is no sum of voltages and currents of a"
             f" circuit{why}; use 'electrovib run', or another force.model such as GapPlane"

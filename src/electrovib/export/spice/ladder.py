@@ -28,7 +28,7 @@ class Branch:
 
 
 @dataclass(frozen=True)
-class Slab:
+class LayerElements:
     """A layer between two nodes of the circuit.
 
     Parameters

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from electrovib.core.errors import InputError, NotCausalError
 from electrovib.data.marks import Form, unsigned
 from electrovib.export.spice.analyses import analyses, results, saved
-from electrovib.export.spice.circuit import Circuit
+from electrovib.export.spice.circuit import BuiltCircuit
 from electrovib.export.spice.force import force_sources
 from electrovib.export.spice.precision import check_digits, smallest_charge
 from electrovib.export.spice.section import ReadSection
@@ -49,7 +49,7 @@ def netlist(scenario: Scenario, *, name: str) -> str:
     """
     _check(scenario)
     timing = Timing.of(scenario.drive, scenario.time)
-    circuit = Circuit.of(scenario)
+    circuit = BuiltCircuit.of(scenario)
     roles = scenario.stack.roles
     section = ReadSection(circuit.slabs, roles, circuit.start, scenario.contact_area)
     second = Surroundings.of(scenario).second

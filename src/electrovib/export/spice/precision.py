@@ -11,7 +11,7 @@ from electrovib.export.spice.section import CAPACITANCE
 from electrovib.solve.stack.expand import Surroundings
 
 if TYPE_CHECKING:
-    from electrovib.export.spice.circuit import Circuit
+    from electrovib.export.spice.circuit import BuiltCircuit
     from electrovib.export.spice.timing import Timing
     from electrovib.scenario import Scenario
 
@@ -22,7 +22,7 @@ LOST = 1e-4
 """Share of an admittance that rounding of the largest conductance beside it may take."""
 
 
-def smallest_charge(scenario: Scenario, circuit: Circuit, timing: Timing) -> float:
+def smallest_charge(scenario: Scenario, circuit: BuiltCircuit, timing: Timing) -> float:
     """Give the charge [C] below which a change is rounding of the largest charge in the circuit."""
     voltage = sum(part.bound() for part in scenario.drive.parts()) or 1.0
     if scenario.drive.quantity == "current":  # a hundred steps of it, on the smallest capacitor
@@ -32,7 +32,7 @@ def smallest_charge(scenario: Scenario, circuit: Circuit, timing: Timing) -> flo
     return NOISE * voltage * max(capacitance, CAPACITANCE)
 
 
-def check_digits(scenario: Scenario, circuit: Circuit, timing: Timing) -> None:
+def check_digits(scenario: Scenario, circuit: BuiltCircuit, timing: Timing) -> None:
     """Refuse conductances so far above the rest that ngspice would lose the rest in rounding.
 
     Raises

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class MeterReading:
     """A sum of voltages and currents of the circuit, each with a factor.
 
     Parameters
@@ -36,35 +36,35 @@ class Reading:
         terms = [name if weight == 1 else f"{number(weight)}*{name}" for name, weight in self.weights.items()]
         return " + ".join(terms).replace("+ -", "- ") or "0"
 
-    def __add__(self, other: Reading) -> Reading:
+    def __add__(self, other: MeterReading) -> MeterReading:
         """Add."""
         weights = dict(self.weights)
         for name, weight in other.weights.items():
             weights[name] = weights.get(name, 0.0) + weight
         known = self.transfer is not None and other.transfer is not None
-        return Reading(weights, self.transfer + other.transfer if known else None)  # type: ignore[operator]
+        return MeterReading(weights, self.transfer + other.transfer if known else None)  # type: ignore[operator]
 
-    def __sub__(self, other: Reading) -> Reading:
+    def __sub__(self, other: MeterReading) -> MeterReading:
         """Subtract."""
         return self + other * -1.0
 
-    def __mul__(self, other: float | Filter) -> Reading:
+    def __mul__(self, other: float | FilterToBuild) -> MeterReading:
         """Scale, or filter."""
-        if isinstance(other, Filter):
+        if isinstance(other, FilterToBuild):
             return other.through(self)
         factor = float(other)
         weights = {name: weight * factor for name, weight in self.weights.items()}
-        return Reading(weights, None if self.transfer is None else self.transfer * factor)
+        return MeterReading(weights, None if self.transfer is None else self.transfer * factor)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: float) -> Reading:
+    def __truediv__(self, other: float) -> MeterReading:
         """Scale by one over a number."""
         return self * (1 / float(other))
 
 
 @dataclass(frozen=True, eq=False)
-class Filter:
+class FilterToBuild:
     """A filter that becomes part of the circuit once something goes through it.
 
     Parameters
@@ -76,18 +76,18 @@ class Filter:
     """
 
     transfer: Transfer
-    build: Callable[[Transfer, Reading], Reading]
+    build: Callable[[Transfer, MeterReading], MeterReading]
 
     __array_ufunc__ = None
 
-    def through(self, signal: Reading) -> Reading:
+    def through(self, signal: MeterReading) -> MeterReading:
         """Give what comes out when this reading goes in."""
         return self.build(self.transfer, signal)
 
-    def __mul__(self, other: Reading | float) -> Reading | Filter:
+    def __mul__(self, other: MeterReading | float) -> MeterReading | FilterToBuild:
         """Filter a reading, or scale."""
-        if isinstance(other, Reading):
+        if isinstance(other, MeterReading):
             return self.through(other)
-        return Filter(self.transfer * float(other), self.build)
+        return FilterToBuild(self.transfer * float(other), self.build)
 
     __rmul__ = __mul__

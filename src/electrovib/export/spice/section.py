@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.export.spice.ladder import Slab, between
-from electrovib.export.spice.reading import Filter, Reading
+from electrovib.export.spice.ladder import LayerElements, between
+from electrovib.export.spice.reading import FilterToBuild, MeterReading
 from electrovib.export.spice.text import continued, number, remark
 from electrovib.physics.interface import beside_interface
 from electrovib.solve.stack.inverse_root import inverse_root_thickness
@@ -37,8 +37,8 @@ class ReadLayer:
 
     thickness: float
     material: Material
-    field: Reading
-    displacement: Reading
+    field: MeterReading
+    displacement: MeterReading
 
 
 @dataclass
@@ -47,7 +47,7 @@ class ReadSection:
 
     Parameters
     ----------
-    slabs : mapping of str to Slab
+    slabs : mapping of str to LayerElements
         First contact, from the plate to the finger.
     start : Start
         How the capacitors are charged just before time 0.
@@ -57,13 +57,13 @@ class ReadSection:
         The filters.
     """
 
-    slabs: dict[str, Slab]
+    slabs: dict[str, LayerElements]
     roles: Mapping[str, Role]
     start: Start
     area: float
     elements: list[str] = field(default_factory=list)
     filters: int = 0
-    _interface: Reading | None = None
+    _interface: MeterReading | None = None
 
     @property
     def frequency(self) -> np.ndarray:
@@ -86,24 +86,24 @@ class ReadSection:
         return ReadLayer(
             thickness,
             slab.layer.material,
-            Reading({slab.voltage: 1 / thickness}, self.start.field(name)),
-            Reading(charge, self.start.displacement(name)),
+            MeterReading({slab.voltage: 1 / thickness}, self.start.field(name)),
+            MeterReading(charge, self.start.displacement(name)),
         )
 
     @property
-    def voltage(self) -> Reading:
+    def voltage(self) -> MeterReading:
         """Voltage across all layers."""
         ends = [*self.slabs.values()]
         transfer = None if self.start.section is None else self.start.section.voltage
-        return Reading({between(ends[0].plate_side, ends[-1].finger_side): 1.0}, transfer)
+        return MeterReading({between(ends[0].plate_side, ends[-1].finger_side): 1.0}, transfer)
 
     @property
-    def current_density(self) -> Reading:
+    def current_density(self) -> MeterReading:
         """Total current density."""
-        return Reading({"I(V_current)": 1 / self.area}, self.start.current_density())
+        return MeterReading({"I(V_current)": 1 / self.area}, self.start.current_density())
 
     @property
-    def interface_displacement(self) -> Reading:
+    def interface_displacement(self) -> MeterReading:
         """Displacement where plate and finger separate, if there is no gap.
 
         Notes
@@ -126,21 +126,21 @@ class ReadSection:
             ]
             section = self.start.section
             transfer = None if section is None else section.interface_displacement
-            self._interface = Reading({"V(interface)": CAPACITANCE / self.area}, transfer)
+            self._interface = MeterReading({"V(interface)": CAPACITANCE / self.area}, transfer)
         return self._interface
 
     def _blocks(self, name: str) -> bool:
         layer = self.slabs[name].layer
         return layer.leak is None and layer.material.conductivity == 0
 
-    def inverse_root_thickness(self, names: Sequence[str]) -> Filter:
+    def inverse_root_thickness(self, names: Sequence[str]) -> FilterToBuild:
         """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter."""
         slabs = [(self.slabs[name].layer.thickness, self.slabs[name].reduction.debye) for name in names]
         section = self.start.section
         avoid = None if section is None else section.modes.rates
-        return Filter(inverse_root_thickness(slabs, avoid=avoid, tolerance=PRECISION), self._filtered)
+        return FilterToBuild(inverse_root_thickness(slabs, avoid=avoid, tolerance=PRECISION), self._filtered)
 
-    def _filtered(self, transfer: Transfer, signal: Reading) -> Reading:
+    def _filtered(self, transfer: Transfer, signal: MeterReading) -> MeterReading:
         """Put a filter behind a reading: sections of first order, side by side, and the signal itself."""
         if not len(transfer.rates):
             return signal * transfer.direct
@@ -162,4 +162,4 @@ class ReadSection:
             ]
             weights[f"V({node})"] = float(gain)
         modes = None if signal.transfer is None else transfer * signal.transfer
-        return Reading(weights, modes)
+        return MeterReading(weights, modes)

@@ -44,7 +44,7 @@ def _ratio(name: str, time_constant: float, frequency: float, expect: float, rto
         expect=expect,
         rtol=rtol,
         source="first-order high-pass, square law, weight about 250 Hz, computed apart from this code; one decimal",
-        compute=lambda: sine_over_square(first_order_skin(time_constant), frequency),
+        compute=lambda: sine_over_square(first_order_skin(time_constant=time_constant), frequency=frequency),
         status="derived",
     )
 

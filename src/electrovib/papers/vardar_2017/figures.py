@@ -51,13 +51,15 @@ def conducting_skins() -> dict[str, Material]:
 @functools.cache
 def ratios(skin: Material, frequencies: tuple[float, ...], *, resistance: float = 0.0) -> Real:
     """Sine over square threshold [dB] at frequencies in Hz, body in ohm, Pacinian weight on the force."""
-    return np.array([sine_over_square(skin, frequency, resistance=resistance) for frequency in frequencies])
+    return np.array(
+        [sine_over_square(skin, frequency=frequency, resistance=resistance) for frequency in frequencies]
+    )
 
 
 @functools.cache
-def crossover_of(time_constant: float, weight: str = "Pacinian, on the force", *, edge: float = 0.0) -> float:
+def crossover_of(*, time_constant: float, weight: str = "Pacinian, on the force", edge: float = 0.0) -> float:
     """Frequency of equal thresholds [Hz] of a first-order skin, time constant and edge in s."""
-    return crossover(first_order_skin(time_constant), edge=edge, person=WEIGHTS[weight])
+    return crossover(first_order_skin(time_constant=time_constant), edge=edge, person=WEIGHTS[weight])
 
 
 @functools.cache
@@ -77,7 +79,10 @@ def curves_of(skin: Material) -> ThresholdCurves:
 def thresholds() -> Panel:
     """Threshold over frequency of sine and square on two skins."""
     curves = []
-    for name, skin in (("7.7 ms", first_order_skin(7.7e-3)), ("1963 skin", plutchik_1963.material())):
+    for name, skin in (
+        ("7.7 ms", first_order_skin(time_constant=7.7e-3)),
+        ("1963 skin", plutchik_1963.material()),
+    ):
         found = curves_of(skin)
         for drive, level in found.level.items():
             kind = "dashed" if "edges" in drive else "line"
@@ -105,7 +110,7 @@ def ratio() -> Panel:
         Curve("equal", frequency, np.zeros(len(places)), kind="dashed"),
     ]
     curves += [
-        Curve(f"{tau / 1e-3:g} ms", frequency, ratios(first_order_skin(tau), places))
+        Curve(f"{tau / 1e-3:g} ms", frequency, ratios(first_order_skin(time_constant=tau), places))
         for tau in TIME_CONSTANTS
     ]
     return Panel(
@@ -127,9 +132,9 @@ def crossovers() -> Panel:
     for weight in WEIGHTS:
         points = weight.startswith("both")
         chosen = taus[::2] if points else taus
-        found = np.array([crossover_of(float(tau), weight) for tau in chosen])
+        found = np.array([crossover_of(time_constant=float(tau), weight=weight) for tau in chosen])
         curves.append(Curve(weight, chosen, found, kind="points" if points else "line"))
-    edged = np.array([crossover_of(float(tau), edge=EDGE) for tau in taus])
+    edged = np.array([crossover_of(time_constant=float(tau), edge=EDGE) for tau in taus])
     known = np.isfinite(edged)  # where the edges leave a crossing at all
     curves.append(Curve("Pacinian, on the force, edges of 200 us", taus[known], edged[known], kind="dashed"))
     curves.append(Curve("60 Hz, the paper", taus[[0, -1]], np.full(2, 60.0), kind="dashed"))

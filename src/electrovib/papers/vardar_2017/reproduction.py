@@ -85,7 +85,7 @@ def _direction() -> Row:
 
 
 def _u_shape() -> Row:
-    curves = figures.curves_of(first_order_skin(7.7e-3))
+    curves = figures.curves_of(first_order_skin(time_constant=7.7e-3))
     sine = curves.level["sine"]
     place = int(np.argmin(sine))
     shaped = 0 < place < len(sine) - 1 and bool(np.all(np.diff(sine[place:]) > 0))
@@ -112,8 +112,8 @@ def lowest_of(frequency: Real, level: Real) -> float:
 
 def _equal() -> tuple[Row, ...]:
     taus = figures.TIME_CONSTANTS
-    over_tau = [figures.crossover_of(tau) for tau in taus]
-    over_weight = [figures.crossover_of(7.7e-3, weight) for weight in figures.WEIGHTS]
+    over_tau = [figures.crossover_of(time_constant=tau) for tau in taus]
+    over_weight = [figures.crossover_of(time_constant=7.7e-3, weight=weight) for weight in figures.WEIGHTS]
     return (
         Row(
             "crossover_tau",
@@ -156,16 +156,19 @@ def time_constant_of(frequency: float) -> float:
     from scipy.optimize import brentq
 
     def ratio(logarithm: float) -> float:
-        return sine_over_square(first_order_skin(float(np.exp(logarithm))), frequency)
+        return sine_over_square(first_order_skin(time_constant=float(np.exp(logarithm))), frequency=frequency)
 
     return float(np.exp(brentq(ratio, np.log(1e-3), np.log(100e-3), xtol=1e-4)))
 
 
 def _beyond() -> tuple[Row, ...]:
-    skin = first_order_skin(7.7e-3)
-    edges = [sine_over_square(skin, 480.0, edge=edge) for edge in (0.0, 20e-6, figures.EDGE)]
-    low = {name: sine_over_square(skin, 15.0, person=person) for name, person in figures.WEIGHTS.items()}
-    both = sine_over_square(skin, 15.0, person=BOTH_CHANNELS) - low["Pacinian, on the force"]
+    skin = first_order_skin(time_constant=7.7e-3)
+    edges = [sine_over_square(skin, frequency=480.0, edge=edge) for edge in (0.0, 20e-6, figures.EDGE)]
+    low = {
+        name: sine_over_square(skin, frequency=15.0, person=person)
+        for name, person in figures.WEIGHTS.items()
+    }
+    both = sine_over_square(skin, frequency=15.0, person=BOTH_CHANNELS) - low["Pacinian, on the force"]
     return (
         Row(
             "edges_480",

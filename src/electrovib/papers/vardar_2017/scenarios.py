@@ -46,7 +46,7 @@ def scenarios() -> dict[str, Scenario]:
     }
 
 
-def first_order_skin(time_constant: float) -> Constant:
+def first_order_skin(*, time_constant: float) -> Constant:
     """Skin without dispersion whose circuit with the coat has this time constant (C_i + C_s) R_s [s]."""
     coat = values.COAT_PERMITTIVITY / values.COAT_THICKNESS
     skin = values.SKIN_PERMITTIVITY / values.SKIN_THICKNESS

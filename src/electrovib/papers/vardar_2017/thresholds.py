@@ -34,7 +34,7 @@ def felt_level(scenario: Scenario, person: Perception = ON_FORCE) -> float:
 
 
 def pair(
-    skin: Material, frequency: float, *, edge: float = 0.0, resistance: float = 0.0
+    skin: Material, *, frequency: float, edge: float = 0.0, resistance: float = 0.0
 ) -> tuple[Scenario, Scenario]:
     """Give sine and square of one peak [V] on a skin; frequency in Hz, edge in s, resistance of the body in ohm."""
     common = {
@@ -48,8 +48,8 @@ def pair(
 
 def sine_over_square(
     skin: Material,
-    frequency: float,
     *,
+    frequency: float,
     edge: float = 0.0,
     resistance: float = 0.0,
     person: Perception = ON_FORCE,
@@ -74,7 +74,7 @@ def sine_over_square(
     float
         dB; above 0 the square is felt at a lower voltage. The level grows as the square of the voltage.
     """
-    drives = pair(skin, frequency, edge=edge, resistance=resistance)
+    drives = pair(skin, frequency=frequency, edge=edge, resistance=resistance)
     return felt_threshold.threshold_ratio(*drives, person)
 
 
@@ -96,4 +96,6 @@ def crossover(skin: Material, *, edge: float = 0.0, person: Perception = ON_FORC
         Hz; infinite if the square is felt at a lower voltage up to 1920 Hz, 0 if nowhere above 15 Hz.
     """
     low, high = FREQUENCIES[0], FREQUENCIES[-1]
-    return felt_threshold.crossover(lambda frequency: pair(skin, frequency, edge=edge), low, high, person)
+    return felt_threshold.crossover(
+        lambda frequency: pair(skin, frequency=frequency, edge=edge), low, high, person
+    )

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Trapezium:
+class TrapeziumForce:
     """What one skin or plane makes of figure 6.
 
     Parameters
@@ -72,13 +72,13 @@ def shape_of(material: Material) -> Shape:
 
 
 @functools.cache
-def figure_6() -> tuple[Trapezium, ...]:
+def figure_6() -> tuple[TrapeziumForce, ...]:
     """Compute figure 6 for every skin under the causal law, and for leaky gaps cut in the gap."""
     return tuple(
-        Trapezium(
+        TrapeziumForce(
             name,
             compute.peak_force(case, ramp=values.RAMP),
-            compute.ramp_for(case, values.FORCE_MODEL),
+            compute.ramp_for(case, force=values.FORCE_MODEL),
             compute.edge_ratio(case),
         )
         for name, case in compute.figure_6_cases().items()

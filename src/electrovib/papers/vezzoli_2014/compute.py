@@ -62,7 +62,7 @@ def figure_6_cases() -> dict[str, Scenario]:
     """
     causal = scenarios()["fig6"]
     found = {name: with_skin(causal, skin.material) for name, skin in force_skins().items()}
-    found[POINT_BY_FORCE] = point(values.voltage_decay(values.TAU_MODEL))
+    found[POINT_BY_FORCE] = point(values.voltage_decay(decay=values.TAU_MODEL))
     return found | {name: leaky_gap(gap) for name, gap in LEAKY_GAPS.items()}
 
 
@@ -72,7 +72,7 @@ def peak_force(scenario: Scenario, *, ramp: float) -> float:
     return float(simulate(changed, time=np.array([0.0, ramp])).electrostatic_force[-1])
 
 
-def ramp_for(scenario: Scenario, force: float) -> float:
+def ramp_for(scenario: Scenario, *, force: float) -> float:
     """Ramp time that gives this peak force [s]."""
     from scipy.optimize import brentq
 
@@ -101,7 +101,7 @@ def lateral_decay(scenario: Scenario) -> float:
     float
         Time in which the lateral force in excess of the load's falls to 1/e.
     """
-    step = {"drive": {"model": "Constant", "level": values.VOLTAGE}}
+    step = {"drive": {"model": "Step", "level": values.VOLTAGE}}
     time = np.array([0.0, 5e-3, 10e-3])
     trace = simulate(scenario.replace(step), time=time)
     friction = scenario.to_dict()["friction"]["coefficient"] * scenario.load.normal_force
@@ -142,10 +142,10 @@ def rise_and_saturation(material: Material) -> tuple[float, float, float]:
     return float(force[-1] / force[0]), float(force[-1] / force.max()), half / float(force[-1])
 
 
-def floating_factor(scenario: Scenario, capacitance: float) -> float:
+def floating_factor(scenario: Scenario, *, capacitance: float) -> float:
     """Static attraction with the body floating over that with the body grounded."""
     static = scenario.replace(
-        {"drive": {"model": "Constant", "level": 1.0}, "force.model": "EffectiveMediumPlane"}
+        {"drive": {"model": "Step", "level": 1.0}, "force.model": "EffectiveMediumPlane"}
     ).replace(
         {"stack.stratum_corneum.material": {"model": "Constant", "permittivity": values.SKIN_PERMITTIVITY}}
     )
@@ -210,7 +210,7 @@ def static_force(law: str, *, gap: float | None = None, skin: float = values.SKI
     base = scenarios()["fig6_static" if gap is None else "fig6_gap"]
     changes: dict[str, Any] = {
         "force.model": law,
-        "drive": {"model": "Constant", "level": values.VOLTAGE},
+        "drive": {"model": "Step", "level": values.VOLTAGE},
         "stack.stratum_corneum.material.conductivity": 0.0,
         "stack.stratum_corneum.thickness": skin,
     }
@@ -219,7 +219,7 @@ def static_force(law: str, *, gap: float | None = None, skin: float = values.SKI
     return float(simulate(base.replace(changes), time=np.array([0.0, 1e-3])).electrostatic_force[-1])
 
 
-def suspended_constancy(conductivity: float) -> float:
+def suspended_constancy(*, conductivity: float) -> float:
     """Figure 2: attraction at the end of the hold over that at its beginning."""
     scenario = scenarios()["fig2"]
     if conductivity:

@@ -29,11 +29,11 @@ class Reading:
     @property
     def decay(self) -> float:
         """Decay of the force, lateral or normal [s]."""
-        return values.force_decay(self.tau)
+        return values.force_decay(tau=self.tau)
 
     def ramp(self, force: float) -> float:
         """Ramp of figure 6 that gives this attraction [N] with this time constant [s]."""
-        return compute.ramp_for(compute.point(self.tau), force)
+        return compute.ramp_for(compute.point(self.tau), force=force)
 
     def ramps(self, forces: tuple[float, float]) -> tuple[float, float]:
         """Shortest and longest ramp [s] for a range of attractions [N]: the larger force needs the shorter one."""
@@ -41,8 +41,8 @@ class Reading:
 
 
 BY_VOLTAGE = Reading("7.7 ms is the time constant of the voltage", values.TAU_MODEL)
-BY_FORCE = Reading("7.7 ms is already the decay of the force", values.voltage_decay(values.TAU_MODEL))
-MEASURED = Reading("6 ms measured in the lateral force", values.voltage_decay(values.DECAY_MEASURED))
+BY_FORCE = Reading("7.7 ms is already the decay of the force", values.voltage_decay(decay=values.TAU_MODEL))
+MEASURED = Reading("6 ms measured in the lateral force", values.voltage_decay(decay=values.DECAY_MEASURED))
 
 
 def rows() -> tuple[Row, ...]:
@@ -51,7 +51,7 @@ def rows() -> tuple[Row, ...]:
     taus = sorted((float(time_constant(skin.material, 100.0)), skin.name) for skin in skins.values())
     (least, fastest), (most, slowest) = taus[0], taus[-1]
     voltage = (least / 1e-3, most / 1e-3)
-    force = (values.force_decay(least) / 1e-3, values.force_decay(most) / 1e-3)
+    force = (values.force_decay(tau=least) / 1e-3, values.force_decay(tau=most) / 1e-3)
     short, long = BY_VOLTAGE.decay / MEASURED.decay, BY_FORCE.decay / MEASURED.decay
     simulated = compute.lateral_decay(compute.point(values.TAU_MODEL))
     film = 1 + values.insulator_capacitance() / values.skin_capacitance()

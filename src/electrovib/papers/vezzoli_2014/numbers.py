@@ -10,7 +10,7 @@ import numpy as np
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import by_skin, compute, decay, values
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
-from electrovib.physics.drive.edges import Constant as Step
+from electrovib.physics.drive.edges import Step
 from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.stack.expand import modes
 from electrovib.study.reproduction import Row
@@ -105,7 +105,10 @@ def _static() -> tuple[Row, ...]:
 
 
 def _suspended() -> tuple[Row, ...]:
-    constant, leaking = compute.suspended_constancy(0.0), compute.suspended_constancy(1 / 8.7e8)
+    constant, leaking = (
+        compute.suspended_constancy(conductivity=0.0),
+        compute.suspended_constancy(conductivity=1 / 8.7e8),
+    )
     what = "figure 2, force at the end of a 1 s hold over that at its beginning"
     return (
         Row("suspended_force_constant", f"{what}, gap that does not conduct", None, constant, "1", "consistent",
@@ -177,7 +180,9 @@ def _surroundings() -> tuple[Row, ...]:
     )
     found = []
     for name, scenario in (("film", film), ("coat", coat)):
-        factors = tuple(compute.floating_factor(scenario, capacitance) for capacitance in (100e-12, 400e-12))
+        factors = tuple(
+            compute.floating_factor(scenario, capacitance=capacitance) for capacitance in (100e-12, 400e-12)
+        )
         found.append(
             Row(
                 f"return_path_{name}",

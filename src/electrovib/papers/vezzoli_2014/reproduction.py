@@ -66,11 +66,9 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
 
 
 def _own_skin(file: str) -> Tabulated:
-    from pydantic import ValidationError
-
     from electrovib.core.errors import InputError
     from electrovib.physics.tabulated import Tabulated
-    from electrovib.scenario import skins
+    from electrovib.scenario import read_part, skins
 
     if file in skins():
         raise InputError(
@@ -78,7 +76,7 @@ def _own_skin(file: str) -> Tabulated:
         )
     content = {"file": file, "loss": {"model": "Resistivity"}, "conductivity": 0.0}
     try:
-        return Tabulated.model_validate(content)
-    except ValidationError as error:
-        faults = [item["msg"].removeprefix(f"{file}: ") for item in error.errors(include_url=False)]
+        return read_part(Tabulated, content)
+    except InputError as error:
+        faults = [problem.reason.removeprefix(f"{file}: ") for problem in error.problems]
         raise InputError(f"skin = {file}: {fault}" for fault in faults) from None

@@ -83,12 +83,12 @@ def static_force(*, voltage: float, skin_thickness: float = SKIN_THICKNESS) -> f
     return eps0 * AREA * voltage**2 / (2 * electrical * (skin_thickness + FILM_THICKNESS))
 
 
-def force_decay(tau: float) -> float:
+def force_decay(*, tau: float) -> float:
     """Time in which a force falls to 1/e [s], of a voltage that falls as exp(-t/tau): the force is its square."""
     return tau / 2
 
 
-def voltage_decay(decay: float) -> float:
+def voltage_decay(*, decay: float) -> float:
     """Time constant of the voltage [s] behind a force that falls to 1/e in this time [s]."""
     return 2 * decay
 
@@ -109,7 +109,7 @@ def skin_capacitance() -> float:
     return capacitance(permittivity=SKIN_PERMITTIVITY, thickness=SKIN_THICKNESS, area=AREA)
 
 
-def surrogate(exponent: float) -> ConstantPhase:
+def surrogate(*, exponent: float) -> ConstantPhase:
     """Constant-phase skin through the point eps 1560, tau 7.7 ms; constructed, and conducts nothing.
 
     Parameters
@@ -138,7 +138,7 @@ def skins() -> dict[str, Skin]:
     for exponent in (MEN, WOMEN, 0.85):
         found[f"surrogate_{exponent}"] = Skin(
             f"constant phase {exponent}",
-            surrogate(exponent),
+            surrogate(exponent=exponent),
             "derived",
             f"{CITATION}; exponents of palmar skin, doi:10.1007/bf02510531",
             "constructed through the paper's point, not measured; conducts nothing, so only its tau is shown",

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -40,9 +40,10 @@ def _pieces(points: list[tuple[float, float]], period: float | None = None) -> L
     return Linear(times, before, after, period)
 
 
-class Constant(Drive):
-    """A voltage switched on at time 0 and held: the step."""
+class Step(Drive):
+    """A voltage switched on at time 0 and held."""
 
+    former_names: ClassVar[tuple[str, ...]] = ("Constant",)
     example: ClassVar[Mapping[str, Any]] = {"level": 100}
 
     level: Annotated[Number, Quantity("V", -1e5, 1e5, "voltage held")]
@@ -53,7 +54,7 @@ class Constant(Drive):
 
     @property
     def period(self) -> None:
-        """A constant has no period of its own."""
+        """A step has no period of its own."""
 
     @property
     def duration(self) -> float:

@@ -12,12 +12,12 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.arrays import Real
 from electrovib.core.column_unit import column_unit, is_unit_of
-from electrovib.core.files import read_columns
+from electrovib.core.files import UNREAD, FileColumn
 from electrovib.core.model import Model
 from electrovib.core.quantity import Quantity
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.drive.readback import Readback, WholeVoltage
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 
 _VOLTAGE: Final = Quantity("V", -1e5, 1e5, "voltage of a sample")
+_NAME_ONE: Final = 'name the record, for instance file = "record.csv"'
 ROUNDING: Final = 8 * float(np.finfo(float).eps)
 """Share of the largest stamp by which stamps may be off and still count as even."""
 _SHORTEST_STEP: Final = 1e-24
@@ -45,7 +46,13 @@ class Refuse(StampTreatment):
     """Refuse the record: the default, because a repeated stamp is usually a fault of the recording."""
 
     def keep(self, time: Real) -> NDArray[np.bool_]:
-        """Keep all, or refuse at the first stamp that does not increase."""
+        """Keep all, or refuse at the first stamp that does not increase.
+
+        Raises
+        ------
+        ValueError
+            If a stamp repeats or goes back; with the first and how many there are.
+        """
         faults = np.flatnonzero(np.diff(time) <= 0) + 1
         if len(faults):
             first = int(faults[0])
@@ -98,26 +105,25 @@ class Sampled(Drive):
     voltage_samples: Annotated[Samples, Field(description="voltages [V], in place of a file")] = Samples([])
 
     @classmethod
-    def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
-        """Read the file's columns unless the samples came along."""
-        if "file" not in content or "time_samples" in content or not content["file"]:
-            return content
-        default = {name: cls.model_fields[name].default for name in cls.model_fields} | content
+    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
+        """Ask for time and voltage unless the samples came along."""
+        if not table.get("file") or "time_samples" in table:
+            return {}
+        default = {name: cls.model_fields[name].default for name in cls.model_fields} | dict(table)
         if not (is_unit_of("s", default["time_unit"]) and is_unit_of("V", default["voltage_unit"])):
-            return content  # told when the field itself is read
+            return {}
         if not all(isinstance(default[name], str | int) for name in ("time_column", "voltage_column")):
-            return content
-        wanted = {
-            "time_samples": (default["time_column"], default["time_unit"]),
-            "voltage_samples": (default["voltage_column"], default["voltage_unit"]),
+            return {}
+        return {
+            "time_samples": FileColumn(default["time_column"], default["time_unit"]),
+            "voltage_samples": FileColumn(default["voltage_column"], default["voltage_unit"]),
         }
-        return content | read_columns(str(content["file"]), wanted)
 
     @model_validator(mode="after")
     def _is_a_record(self) -> Self:
         time, voltage = self.time_samples.values, self.voltage_samples.values
         try:
-            _check_numbers(time, voltage)
+            _check_numbers(time, voltage, self.file)
             if np.count_nonzero(self.stamps.keep(time)) < 2:
                 raise ValueError("fewer than 2 samples are left")  # noqa: TRY301  # one place says all that is wrong
             _check_times(self._pieces.times)
@@ -173,11 +179,11 @@ def _even_step(time: Real, largest: float) -> float | None:
     return step if off <= ROUNDING * largest else None
 
 
-def _check_numbers(time: Real, voltage: Real) -> None:
+def _check_numbers(time: Real, voltage: Real, file: str) -> None:
     """Refuse what is not a voltage at two times or more."""
     why = ""
     if not len(time) and not len(voltage):
-        why = 'holds no samples: name the record, for instance file = "record.csv"'
+        why = f"holds no samples: {UNREAD if file else _NAME_ONE}"
     elif len(time) != len(voltage):
         why = f"{len(time)} time stamps but {len(voltage)} voltages"
     elif len(time) < 2:

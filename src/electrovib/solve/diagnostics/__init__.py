@@ -165,7 +165,7 @@ def _running(scenario: Scenario, section: ModalSection, record: PeakRecord) -> d
             wanted = looks(drive, end, settled=True)
             repeated = PeakRecord.of(periodic, wanted, solve_fields(periodic, section, wanted).found).peaks()
             return {name: repeated[name] for name in names}
-        step = {"drive": {"model": "Constant", "level": float(drive.voltage(0.0))}}
+        step = {"drive": {"model": "Step", "level": float(drive.voltage(0.0))}}
         records = [record] if record.whole is None else [record, record.whole]
         switched = [
             PeakRecord.of(

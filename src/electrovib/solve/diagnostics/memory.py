@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 from electrovib.scenario import PeriodicState
 from electrovib.solve.diagnostics.judged import Judged, judge
 from electrovib.solve.electrics.attraction import attraction, total_pull

@@ -183,7 +183,7 @@ class PeakRecord:
         gap = float(self.rows["gap"][place])
         if share == 0:
             return float(abs(self.rows["interface"][place])), gap
-        return share * paschen_voltage(gap) / gap, gap
+        return share * paschen_voltage(gap=gap) / gap, gap
 
 
 def _largest(row: Real) -> int:

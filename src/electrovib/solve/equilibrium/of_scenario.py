@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +18,7 @@ from electrovib.physics.limits import limit_lamps
 from electrovib.physics.roughness import ContactSpots
 from electrovib.physics.safety import breakdown_share
 from electrovib.physics.stack import Layer
-from electrovib.scenario import Scenario, load_scenario
+from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.judge import layer_lamps
 from electrovib.solve.equilibrium.growing import growing_states
 from electrovib.solve.equilibrium.states import Equilibrium, balance
@@ -73,7 +71,7 @@ class Balance:
 
 
 def equilibrium(
-    scenario: Scenario | str | Path | Mapping[str, Any],
+    scenario: Source,
     *,
     voltage: float | None = None,
     spots: ContactSpots | None = None,
@@ -82,8 +80,8 @@ def equilibrium(
 
     Parameters
     ----------
-    scenario : Scenario, str, Path or mapping
-        With ``contact.surface`` and a gap that does not conduct; the thickness of that layer is what
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`, with ``contact.surface`` and a gap that does not conduct; the thickness of that layer is what
         is found, so its own number does not count.
     voltage : float, optional
         V; by default the largest that the drive reaches. Of a fast sine give its root mean square.
@@ -108,7 +106,7 @@ def equilibrium(
     them, with the permittivity at the lowest frequency of the scenario's grid. The stress is that of the gap
     plane, eps0 E^2/2, whatever the scenario's force law. Load, attraction and gross area are of one equilibrium.
     """
-    known = load_scenario(scenario)
+    known = read_scenario(scenario)
     surface, gap = _surface(known), _gap(known)
     area = known.contact_area
     parts = _blocking(known, area)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.errors import InputError, nearest
+from electrovib.core.errors import InputError, closest, nearest
 from electrovib.core.signals import SIGNALS
 
 if TYPE_CHECKING:
@@ -118,16 +118,14 @@ def read_name(text: str, layers: tuple[str, ...], *, others: Iterable[str] = ())
 
 def _begin(text: str, taken: str, signal: str, others: Iterable[str]) -> str:
     """Say how the name of a quantity begins, and which is meant."""
-    near = nearest(text, others)
-    if not near.startswith(" Did"):
+    meant = closest(text, others)
+    if meant is None:
         known = next(
             (name for name in (signal, f"{taken}_{signal}", taken) if name in signals_over_time()), ""
         )
-        meant = nearest(taken, TAKEN)
-        taken = meant.split("'")[1] if meant.startswith(" Did") else "peak"
-        near = f" Did you mean '{taken} {known}'?" if known else nearest(text, _every())
-    if near.startswith(" Did"):
-        return f"it begins with none of {', '.join(TAKEN)}.{near}"
+        meant = f"{closest(taken, TAKEN) or 'peak'} {known}" if known else closest(text, _every())
+    if meant is not None:
+        return f"it begins with none of {', '.join(TAKEN)}. Did you mean '{meant}'?"
     listed = ", ".join(f"{name} ({words})" for name, words in TAKEN.items())
     return f"expected one of {listed}, and a signal, for instance '{DEFAULTS[1]}'"
 

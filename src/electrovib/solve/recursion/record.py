@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 from electrovib.core.arrays import Numbers, Real
 from electrovib.core.errors import InputError
 
-"""Of relaxing modes float64; of modes that may ring complex128, one of each conjugate pair."""
-
 
 class Modes(NamedTuple):
     """Modes and what each of them gives to each output.

@@ -125,9 +125,7 @@ def _cases(scenario: Scenario, models: Sequence[str] | None) -> tuple[dict[str, 
         try:
             cases[name] = scenario.replace({"force": {"model": name}})
         except InputError as error:
-            left_out[name] = "; ".join(
-                problem.removeprefix("the file = {...}: ") for problem in error.problems
-            )
+            left_out[name] = "; ".join(each if each.path else each.reason for each in error.problems)
     return cases, left_out
 
 
@@ -145,7 +143,7 @@ class _Bench:
 
     def step(self, case: Scenario, voltage: float) -> xarray.Dataset:
         """Simulate a step from rest to a voltage [V]."""
-        changes: dict[str, Any] = {"drive": {"model": "Constant", "level": voltage}}
+        changes: dict[str, Any] = {"drive": {"model": "Step", "level": voltage}}
         return simulate(case.replace(changes | {"time.initial_state": {"model": "AtRest"}}), time=self.time)
 
     def entry(self, name: str, case: Scenario) -> Entry:

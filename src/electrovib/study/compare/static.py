@@ -48,7 +48,7 @@ def static_force(scenario: Scenario, voltage: float) -> float:
     """
     held = insulating(scenario)
     changes = {
-        "drive": {"model": "Constant", "level": voltage},
+        "drive": {"model": "Step", "level": voltage},
         "time.initial_state": {"model": "PeriodicState"},
     }
     if not scenario.force.causal:
@@ -74,7 +74,7 @@ def air_breaks_down(scenario: Scenario, voltage: float) -> str:
     """
     changes = {
         "force": {"model": "GapPlane"},
-        "drive": {"model": "Constant", "level": voltage},
+        "drive": {"model": "Step", "level": voltage},
         "time.initial_state": {"model": "PeriodicState"},
     }
     trace = simulate(insulating(scenario).replace(changes), time=np.array([0.0, 1.0]))
@@ -101,4 +101,4 @@ def air_warnings(scenario: Scenario, trace: xarray.Dataset) -> tuple[str, ...]:
         peak(trace.interface_field.values),
         scenario.stack.layers[gap].thickness if gap else 0.0,
     )
-    return tuple(lamp.text for lamp in air_lamps(field, thickness) if lamp.state == "warning")
+    return tuple(lamp.text for lamp in air_lamps(field=field, gap=thickness) if lamp.state == "warning")

@@ -15,6 +15,7 @@ from electrovib.core.budget import Work, refuse_beyond
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
+from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.costs import CASE, CASE_MEMORY
 from electrovib.solve.diagnostics.sampling import sampling
 from electrovib.solve.effort import last_time, works
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
 
     import xarray
 
-    from electrovib.scenario import Scenario
-
 LOOKS_OF_CASE: Final = 200
 """About as many times does a case look at its solution, whatever output times the scenario has."""
 MOST_PROBLEMS: Final = 10
@@ -37,7 +36,7 @@ MOST_PROBLEMS: Final = 10
 
 
 def sweep(
-    scenario: Scenario,
+    scenario: Source,
     over: Mapping[str, Sequence[float] | Real],
     *,
     quantities: Sequence[str] | None = None,
@@ -48,8 +47,8 @@ def sweep(
 
     Parameters
     ----------
-    scenario : Scenario
-        What stays the same.
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        What stays the same, as for `electrovib.load`.
     over : mapping of str to sequence of float
         Dotted path to values in SI; several give every combination, none the scenario itself.
     quantities : sequence of str, optional
@@ -80,6 +79,7 @@ def sweep(
     A quantity is taken over one period of a periodic state, else over the whole time, to the error in its attribute
     ``numerical_error`` (a share of the signal's largest value); no output times enter.
     """
+    scenario = read_scenario(scenario)
     asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
     axes = {path: np.asarray(values, dtype=float) for path, values in over.items()}
     _refuse_large(scenario, axes, records=records)
@@ -96,9 +96,8 @@ def sweep(
         try:
             cases.append(_solved(point, member, asked, records=records))
         except ElectrovibError as error:
-            problems = getattr(error, "problems", [str(error)])
             where = f" (at {words(point)})" if point else ""
-            raise InputError(f"{problem}{where}" for problem in problems) from None
+            raise InputError(problem.followed_by(where) for problem in error.problems) from None
     return dataset(scenario, axes, cases, asked.units, records=records, words=words)
 
 

@@ -6,14 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.scenario import Scenario, scenario_of
+from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.view.style import drawing, layer_colours
 from electrovib.view.units import label_axis, pretty_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import xarray
     from matplotlib.axes import Axes
 
     from electrovib.physics.stack import Layer
@@ -32,13 +31,13 @@ _SHOWN_FREQUENCY = 1e3
 """Where the permittivity of a dispersive layer is quoted [Hz], if it lies in the scenario's band."""
 
 
-def stack(source: xarray.Dataset | Scenario, *, ax: Axes | None = None) -> Axes:
+def stack(source: Source, *, ax: Axes | None = None) -> Axes:
     """Draw the layers between plate and finger, to scale, with their values.
 
     Parameters
     ----------
-    source : Trace or Scenario
-        A Trace that carries a scenario; of a sweep, the scenario it started from.
+    source : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`; of a sweep, the scenario it started from.
     ax : Axes, optional
         Where to draw; a new figure if None.
 
@@ -53,7 +52,7 @@ def stack(source: xarray.Dataset | Scenario, *, ax: Axes | None = None) -> Axes:
     InputError
         If the Trace carries no scenario, as a measurement does.
     """
-    scenario = source if isinstance(source, Scenario) else scenario_of(source)
+    scenario = read_scenario(source, before_sweep=True)
     layers = scenario.stack.layers
     with drawing(ax, (7.2, max(2.6, 0.9 + 0.46 * len(layers)))) as axes:
         total = scenario.stack.thickness

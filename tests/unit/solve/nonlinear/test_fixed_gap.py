@@ -127,7 +127,7 @@ def test_second_electrode_takes_no_leak_and_no_charge():
 
 def test_charge_alone():
     """No drive: trapped charge on a film, and what flows because of it."""
-    drive = read_model(Drive, {"model": "Constant", "level": 0})
+    drive = read_model(Drive, {"model": "Step", "level": 0})
     for element in ELEMENTS.values():
         times = np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 40)])
         expected, found = both(finger(charge=3e-5), drive, element, times=times)

@@ -75,52 +75,70 @@ def _skin(name: str) -> dict[str, Any]:
 _MEMORY_TEST = "vary the hold: the ratio comes back to 1 as a power of it; the periodic trapezium of equal halves is equal"
 _SLIDING_TEST = "vary the speed: the plateau of the hold grows in proportion; a finger at rest shows neither"
 
+_RELAXING: Final = {
+    "model": "Tribometer",
+    "normal": {"natural_frequency": 2e3, "damping_ratio": 0.02, "time_constant": 10.0},
+    "lateral": {
+        "natural_frequency": 500.0,
+        "damping_ratio": 0.5,
+        "bandwidth": 1e3,
+        "creep": {"share": 0.25, "time": 50e-3},
+    },
+}
+"""A rig whose sensor creeps."""
+
 
 @functools.cache
 def candidates() -> tuple[Candidate, ...]:
     """Give every candidate with its switch, at plausible values."""
-    two_taus = f"time constants {SLOW * 1e3:g} and {FAST * 1e3:g} ms by polarity, {_CHOICE}"
-    inverted = "invert the drive, 0 to -1000 V, on a neutral film with the plate voltage recorded: the ratio turns over"
-    charged = f"{FILM_CHARGE * 1e6:g} uC/m2 on the film that comes under the finger, {_CHOICE}; 30 mm/s"
-    wiped = "neutralise the film before the pass, then do not: only this changes"
     return (
         Candidate("the paper's model", {}, "the reference", "one relaxation time of 7.7 ms"),
         *(
             Candidate(f"dispersive skin, {name}", _skin(name), _MEMORY_TEST, "cited skin, causal law")
             for name in ("palmar men 2 uS", "palmar women 10 uS", "1963 impedance")
         ),
+        *_of_polarity(),
+        *_of_sliding(),
+        *_of_charge_and_field(),
+        *_beyond_the_field(),
+    )
+
+
+def _of_polarity() -> tuple[Candidate, ...]:
+    """Give a skin that conducts better for one sign of the voltage, either way."""
+    two_taus = f"time constants {SLOW * 1e3:g} and {FAST * 1e3:g} ms by polarity, {_CHOICE}"
+    test = "invert the drive, 0 to -1000 V, on a neutral film with the plate voltage recorded: the ratio turns over"
+    weaker, stronger = _polarity(FAST, SLOW), _polarity(SLOW, FAST)
+    return (
+        Candidate("positive pulses weaker", weaker, test, f"{two_taus}, as Kaczmarek 2006", linear=False),
+        Candidate("positive pulses stronger", stronger, test, f"{two_taus}, the other sign", linear=False),
+    )
+
+
+def _of_sliding() -> tuple[Candidate, ...]:
+    """Give a finger under which fresh film comes, neutral or charged."""
+    charged = f"{FILM_CHARGE * 1e6:g} uC/m2 on the film that comes under the finger, {_CHOICE}; 30 mm/s"
+    wiped = "neutralise the film before the pass, then do not: only this changes"
+    neutral = [
         Candidate(
-            "positive pulses weaker",
-            _polarity(FAST, SLOW),
-            inverted,
-            f"{two_taus}, as Kaczmarek 2006",
-            linear=False,
-        ),
-        Candidate(
-            "positive pulses stronger",
-            _polarity(SLOW, FAST),
-            inverted,
-            f"{two_taus}, the other sign",
-            linear=False,
-        ),
-        *(
-            Candidate(
-                f"sliding at {speed * 1e3:g} mm/s",
-                _sliding(speed),
-                _SLIDING_TEST,
-                "fresh film, the paper's 7.7 ms",
-            )
-            for speed in (0.01, 0.03, 0.1)
-        ),
-        *(
-            Candidate(
-                f"sliding over {word} film",
-                _sliding(0.03, sign * FILM_CHARGE),
-                wiped,
-                charged,
-            )
-            for word, sign in (("positive", 1), ("negative", -1))
-        ),
+            f"sliding at {speed * 1e3:g} mm/s",
+            _sliding(speed),
+            _SLIDING_TEST,
+            "fresh film, the paper's 7.7 ms",
+        )
+        for speed in (0.01, 0.03, 0.1)
+    ]
+    over_charge = [
+        Candidate(f"sliding over {word} film", _sliding(0.03, sign * FILM_CHARGE), wiped, charged)
+        for word, sign in (("positive", 1), ("negative", -1))
+    ]
+    return (*neutral, *over_charge)
+
+
+def _of_charge_and_field() -> tuple[Candidate, ...]:
+    """Give charge that an earlier touch has left, and a skin that conducts better in a large field."""
+    growing = {"model": "FieldConduction", "conductivity": skin_conductivity(SLOW), "onset_field": 3e3}
+    return (
         Candidate(
             "charge left on the film, finger at rest",
             {"stack.insulator.initial_charge": -TRIBOCHARGE},
@@ -129,19 +147,11 @@ def candidates() -> tuple[Candidate, ...]:
         ),
         Candidate(
             "leak that grows with the field",
-            _ALL_SKIN
-            | {
-                "stack.stratum_corneum.leak": {
-                    "model": "FieldConduction",
-                    "conductivity": skin_conductivity(SLOW),
-                    "onset_field": 3e3,
-                }
-            },
+            _ALL_SKIN | {"stack.stratum_corneum.leak": growing},
             "vary the voltage: decay and force no longer follow its square",
             f"conductivity doubled at 3 kV/m in the skin, {_CHOICE}",
             linear=False,
         ),
-        *_beyond_the_field(),
     )
 
 
@@ -153,16 +163,6 @@ def _beyond_the_field() -> tuple[Candidate, ...]:
         "relaxations": [{"share": 0.2, "time": tau} for tau in (4e-3, 70e-3, 1.4)],
     }
     sinking = {"source_current": 250e-6, "sink_current": 2e-6, "stray_capacitance": 50e-12}
-    rig = {
-        "model": "Tribometer",
-        "normal": {"natural_frequency": 2e3, "damping_ratio": 0.02, "time_constant": 10.0},
-        "lateral": {
-            "natural_frequency": 500.0,
-            "damping_ratio": 0.5,
-            "bandwidth": 1e3,
-            "creep": {"share": 0.25, "time": 50e-3},
-        },
-    }
     return (
         Candidate(
             "viscoelastic skin",
@@ -180,7 +180,7 @@ def _beyond_the_field() -> tuple[Candidate, ...]:
         ),
         Candidate(
             "sensor relaxes",
-            {"rig": rig},
+            {"rig": _RELAXING},
             "step the sensor with a weight: the same relaxation without finger and voltage",
             f"a quarter more creeps in with 50 ms, {_CHOICE}: what the paper suspects",
             signal="lateral_force_measured",

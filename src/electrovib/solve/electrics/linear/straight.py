@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Indices, Real
-    from electrovib.physics.drive.parts import Linear
+    from electrovib.physics.drive.pieces import Linear
 
 CHUNK = 1 << 16
 """States held at once, so that a million samples need no gigabyte."""

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones, circling
+from electrovib.physics.drive.parts import Chirped, Part, Smooth, Tones, circling
+from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.linear.break_states import periodic_state
 from electrovib.solve.electrics.linear.chirp import chirp_response
 from electrovib.solve.electrics.linear.graded import fading

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.stages import HighPass, LowPass, Relaxation, Resonance
+from electrovib.physics.stages import CreepResponse, HighPass, LowPass, Resonance
 from electrovib.solve.mechanics.filters.filter import Filter
 
 if TYPE_CHECKING:
@@ -163,5 +163,5 @@ def _of_stage(stage: Stage) -> Filter:
             return first_order(stage.cut_off)
         case HighPass():
             return high_pass(stage.time_constant)
-        case Relaxation():
+        case CreepResponse():
             return relaxing(stage.shares, stage.times)

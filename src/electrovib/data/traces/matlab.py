@@ -14,10 +14,10 @@ from electrovib.core.allowance import content_allowed
 from electrovib.core.errors import InputError
 from electrovib.core.trace import FORMAT
 from electrovib.data.atomic import writing
-from electrovib.data.columns import DAMAGE, check_file, damaged
+from electrovib.data.columns import DAMAGE, damaged
 from electrovib.data.marks import Form, unsigned
-from electrovib.data.readers.mat5 import Mat5, Variable
-from electrovib.data.traces import not_a_trace, prepared, rebuilt, structure_of
+from electrovib.data.readers.matlab import read_variables
+from electrovib.data.traces.structure import not_a_trace, prepared, rebuilt, structure_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -89,7 +89,7 @@ def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
             file = io.BytesIO()  # numbers that are all alike, packed more tightly than a reader lets pass
     except (ValueError, TypeError, struct.error, OverflowError, scipy.io.matlab.MatWriteError) as error:
         raise InputError(
-            f"{path}: this Trace does not fit into a .mat file ({error}); save as .nc."
+            f"this Trace does not fit into a .mat file ({error}); save as .nc.", path=path
         ) from error
     header = f"{_VERSION_5}, {unsigned(Form.MATLAB)}"
     file.getbuffer()[:_HEADER] = header.ljust(_HEADER).encode()
@@ -128,7 +128,7 @@ def load_mat(path: Path) -> xarray.Dataset:
     Parameters
     ----------
     path : Path
-        Written by `save_mat`; one saved again by MATLAB with ``-v7`` is fine too.
+        Written by `save_mat`; one saved again by MATLAB with ``-v6``, ``-v7`` or ``-v7.3`` is fine too.
 
     Returns
     -------
@@ -138,37 +138,29 @@ def load_mat(path: Path) -> xarray.Dataset:
     Raises
     ------
     DataFileError
-        If the file is damaged, is not a Trace, or is not of version 5.
+        If the file is damaged or is not a Trace.
 
     Notes
     -----
     Compressed variables carry a checksum, which is compared.
     """
-    check_file(path)
+    text = read_variables(path, ["trace_json"]).get("trace_json", "{}")
     try:
-        file = Mat5(path, path.read_bytes())
-        variables = {variable.name: variable for variable in file.variables()}
-        text = file.text(variables["trace_json"]) if _is_text(variables.get("trace_json")) else "{}"
-        about = json.loads(text)
+        about = json.loads(text) if isinstance(text, str) else {}
         if not isinstance(about, dict) or about.get("format") != FORMAT:
             raise not_a_trace(path)
-        return rebuilt(about["structure"], about["attributes"], _arrays(file, variables, about))
+        return rebuilt(about["structure"], about["attributes"], _arrays(path, about))
     except DAMAGE as error:
         raise damaged(path, "a MATLAB file", error) from None
 
 
-def _is_text(variable: Variable | None) -> bool:
-    return variable is not None and variable.kind == "char"
-
-
-def _arrays(file: Mat5, variables: dict[str, Variable], about: dict[str, Any]) -> dict[str, NDArray[Any]]:
-    arrays: dict[str, NDArray[Any]] = {}
-    for entry in about["structure"]["variables"]:
-        if "values" not in entry:
-            variable = variables[about["names"][entry["name"]]]
-            if variable.kind.startswith("complex"):
-                arrays[entry["name"]] = file.complex_values(variable)
-            else:
-                values = file.values(variable)
-                arrays[entry["name"]] = values.astype(np.complex128) if entry["kind"] == "complex" else values
-    return arrays
+def _arrays(path: Path, about: dict[str, Any]) -> dict[str, NDArray[Any]]:
+    entries = [entry for entry in about["structure"]["variables"] if "values" not in entry]
+    named = {entry["name"]: about["names"][entry["name"]] for entry in entries}
+    found = read_variables(path, list(named.values()))
+    complex_ones = {entry["name"] for entry in entries if entry["kind"] == "complex"}
+    arrays = {name: np.asarray(found[own]) for name, own in named.items()}
+    return {  # what happens to be real is saved as real
+        name: values.astype(np.complex128) if name in complex_ones else values
+        for name, values in arrays.items()
+    }

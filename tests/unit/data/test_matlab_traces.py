@@ -13,7 +13,7 @@ import xarray
 
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.trace import make_trace
-from electrovib.export.matlab import load_mat, matlab_names, save_mat
+from electrovib.data.traces.matlab import load_mat, matlab_names, save_mat
 
 ROOT = Path(__file__).parents[3]
 LAYERS = ["insulator", "gap", "stratum_corneum"]
@@ -149,7 +149,7 @@ def test_damaged_files(tmp_path):
         raw[: len(raw) // 2]: "cut short",
         bytes(flipped): r"damaged or not a MATLAB file \(Error -3",
         raw + b"\0" * 16: "an element of type 0",
-        b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + raw: r"save it with -v7",
+        b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + raw: r"damaged or not a MATLAB file",
         b"x" * 500: "not a MATLAB file of version 5",
     }
     for damage, words in cases.items():
@@ -157,6 +157,55 @@ def test_damaged_files(tmp_path):
         with pytest.raises(DataFileError, match=words) as caught:
             load_mat(path)
         assert "\n" not in str(caught.value)
+
+
+def saved_again_as_version_73(path):
+    """Lay a file out as MATLAB does with ``-v7.3``, after the description of that format."""
+    import h5py
+
+    content = scipy.io.loadmat(path)
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, values in content.items():
+            if name.startswith("__") or values.dtype.names or values.dtype.kind == "O":
+                continue
+            kind, turned = "double", values.T
+            if values.dtype.kind == "U":
+                kind, turned = "char", np.frombuffer(str(values[0]).encode("utf-16-le"), "<u2")[:, None]
+            elif values.dtype.kind == "c":
+                turned = np.empty(values.T.shape, [("real", "<f8"), ("imag", "<f8")])
+                turned["real"], turned["imag"] = values.T.real, values.T.imag
+            file.create_dataset(name, data=turned).attrs["MATLAB_class"] = np.bytes_(kind)
+        file.create_group("units").attrs["MATLAB_class"] = np.bytes_("struct")
+    raw = bytearray(path.read_bytes())
+    raw[:128] = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
+    path.write_bytes(raw)
+
+
+def test_a_trace_saved_again_as_version_73_is_the_same(tmp_path):
+    path = tmp_path / "a.mat"
+    trace = small(scenario="µ ☃")
+    save_mat(trace, path)
+    saved_again_as_version_73(path)
+    found = load_mat(path)
+    xarray.testing.assert_identical(found, trace)
+    assert found.impedance.values.tobytes() == trace.impedance.values.tobytes()
+
+
+def test_a_variable_of_version_73_that_is_missing_or_lies_elsewhere(tmp_path):
+    import h5py
+
+    path = tmp_path / "a.mat"
+    save_mat(small(), path)
+    saved_again_as_version_73(path)
+    with h5py.File(path, "r+") as file:
+        del file["impedance"]
+        file["impedance"] = h5py.ExternalLink("other.mat", "impedance")
+    with pytest.raises(DataFileError, match=r"damaged or not a MATLAB file \('impedance'\)"):
+        load_mat(path)
+    with h5py.File(path, "r+") as file:
+        del file["trace_json"]
+    with pytest.raises(DataFileError, match="is not a Trace"):
+        load_mat(path)
 
 
 def test_right_checksum_on_nonsense(tmp_path):

@@ -1,0 +1,137 @@
+"""Nested tables, as a scenario file has them, changed by dotted paths."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from electrovib.core.errors import Problem, nearest
+from electrovib.core.samples import Samples
+
+
+def put(content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = True) -> list[Problem]:
+    """Put changes into nested tables in place.
+
+    Parameters
+    ----------
+    content : dict
+        Nested tables.
+    changes : mapping of str to value
+        Dotted path to new value. A table comes before what is set in it, which then counts. A new ``model`` comes first
+        and takes nothing over from the former one, so its own parameters can be given along with it.
+    strict : bool
+        Refuse paths that are not there; else trust that validation follows, and make what is missing.
+
+    Returns
+    -------
+    list of Problem
+        One for each path that does not exist, and each table that would be dropped.
+    """
+    ordered = sorted(changes, key=lambda path: (path.count("."), not path.endswith(".model")))
+    fresh: list[Any] = []
+    problems = [_put(content, path, changes[path], fresh, strict=strict) for path in ordered]
+    return _dropped(changes) + [problem for problem in problems if problem]
+
+
+def _dropped(changes: Mapping[str, Any]) -> list[Problem]:
+    """Say which tables would be dropped whole, because another model is set in their place."""
+    return [
+        Problem(
+            f"is set beside the table '{table}', of which nothing would then count; give one of the two",
+            path=path,
+        )
+        for table, content in changes.items()
+        for path, model in changes.items()
+        if path.endswith(".model") and path.startswith(f"{table}.")
+        if _has_another_model(content, path[len(table) + 1 :].split(".")[:-1], model)
+    ]
+
+
+def _has_another_model(table: Any, keys: Sequence[str], model: object) -> bool:
+    for key in keys:
+        table = table.get(key) if isinstance(table, Mapping) else None
+    return isinstance(table, Mapping) and table.get("model") != model
+
+
+def place_of(table: Sequence[Any], key: str) -> int | None:
+    """Read the number of an entry; only as it is usually written, so that each has one path."""
+    known = key.isascii() and key.isdecimal() and len(key) < 10 and str(int(key)) == key
+    return int(key) if known and int(key) < len(table) else None
+
+
+def _put(content: dict[str, Any], path: str, value: Any, fresh: list[Any], *, strict: bool) -> Problem | None:
+    *parents, last = path.split(".")
+    tables: list[Any] = [content]
+    for depth, key in enumerate(parents):
+        inner = _inner(tables[-1], key, strict=strict, optional=last == "model" and depth == len(parents) - 1)
+        if inner is None:
+            return unknown(tables[-1], ".".join(parents[:depth]), key, path)
+        tables += inner
+    if not _set(tables[-1], last, value, fresh, strict=strict):
+        return unknown(tables[-1], ".".join(parents), last, path)
+    if last in {"file", "model", "column", "unit"} or last.endswith(("_column", "_unit")):
+        _forget_samples(tables)
+    return None
+
+
+def _inner(table: Any, key: str, *, strict: bool, optional: bool) -> list[Any] | None:
+    """Step into a table; an optional model that is absent so far begins as an empty one."""
+    if isinstance(table, list):
+        return None if (place := place_of(table, key)) is None else [table[place]]
+    if not isinstance(table, dict) or (strict and key not in table):
+        return None
+    if key not in table or (optional and table[key] is None):
+        table[key] = {}
+    return [table[key]]
+
+
+def _set(table: Any, key: str, value: Any, fresh: list[Any], *, strict: bool) -> bool:
+    """Set an item; tell whether there is such a place."""
+    if isinstance(table, list):
+        if (place := place_of(table, key)) is None:
+            return False
+        table[place] = _own(value, fresh)
+        return True
+    if not isinstance(table, dict):
+        return False
+    if key == "model" and (table == {} or ("model" in table and table[key] != value)):
+        table.clear()
+        fresh.append(table)
+    elif strict and key not in table and not _among(table, fresh):
+        return False
+    table[key] = _own(value, fresh)
+    return True
+
+
+def _own(value: Any, fresh: list[Any]) -> Any:
+    """Copy given tables, in which more can then be set; what was given stays as it is."""
+    if isinstance(value, Mapping):
+        fresh.append({key: _own(item, fresh) for key, item in value.items()})
+        return fresh[-1]
+    return [_own(item, fresh) for item in value] if isinstance(value, (list, tuple)) else value
+
+
+def _among(table: Any, tables: list[Any]) -> bool:
+    return any(table is other for other in tables)
+
+
+def _forget_samples(tables: list[Any]) -> None:
+    """Numbers that were read from a file must not survive a change of how it is read."""
+    for table in tables:
+        if isinstance(table, dict) and table.get("file"):
+            for key in [key for key, item in table.items() if isinstance(item, Samples)]:
+                del table[key]
+
+
+def unknown(table: Any, where: str, key: str, path: str) -> Problem:
+    """Say that a path leads to nothing, from the table at which it ends."""
+    if isinstance(table, list):
+        why = f"'{where}' has entries 0 to {len(table) - 1}"
+    elif table is None:
+        why = f"'{where}' is not given, so without parameters of its own; if it is a table, set it whole"
+    elif not isinstance(table, dict):
+        why = f"'{where}' is a single value, without parameters of its own"
+    else:
+        owner = f" of {table['model']}" if "model" in table else f" in '{where}'" if where else ""
+        why = f"unknown parameter '{key}'{owner}.{nearest(key, table)}"
+    return Problem(why, path=path)

@@ -1,0 +1,68 @@
+"""One call to read a Trace, in the format that the file name says."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, TypeVar
+
+from electrovib.core.errors import DataFileError
+from electrovib.core.files import note_input
+from electrovib.data.traces.comma_separated import load_csv
+from electrovib.data.traces.matlab import load_mat
+from electrovib.data.traces.netcdf import load_nc
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import xarray
+
+FORMATS: Final[dict[str, Callable[[Path], xarray.Dataset]]] = {
+    ".nc": load_nc,
+    ".csv": load_csv,
+    ".mat": load_mat,
+}
+"""Suffix to reader."""
+
+
+Source = TypeVar("Source")
+
+
+def is_trace_file(source: object) -> bool:
+    """Tell from its name whether something is a file of a Trace."""
+    return isinstance(source, (str, os.PathLike)) and Path(source).suffix.lower() in FORMATS
+
+
+def open_if_trace(source: Source) -> Source | xarray.Dataset:
+    """Give the Trace of a file of a Trace, and anything else as it is."""
+    return open_trace(source) if is_trace_file(source) else source  # type: ignore[arg-type]  # it is a name
+
+
+def open_trace(path: str | Path) -> xarray.Dataset:
+    """Read a Trace, computed or measured.
+
+    Parameters
+    ----------
+    path : str or Path
+        Written by `electrovib.save`: ``.nc``, ``.csv`` (the main file of one or two) or ``.mat``.
+
+    Returns
+    -------
+    xarray.Dataset
+        In memory, identical to what was saved.
+
+    Raises
+    ------
+    DataFileError
+        If there is no such file, if it is damaged, or if it is not a Trace.
+    """
+    place = Path(path)
+    note_input(place)
+    reader = FORMATS.get(place.suffix.lower())
+    if reader is None:
+        raise DataFileError(
+            f"a Trace is opened from {', '.join(FORMATS)}, not from '{place.suffix}'; a scenario is read with"
+            " electrovib.load",
+            path=place,
+        )
+    return reader(place)

@@ -1,0 +1,79 @@
+"""The numbers of the files that a scenario names: read when the scenario is, never by a model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from electrovib.core.errors import DataFileError, InputError, NoColumnError, Problem
+from electrovib.core.files import FileColumn, note_input
+from electrovib.core.mistakes import shown
+from electrovib.core.model import Model, read_model
+from electrovib.data.columns import read_columns
+
+M = TypeVar("M", bound=Model)
+
+
+def read_part(kind: type[M], content: object, *, folder: Path | None = None) -> M:
+    """Build a scenario, or a part of one, from nested tables and the files that they name.
+
+    Parameters
+    ----------
+    kind : type
+        A family of models, or a model.
+    content : object
+        Nested tables.
+    folder : Path, optional
+        Where relative names of files begin; by default the working folder.
+
+    Returns
+    -------
+    Model
+        Validated; it carries the numbers of its files.
+
+    Raises
+    ------
+    InputError
+        Every mistake at once; a file that cannot be read does not hide the others.
+    """
+    faults: list[Problem] = []
+    filled = _filled(kind, content, folder or Path(), "", faults)
+    try:
+        built = read_model(kind, filled)
+    except InputError as error:
+        unread = {fault.path for fault in faults}  # such a model complains that it has no numbers
+        raise InputError([*faults, *(each for each in error.problems if each.path not in unread)]) from None
+    if faults:
+        raise InputError(faults)
+    return built
+
+
+def _filled(kind: type[Model] | None, content: Any, folder: Path, path: str, faults: list[Problem]) -> Any:
+    """Copy tables and put the numbers of their files in; what cannot be told from them is left to validation."""
+    start = f"{path}." if path else ""
+    if isinstance(content, (list, tuple)) and any(isinstance(item, Mapping) for item in content):
+        return [_filled(kind, item, folder, f"{start}{index}", faults) for index, item in enumerate(content)]
+    model = kind.chosen(content) if kind is not None and isinstance(content, Mapping) else None
+    if model is None:
+        return content
+    table = {
+        name: _filled(model.part(str(name)), item, folder, f"{start}{name}", faults)
+        for name, item in content.items()
+    }
+    if columns := model.file_columns(table):
+        try:
+            table |= _read(folder / str(table["file"]), columns)
+        except DataFileError as error:
+            value = shown({"model": model.__name__, **table})
+            faults += [Problem(str(each), path=path, value=value) for each in error.problems]
+    return table
+
+
+def _read(file: Path, columns: Mapping[str, FileColumn]) -> dict[str, Any]:
+    note_input(file)
+    try:
+        return dict(read_columns(file, {name: (each.name, each.unit) for name, each in columns.items()}))
+    except NoColumnError as error:
+        more = "".join(each.otherwise for each in columns.values() if each.name == error.column)
+        raise DataFileError(problem.followed_by(more) for problem in error.problems) from None
