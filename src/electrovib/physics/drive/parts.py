@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 
-__all__ = ["Chirped", "Linear", "Part", "Smooth", "Tones", "circling"]
-
 LOOKS = 16
 """Looks at each cycle of the fastest oscillation, when a largest value is searched for."""
 MANY_TIMES = 10_000
