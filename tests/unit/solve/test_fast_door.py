@@ -18,7 +18,7 @@ from electrovib.solve.diagnostics.looks import MOST_CORNERS
 from electrovib.solve.electrics.linear import straight
 from electrovib.solve.electrics.linear.graded import FEW, fading
 from electrovib.solve.electrics.linear.transient import transient
-from electrovib.solve.recursion import march, march_loop, states_at
+from electrovib.solve.recursion import jittered, march, march_loop, states_at
 from electrovib.solve.stack.transfer import Transfer
 
 SAME = 1e-12
@@ -58,6 +58,17 @@ def test_values_and_lags_of_a_march_are_those_of_the_loop(count, seed, jitter, j
     scale = np.max(np.abs(np.concatenate([starts, ends, rest]))) * 10
     assert np.max(np.abs(found - expected)) < SAME * scale
     assert np.max(np.abs(state - last)) < SAME * scale
+
+
+@pytest.mark.parametrize("steps", [1e-6, None])
+def test_a_drive_that_jumps_everywhere_is_followed_from_stretch_to_stretch(steps, monkeypatch):
+    monkeypatch.setattr(jittered, "_HELD", 1)
+    rng = np.random.default_rng(5)
+    starts, ends = rng.normal(size=(2, 400))
+    steps = rng.uniform(0.5e-6, 2e-6, 400) if steps is None else steps
+    poles, gains, lag = -np.geomspace(1.0, 1e8, 8), rng.normal(size=(2, 8)), [True, False]
+    given_ = (poles, gains, [1.0, 0.0], starts, ends, steps, np.zeros(8))
+    assert np.max(np.abs(march(*given_, lag=lag)[0] - march_loop(*given_, lag=lag)[0])) < 1e-12
 
 
 @settings(max_examples=40, deadline=None)
@@ -175,11 +186,24 @@ def test_even_stamps_and_the_same_stamps_by_themselves_give_one_answer(monkeypat
 def test_an_output_that_is_a_multiple_of_another_is_that_multiple():
     rates = np.array([1.0, 1e3])
     one = Transfer(rates, np.array([0.5, -0.2]), 0.1)
-    transfers = {"one": one, "other": one * 3.0, "less": Transfer(rates, np.array([0.5, -0.2]), 0.2)}
+    lagging = Transfer(rates, np.array([0.5, -0.2]), 0.1, static=0.1)
+    less = Transfer(rates, np.array([0.5, -0.2]), 0.2)
+    transfers = {"one": one, "other": one * 3.0, "less": less, "lagging": lagging}
     drive = measured(np.arange(12_000) * 1e-6).drive
     found = transient(transfers, drive, drive.time_stamps)
     np.testing.assert_allclose(found["other"], 3 * found["one"], rtol=1e-15)
     np.testing.assert_allclose(found["less"] - found["one"], 0.1 * VOLTS, atol=1e-12)
+    np.testing.assert_allclose(found["one"] - found["lagging"], 0.3 * VOLTS, atol=1e-12)
+
+
+@pytest.mark.parametrize("lag", [True, False])
+def test_at_a_jump_at_the_last_output_the_value_after_it_counts(lag):
+    part = Linear(np.array([0.0, 1.0, 3.0]), np.array([0.0, 2.0, 4.0]), np.array([1.0, 2.0, -6.0]))
+    ways = {"direct": np.array([0.5]), "lag": np.array([lag])}
+    given_ = (part, np.array([0.7, 20.0]), np.array([[2.0, -1.0]]))
+    marched = straight.straight_response(*given_, part.times, np.zeros(2), **ways)
+    each = straight.straight_response(*given_, np.array([0.0, 1.0, 2.0, 3.0]), np.zeros(2), **ways)
+    np.testing.assert_allclose(marched[0], each[0, [0, 1, 3]], rtol=1e-13)
 
 
 def test_chosen_signals_are_those_of_the_whole_trace():
@@ -224,7 +248,7 @@ def test_few_of_very_many_times_decide_on_the_largest_values(monkeypatch):
     monkeypatch.setattr(peaks, "_MANY", 1000)
     times = np.linspace(0, 1, 5001)
     rows = {"across": np.sin(7 * times), "current": np.cos(90 * times) * times}
-    whole, moments = peaks.PeakRecord(times, rows), np.array([0.2501, 0.9])
+    whole, moments = peaks.PeakRecord(times, rows), np.array([0.2501, 0.90005])
     few = whole.among(moments)
     assert len(few.times) < 30
     assert few.whole is whole
