@@ -47,7 +47,7 @@ _PERIODS = 4.0
 """Length of a fitted decay, in periods."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Ringing:
     """A release and the ringing after it. Times are s after the drive ends unless they say otherwise.
 
@@ -210,10 +210,28 @@ def ringing(
     words = words_about(best, uncertainty, interval, without, extrema, (early, late))
     words += about_the_record(readback if enabled is None else None, missing)
     return Ringing(
-        end, best.delay, best.fall_time, interval, best.held, best.after, best.frequency, best.quality, uncertainty,
-        best.misfit, without, scatter, missing, tuple(extrema), early, late, since[here], measured[here], best.model,
-        plain, words,
-    )  # fmt: skip
+        drive_end=end,
+        delay=best.delay,
+        fall_time=best.fall_time,
+        fall_time_interval=interval,
+        held=best.held,
+        after=best.after,
+        frequency=best.frequency,
+        quality=best.quality,
+        uncertainty=uncertainty,
+        misfit=best.misfit,
+        misfit_without=without,
+        scatter=scatter,
+        missing=missing,
+        extrema=tuple(extrema),
+        early=early,
+        late=late,
+        time=since[here],
+        force=measured[here],
+        model=best.model,
+        model_without=plain,
+        words=words,
+    )
 
 
 def _checked(

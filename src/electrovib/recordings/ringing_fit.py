@@ -18,7 +18,7 @@ _SCALE = (0.05, 0.3, 0.1, 0.3)
 """By how much start, logarithms of fall time, frequency and quality change what is fitted about equally."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Release:
     """A fitted release. Times are s after the end of the drive.
 
@@ -187,7 +187,17 @@ class _Fit:
         held, after, misfit, residual, model = levels_and_misfit(self._shape(values), self.force, self.stamps)
         fall_time, frequency, quality = (float(value) for value in np.exp(values[1:]))
         start = float(values[0]) * self.window
-        return Release(start, fall_time, frequency, quality, held, after, misfit, model, residual)
+        return Release(
+            start=start,
+            fall_time=fall_time,
+            frequency=frequency,
+            quality=quality,
+            held=held,
+            after=after,
+            misfit=misfit,
+            model=model,
+            residual=residual,
+        )
 
 
 def plain_release(

@@ -31,7 +31,7 @@ class Extremum:
     force: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Decay:
     """A damped sine about a level.
 
@@ -242,10 +242,10 @@ def damped_sine(
     quality = float(np.pi * frequency / rate)
     of_quality = float(alike[0, 0] + alike[1, 1] - 2 * alike[0, 1])
     return Decay(
-        start,
-        frequency,
-        quality,
-        frequency * float(np.sqrt(alike[0, 0])),
-        quality * float(np.sqrt(max(of_quality, 0.0))),
-        float(np.sqrt(np.mean(left**2))),
+        start=start,
+        frequency=frequency,
+        quality=quality,
+        frequency_uncertainty=frequency * float(np.sqrt(alike[0, 0])),
+        quality_uncertainty=quality * float(np.sqrt(max(of_quality, 0.0))),
+        misfit=float(np.sqrt(np.mean(left**2))),
     )

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _BEST_FIRST = ("interpolated", "before", "after")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SwipeResult:
     """One swipe, reduced.
 
@@ -181,7 +181,16 @@ def _reduced(recording: Recording, contact: Touch, slide: Span, window: Span, sw
     words = railed + _words(recording, zeros, contact, way, inside, swipes, estimates)
     result = dict(zip(("normal_force", "lateral_force", "friction"), estimates, strict=True))
     trace = _trace(recording, zeros, {name: value.to_dict() for name, value in result.items()}, words)
-    return SwipeResult(*estimates, direction, speed, way, span, inside, words, trace)
+    return SwipeResult(
+        **result,
+        direction=direction,
+        speed=speed,
+        way=way,
+        contact=span,
+        window=inside,
+        words=words,
+        trace=trace,
+    )
 
 
 def _estimates(

@@ -61,7 +61,7 @@ def families() -> dict[type[Model], str]:
     return PREDICTS | dict(sorted(others.items(), key=lambda item: item[0].__name__))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Listed:
     """One model or paper of the catalogue.
 
@@ -125,13 +125,31 @@ def models(name: str = "", *, own: bool = False) -> tuple[Listed, ...]:
                 continue
             author_year = paper_of(model)
             count = len(model.checks) + (len(_checks(papers()[author_year])) if author_year else 0)
-            found.append(Listed(key, predicts, author_year, model.status, count, "yes"))
+            found.append(
+                Listed(
+                    name=key,
+                    predicts=predicts,
+                    paper=author_year,
+                    status=model.status,
+                    checks=count,
+                    runnable="yes",
+                )
+            )
     for key, module in papers().items():
         if own and not is_own(module):
             continue
         runnable = "not: " + _plain(getattr(module, "NOT_READ", "")) if _not_runnable(module) else "yes"
         status = getattr(module, "STATUS", "")
-        found.append(Listed(key, "papers", key, status, len(_checks(module)), runnable))
+        found.append(
+            Listed(
+                name=key,
+                predicts="papers",
+                paper=key,
+                status=status,
+                checks=len(_checks(module)),
+                runnable=runnable,
+            )
+        )
     return tuple(found)
 
 

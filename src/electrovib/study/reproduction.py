@@ -85,7 +85,7 @@ class Row:
         }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Curve:
     """A line, or a band when `upper` is given.
 
@@ -111,7 +111,7 @@ class Curve:
     look: int | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Panel:
     """One figure as data.
 
@@ -160,7 +160,7 @@ class Page:
     paragraphs: tuple[str, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Reproduction:
     """Everything a reproduction of one paper shows.
 

@@ -49,16 +49,16 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
         )
     found = rows()
     return Reproduction(
-        "vardar_2017",
-        CITATION,
-        found,
-        figures.panels(),
-        (_page(),),
-        (skin_table(),),
-        EQUATIONS,
-        (Pacinian.reference, NonPacinian.reference, RYU),
-        "Vardar 2017: sine against square",
-        _findings(found),
+        paper="vardar_2017",
+        citation=CITATION,
+        rows=found,
+        panels=figures.panels(),
+        pages=(_page(),),
+        tables=(skin_table(),),
+        equations=EQUATIONS,
+        references=(Pacinian.reference, NonPacinian.reference, RYU),
+        title="Vardar 2017: sine against square",
+        findings=_findings(found),
     )
 
 

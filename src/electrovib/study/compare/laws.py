@@ -97,15 +97,15 @@ def compare(
         over_parameter(scenario, ordered, path, np.asarray(values)) for path, values in (over or {}).items()
     ]
     return Comparison(
-        scenario,
-        voltage,
-        tuple(entries),
-        left_out,
-        frequency,
-        time,
-        tables(entries, left_out),
-        tuple(panels),
-        pages(scenario, entries),
+        scenario=scenario,
+        voltage=voltage,
+        entries=tuple(entries),
+        left_out=left_out,
+        frequency=frequency,
+        time=time,
+        tables=tables(entries, left_out),
+        panels=tuple(panels),
+        pages=pages(scenario, entries),
     )
 
 
@@ -166,19 +166,19 @@ class _Bench:
         if in_the_gap:
             warnings = tuple(dict.fromkeys([*warnings, *self.air_warnings]))
         return Entry(
-            name,
-            law.plane,
-            law.status,
-            static,
-            static / self.static,
-            early,
-            late,
-            mean,
-            step,
-            polarity,
-            why,
-            warnings,
-            self.breakdown if in_the_gap else "",
+            name=name,
+            plane=law.plane,
+            status=law.status,
+            static=static,
+            ratio=static / self.static,
+            early=early,
+            late=late,
+            mean=mean,
+            step=step,
+            polarity=polarity,
+            why=why,
+            warnings=warnings,
+            breakdown=self.breakdown if in_the_gap else "",
         )
 
     def polarity(self, case: Scenario, step: Real) -> float:
