@@ -135,7 +135,7 @@ def truth_table() -> Table:
         f" {format_quantity(FIELD_EMISSION, 'V/m')} in air (a recalled value), or from 5 um on more than Paschen's"
         " voltage across the gap: a limit and not a force one would see. Under a sine, half."
     )
-    return Table("Static force by plane", headings, tuple(rows), caption)
+    return Table("Static force by plane", headings, tuple(rows), caption=caption)
 
 
 def cell(stack: PlateStack, law: str, gap: float = 0.0) -> float:

@@ -203,7 +203,7 @@ def skin_table() -> Table:
         "Sine over square threshold on every skin that conducts, in dB",
         ("skin", "15 Hz", "30 Hz", "60 Hz", "480 Hz"),
         lines,
-        "Pacinian weight on the force, ideal edges, body of 1 kohm. Skins that do not conduct lose no charge and"
+        caption="Pacinian weight on the force, ideal edges, body of 1 kohm. Skins that do not conduct lose no charge and"
         " turn the direction round: they are left out, not forgotten.",
     )
 

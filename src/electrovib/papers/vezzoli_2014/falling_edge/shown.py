@@ -62,7 +62,7 @@ def table() -> Table:
         " off 1, or the decay off that of the paper's model, by more than a tenth. A charge that neither leaks nor is"
         " carried away would add an offset to the effective voltage: 5, 10, 20 % of it give 0.82, 0.67, 0.44."
     )
-    return Table("The falling edge: every candidate alone", headings, tuple(lines), caption)
+    return Table("The falling edge: every candidate alone", headings, tuple(lines), caption=caption)
 
 
 def _readings(result: Outcome, base: float) -> str:
