@@ -193,14 +193,14 @@ def ringing(
     window, best = duration, None
     for _ in range(6):
         here = (since > -duration / 2) & (since < window)
-        best = resonant_release(since[here], measured[here], window)
+        best = resonant_release(stamps=since[here], force=measured[here], window=window)
         wanted = min(duration, best.start + np.log(1 / _REMAINS) * best.quality / (np.pi * best.frequency))
         if abs(wanted - window) < 0.02 * window:
             break
         window = float(wanted)
     assert best is not None
-    uncertainty, interval = uncertainties(since[here], measured[here], window, best)
-    without, plain = plain_release(since[here], measured[here], window)
+    uncertainty, interval = uncertainties(stamps=since[here], force=measured[here], window=window, best=best)
+    without, plain = plain_release(stamps=since[here], force=measured[here], window=window)
     period = 1 / best.frequency
     extrema = find_extrema(
         since, measured, start=best.delay, period=period, level=best.after, scatter=scatter, end=duration
@@ -261,13 +261,13 @@ def _checked(
     columns = {name: values[kept] for name, values in columns.items()}
     when, measured = columns["time"], columns["force"]
     if "enabled" in columns:
-        end = drive_end(when, columns["enabled"], "enabled")
+        end = drive_end(time=when, voltage=columns["enabled"], name="enabled")
     else:
         try:
             volts = readback.driving(when - when[0], columns["voltage"])
         except ValueError as error:
             raise InputError(f"voltage: {error}") from None
-        end = drive_end(when, volts, "voltage")
+        end = drive_end(time=when, voltage=volts, name="voltage")
     counted = when - end
     near = (counted > -duration / 2) & (counted < duration)
     if counted[-1] < duration / 2 or counted[0] > -duration / 4 or np.count_nonzero(near) < 40:
@@ -286,8 +286,8 @@ def _scatter(stamps: NDArray[np.float64], force: NDArray[np.float64], duration: 
             f"fewer than {_FEWEST} samples lie before the drive ends, or later than {duration / 2:g} s after; record"
             " longer or change duration"
         )
-    held, of_held, slope, of_slope = line(stamps[before], force[before])
-    left, of_left, _, _ = line(stamps[after], force[after])
+    held, of_held, slope, of_slope = line(time=stamps[before], values=force[before])
+    left, of_left, _, _ = line(time=stamps[after], values=force[after])
     fall, error = held - left, np.hypot(of_held, of_left)
     drifts = abs(slope) > _DRIFTS * of_slope
     if drifts:

@@ -142,7 +142,7 @@ def reduce_swipes(recording: Recording, *, trim: float = 0.05) -> tuple[SwipeRes
         raise InputError(f"trim = {trim}: expected a fraction of the way between 0 and 0.4")
     contacts = find_contacts(recording)
     pairs = [(contact, slide) for contact in contacts for slide in find_slides(recording, contact)]
-    windows = [(contact, slide, middle(recording, slide, contact, trim)) for contact, slide in pairs]
+    windows = [(contact, slide, middle(recording, slide, contact, trim=trim)) for contact, slide in pairs]
     windows = [
         (contact, slide, window) for contact, slide, window in windows if window[1] - window[0] >= 2 * BLOCKS
     ]
@@ -197,7 +197,7 @@ def _estimates(
     recording: Recording, zeros: dict[str, Zero], window: Span
 ) -> tuple[Estimate, Estimate, Estimate]:
     """Give normal force, lateral force and friction with their uncertainty."""
-    choices = choices_of(zeros, float(np.mean(recording.time[slice(*window)])))
+    choices = choices_of(zeros, at=float(np.mean(recording.time[slice(*window)])))
     at = block_means(recording.time, window)
     normal, lateral = (
         block_means(force, window) for force in (recording.normal_force, recording.lateral_force)

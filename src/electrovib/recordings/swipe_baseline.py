@@ -105,7 +105,7 @@ def _zero(recording: Recording, span: Span) -> Zero:
     )
 
 
-def choices_of(zeros: dict[str, Zero], at: float) -> dict[str, tuple[float, float]]:
+def choices_of(zeros: dict[str, Zero], *, at: float) -> dict[str, tuple[float, float]]:
     """Give the zeros of both forces by each simple choice.
 
     Parameters

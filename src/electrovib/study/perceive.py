@@ -194,7 +194,7 @@ def _percept(found: Lines, person: Perception, given: Any, *, title: str, error:
         best_frequency=person.most_sensitive().best(),
         sensation=sensation,
         uncertainty=person.threshold_uncertainty,
-        verdict=verdict(sensation, person.threshold_uncertainty),
+        verdict=verdict(sensation=sensation, uncertainty=person.threshold_uncertainty),
         difference_threshold=person.difference_threshold,
         swing=found.swing,
         spectrum=found,

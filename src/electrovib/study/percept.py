@@ -138,7 +138,7 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def verdict(sensation: float | None, uncertainty: float | None) -> str:
+def verdict(*, sensation: float | None, uncertainty: float | None) -> str:
     """Compare a level above threshold [dB] with the uncertainty of the threshold [dB].
 
     Parameters

@@ -138,7 +138,7 @@ def truth_table() -> Table:
     return Table("Static force by plane", headings, tuple(rows), caption=caption)
 
 
-def cell(stack: PlateStack, law: str, gap: float = 0.0) -> float:
+def cell(stack: PlateStack, law: str, *, gap: float = 0.0) -> float:
     """Static force of one cell.
 
     Parameters
@@ -155,11 +155,11 @@ def cell(stack: PlateStack, law: str, gap: float = 0.0) -> float:
     float
         N.
     """
-    return static_force(stack.scenario(law, gap), stack.voltage)
+    return static_force(stack.scenario(law, gap), voltage=stack.voltage)
 
 
 def _cell(stack: PlateStack, law: str, gap: float = 0.0) -> str:
-    force = cell(stack, law, gap)
+    force = cell(stack, law, gap=gap)
     shown = format_quantity(force, "N", digits=4)
-    broken = law == "GapPlane" and air_breaks_down(stack.scenario(law, gap), stack.voltage)
+    broken = law == "GapPlane" and air_breaks_down(stack.scenario(law, gap), voltage=stack.voltage)
     return f"{shown} (beyond breakdown)" if broken else shown

@@ -22,7 +22,7 @@ KINDS = ("line", "dashed", "dotted")
 """Of the first, second and every further curve in one place."""
 
 
-def over_frequency(entries: Sequence[Entry], frequency: Real, voltage: float) -> Panel:
+def over_frequency(entries: Sequence[Entry], *, frequency: Real, voltage: float) -> Panel:
     """Draw the mean force of each law over frequency.
 
     Parameters
@@ -56,7 +56,7 @@ def over_frequency(entries: Sequence[Entry], frequency: Real, voltage: float) ->
     )
 
 
-def over_time(entries: Sequence[Entry], time: Real, voltage: float) -> Panel:
+def over_time(entries: Sequence[Entry], *, time: Real, voltage: float) -> Panel:
     """Draw the response of each law to a step.
 
     Parameters
@@ -95,7 +95,7 @@ def over_time(entries: Sequence[Entry], time: Real, voltage: float) -> Panel:
     )
 
 
-def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str, values: Real) -> Panel:
+def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str, *, values: Real) -> Panel:
     """Draw the static force of each law over a parameter.
 
     Parameters
@@ -118,10 +118,10 @@ def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str,
     curves, marks = [], []
     for look, (name, case) in enumerate(cases.items()):
         varied = [_with(case, path, float(value)) for value in values]
-        forces = np.array([static_force(one, one.drive.largest()) for one in varied])
+        forces = np.array([static_force(one, voltage=one.drive.largest()) for one in varied])
         curves.append(Curve(label=name, x=values, y=forces, look=look))
         if case.force.plane == "gap":
-            broken = np.array([bool(air_breaks_down(one, one.drive.largest())) for one in varied])
+            broken = np.array([bool(air_breaks_down(one, voltage=one.drive.largest())) for one in varied])
             label = f"{name}: air breaks down"
             marks += (
                 [Curve(label=label, x=values[broken], y=forces[broken], upper=None, kind="points", look=look)]
