@@ -1,8 +1,9 @@
 """Run every benchmark: ``python -m benchmarks``."""
 
-from benchmarks import full_chain, one_finger, start_up
+from benchmarks import door, full_chain, one_finger, start_up
 
 if __name__ == "__main__":
     one_finger.main()
     full_chain.main()
     start_up.main()
+    door.main()

@@ -15,7 +15,9 @@ def main() -> tuple[Hysteresis, float]:
     """Give the loop of the gap over rising and falling voltage, and the voltage of the snap."""
     voltages = np.linspace(1, 250, 500)
     loop = ev.hysteresis(voltages, surface=SPRING, pressure=200.0, electrical_thickness=FILM)
-    snap = pull_in_voltage(SPRING.stiffness, SPRING.free_gap, FILM, pressure=200.0)
+    snap = pull_in_voltage(
+        stiffness=SPRING.stiffness, free_gap=SPRING.free_gap, electrical_thickness=FILM, pressure=200.0
+    )
     return loop, snap
 
 

@@ -223,7 +223,12 @@ def test_pull_in_is_where_the_formula_says():
     random, tried = np.random.default_rng(4), 0
     for _ in range(200):
         spring, pressure, thickness, _ = random_spring(random)
-        expected = pull_in_voltage(spring.stiffness, spring.free_gap, thickness, pressure=pressure)
+        expected = pull_in_voltage(
+            stiffness=spring.stiffness,
+            free_gap=spring.free_gap,
+            electrical_thickness=thickness,
+            pressure=pressure,
+        )
         left = spring.free_gap - pressure / spring.stiffness
         assert (expected is None) == (left <= thickness / 2)
         # the fold lies at g = (2 g0 - K)/3: so near the stop halving tells closed from open otherwise
@@ -261,7 +266,12 @@ def test_a_spring_snaps_in_and_lets_go_at_its_two_voltages():
     random = np.random.default_rng(6)
     for _ in range(25):
         spring, pressure, thickness, _ = random_spring(random)
-        snap = pull_in_voltage(spring.stiffness, spring.free_gap, thickness, pressure=pressure)
+        snap = pull_in_voltage(
+            stiffness=spring.stiffness,
+            free_gap=spring.free_gap,
+            electrical_thickness=thickness,
+            pressure=pressure,
+        )
         left = spring.free_gap - pressure / spring.stiffness
         if snap is None or left < 0.7 * thickness:
             continue

@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import Coulomb, Dahl, LuGre
-from electrovib.solve.mechanics.stick_slip.skin import CompliantSlidingSkin
+from electrovib.solve.mechanics.stick_slip.kinds import CompliantSlidingSkin
 from electrovib.solve.mechanics.stick_slip.sliding import Sliding, sliding
-from electrovib.solve.nonlinear.collocation import ORDER
+from electrovib.solve.nonlinear.radau import ORDER
 
 COULOMB = Coulomb(coefficient=0.5)
 STRENGTH = 0.3

@@ -51,13 +51,12 @@ def make_trace(
 
     for name in variables:
         signal(name)
-    coords = {name: ((name,), values) for name, values in coordinates.items()}
-    trace = xarray.Dataset(
-        {name: (tuple(dims), data) for name, (dims, data) in variables.items()},
+    coords = {name: ((name,), values, _meaning(name)) for name, values in coordinates.items()}
+    return xarray.Dataset(
+        {name: (tuple(dims), data, _meaning(name)) for name, (dims, data) in variables.items()},
         coords=coords,
         attrs={"format": FORMAT, **attributes},
     )
-    return stamp(trace)
 
 
 def stamp(trace: xarray.Dataset) -> xarray.Dataset:
@@ -75,10 +74,13 @@ def stamp(trace: xarray.Dataset) -> xarray.Dataset:
     """
     stamped = trace.copy()
     for name in stamped.variables:
-        if str(name) in SIGNALS:
-            known = SIGNALS[str(name)]
-            attrs = {"units": known.unit, "long_name": known.doc}
-            if name == "layer":
-                attrs = {"long_name": known.doc}
-            stamped[name].attrs.update(attrs)
+        stamped[name].attrs.update(_meaning(str(name)))
     return stamped
+
+
+def _meaning(name: str) -> dict[str, str]:
+    """Unit and meaning of a signal; nothing for a name outside the nomenclature."""
+    if name not in SIGNALS:
+        return {}
+    known = SIGNALS[name]
+    return {"long_name": known.doc} if name == "layer" else {"units": known.unit, "long_name": known.doc}

@@ -23,15 +23,14 @@ from numpy.typing import NDArray
 from electrovib.core.checks import Check
 from electrovib.core.constants import eps0
 from electrovib.core.quantity import Number, Quantity
-from electrovib.physics.contact.surface import (
+from electrovib.physics.contact.rough_surface import (
     MODULUS,
     SLOPE,
-    Surface,
+    RoughSurface,
     exponential_gap,
     exponential_pressure,
-    gaussian_gaps,
 )
-from electrovib.physics.roughness import GaussianGaps, contact_fraction, contact_growth, local_pull
+from electrovib.physics.roughness import contact_fraction, local_pull
 
 CITATION = (
     "M. Ciavarella, A. Papangelo, A simplified theory of electroadhesion for rough interfaces, Front. Mech. Eng. 6, 27"
@@ -44,7 +43,7 @@ NOT_READ = (
 )
 
 
-class BearingArea(Surface):
+class BearingArea(RoughSurface):
     """A rough elastic skin by its bearing area: repulsion falls e^2-fold over an rms height.
 
     Notes
@@ -86,19 +85,6 @@ class BearingArea(Surface):
     def gap(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
         """Mean gap under a pressure [m]."""
         return exponential_gap(pressure, flat=self._flat, decay=self.rms_height / 2)
-
-    def real_share(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Share that touches."""
-        return contact_fraction(pressure, modulus=self.modulus, slope=self.rms_slope)
-
-    def real_growth(self, pressure: float) -> float:
-        """Growth of the touching share with pressure [1/Pa]."""
-        return contact_growth(pressure, modulus=self.modulus, slope=self.rms_slope)
-
-    def gaps(self, pressure: float) -> GaussianGaps:
-        """Gaps under a pressure: those with its mean gap and its real contact."""
-        at = np.asarray(pressure)
-        return gaussian_gaps(mean_gap=float(self.gap(at)), touching=float(self.real_share(at)))
 
     @property
     def _flat(self) -> float:

@@ -41,8 +41,8 @@ def _energy() -> float:
 
 def area_gain(*, normal_force: float) -> float:
     """Share by which 100 V on 1 um of 3.9 enlarge the contact of a sphere of 1 cm under a load [N]."""
-    with_voltage = contact_area(normal_force, energy=_energy(), **_FINGER)
-    return with_voltage / contact_area(normal_force, **_FINGER) - 1
+    with_voltage = contact_area(normal_force=normal_force, energy=_energy(), **_FINGER)
+    return with_voltage / contact_area(normal_force=normal_force, **_FINGER) - 1
 
 
 def energy_over_strength_and_range() -> float:

@@ -64,7 +64,7 @@ def adhesive_range(*, thickness: float, permittivity: float) -> float:
     return thickness / permittivity
 
 
-def adhesive_load(normal_force: float, *, radius: float, energy: float) -> float:
+def adhesive_load(*, normal_force: float, radius: float, energy: float) -> float:
     """Load under which a sphere without adhesion has the contact area of an adhesive one.
 
     Parameters
@@ -90,7 +90,7 @@ def adhesive_load(normal_force: float, *, radius: float, energy: float) -> float
     return normal_force + weight + math.sqrt(2 * weight * normal_force + weight**2)
 
 
-def contact_area(normal_force: float, *, radius: float, modulus: float, energy: float = 0.0) -> float:
+def contact_area(*, normal_force: float, radius: float, modulus: float, energy: float = 0.0) -> float:
     """Contact area of a smooth elastic sphere on a plate.
 
     Parameters
@@ -109,5 +109,5 @@ def contact_area(normal_force: float, *, radius: float, modulus: float, energy: 
     float
         m2.
     """
-    load = adhesive_load(normal_force, radius=radius, energy=energy)
+    load = adhesive_load(normal_force=normal_force, radius=radius, energy=energy)
     return math.pi * math.pow(3 * radius * load / (4 * modulus), 2 / 3)

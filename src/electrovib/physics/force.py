@@ -67,7 +67,13 @@ class ForceLaw(Model, family=True):
         return {"E": gap_field(section)}
 
     def pressure(self, *args: Any, **kwargs: Any) -> NDArray[np.float64]:
-        """Attraction per area [Pa] from the amplitudes at one time [their units], scalar or array."""
+        """Attraction per area [Pa] from the amplitudes at one time [their units], scalar or array.
+
+        Raises
+        ------
+        NotImplementedError
+            If the member defines none.
+        """
         raise NotImplementedError(f"{type(self).__name__} must define pressure({args}, {kwargs})")
 
     def effective_voltage(self, section: Section) -> Linear | None:

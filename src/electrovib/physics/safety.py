@@ -37,7 +37,7 @@ POLYMER_THICKNESS: Final = (7.6e-6, 127e-6)
 """Of the films that were measured [m]."""
 
 
-def paschen_voltage(gap: float) -> float:
+def paschen_voltage(*, gap: float) -> float:
     """Breakdown voltage of an air gap at atmospheric pressure.
 
     Parameters
@@ -91,14 +91,14 @@ def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> N
         1 at breakdown; 0 for gaps of which the law says nothing.
     """
     if len(gaps) and np.all(gaps == gaps[0]):
-        held = np.full(len(gaps), paschen_voltage(max(float(gaps[0]), SMALLEST_PASCHEN_GAP)))
+        held = np.full(len(gaps), paschen_voltage(gap=max(float(gaps[0]), SMALLEST_PASCHEN_GAP)))
     else:
-        held = np.array([paschen_voltage(max(each, SMALLEST_PASCHEN_GAP)) for each in gaps.tolist()])
+        held = np.array([paschen_voltage(gap=max(each, SMALLEST_PASCHEN_GAP)) for each in gaps.tolist()])
     return np.asarray(np.where(gaps >= SMALLEST_PASCHEN_GAP, np.abs(fields) * gaps / held, 0.0))
 
 
 def film_lamp(
-    name: str, field: float, *, declared: float | None, permittivity: float, thickness: float
+    name: str, *, field: float, declared: float | None, permittivity: float, thickness: float
 ) -> Lamp:
     """Judge the strength of a layer of the plate.
 
@@ -141,7 +141,7 @@ def _between(value: float, range_: tuple[float, float]) -> bool:
     return range_[0] <= value <= range_[1]
 
 
-def skin_lamp(name: str, voltage: float) -> Lamp:
+def skin_lamp(name: str, *, voltage: float) -> Lamp:
     """Judge whether a layer of the finger conducts in proportion.
 
     Parameters
@@ -160,7 +160,7 @@ def skin_lamp(name: str, voltage: float) -> Lamp:
     return against(f"linear skin, {name}", voltage, LINEAR_SKIN, "V", what=what, why=why)
 
 
-def sweat_lamp(voltage: float, electrical_thickness: float) -> Lamp:
+def sweat_lamp(*, voltage: float, electrical_thickness: float) -> Lamp:
     """Judge whether sweat between finger and film follows the voltage.
 
     Parameters
@@ -180,7 +180,7 @@ def sweat_lamp(voltage: float, electrical_thickness: float) -> Lamp:
     return against("electrowetting", voltage, limit, "V", what="the voltage across the stack", why=why)
 
 
-def air_lamps(field: float, gap: float) -> list[Lamp]:
+def air_lamps(*, field: float, gap: float) -> list[Lamp]:
     """Judge the air between plate and finger.
 
     Parameters
@@ -196,11 +196,11 @@ def air_lamps(field: float, gap: float) -> list[Lamp]:
         Paschen's law where there is a gap, then field emission.
     """
     if gap <= 0:
-        return [emission_lamp(field, vanishing=True)]
-    return [paschen_lamp(field, gap), emission_lamp(field)]
+        return [emission_lamp(field=field, vanishing=True)]
+    return [paschen_lamp(field=field, gap=gap), emission_lamp(field=field)]
 
 
-def paschen_lamp(field: float, gap: float) -> Lamp:
+def paschen_lamp(*, field: float, gap: float) -> Lamp:
     """Judge the field of a gap by Paschen's law.
 
     Parameters
@@ -220,10 +220,10 @@ def paschen_lamp(field: float, gap: float) -> Lamp:
         return Lamp("Paschen", "unknown", text)
     why = "where air breaks down by Paschen's law (its secondary emission is a recalled value)"
     what = f"the voltage across a gap of {format_quantity(gap, 'm', digits=3)}"
-    return against("Paschen", field * gap, paschen_voltage(gap), "V", what=what, why=why)
+    return against("Paschen", field * gap, paschen_voltage(gap=gap), "V", what=what, why=why)
 
 
-def emission_lamp(field: float, *, vanishing: bool = False) -> Lamp:
+def emission_lamp(*, field: float, vanishing: bool = False) -> Lamp:
     """Judge the field of a gap, or of a vanishing one, against field emission.
 
     Parameters

@@ -80,7 +80,8 @@ class TimeGrid(Model):
         if self.samples is not None or drive.time_stamps is None:
             return np.linspace(0.0, end, self.samples or FORMULA_SAMPLES)
         stamps = _apart(drive.time_stamps)
-        inside = stamps[: np.searchsorted(stamps, end * (1 + ROUNDING), side="right")]
+        count = int(np.searchsorted(stamps, end * (1 + ROUNDING), side="right"))
+        inside = stamps if count == len(stamps) else stamps[:count]
         if end <= inside[-1] * (1 + ROUNDING):
             return inside
         few = len(inside) < len(stamps)  # the next stamp comes after the end

@@ -6,7 +6,8 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.budget import Work, refuse_beyond
-from electrovib.physics.drive.parts import Chirped, Linear, Smooth, Tones
+from electrovib.physics.drive.parts import Chirped, Smooth, Tones
+from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.force import EffectiveMediumPlane
 from electrovib.physics.friction import BristleFriction
 from electrovib.physics.motion import Distance

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.arrays import Real
+from electrovib.core.errors import InputError, nearest
 from electrovib.core.model import Model
+from electrovib.core.signals import SIGNALS
 from electrovib.core.trace import make_trace
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.sampling import sampling
@@ -20,10 +22,14 @@ from electrovib.solve.stack.expand import behind_amplifier, per_volt_of, phasors
 from electrovib.solve.stack.section import PhasorSection
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray
 
 
-def simulate(scenario: Source, *, time: Real | None = None) -> xarray.Dataset:
+def simulate(
+    scenario: Source, *, time: Real | None = None, signals: Sequence[str] | None = None
+) -> xarray.Dataset:
     """Compute what the drive does to the finger.
 
     Parameters
@@ -32,6 +38,9 @@ def simulate(scenario: Source, *, time: Real | None = None) -> xarray.Dataset:
         Everything, as for `electrovib.load`.
     time : ndarray, shape (n,), optional
         Increasing, >= 0 [s]; by default what the scenario's time grid says.
+    signals : sequence of str, optional
+        Names of the signals that are wanted, for instance ``["electrostatic_force"]``; by default all that the
+        scenario has. The checks are those of the whole solution, whichever are chosen.
 
     Returns
     -------
@@ -44,7 +53,8 @@ def simulate(scenario: Source, *, time: Real | None = None) -> xarray.Dataset:
     NotCausalError
         If the force law has no response in time but the drive is not one sine in its steady state.
     InputError
-        If the force law does not find the layers it needs, or models do not go together.
+        If the force law does not find the layers it needs, models do not go together, or the scenario does not have a
+        signal that is wanted.
     BudgetError
         If it would take more time or memory than `electrovib.budget` allows; told before anything is computed.
 
@@ -55,6 +65,7 @@ def simulate(scenario: Source, *, time: Real | None = None) -> xarray.Dataset:
     counts as the conductivity that a vanishing sine sees.
     """
     scenario = read_scenario(scenario)
+    _refuse_unknown(signals)
     expanded = Expanded(scenario, None if time is None else np.asarray(time, dtype=float))
     times, frequency = expanded.times, scenario.frequency.frequencies()
     at_frequency = phasors(scenario, frequency)
@@ -62,6 +73,7 @@ def simulate(scenario: Source, *, time: Real | None = None) -> xarray.Dataset:
     spoken, errors = expanded.judge(record)
     attributes = provenance(scenario) | errors | record.how
     variables: dict[str, Any] = {**record.signals, **_over_frequency(scenario, at_frequency)}
+    variables = _chosen(variables, signals)
     spoken += sampling(scenario.drive, times)
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
     coordinates = {
@@ -70,6 +82,29 @@ def simulate(scenario: Source, *, time: Real | None = None) -> xarray.Dataset:
         "layer": np.array(list(expanded.section.layers), dtype=object),
     }
     return make_trace(variables, coordinates, attributes)
+
+
+def _refuse_unknown(signals: Sequence[str] | None) -> None:
+    """Refuse names that are no signals before anything is computed."""
+    names = [signals] if isinstance(signals, str) else signals or []
+    problems = [
+        f"signals = '{name}': no signal.{nearest(name, SIGNALS)}" for name in names if name not in SIGNALS
+    ]
+    if problems:
+        raise InputError(problems)
+
+
+def _chosen(variables: dict[str, Any], signals: Sequence[str] | None) -> dict[str, Any]:
+    """Keep the signals that are wanted."""
+    if signals is None:
+        return variables
+    names = [signals] if isinstance(signals, str) else list(signals)
+    absent = [name for name in names if name not in variables]
+    if absent:
+        raise InputError(
+            f"signals = '{name}': this scenario has none.{nearest(name, variables)}" for name in absent
+        )
+    return {name: variables[name] for name in names}
 
 
 def provenance(scenario: Scenario) -> dict[str, Any]:

@@ -60,8 +60,8 @@ def test_growth_of_an_adhesive_sphere(load, gain):
     )  # a tenth of a percent
     energy = adhesion.separation_energy(voltage=100.0, **COAT)
     soft, stiff = (
-        adhesion.contact_area(load, radius=1e-2, modulus=modulus, energy=energy)
-        / adhesion.contact_area(load, radius=1e-2, modulus=modulus)
+        adhesion.contact_area(normal_force=load, radius=1e-2, modulus=modulus, energy=energy)
+        / adhesion.contact_area(normal_force=load, radius=1e-2, modulus=modulus)
         for modulus in (5e3, 5e6)
     )
     assert soft == pytest.approx(stiff, rel=1e-12)  # whatever the modulus
@@ -69,6 +69,6 @@ def test_growth_of_an_adhesive_sphere(load, gain):
 
 
 def test_without_energy_the_sphere_is_that_of_hertz():
-    assert adhesion.adhesive_load(0.3, radius=1e-2, energy=0.0) == 0.3
-    radius = np.sqrt(adhesion.contact_area(0.3, **FINGER) / np.pi)
+    assert adhesion.adhesive_load(normal_force=0.3, radius=1e-2, energy=0.0) == 0.3
+    radius = np.sqrt(adhesion.contact_area(normal_force=0.3, **FINGER) / np.pi)
     assert 4 * FINGER["modulus"] * radius**3 / (3 * FINGER["radius"]) == pytest.approx(0.3, rel=1e-12)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 
 SHORT = {"model": "Trapezium", "high": 100, "delay": 20e-3, "rise": 0, "hold": 8e-6, "fall": 0}
 

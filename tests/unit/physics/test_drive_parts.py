@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from electrovib.physics.drive.parts import Linear, Smooth, Tones
+from electrovib.physics.drive.parts import Smooth, Tones
+from electrovib.physics.drive.pieces import Linear
 
 ONCE = Linear(np.array([0.0, 1.0, 3.0]), np.array([0.0, 4.0, -2.0]), np.array([2.0, 6.0, 5.0]))
 AGAIN = Linear(np.array([0.0, 1.0, 3.0]), ONCE.before, ONCE.after, 3.0)

@@ -24,13 +24,13 @@ TABLE = {5: 657, 7.5: 337, 10: 307, 15: 318, 20: 347, 30: 415, 50: 552, 100: 865
 
 @pytest.mark.parametrize(("gap", "expected"), TABLE.items())
 def test_paschen(gap, expected):
-    assert paschen_voltage(gap * 1e-6) == pytest.approx(expected, abs=0.51)
+    assert paschen_voltage(gap=gap * 1e-6) == pytest.approx(expected, abs=0.51)
 
 
 @pytest.mark.parametrize("constant", ["PASCHEN_A", "PASCHEN_B"])
 def test_a_constant_that_is_off_by_one_and_a_half_percent_is_seen(monkeypatch, constant):
     monkeypatch.setattr(safety, constant, 1.014 * getattr(safety, constant))
-    errors = [abs(paschen_voltage(gap * 1e-6) - expected) for gap, expected in TABLE.items()]
+    errors = [abs(paschen_voltage(gap=gap * 1e-6) - expected) for gap, expected in TABLE.items()]
     assert max(errors) > 2
 
 
@@ -38,9 +38,9 @@ def test_paschens_minimum():
     """e ln(1 + 1/gamma) B/A at A p d = e ln(1 + 1/gamma)."""
     lowest, product = np.e * np.log(101) * 2737.5 / 112.5, np.e * np.log(101) / 112.5
     place = product / 101.325 * 1e-2  # kPa cm to m
-    assert paschen_voltage(place) == pytest.approx(lowest, rel=1e-12)
-    assert paschen_voltage(1.01 * place) > lowest < paschen_voltage(0.99 * place)
-    assert paschen_voltage(3e-6) == np.inf
+    assert paschen_voltage(gap=place) == pytest.approx(lowest, rel=1e-12)
+    assert paschen_voltage(gap=1.01 * place) > lowest < paschen_voltage(gap=0.99 * place)
+    assert paschen_voltage(gap=3e-6) == np.inf
 
 
 def test_electrowetting_is_where_the_films_energy_is_the_surface_tension():
@@ -48,9 +48,9 @@ def test_electrowetting_is_where_the_films_energy_is_the_surface_tension():
     voltage = electrowetting_voltage(thickness=2e-6, permittivity=3.0)
     assert EPS0 * 3.0 / 2e-6 * voltage**2 / 2 == pytest.approx(0.072, rel=1e-12)
     assert voltage == pytest.approx(104.13, abs=0.01)
-    lamp = sweat_lamp(104.2, 2e-6 / 3.0)
+    lamp = sweat_lamp(voltage=104.2, electrical_thickness=2e-6 / 3.0)
     assert (lamp.state, lamp.limit) == ("warning", pytest.approx(voltage))
-    assert sweat_lamp(104.1, 2e-6 / 3.0).state == "ok"
+    assert sweat_lamp(voltage=104.1, electrical_thickness=2e-6 / 3.0).state == "ok"
 
 
 def test_the_nearest_to_breakdown_is_neither_the_largest_field_nor_the_smallest_gap():
@@ -61,7 +61,7 @@ def test_the_nearest_to_breakdown_is_neither_the_largest_field_nor_the_smallest_
 
 
 def film(field, *, declared=None, permittivity=3.35, thickness=90e-6):
-    return film_lamp("film", field, declared=declared, permittivity=permittivity, thickness=thickness)
+    return film_lamp("film", field=field, declared=declared, permittivity=permittivity, thickness=thickness)
 
 
 def test_a_declared_strength_comes_first():
@@ -92,20 +92,20 @@ def test_another_film_is_unknown(other):
 
 
 def test_skin():
-    assert skin_lamp("stratum_corneum", 9.9).state == "ok"
-    assert skin_lamp("stratum_corneum", 10.1).state == "warning"
+    assert skin_lamp("stratum_corneum", voltage=9.9).state == "ok"
+    assert skin_lamp("stratum_corneum", voltage=10.1).state == "warning"
 
 
 def test_air():
-    paschen, emission = air_lamps(31e6, 10e-6)  # 310 V, 307 V allowed
+    paschen, emission = air_lamps(field=31e6, gap=10e-6)  # 310 V, 307 V allowed
     assert (paschen.state, emission.state) == ("warning", "ok")
-    assert air_lamps(30e6, 10e-6)[0].state == "ok"
-    assert air_lamps(70e6, 4.9e-6)[0].state == "unknown"
-    assert air_lamps(76e6, 4.9e-6)[1].state == "warning"
-    (only,) = air_lamps(76e6, 0.0)
+    assert air_lamps(field=30e6, gap=10e-6)[0].state == "ok"
+    assert air_lamps(field=70e6, gap=4.9e-6)[0].state == "unknown"
+    assert air_lamps(field=76e6, gap=4.9e-6)[1].state == "warning"
+    (only,) = air_lamps(field=76e6, gap=0.0)
     assert only.state == "warning"
     assert "vanishing" in only.text
-    assert air_lamps(float("nan"), 0.0)[0].state == "unknown"
+    assert air_lamps(field=float("nan"), gap=0.0)[0].state == "unknown"
 
 
 REACHED = {"voltage": 100.0, "current": 2e-3, "charge": 3e-9, "stored_energy": 4e-6, "body_current": 5e-4}

@@ -80,6 +80,10 @@ def test_the_base_keeps_its_sources_and_its_values():
 def test_another_model_leaves_no_source_of_the_former_behind():
     sources = made({"drive.model": "Sine", "drive.amplitude": (1.0, "x"), "drive.frequency": 30.0}).sources
     assert {path for path in sources if path.startswith("drive")} == {"drive.amplitude"}
+    current = {"drive.model": "CurrentSine", "drive.amplitude": (1e-3, "x"), "drive.frequency": (30.0, "y")}
+    assert "drive.phase" in load("kang_2017/sine").sources  # which both have, at the default of the second
+    told = {path for path in made(current, "kang_2017/sine").sources if path.startswith("drive.")}
+    assert told == {"drive.amplitude", "drive.frequency"}
     changed = made({"force.model": "GapPlane"}, "vezzoli_2014/fig6")
     assert changed.sources == load("vezzoli_2014/fig6").sources
 

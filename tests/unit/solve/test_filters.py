@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.stages import CreepResponse, HighPass, LowPass, Resonance, response
 from electrovib.solve.mechanics.filters import (
     Filter,
@@ -222,7 +222,7 @@ def test_what_is_no_filter_is_refused(make, message):
 
 def test_a_release_is_what_the_closed_form_of_the_resonance_says():
     """Two routes to one reading: the declared resonance behind straight pieces, and its closed form."""
-    from electrovib.physics.drive.parts import Linear
+    from electrovib.physics.drive.pieces import Linear
     from electrovib.physics.resonance import release_seen_by_sensor
     from electrovib.solve.mechanics.filters import filtered_linear, second_order
 

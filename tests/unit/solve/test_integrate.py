@@ -10,9 +10,10 @@ from scipy.linalg import expm
 
 from electrovib.core.errors import ElectrovibError
 from electrovib.solve.nonlinear import integrate as integrator
-from electrovib.solve.nonlinear.collocation import NODES, ORDER, Piece, march
+from electrovib.solve.nonlinear.collocation import Piece, march
 from electrovib.solve.nonlinear.events import land
 from electrovib.solve.nonlinear.integrate import integrate
+from electrovib.solve.nonlinear.radau import NODES, ORDER
 
 
 class Plain:

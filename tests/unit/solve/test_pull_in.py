@@ -48,7 +48,9 @@ def test_a_pull_in_names_gap_time_voltage_and_remedy(base):
 
 
 def test_below_the_pull_in_voltage_it_stays_open(base):
-    snap = pull_in_voltage(STIFFNESS, FREE_GAP, 90e-6 / 3.35, pressure=200.0)
+    snap = pull_in_voltage(
+        stiffness=STIFFNESS, free_gap=FREE_GAP, electrical_thickness=90e-6 / 3.35, pressure=200.0
+    )
     drive = {"model": "Step", "level": 0.9 * snap}
     trace = simulate(base.replace({"drive": drive}))
     assert trace.gap.values.min() > 5e-6

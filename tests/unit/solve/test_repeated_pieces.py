@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.physics.drive.parts import Linear
-from electrovib.solve.electrics.linear.transient import periodic_state, straight_response
+from electrovib.physics.drive.pieces import Linear
+from electrovib.solve.electrics.linear.break_states import periodic_state
+from electrovib.solve.electrics.linear.straight import straight_response
 
 
 def straight_lag(part, rates, gains, times, state):

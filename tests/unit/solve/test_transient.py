@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.linear.straight import MANY_SAMPLES, straight_response
 from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.stack.transfer import Transfer

@@ -11,7 +11,8 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.export.spice.formula import Formula
 from electrovib.export.spice.text import continued, number, remark
-from electrovib.physics.drive.parts import Linear, Smooth, Tones
+from electrovib.physics.drive.parts import Smooth, Tones
+from electrovib.physics.drive.pieces import Linear
 
 if TYPE_CHECKING:
     from electrovib.export.spice.timing import Timing

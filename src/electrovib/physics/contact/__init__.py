@@ -2,7 +2,8 @@
 
 from electrovib.physics.contact.area import Closing, Contact, FixedArea, GrowingArea
 from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
-from electrovib.physics.contact.surface import LinearSpring, PerssonSurface, Surface, pull_in_voltage
+from electrovib.physics.contact.rough_surface import PerssonSurface, RoughSurface
+from electrovib.physics.contact.surface import LinearSpring, Surface, pull_in_voltage
 
 __all__ = [
     "Attraction",
@@ -14,6 +15,7 @@ __all__ = [
     "PerssonSurface",
     "PlateAttraction",
     "RoughAttraction",
+    "RoughSurface",
     "Surface",
     "pull_in_voltage",
 ]

@@ -10,7 +10,8 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.physics.contact.surface import MOST_TOUCHING, Surface
+from electrovib.physics.contact.rough_surface import MOST_TOUCHING
+from electrovib.physics.contact.surface import Surface
 from electrovib.physics.roughness import ContactSpots, Pull, mean_pull
 
 SMALLEST = 1e-9
@@ -52,7 +53,7 @@ class PlateAttraction:
 
     def __post_init__(self) -> None:
         """Refuse what attracts without bound."""
-        check_thickness(self.electrical_thickness)
+        check_thickness(electrical_thickness=self.electrical_thickness)
 
     @property
     def convex(self) -> bool:
@@ -101,7 +102,7 @@ class RoughAttraction:
 
     def __post_init__(self) -> None:
         """Refuse what attracts without bound."""
-        check_thickness(self.electrical_thickness)
+        check_thickness(electrical_thickness=self.electrical_thickness)
 
     @property
     def convex(self) -> bool:
@@ -163,8 +164,14 @@ class RoughAttraction:
         return float(self.surface.real_share(np.asarray(self._borne(gap))))
 
 
-def check_thickness(electrical_thickness: float) -> None:
-    """Refuse an electrical thickness [m] over which the attraction of a closed gap has no bound."""
+def check_thickness(*, electrical_thickness: float) -> None:
+    """Refuse an electrical thickness [m] over which the attraction of a closed gap has no bound.
+
+    Raises
+    ------
+    InputError
+        If it is not above 0.
+    """
     if not (electrical_thickness > 0 and math.isfinite(electrical_thickness)):
         raise InputError(
             f"electrical_thickness = {electrical_thickness}: must be above 0 m, for instance 27e-6; without a layer that"

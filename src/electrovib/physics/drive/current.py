@@ -10,7 +10,8 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones
+from electrovib.physics.drive.parts import Chirped, Part, Smooth, Tones
+from electrovib.physics.drive.pieces import Linear
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

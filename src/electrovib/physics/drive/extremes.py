@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.physics.drive.parts import LOOKS, MOST_LOOKS, Linear, Smooth, Tones
+from electrovib.physics.drive.parts import LOOKS, MOST_LOOKS, Smooth, Tones
+from electrovib.physics.drive.pieces import Linear
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -87,7 +87,13 @@ class OneOfTwoInAntiphase(Readback):
         return self
 
     def driving(self, time: Real, voltage: Real) -> Real:
-        """Give 2 v1 - V while the drive is on, and 0 before and after."""
+        """Give 2 v1 - V while the drive is on, and 0 before and after.
+
+        Raises
+        ------
+        ValueError
+            If the record is 0 V throughout, has both signs, as one electrode of two in antiphase has not, or is on nowhere.
+        """
         upper, lower, high = _levels(voltage)
         first = float(time[high[0]]) if self.start is None else self.start
         last = float(time[high[-1]]) if self.stop is None else self.stop

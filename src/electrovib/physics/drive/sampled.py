@@ -17,7 +17,7 @@ from electrovib.core.model import Model
 from electrovib.core.quantity import Quantity
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.drive.readback import Readback, WholeVoltage
 
 if TYPE_CHECKING:
@@ -46,7 +46,13 @@ class Refuse(StampTreatment):
     """Refuse the record: the default, because a repeated stamp is usually a fault of the recording."""
 
     def keep(self, time: Real) -> NDArray[np.bool_]:
-        """Keep all, or refuse at the first stamp that does not increase."""
+        """Keep all, or refuse at the first stamp that does not increase.
+
+        Raises
+        ------
+        ValueError
+            If a stamp repeats or goes back; with the first and how many there are.
+        """
         faults = np.flatnonzero(np.diff(time) <= 0) + 1
         if len(faults):
             first = int(faults[0])

@@ -82,8 +82,8 @@ class Burst(Drive):
         return self.delay + 2 * self.cycles / self.frequency
 
 
-class AmplitudeModulation(Drive):
-    """A carrier whose amplitude follows 1 + m cos: force at the modulation frequency and its double."""
+class ModulatedCarrier(Drive, family=True):
+    """A carrier whose amplitude follows a modulation."""
 
     example: ClassVar[Mapping[str, Any]] = {
         "amplitude": 100,
@@ -96,6 +96,15 @@ class AmplitudeModulation(Drive):
     carrier: Annotated[Number, _FREQUENCY]
     modulation: Annotated[Number, _FREQUENCY]
     depth: Annotated[Number, _DEPTH]
+
+    @property
+    def duration(self) -> float:
+        """Three periods of the modulation."""
+        return 3 / self.modulation
+
+
+class AmplitudeModulation(ModulatedCarrier):
+    """A carrier whose amplitude follows 1 + m cos: force at the modulation frequency and its double."""
 
     def parts(self) -> tuple[Tones, ...]:
         """Give the carrier and its two sidebands."""
@@ -107,13 +116,8 @@ class AmplitudeModulation(Drive):
         """Common period of carrier and modulation."""
         return common_period([1 / self.modulation, 1 / self.carrier])
 
-    @property
-    def duration(self) -> float:
-        """Three periods of the modulation."""
-        return 3 / self.modulation
 
-
-class SquareRootModulation(Drive):
+class SquareRootModulation(ModulatedCarrier):
     """A carrier under the square root of 1 + m cos: its square is a pure tone at the modulation frequency.
 
     Notes
@@ -121,18 +125,6 @@ class SquareRootModulation(Drive):
     The root's Fourier series is cut below 1e-15 of its mean. At full depth, where the root has a kink, its
     smooth branch sqrt(2) cos(theta/2) is used instead; the square is the same.
     """
-
-    example: ClassVar[Mapping[str, Any]] = {
-        "amplitude": 100,
-        "carrier": 3000,
-        "modulation": 100,
-        "depth": 0.8,
-    }
-
-    amplitude: Annotated[Number, Quantity("V", 0, 1e5, "carrier amplitude without modulation")]
-    carrier: Annotated[Number, _FREQUENCY]
-    modulation: Annotated[Number, _FREQUENCY]
-    depth: Annotated[Number, _DEPTH]
 
     def parts(self) -> tuple[Tones, ...]:
         """Give carrier and sidebands."""
@@ -152,11 +144,6 @@ class SquareRootModulation(Drive):
         """Common period of carrier and modulation."""
         modulation = self.modulation / 2 if self.depth == 1 else self.modulation
         return common_period([1 / modulation, 1 / self.carrier])
-
-    @property
-    def duration(self) -> float:
-        """Three periods of the modulation."""
-        return 3 / self.modulation
 
 
 def _root_series(depth: float) -> Real:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
+from electrovib.core.arrays import Real
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.programme import Programme, Steady
@@ -15,7 +16,7 @@ from electrovib.physics.programme import Programme, Steady
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
 
 FOLLOWED = "friction of steady sliding, which this one follows"
@@ -29,7 +30,7 @@ class Load(Model):
     normal_force: Annotated[Number, Quantity("N", 0, 1e3, "full force with which the finger is pressed")]
     programme: Programme = Steady()
 
-    def forces(self, time: ArrayLike) -> NDArray[np.float64]:
+    def forces(self, time: ArrayLike) -> Real:
         """Force with which the finger is pressed [N] at times [s]."""
         return np.asarray(self.normal_force * self.programme.share(time))
 
@@ -52,12 +53,7 @@ class SteadyFriction(Friction, family=True):
     """Friction of a finger that slides, as if it always had: no memory."""
 
     @abstractmethod
-    def lateral_force(
-        self,
-        normal_force: NDArray[np.float64],
-        electrostatic_force: NDArray[np.float64],
-        real_contact_area: NDArray[np.float64],
-    ) -> NDArray[np.float64]:
+    def lateral_force(self, normal_force: Real, electrostatic_force: Real, real_contact_area: Real) -> Real:
         """Friction force of the sliding finger.
 
         Parameters
@@ -99,7 +95,7 @@ class FollowingFriction(Friction, family=True):
         return self.steady
 
     @abstractmethod
-    def memory(self, speed: NDArray[np.float64]) -> tuple[tuple[float, NDArray[np.float64]], ...]:
+    def memory(self, speed: Real) -> tuple[tuple[float, Real], ...]:
         """Parts of the friction that follow the law of steady sliding, and how fast.
 
         Parameters

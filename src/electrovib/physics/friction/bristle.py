@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from electrovib.core.arrays import Real
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.friction.base import FOLLOWED, Friction, SteadyFriction
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-    from numpy.typing import NDArray
 
 _COULOMB: Mapping[str, Any] = {"model": "Coulomb", "coefficient": 0.5}
 _NEAREST = 1e-8
@@ -87,7 +86,7 @@ class BristleFriction(Friction, family=True):
         """Give its numbers if it is a law of that formula, which is marched in compiled steps; else None."""
         return None
 
-    def strength_at(self, speed: NDArray[np.float64], strength: NDArray[np.float64]) -> NDArray[np.float64]:
+    def strength_at(self, speed: Real, strength: Real) -> Real:
         """Steady friction at a speed, without viscous part.
 
         Parameters
@@ -105,13 +104,7 @@ class BristleFriction(Friction, family=True):
         return np.asarray(strength + 0 * np.asarray(speed))[()]
 
     @abstractmethod
-    def deflection_rate(
-        self,
-        deflection: NDArray[np.float64],
-        speed: NDArray[np.float64],
-        strength: NDArray[np.float64],
-        direction: NDArray[np.float64],
-    ) -> NDArray[np.float64]:
+    def deflection_rate(self, deflection: Real, speed: Real, strength: Real, direction: Real) -> Real:
         """Rate at which the contact deflects.
 
         Parameters
@@ -132,9 +125,7 @@ class BristleFriction(Friction, family=True):
         """
 
     @abstractmethod
-    def force(
-        self, deflection: NDArray[np.float64], rate: NDArray[np.float64], speed: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def force(self, deflection: Real, rate: Real, speed: Real) -> Real:
         """Friction force on the skin, against the motion.
 
         Parameters
@@ -182,7 +173,7 @@ class LuGre(BristleFriction):
     bristle_damping: Annotated[Number, Quantity("N s/m", 0, 1e6, "damping of the deflection")] = 0.0
     viscous_damping: Annotated[Number, Quantity("N s/m", 0, 1e6, "damping of the sliding")] = 0.0
 
-    def strength_at(self, speed: NDArray[np.float64], strength: NDArray[np.float64]) -> NDArray[np.float64]:
+    def strength_at(self, speed: Real, strength: Real) -> Real:
         """Steady friction [N], larger at slow speeds."""
         excess = self.static_ratio - 1
         return np.asarray(strength_at_speed(np.asarray(speed), strength, excess, self.stribeck_speed))[()]
@@ -193,20 +184,12 @@ class LuGre(BristleFriction):
         damping = {"bristle_damping": self.bristle_damping, "viscous_damping": self.viscous_damping}
         return Bristles(self.stiffness, self.static_ratio - 1, self.stribeck_speed, **damping)
 
-    def deflection_rate(
-        self,
-        deflection: NDArray[np.float64],
-        speed: NDArray[np.float64],
-        strength: NDArray[np.float64],
-        direction: NDArray[np.float64],
-    ) -> NDArray[np.float64]:
+    def deflection_rate(self, deflection: Real, speed: Real, strength: Real, direction: Real) -> Real:
         """Rate of the deflection [m/s]."""
         level = self.strength_at(speed, strength)
         return np.asarray(yielding_rate(deflection, speed, level, direction, self.stiffness, 1.0, 0.0))[()]
 
-    def force(
-        self, deflection: NDArray[np.float64], rate: NDArray[np.float64], speed: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def force(self, deflection: Real, rate: Real, speed: Real) -> Real:
         """Friction force [N]."""
         return self.stiffness * deflection + self.bristle_damping * rate + self.viscous_damping * speed
 
@@ -240,20 +223,12 @@ class Dahl(BristleFriction):
             self.stiffness, exponent=self.exponent, nearest=_NEAREST if self.exponent < 1 else 0.0
         )
 
-    def deflection_rate(
-        self,
-        deflection: NDArray[np.float64],
-        speed: NDArray[np.float64],
-        strength: NDArray[np.float64],
-        direction: NDArray[np.float64],
-    ) -> NDArray[np.float64]:
+    def deflection_rate(self, deflection: Real, speed: Real, strength: Real, direction: Real) -> Real:
         """Rate of the deflection [m/s]."""
         numbers = self.stiffness, self.exponent, self.bristles.nearest
         return np.asarray(yielding_rate(np.asarray(deflection), speed, strength, direction, *numbers))[()]
 
-    def force(
-        self, deflection: NDArray[np.float64], rate: NDArray[np.float64], speed: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def force(self, deflection: Real, rate: Real, speed: Real) -> Real:
         """Friction force [N]."""
         del rate, speed
         return self.stiffness * deflection

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from electrovib.core.arrays import Real
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.friction.base import FollowingFriction
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-    from numpy.typing import NDArray
 
 _COULOMB: Mapping[str, Any] = {"model": "Coulomb", "coefficient": 0.5}
 
@@ -46,7 +45,7 @@ class FirstOrderLag(FollowingFriction):
         Quantity("m", 1e-9, 1e3, "speed over this length is added to the corner; no change if absent"),
     ] = None
 
-    def corner(self, speed: NDArray[np.float64]) -> NDArray[np.float64]:
+    def corner(self, speed: Real) -> Real:
         """Corner of the response.
 
         Parameters
@@ -62,7 +61,7 @@ class FirstOrderLag(FollowingFriction):
         growth = 0.0 if self.renewal_length is None else 1 / self.renewal_length
         return np.asarray(self.cut_off + (speed - self.at_speed) * growth)[()]
 
-    def memory(self, speed: NDArray[np.float64]) -> tuple[tuple[float, NDArray[np.float64]], ...]:
+    def memory(self, speed: Real) -> tuple[tuple[float, Real], ...]:
         """Give one part, the whole friction."""
         where = np.full(np.shape(speed), self.at_speed) if self.renewal_length is None else speed
         return ((1.0, 2 * np.pi * self.corner(where)),)
@@ -96,7 +95,7 @@ class Creep(FollowingFriction):
         tuple[Relaxation, ...], Field(description="slow parts, in the order of their times")
     ]
 
-    def memory(self, speed: NDArray[np.float64]) -> tuple[tuple[float, NDArray[np.float64]], ...]:
+    def memory(self, speed: Real) -> tuple[tuple[float, Real], ...]:
         """Give the slow parts, the same at every speed."""
         return tuple((each.share, np.full(np.shape(speed), 1 / each.time)) for each in self.relaxations)
 

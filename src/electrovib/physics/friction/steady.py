@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.friction.base import SteadyFriction
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-    from numpy.typing import NDArray
 
 
 class Coulomb(SteadyFriction):
@@ -25,12 +24,7 @@ class Coulomb(SteadyFriction):
 
     coefficient: Annotated[Number, Quantity("1", 0, 100, "coefficient of friction of the sliding finger")]
 
-    def lateral_force(
-        self,
-        normal_force: NDArray[np.float64],
-        electrostatic_force: NDArray[np.float64],
-        real_contact_area: NDArray[np.float64],
-    ) -> NDArray[np.float64]:
+    def lateral_force(self, normal_force: Real, electrostatic_force: Real, real_contact_area: Real) -> Real:
         """Friction force [N]."""
         del real_contact_area
         return self.coefficient * (normal_force + electrostatic_force)
@@ -58,12 +52,7 @@ class PowerLaw(SteadyFriction):
     ]
     exponent: Annotated[Number, Quantity("1", -0.99, 2, "power of the coefficient; negative for skin")]
 
-    def lateral_force(
-        self,
-        normal_force: NDArray[np.float64],
-        electrostatic_force: NDArray[np.float64],
-        real_contact_area: NDArray[np.float64],
-    ) -> NDArray[np.float64]:
+    def lateral_force(self, normal_force: Real, electrostatic_force: Real, real_contact_area: Real) -> Real:
         """Friction force [N]."""
         del real_contact_area
         share = np.abs(normal_force + electrostatic_force) / self.at_force
@@ -88,12 +77,7 @@ class AdhesiveShear(SteadyFriction):
         """Give True."""
         return True
 
-    def lateral_force(
-        self,
-        normal_force: NDArray[np.float64],
-        electrostatic_force: NDArray[np.float64],
-        real_contact_area: NDArray[np.float64],
-    ) -> NDArray[np.float64]:
+    def lateral_force(self, normal_force: Real, electrostatic_force: Real, real_contact_area: Real) -> Real:
         """Friction force [N]."""
         del normal_force, electrostatic_force
         return self.shear_strength * real_contact_area

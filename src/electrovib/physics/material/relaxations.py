@@ -15,7 +15,7 @@ from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.material.base import CONDUCTIVITY, NAN_PASSES, Material, axis, level
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
 _HIGH = Quantity("1", 1, 1e9, "relative permittivity far above the band")
 _STRENGTH = Quantity("1", 0, 1e12, "rise of the relative permittivity from above to below the relaxation")
@@ -85,13 +85,11 @@ class Prony(Material):
     @NAN_PASSES
     def polarisation(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone."""
-        parts = [term.polarisation(frequency) for term in self.terms]
-        return sum(parts, start=level(self.permittivity_high, frequency))
+        return _added(self.permittivity_high, self.terms, frequency)
 
     def debye(self) -> DebyeSum:
         """Give the sum itself."""
-        strengths = tuple(term.strength for term in self.terms)
-        return DebyeSum(self.permittivity_high, strengths, tuple(term.relaxation_time for term in self.terms))
+        return _debye_sum(self.permittivity_high, self.terms)
 
 
 class ColeColeTerm(Model):
@@ -133,15 +131,13 @@ class ColeCole(Material):
     @NAN_PASSES
     def polarisation(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone."""
-        parts = [term.polarisation(frequency) for term in self.terms]
-        return sum(parts, start=level(self.permittivity_high, frequency))
+        return _added(self.permittivity_high, self.terms, frequency)
 
     def debye(self) -> DebyeSum | None:
         """Give the finite sum when no term is broadened."""
         if any(term.broadening for term in self.terms):
             return None
-        strengths = tuple(term.strength for term in self.terms)
-        return DebyeSum(self.permittivity_high, strengths, tuple(term.relaxation_time for term in self.terms))
+        return _debye_sum(self.permittivity_high, self.terms)
 
 
 class HavriliakNegami(Material):
@@ -188,3 +184,13 @@ class HavriliakNegami(Material):
         spread = (axis(frequency) * self.relaxation_time) ** self.broadness
         total: Complex = self.permittivity_high + self.strength / (1 + spread) ** self.skewness
         return total
+
+
+def _added(high: float, terms: Sequence[DebyeTerm | ColeColeTerm], frequency: ArrayLike) -> Complex:
+    """Add what relaxes to the relative permittivity far above the band."""
+    return sum((term.polarisation(frequency) for term in terms), start=level(high, frequency))
+
+
+def _debye_sum(high: float, terms: Sequence[DebyeTerm | ColeColeTerm]) -> DebyeSum:
+    strengths, times = [term.strength for term in terms], [term.relaxation_time for term in terms]
+    return DebyeSum(high, tuple(strengths), tuple(times))

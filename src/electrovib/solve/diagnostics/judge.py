@@ -83,13 +83,14 @@ def layer_lamps(
     for name, layer in layers.items():
         if name in plate or layer.breakdown_field is not None:
             own = {"permittivity": _permittivity(layer), "thickness": layer.thickness}
-            found.append(film_lamp(name, fields[name], declared=layer.breakdown_field, **own))
+            found.append(film_lamp(name, field=fields[name], declared=layer.breakdown_field, **own))
     if nearest is not None:
-        found.append(paschen_lamp(*nearest))
-    found.append(emission_lamp(interface, vanishing=nearest is None))
-    found += [skin_lamp(name, fields[name] * layers[name].thickness) for name in finger]
+        field, gap = nearest
+        found.append(paschen_lamp(field=field, gap=gap))
+    found.append(emission_lamp(field=interface, vanishing=nearest is None))
+    found += [skin_lamp(name, voltage=fields[name] * layers[name].thickness) for name in finger]
     blocking = sum(layers[name].thickness / _permittivity(layers[name]) for name in plate)
-    return [*found, sweat_lamp(across, blocking)] if blocking else found
+    return [*found, sweat_lamp(voltage=across, electrical_thickness=blocking)] if blocking else found
 
 
 def _permittivity(layer: Layer) -> float:

@@ -9,7 +9,8 @@ import numpy as np
 from electrovib.core.lamps import Lamp
 from electrovib.core.units import format_quantity
 from electrovib.scenario import PeriodicState
-from electrovib.solve.diagnostics.memory import CURRENT, FORCE, LARGEST, TAIL
+from electrovib.solve.diagnostics.judged import LARGEST, TAIL
+from electrovib.solve.diagnostics.memory import CURRENT, FORCE
 from electrovib.solve.stack.band import SAME, lowest_frequency, shortest_time
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.diagnostics.memory import Judged
+    from electrovib.solve.diagnostics.judged import Judged
     from electrovib.solve.electrics.solution import Method
     from electrovib.solve.stack.keys import Key
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -80,7 +80,20 @@ def looks(drive: Drive, end: float, *, settled: bool, beside: float = 0.0, seen:
 
 
 def shows_every_sample(drive: Drive, times: Real) -> bool:
-    """Tell whether these times [s] are the samples of a measured drive, too many to look just before each."""
+    """Tell whether times are the samples of a measured drive, too many to look just before each.
+
+    Parameters
+    ----------
+    drive : Drive
+        Any.
+    times : ndarray, shape (n,)
+        Increasing [s].
+
+    Returns
+    -------
+    bool
+        Never for a formula.
+    """
     parts = drive.parts()
     return (
         len(times) > MOST_CORNERS

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import functools
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 from electrovib.scenario import PeriodicState
+from electrovib.solve.diagnostics.judged import Judged, judge
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.electrics.wanted import linear_quantities
@@ -40,8 +41,6 @@ if TYPE_CHECKING:
 
 FORCE: Final = "force"
 CURRENT: Final = "current"
-TAIL: Final = 1e-4
-"""Share of the peak down to which an error is told against the value at that time."""
 POLES_PER_DECADE: Final = 10
 ROWS_PER_DECADE: Final = 16
 BEYOND: Final = 10.0
@@ -60,31 +59,7 @@ PROBES: Final = 400
 """Output times at which D is evaluated; between two of them the larger one counts."""
 AT_REST: Final = 1e-60
 """A frequency that stands for 0 [Hz], where a power law has no value."""
-LARGEST: Final = 0.01
-"""Error, of what is left of a quantity, from which on it counts as not known."""
-LOOKING_BACK: Final = 0.9
-_MANY: Final = 20_000
-"""Output times beyond which the smallest and largest values between probes are looked at first."""
-_AT_ONCE: Final = 1 << 15
 _GOLDEN: Final = 0.6180339887498949
-
-
-class Judged(NamedTuple):
-    """How far a quantity is off in time.
-
-    Parameters
-    ----------
-    error : float
-        Largest error over the value at that time, 1, while that is above `TAIL` of the peak.
-    share : float
-        Largest error over the largest value from `LOOKING_BACK` of that time on, 1: of an oscillation its size.
-    lost : float
-        From when on that is above `LARGEST` [s]; infinite if never.
-    """
-
-    error: float
-    share: float
-    lost: float
 
 
 def answer_errors(
@@ -141,7 +116,7 @@ def answer_errors(
         bounds[FORCE] = (answer.attraction, _of_force(scenario, times[probes], amplitudes, errors, residuals))
     straight = judged & ~_at_corner(scenario.drive, times, bends=True)
     return {
-        name: _judge(row, times, probes, bound, straight if name == CURRENT else judged)
+        name: judge(row, times, probes, bound, straight if name == CURRENT else judged)
         for name, (row, bound) in bounds.items()
     }
 
@@ -174,82 +149,6 @@ def _probes(count: int) -> NDArray[np.intp]:
     slow = np.geomspace(1, count - 1, PROBES // 5)  # a tail, and what follows the beginning
     places = np.concatenate([[0, count - 1], np.floor(spread * count), slow])
     return np.unique(places.astype(np.intp))
-
-
-def _judge(
-    row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]
-) -> Judged:
-    """Hold a bound at the probes against a quantity at all output times."""
-    if not np.any(judged):
-        return Judged(0.0, 0.0, np.inf)
-    if len(row) > _MANY:
-        found = _judge_by_stretches(row, times, probes, bound, judged)
-        if found is not None:
-            return found
-    sizes, places = np.where(judged, np.abs(row), 0.0), np.arange(len(row))
-    after = np.minimum(np.searchsorted(probes, places), len(probes) - 1)
-    larger = np.where(probes[after] == places, bound[after], np.maximum(bound[after], bound[after - 1]))
-    left = np.maximum.accumulate(sizes[::-1])[::-1][np.searchsorted(times, LOOKING_BACK * times)]
-    told, peak = sizes > TAIL * np.max(sizes), TAIL * np.max(sizes)
-    shares = np.where(judged & (left > peak), larger / np.maximum(left, peak or 1.0), 0.0)
-    lost = times[shares > LARGEST]
-    return Judged(
-        error=float(np.max(larger[told] / sizes[told], initial=0.0)),
-        share=float(np.max(shares, initial=0.0)),
-        lost=float(lost[0]) if len(lost) else np.inf,
-    )
-
-
-def _judge_by_stretches(
-    row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]
-) -> Judged | None:
-    """Do what `_judge` does, from the smallest and largest value between probes; None where these do not tell.
-
-    Between two probes the bound is one number, so the smallest value decides on the error. What is left of a quantity
-    never grows, so the share is largest at the end of a stretch.
-    """
-    if not np.all(judged[probes[0] : probes[-1] + 1]):
-        return None
-    inside = slice(probes[0], probes[-1] + 1)
-    starts = np.unique(np.concatenate([probes, probes[:-1] + 1])) - probes[0]
-    count = inside.stop - inside.start
-    ends = np.append(starts[1:], count) - 1
-    back = np.searchsorted(times, LOOKING_BACK * times[ends + probes[0]]) - probes[0]
-    marks = np.union1d(starts, np.maximum(back, 0))
-    lows, highs = _between(row[inside], marks)
-    groups = np.searchsorted(marks, starts)
-    low, high = np.minimum.reduceat(lows, groups), np.maximum.reduceat(highs, groups)
-    peak = TAIL * float(np.max(high))
-    if not peak > 0:
-        return None
-    for place in np.flatnonzero((low <= peak) & (high > peak)):
-        some = np.abs(row[inside][starts[place] : ends[place] + 1])
-        low[place] = np.min(some[some > peak])
-    after = np.searchsorted(probes - probes[0], starts)
-    at_probe = probes[after] - probes[0] == starts
-    larger = np.where(at_probe, bound[after], np.maximum(bound[after], bound[after - 1]))
-    left = np.maximum.accumulate(highs[::-1])[::-1][np.searchsorted(marks, np.maximum(back, 0))]
-    shares = larger / left
-    if not (np.all(left > peak) and np.all(shares <= LARGEST)):
-        return None
-    told = high > peak
-    return Judged(float(np.max(larger[told] / low[told], initial=0.0)), float(np.max(shares)), np.inf)
-
-
-def _between(row: Real, marks: NDArray[np.intp]) -> tuple[Real, Real]:
-    """Smallest and largest absolute value from each mark to the next; the first is 0."""
-    lows, highs = np.empty(len(marks)), np.empty(len(marks))
-    ends = np.append(marks[1:], len(row))
-    first = 0
-    while first < len(marks):
-        last = max(first + 1, int(np.searchsorted(ends, marks[first] + _AT_ONCE)))
-        sizes, places = np.abs(row[marks[first] : ends[last - 1]]), marks[first:last] - marks[first]
-        lows[first:last], highs[first:last] = (
-            np.minimum.reduceat(sizes, places),
-            np.maximum.reduceat(sizes, places),
-        )
-        first = last
-    return lows, highs
 
 
 def _of_force(

@@ -110,7 +110,7 @@ class PeakRecord:
         """
         if len(self.times) <= _MANY:
             return self
-        largest = np.array([_largest(row) for row in self.rows.values()])
+        largest = np.array(list(self._places.values()))
         beside = np.searchsorted(self.times, moments)
         near = [largest + step for step in range(-_BESIDE, _BESIDE + 1)] + [beside - 1, beside]
         last = len(self.times) - 1
@@ -119,7 +119,7 @@ class PeakRecord:
 
     def just_before(self) -> Real:
         """Times just before and just after each largest value, which tell a corner from a crest [s]."""
-        places = np.array([_largest(row) for row in self.rows.values()])
+        places = np.array(list(self._places.values()))
         inner = places[(places > 0) & (places < len(self.times) - 1)]
         before = self.times[inner] - _JUST * (self.times[inner] - self.times[inner - 1])
         after = self.times[inner] + _JUST * (self.times[inner + 1] - self.times[inner])
@@ -133,8 +133,12 @@ class PeakRecord:
         return PeakRecord(times, rows, self.whole)
 
     @functools.cached_property
+    def _places(self) -> dict[Key, int]:
+        return {name: _largest(row) for name, row in self.rows.items()}
+
+    @functools.cached_property
     def _peaks(self) -> dict[Key, tuple[float, int, float]]:
-        return {name: self._peak(row) for name, row in self.rows.items()}
+        return {name: self._peak(row, self._places[name]) for name, row in self.rows.items()}
 
     def peaks(self) -> dict[Key, float]:
         """Largest absolute value of each quantity, between its times by a parabola; NaN for what is not known."""
@@ -155,15 +159,14 @@ class PeakRecord:
         left = int(np.searchsorted(self.times, self.times[place] - apart, side="left")) - 1
         return [left, int(np.searchsorted(self.times, self.times[place] + apart, side="right"))]
 
-    def _peak(self, row: Real) -> tuple[float, int, float]:
+    def _peak(self, row: Real, place: int) -> tuple[float, int, float]:
         """Largest absolute value, where, and how far its neighbours lie below where it may be between them."""
-        place, size = _largest(row), np.abs(row)
-        value = float(size[place])
+        value = float(abs(row[place]))
         left, right = self._neighbours(place)
         if left < 0 or right >= len(row):
             return value, place, 0.0
         before, after = self.times[place] - self.times[left], self.times[right] - self.times[place]
-        first, last = value - size[left], value - size[right]
+        first, last = value - abs(row[left]), value - abs(row[right])
         if min(before, after) < _AT_A_CORNER * max(before, after) or not min(first, last) >= 0:
             return value, place, 0.0
         bend = first / before + last / after
@@ -180,7 +183,7 @@ class PeakRecord:
         gap = float(self.rows["gap"][place])
         if share == 0:
             return float(abs(self.rows["interface"][place])), gap
-        return share * paschen_voltage(gap) / gap, gap
+        return share * paschen_voltage(gap=gap) / gap, gap
 
 
 def _largest(row: Real) -> int:

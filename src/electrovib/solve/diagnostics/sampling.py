@@ -9,7 +9,8 @@ import numpy as np
 
 from electrovib.core.lamps import Lamp
 from electrovib.core.units import format_quantity
-from electrovib.physics.drive.parts import Linear, Part
+from electrovib.physics.drive.parts import Part
+from electrovib.physics.drive.pieces import Linear
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real

@@ -8,7 +8,6 @@ follow from the gap in closed form. The error is measured by halving all steps, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -16,13 +15,12 @@ import numpy as np
 
 from electrovib.core.budget import Meter
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Linear, Tones
 from electrovib.solve.costs import SHORTER, gap_step
-from electrovib.solve.electrics.leaks.steps import jump_heights, smooth_grid, with_outputs
-from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.driven_plate import DrivenPlate
+from electrovib.solve.electrics.leaks.steps import smooth_grid, with_outputs
 from electrovib.solve.electrics.methods import MOVING_GAP
 from electrovib.solve.electrics.solution import Solution
-from electrovib.solve.stack.transfer import Transfer
+from electrovib.solve.nonlinear.radau import NODES, WEIGHTS
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -38,72 +36,6 @@ MOST_HALVINGS = 4
 _ORDER = 3
 """What the error estimate counts on; the method has 5, less beneath fast modes."""
 _NUMBERS_AT_ONCE = 1 << 22
-_ROOT = np.sqrt(6.0)
-_NODES = np.array([(4 - _ROOT) / 10, (4 + _ROOT) / 10, 1.0])
-_WEIGHTS = np.array(
-    [
-        [(88 - 7 * _ROOT) / 360, (296 - 169 * _ROOT) / 1800, (-2 + 3 * _ROOT) / 225],
-        [(296 + 169 * _ROOT) / 1800, (88 + 7 * _ROOT) / 360, (-2 - 3 * _ROOT) / 225],
-        [(16 - _ROOT) / 36, (16 + _ROOT) / 36, 1 / 9],
-    ]
-)
-
-
-@dataclass(frozen=True)
-class _Plate:
-    """Voltage of the plate behind an amplifier without limits."""
-
-    drive: Drive
-    amplifier: Amplifier | None
-
-    @property
-    def gain(self) -> float:
-        return 1.0 if self.amplifier is None else self.amplifier.gain
-
-    @property
-    def corner(self) -> float | None:
-        band = None if self.amplifier is None else self.amplifier.bandwidth
-        return None if band is None else 2 * np.pi * band
-
-    def within(self, grid: Real) -> tuple[Real, Real]:
-        """Voltage and its rate at the nodes of each step, up to just before its end; shape (steps, 3)."""
-        begins, steps = grid[:-1, None], np.diff(grid)[:, None]
-        times, middle = begins + steps * _NODES, begins + steps / 2
-        value, slope = np.zeros((2, *times.shape))
-        for part in self.drive.parts():
-            if isinstance(part, Linear):
-                rise = part.slope(middle)
-                value, slope = value + part.value(middle) + rise * (times - middle), slope + rise
-                continue
-            on = (middle >= part.start) & (middle < part.stop)
-            always = Tones(part.frequencies, part.amplitudes) if isinstance(part, Tones) else None
-            value = value + np.where(on, always.value(times) if always else part.formula(times), 0.0)  # type: ignore[union-attr]
-            slope = slope + np.where(on, always.slope(times) if always else part.derivative(times), 0.0)  # type: ignore[union-attr]
-        if self.corner is None:
-            return self.gain * value, self.gain * slope
-        plate = self.lagging(times.ravel()).reshape(times.shape)
-        return plate, self.corner * (self.gain * value - plate)
-
-    def at(self, times: Real) -> tuple[Real, Real]:
-        """Voltage and its rate at some times, just after a break."""
-        value = self.gain * self.drive.voltage(times)
-        if self.corner is None:
-            return value, self.gain * self.drive.slope(times)
-        plate = self.lagging(times)
-        return plate, self.corner * (value - plate)
-
-    def jumps(self, grid: Real) -> Real:
-        """Heights of the jumps at the ends of steps, that of switching on included."""
-        if self.corner is not None:
-            return np.zeros(len(grid))
-        heights = jump_heights(self.drive, grid)
-        heights[0] = self.drive.voltage(np.zeros(1))[0]
-        return self.gain * heights
-
-    def lagging(self, times: Real) -> Real:
-        assert self.corner is not None
-        pole = Transfer(np.array([self.corner]), np.array([self.gain]))
-        return transient({"v": pole}, self.drive, times)["v"]
 
 
 def move_gap(
@@ -147,7 +79,7 @@ def move_gap(
     halved until the error is below `TOLERANCE`, `MOST_HALVINGS` times at most.
     """
     _refuse(space, drive, amplifier)
-    plate = _Plate(drive, amplifier)
+    plate = DrivenPlate(drive, amplifier)
     if _stays(space):
         states = np.repeat(space.start()[:, None], len(time), axis=1)
         return _moved(_signals(space, plate, time, states, motion), motion, 0, 0.0)
@@ -175,7 +107,7 @@ def _moved(found: dict[Key, Real], motion: Distance, steps: int, error: float) -
     return Solution(found=found, method=MOVING_GAP, reason=reason, errors={"step_error": error}, steps=steps)
 
 
-def _fine_enough(space: StackStates, plate: _Plate, grid: Real, motion: Distance) -> tuple[Real, float]:
+def _fine_enough(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance) -> tuple[Real, float]:
     """Halve all steps until the error of the gap's field is small, and tell it."""
     meter = Meter("the moving gap", end=float(grid[-1]), each=gap_step(space.size), remedy=SHORTER)
     meter.expect(len(grid))
@@ -258,7 +190,7 @@ def _system(space: StackStates, gap: Real, closing: Real) -> tuple[Real, Real, R
     return matrix, column, np.append(np.zeros(size - 1), float(space.resistance > 0)) if size else np.zeros(0)
 
 
-def _march(space: StackStates, plate: _Plate, grid: Real, motion: Distance) -> Real:
+def _march(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance) -> Real:
     """States at the ends of all steps, after the drive's jumps; shape (size, len(grid))."""
     size, heights = space.size, plate.jumps(grid)
     states = np.empty((len(grid), size))
@@ -277,31 +209,31 @@ def _march(space: StackStates, plate: _Plate, grid: Real, motion: Distance) -> R
     return states.T
 
 
-def _carry(space: StackStates, plate: _Plate, grid: Real, motion: Distance) -> tuple[Real, Real]:
+def _carry(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance) -> tuple[Real, Real]:
     """Matrix and vector that carry the state over each step."""
     size, steps = space.size, np.diff(grid)
-    times = (grid[:-1, None] + steps[:, None] * _NODES).ravel()
+    times = (grid[:-1, None] + steps[:, None] * NODES).ravel()
     matrix, column, sloped = _system(space, motion.gap(times), motion.rate(times))
     voltage, slope = plate.within(grid)
     forced = (column * voltage.reshape(-1, 1) + sloped * slope.reshape(-1, 1)).reshape(len(steps), 3, size)
     matrix = matrix.reshape(len(steps), 3, size, size)
-    blocks = -np.einsum("n,ij,njab->niajb", steps, _WEIGHTS, matrix).reshape(len(steps), 3 * size, 3 * size)
+    blocks = -np.einsum("n,ij,njab->niajb", steps, WEIGHTS, matrix).reshape(len(steps), 3 * size, 3 * size)
     blocks += np.eye(3 * size)
     right = np.empty((len(steps), 3, size, size + 1))
     right[..., :size] = np.eye(size)
-    right[..., size] = np.einsum("n,ij,nja->nia", steps, _WEIGHTS, forced)
+    right[..., size] = np.einsum("n,ij,nja->nia", steps, WEIGHTS, forced)
     found = np.linalg.solve(blocks, right.reshape(len(steps), 3 * size, size + 1))[:, 2 * size :]
     return found[:, :, :size], found[:, :, size]
 
 
-def _field(space: StackStates, plate: _Plate, time: Real, states: Real, motion: Distance) -> Real:
+def _field(space: StackStates, plate: DrivenPlate, time: Real, states: Real, motion: Distance) -> Real:
     assert space.moving is not None
     field: Real = space.moment(states, plate.at(time)[0], gap=motion.gap(time)).field[space.moving]
     return field
 
 
 def _signals(
-    space: StackStates, plate: _Plate, time: Real, states: Real, motion: Distance
+    space: StackStates, plate: DrivenPlate, time: Real, states: Real, motion: Distance
 ) -> dict[Key, Real]:
     (voltage, slope), gap = plate.at(time), motion.gap(time)
     moment = space.moment(states, voltage, gap=gap, closing=motion.rate(time))

@@ -15,7 +15,7 @@ from electrovib.scenario import PeriodicState
 from electrovib.solve.electrics.pressed import pressed
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf
-from electrovib.solve.stack.section import TimeLayer, TimeSection
+from electrovib.solve.stack.time_section import TimeLayer, TimeSection
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real

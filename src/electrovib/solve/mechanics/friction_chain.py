@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.core.lamps import Lamp
 from electrovib.physics.finger import Finger, MassSpringDamper
 from electrovib.physics.friction import BristleFriction, SteadyFriction
 from electrovib.physics.programme import Steady
 from electrovib.scenario import PeriodicState
+from electrovib.solve.mechanics.answer import Mechanics
 from electrovib.solve.mechanics.between import Between
 from electrovib.solve.mechanics.chain import Measured, finger_filters, measured, respond_mechanically
 from electrovib.solve.mechanics.filters.declared import cascade, of_stages
@@ -38,35 +38,6 @@ MOST = 4_000_000
 FORGOTTEN = 25.0
 """Time constants after which a beginning counts as forgotten: 1e-11 of it is left."""
 MOST_PERIODS = 3000
-
-
-@dataclass
-class Mechanics:
-    """What the mechanics does over time.
-
-    Parameters
-    ----------
-    signals : dict
-        Dimensions and values of every signal.
-    how : dict
-        Errors and events, for the Trace.
-    lamps : list of Lamp
-        What a user should know.
-    """
-
-    signals: dict[str, Any] = field(default_factory=dict)
-    how: dict[str, Any] = field(default_factory=dict)
-    lamps: list[Lamp] = field(default_factory=list)
-
-    def add(self, rows: dict[str, Real]) -> None:
-        """Take signals over time.
-
-        Parameters
-        ----------
-        rows : dict of str to ndarray, shape (n,)
-            By the name of the signal, in its unit.
-        """
-        self.signals |= {name: (("time",), row) for name, row in rows.items()}
 
 
 class FrictionChain:

@@ -9,21 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError
+from electrovib.solve.nonlinear.radau import COEFFICIENTS, NODES, STAGES, WEIGHTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from electrovib.core.arrays import Real
 
-STAGES = 3
-ORDER = 2 * STAGES - 1
-"""Declared order of convergence where the rate is smooth."""
-_ROOT = np.sqrt(6.0)
-NODES = np.array([(4 - _ROOT) / 10, (4 + _ROOT) / 10, 1.0])
-"""Radau IIA, three stages: zeros of x^2 (x - 1)^3 differentiated twice (Hairer and Wanner 1996, IV.5)."""
-_POWERS = NODES[:, None] ** np.arange(1, STAGES + 1)
-WEIGHTS = (_POWERS / np.arange(1, STAGES + 1)) @ np.linalg.inv(NODES[:, None] ** np.arange(STAGES))
-COEFFICIENTS = np.linalg.inv(_POWERS)
 _SETTLED = 1e-15
 _ROUNDING = 1e-11
 _MOST_ITERATIONS = 12

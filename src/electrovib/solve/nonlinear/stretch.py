@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Linear, Tones
+from electrovib.physics.drive.parts import Tones
+from electrovib.physics.drive.pieces import Linear
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real

@@ -26,6 +26,7 @@ __all__ = [
     "march_loop",
     "march_pairs",
     "march_pairs_loop",
+    "march_rows",
     "states_at",
 ]
 
@@ -95,7 +96,44 @@ def march(
            CMU-CS-90-190, 1990.
     """
     modes, drive, state = gather(poles, gains, direct, starts, ends, steps, initial_state, keep=keep, lag=lag)
-    return (march_jittered if drive.steps.ndim else march_even)(modes, drive, state, keep)
+    output = np.empty((modes.direct.size, drive.starts.size // keep + 1))
+    return output, (march_jittered if drive.steps.ndim else march_even)(
+        modes, drive, state, keep, list(output)
+    )
+
+
+def march_rows(
+    poles: ArrayLike,
+    gains: ArrayLike,
+    direct: ArrayLike,
+    starts: ArrayLike,
+    ends: ArrayLike,
+    steps: ArrayLike,
+    initial_state: ArrayLike,
+    *,
+    lag: ArrayLike = False,
+) -> list[NDArray[np.float64]]:
+    """Follow relaxing modes as `march` does, each output in an array of its own.
+
+    Parameters
+    ----------
+    poles, gains, direct, starts, ends, steps, initial_state, lag : array_like
+        As in ``march``.
+
+    Returns
+    -------
+    list of ndarray, (pieces + 1,)
+        One for each output: memory that a system gives, and takes back, more readily than one large array.
+
+    Raises
+    ------
+    InputError
+        As in ``march``.
+    """
+    modes, drive, state = gather(poles, gains, direct, starts, ends, steps, initial_state, lag=lag)
+    output = [np.empty(drive.starts.size + 1) for _ in modes.direct]
+    (march_jittered if drive.steps.ndim else march_even)(modes, drive, state, 1, output)
+    return output
 
 
 def states_at(
@@ -178,4 +216,7 @@ def march_pairs(
     modes, drive, state = gather(
         poles, gains, direct, starts, ends, steps, initial_state, keep=keep, pairs=True
     )
-    return (march_jittered if drive.steps.ndim else march_even)(modes, drive, state, keep)
+    output = np.empty((modes.direct.size, drive.starts.size // keep + 1))
+    return output, (march_jittered if drive.steps.ndim else march_even)(
+        modes, drive, state, keep, list(output)
+    )

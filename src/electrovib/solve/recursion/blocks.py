@@ -47,7 +47,7 @@ class BlockWeights(NamedTuple):
     onto_state: Real
 
 
-def march_even(modes: Modes, drive: Drive, state: Numbers, keep: int) -> tuple[Real, Numbers]:
+def march_even(modes: Modes, drive: Drive, state: Numbers, keep: int, output: Sequence[Real]) -> Numbers:
     """Follow relaxing or ringing modes through a drive whose pieces last equally long.
 
     Parameters
@@ -60,12 +60,12 @@ def march_even(modes: Modes, drive: Drive, state: Numbers, keep: int) -> tuple[R
         State at the first point.
     keep : int
         Every so many points one is put out; what lies between is not computed.
+    output : sequence of ndarray, (pieces // keep + 1,)
+        One for each output, overwritten by it, as in ``march``.
 
     Returns
     -------
-    output : ndarray, (outputs, pieces // keep + 1)
-        As in ``march``.
-    state : ndarray, (poles,)
+    ndarray, (poles,)
         State at the last point.
 
     Notes
@@ -73,24 +73,23 @@ def march_even(modes: Modes, drive: Drive, state: Numbers, keep: int) -> tuple[R
     Within a block the output is a triangle of the impulse response times the samples, plus the free decay of
     what is followed (``Inputs``) from the beginning of the block.
     """
-    output = np.empty((modes.direct.size, drive.starts.size // keep + 1))
     final = None
     z = modes.poles * drive.steps
     if not np.all(modes.lag):
         final = _put_out(output, ~modes.lag, modes, of_values(drive, z), z, state, drive, keep)
     if np.any(modes.lag):
         lags = _put_out(output, modes.lag, modes, of_rises(drive, z), z, state - drive.starts[0], drive, keep)
-        for place in np.flatnonzero(modes.lag & (modes.direct != 0)):
-            output[place, : -(-drive.starts.size // keep)] += modes.direct[place] * drive.starts[::keep]
+        for place in np.flatnonzero(modes.lag & (modes.direct != 0)).tolist():
+            output[place][: -(-drive.starts.size // keep)] += modes.direct[place] * drive.starts[::keep]
             if drive.starts.size % keep == 0:
-                output[place, -1] += modes.direct[place] * drive.ends[-1]
+                output[place][-1] += modes.direct[place] * drive.ends[-1]
         final = lags + drive.ends[-1] if final is None else final
     assert final is not None
-    return output, final
+    return final
 
 
 def _put_out(
-    output: Real,
+    output: Sequence[Real],
     chosen: NDArray[np.bool_],
     modes: Modes,
     inputs: Inputs,
@@ -105,8 +104,8 @@ def _put_out(
     weights = block_weights(gains, direct, inputs, z, block, keep)
     blocks, rest = divmod(drive.starts.size, block)
     whole = [signal[: blocks * block].reshape(blocks, block) for signal in inputs.signals]
-    kept, used, places = block // keep, block - keep + 1, np.flatnonzero(chosen)
-    records = [output[place, : blocks * kept].reshape(blocks, kept) for place in places]
+    kept, used, places = block // keep, block - keep + 1, np.flatnonzero(chosen).tolist()
+    records = [output[place][: blocks * kept].reshape(blocks, kept) for place in places]
     begins, length = state - inputs.shift * drive.starts[0], max(1, _HELD // max(1, z.size))
     for first in range(0, blocks, length):
         part = slice(first, min(first + length, blocks))
@@ -121,7 +120,8 @@ def _put_out(
     final += np.einsum("sm,smk->k", tail[:, :rest], weights.onto_state[:, block - rest :]).view(z.dtype)
     tail[:, rest] = inputs.at_end
     end = np.concatenate([*tail[:, :used], numbers(begins)])
-    output[places, blocks * kept :] = end @ weights.onto_output[:, :, : rest // keep + 1]
+    for place, onto_output in zip(places, weights.onto_output, strict=True):
+        output[place][blocks * kept :] = end @ onto_output[:, : rest // keep + 1]
     return np.asarray(final)
 
 
@@ -252,10 +252,11 @@ def block_states(whole: Sequence[Real], onto_state: Real, z: Numbers, state: Num
     """
     blocks, block, width = len(whole[0]), *onto_state.shape[1:]
     columns, rows = fold_length(blocks + 1)
-    states = np.zeros((rows * columns, width))
-    for signal, weights in zip(whole, onto_state, strict=True):
-        for tile in _tiles(blocks, weights):
-            states[tile] += signal[tile] @ weights
+    together = onto_state.reshape(len(whole) * block, width)
+    states = np.empty((rows * columns, width))
+    states[blocks:] = 0.0
+    for tile in _tiles(blocks, onto_state):
+        np.matmul(np.concatenate([signal[tile] for signal in whole], axis=1), together, out=states[tile])
     table = states.view(z.dtype).reshape(rows, columns, z.size).swapaxes(0, 1)
     states_before(table, np.exp(block * z), np.exp(block * columns * z), state)
     return states[: blocks + 1]

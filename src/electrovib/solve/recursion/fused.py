@@ -83,10 +83,12 @@ def march_chain(
     back, _, _ = gather(second[0], np.atleast_2d(second[1]), [second[2]], *sides, none, keep=keep, pairs=True)
     block = max(size for size in range(1, min(keep, _BLOCK) + 1) if keep % size == 0)
     if block < _SHORTEST:
-        whole = march_even(front, drive, rest, 1)[0][0]
+        whole = np.empty(values.size)
+        march_even(front, drive, rest, 1, [whole])
         formula(whole)
         start = np.full(back.poles.size, settled * whole[0], complex)
-        kept: Real = march_even(back, Drive(whole[:-1], whole[1:], drive.steps), start, keep)[0][0]
+        kept = np.empty((values.size - 1) // keep + 1)
+        march_even(back, Drive(whole[:-1], whole[1:], drive.steps), start, keep, [kept])
         return kept
     z, rows = back.poles * step, (values.size - 1) // keep
     inputs = of_values(Drive(values[:-1], values[1:], drive.steps), z)

@@ -13,7 +13,7 @@ from electrovib.solve.recursion.record import Drive
 from electrovib.solve.recursion.scan import fold_length, states_before
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from electrovib.core.arrays import Indices, Numbers, Real
     from electrovib.solve.recursion.record import Modes
@@ -41,7 +41,7 @@ class _Family(NamedTuple):
     lag: bool
 
 
-def march_jittered(modes: Modes, drive: Drive, state: Numbers, keep: int) -> tuple[Real, Numbers]:
+def march_jittered(modes: Modes, drive: Drive, state: Numbers, keep: int, output: Sequence[Real]) -> Numbers:
     """Follow relaxing modes through a drive whose pieces last unequally long.
 
     Parameters
@@ -54,12 +54,12 @@ def march_jittered(modes: Modes, drive: Drive, state: Numbers, keep: int) -> tup
         State at the first point.
     keep : int
         Every so many points one is put out.
+    output : sequence of ndarray, (pieces // keep + 1,)
+        One for each output, overwritten by it, as in ``march``.
 
     Returns
     -------
-    output : ndarray, (outputs, pieces // keep + 1)
-        As in ``march``.
-    state : ndarray, (poles,)
+    ndarray, (poles,)
         State at the last point.
 
     Notes
@@ -69,16 +69,17 @@ def march_jittered(modes: Modes, drive: Drive, state: Numbers, keep: int) -> tup
     its lag ``x - v``, which needs its exponential alone.
     """
     pieces = drive.starts.size
-    output = np.empty((modes.direct.size, pieces // keep + 1))
     state = state.copy()
     for begin, drove, following in _chunks(modes, drive):
         found = _outputs(modes, drove, following, state)[:, -begin % keep :: keep]
         place = -(-begin // keep)
-        output[:, place : place + found.shape[1]] = found
+        for row, each in zip(output, found, strict=True):
+            row[place : place + found.shape[1]] = each
     if pieces % keep == 0:
         last = np.where(modes.lag, (modes.gains @ (state - drive.ends[-1])).real, (modes.gains @ state).real)
-        output[:, -1] = last + modes.direct * drive.ends[-1]
-    return output, state
+        for row, each in zip(output, last + modes.direct * drive.ends[-1], strict=True):
+            row[-1] = each
+    return state
 
 
 def jittered_states(modes: Modes, drive: Drive, state: Numbers, places: Indices) -> Numbers:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Linear, Tones
+from electrovib.physics.drive.parts import Tones
+from electrovib.physics.drive.pieces import Linear
 from electrovib.scenario import PeriodicState
 from electrovib.solve.stack.harmonics import spectrum
 

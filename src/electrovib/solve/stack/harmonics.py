@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Linear, Part, Tones
+from electrovib.physics.drive.parts import Part, Tones
+from electrovib.physics.drive.pieces import Linear
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real

@@ -8,7 +8,8 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.physics.drive.parts import Linear, Tones
+from electrovib.physics.drive.parts import Tones
+from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:

@@ -10,28 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from electrovib.core.arrays import Indices, Numbers, Real
-from electrovib.core.errors import InputError
+from electrovib.solve.stack.secular_input import _checked
 
-_LARGEST_NODE = 1e20
-_SMALLEST_GAP = 1e-30
-_LARGEST_WEIGHT = 1e50  # of the constant too; the smallest is its inverse
 _ROUNDING = float(np.finfo(float).eps)
 
 _ILL_CONDITIONED = 50.0  # above it rounding alone costs the offset more than about 1e-14
 _SLACK = 8 * _ROUNDING
 _LONG = decimal.Context(prec=150, Emin=-9999, Emax=9999, traps=[decimal.InvalidOperation])
 _TINY = decimal.Decimal("1e-25")
-
-
-class BeyondReachError(InputError, ValueError):
-    """Rates of a stack that no solution in double precision holds."""
-
-    def __init__(self, why: str) -> None:
-        super().__init__(
-            "stack: the rates or impedances of layers and circuit lie too far apart to be computed. Give the layers longer"
-            " relaxation times or smaller conductivities, or take an extreme resistance or thickness away (in the secular"
-            f" equation, {why})"
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,34 +160,6 @@ def _of_one_pole(node: Real, weight: Real, constant: float) -> Roots:
     for array in (node, values, origin, offset, slope):
         array.flags.writeable = False
     return Roots(nodes=node, values=values, origin=origin, offset=offset, slope=slope)
-
-
-def _checked(nodes: ArrayLike, weights: ArrayLike, constant: float) -> tuple[Real, Real]:
-    node, weight = np.array(nodes, dtype=float), np.array(weights, dtype=float)
-    if node.ndim != 1 or node.size == 0 or weight.shape != node.shape:
-        message = f"nodes and weights: shapes {node.shape} and {weight.shape}, expected the same (count,)"
-        raise ValueError(message)
-    if not (np.isfinite(node).all() and node[0] >= 0 and node[-1] <= _LARGEST_NODE):
-        raise BeyondReachError(
-            f"nodes: expected numbers from 0 to {_LARGEST_NODE:g}, got up to {node.max():.3g}"
-        )
-    gap = np.diff(node)
-    if not (gap >= _SMALLEST_GAP).all():
-        where = int(np.argmin(gap))
-        raise BeyondReachError(
-            f"nodes[{where}] = {node[where]!r} and nodes[{where + 1}] = {node[where + 1]!r}: expected "
-            f"strictly increasing nodes {_SMALLEST_GAP:g} apart; merge equal nodes by adding their weights"
-        )
-    if not ((weight >= 1 / _LARGEST_WEIGHT) & (weight <= _LARGEST_WEIGHT)).all():
-        worst = weight[np.argmax(np.abs(np.log(np.abs(weight) + 1e-300)))]
-        raise BeyondReachError(
-            f"weights: expected {1 / _LARGEST_WEIGHT:g} to {_LARGEST_WEIGHT:g}, got {worst:.3g}"
-        )
-    if not (constant == 0 or 1 / _LARGEST_WEIGHT <= constant <= _LARGEST_WEIGHT):
-        raise BeyondReachError(
-            f"constant = {constant!r}: expected 0, or {1 / _LARGEST_WEIGHT:g} to {_LARGEST_WEIGHT:g}"
-        )
-    return node, weight
 
 
 def _nearer_ends(node: Real, weight: Real, constant: float) -> tuple[Indices, Indices, Real]:

@@ -101,4 +101,4 @@ def air_warnings(scenario: Scenario, trace: xarray.Dataset) -> tuple[str, ...]:
         peak(trace.interface_field.values),
         scenario.stack.layers[gap].thickness if gap else 0.0,
     )
-    return tuple(lamp.text for lamp in air_lamps(field, thickness) if lamp.state == "warning")
+    return tuple(lamp.text for lamp in air_lamps(field=field, gap=thickness) if lamp.state == "warning")

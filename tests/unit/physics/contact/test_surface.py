@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.physics.contact import LinearSpring, PerssonSurface, Surface, pull_in_voltage
-from electrovib.physics.contact.surface import gaussian_gaps
+from electrovib.physics.contact.rough_surface import gaussian_gaps
 from electrovib.physics.roughness import contact_fraction, contact_growth
 
 EPS0 = 8.8541878128e-12
@@ -97,22 +97,26 @@ def test_what_is_no_relief_is_refused(mean, touching):
 def test_growth_is_the_slope_of_the_share(pressure):
     given = {"modulus": 1e7, "slope": 0.7}
     exact = mpmath.diff(lambda p: mpmath.erf(mpmath.sqrt(2) * p / 7e6), pressure)
-    assert contact_growth(pressure, **given) == pytest.approx(float(exact), rel=1e-10)
-    assert contact_fraction(1.0, **given) == pytest.approx(contact_growth(0.0, **given), rel=1e-12)
+    assert contact_growth(pressure=pressure, **given) == pytest.approx(float(exact), rel=1e-10)
+    assert contact_fraction(1.0, **given) == pytest.approx(contact_growth(pressure=0.0, **given), rel=1e-12)
 
 
 def test_pull_in_voltage_is_the_printed_formula():
-    found = pull_in_voltage(1e9, 1e-5, 1e-6)
+    found = pull_in_voltage(stiffness=1e9, free_gap=1e-5, electrical_thickness=1e-6)
     assert found == pytest.approx(math.sqrt(8 * 1e9 * 1.1e-5**3 / (27 * EPS0)), rel=1e-14)
-    assert pull_in_voltage(1e9, 1e-5, 2e-5) is None  # g0 = K/2: it closes without a snap
-    assert pull_in_voltage(1e9, 1e-5, 1.999e-5) is not None
+    assert (
+        pull_in_voltage(stiffness=1e9, free_gap=1e-5, electrical_thickness=2e-5) is None
+    )  # g0 = K/2: it closes without a snap
+    assert pull_in_voltage(stiffness=1e9, free_gap=1e-5, electrical_thickness=1.999e-5) is not None
     # a load is a smaller free gap
-    loaded = pull_in_voltage(1e9, 1e-5, 1e-6, pressure=1e3)
-    assert loaded == pytest.approx(pull_in_voltage(1e9, 9e-6, 1e-6), rel=1e-12)
-    assert pull_in_voltage(1e9, 1e-5, 1e-6, pressure=2e4) is None
+    loaded = pull_in_voltage(stiffness=1e9, free_gap=1e-5, electrical_thickness=1e-6, pressure=1e3)
+    assert loaded == pytest.approx(
+        pull_in_voltage(stiffness=1e9, free_gap=9e-6, electrical_thickness=1e-6), rel=1e-12
+    )
+    assert pull_in_voltage(stiffness=1e9, free_gap=1e-5, electrical_thickness=1e-6, pressure=2e4) is None
 
 
 def test_on_the_founding_film_a_gap_below_13_um_has_no_pull_in():
     film = 90e-6 / 3.35 + 200e-6 / 1560
-    assert pull_in_voltage(1e9, 13.4e-6, film) is None
-    assert pull_in_voltage(1e9, 13.6e-6, film) is not None
+    assert pull_in_voltage(stiffness=1e9, free_gap=13.4e-6, electrical_thickness=film) is None
+    assert pull_in_voltage(stiffness=1e9, free_gap=13.6e-6, electrical_thickness=film) is not None

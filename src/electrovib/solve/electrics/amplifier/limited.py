@@ -14,7 +14,8 @@ from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
 from electrovib.solve.costs import LIMIT_WINDOW, SHORTER, limit_look
 from electrovib.solve.electrics.amplifier.limit_looks import LimitLooks
-from electrovib.solve.electrics.amplifier.limited_plate import HYSTERESIS, LimitedPlate, Span
+from electrovib.solve.electrics.amplifier.limited_plate import HYSTERESIS, LimitedPlate
+from electrovib.solve.electrics.amplifier.span import Span
 from electrovib.solve.electrics.amplifier.unlimited import without_limits
 from electrovib.solve.nonlinear.stretch import snapped
 

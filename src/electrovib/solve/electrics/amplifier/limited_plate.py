@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.solve.electrics.amplifier.slewing import Course, Network, SlewingModes
+from electrovib.solve.electrics.amplifier.course import Course
+from electrovib.solve.electrics.amplifier.slewing import Network, SlewingModes
+from electrovib.solve.electrics.amplifier.span import Span
 from electrovib.solve.electrics.amplifier.unlimited import Unlimited, behind, corner_apart
 from electrovib.solve.stack.transfer import Transfer
 
@@ -28,39 +30,6 @@ _SLACK = 1e-6
 """Share of a limit up to which a current beyond it, where it has just left it, is rounding."""
 _NOISE = 1e-12
 """How far past the largest voltage an aim is held there, or let go again."""
-
-
-@dataclass(frozen=True, eq=False)
-class Span:
-    """What an amplifier does from one change to the next.
-
-    Parameters
-    ----------
-    start : float
-        s.
-    mode : int
-        1 or -1 at its largest current of that sign, 0 at its voltage.
-    held : int
-        1 or -1 while its aim is held at its largest voltage of that sign, else 0.
-    course : Course or None
-        The plate; where it follows the drive, its distance from what it would do without limits, or None for none.
-    states : ndarray, shape (modes,)
-        At the beginning [V], of the same.
-    slack : float
-        By how much more a current may pass its limit [A]: rounding of when it left a limit that it stays near.
-    """
-
-    start: float
-    mode: int
-    held: int
-    course: Course | None
-    states: Real
-    slack: float = 0.0
-
-    @property
-    def follows(self) -> bool:
-        """Tell whether the plate follows the drive."""
-        return self.mode == 0 and self.held == 0
 
 
 class LimitedPlate:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.budget import Meter
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.costs import SHORTER, leak_step
 from electrovib.solve.electrics.leaks.steps import jump_heights, step_grid
 from electrovib.solve.electrics.linear.straight import straight_response

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Linear, Smooth, Tones
+from electrovib.physics.drive.parts import Smooth, Tones
+from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.linear.transient import transient
 
 if TYPE_CHECKING:

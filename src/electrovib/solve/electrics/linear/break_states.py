@@ -10,7 +10,7 @@ from electrovib.solve.recursion import states_at
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Indices, Real
-    from electrovib.physics.drive.parts import Linear
+    from electrovib.physics.drive.pieces import Linear
 
 
 _MODES_AT_ONCE: Final = 64

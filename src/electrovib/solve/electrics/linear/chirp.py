@@ -70,10 +70,10 @@ def chirp_response(part: Chirped, rates: Real, gains: Real, time: Real, *, lag: 
     (begun, over), (start, stop) = ends.tolist(), (modes.answer(ends) * np.exp(1j * part.phase(ends))).imag.T
     if len(on):
         found[:, first:last] = (modes.envelope(on) * np.exp(1j * part.phase(on))).imag
-        found[:, first:last] -= fading(gains * start, rates, on - begun)
+        found[:, first:last] -= np.array(fading(gains * start, rates, on - begun))
     if len(after) and over > begun:
         left = stop - start * np.exp(-rates * (over - begun))
-        found[:, last:] = fading(gains * left, rates, after - over)
+        found[:, last:] = np.array(fading(gains * left, rates, after - over))
     return part.amplitude * found
 
 

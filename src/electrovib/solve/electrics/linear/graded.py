@@ -29,7 +29,7 @@ _FORGOTTEN: Final = 745.0
 """Time constants after which nothing is left that a number could hold."""
 
 
-def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> Real:
+def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> list[Real]:
     """Compute sums of relaxations at many times, from a few.
 
     Parameters
@@ -44,11 +44,11 @@ def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> Rea
 
     Returns
     -------
-    ndarray, shape (outputs, n)
-        In the unit of `evaluate`; off by some roundings of the largest value in each stretch.
+    list of ndarray, shape (n,)
+        One for each output, in the unit of `evaluate`; off by some roundings of the largest value in each stretch.
     """
     if len(since) <= STRETCHES * FEW:
-        return evaluate(since)
+        return list(evaluate(since))
     doublings = int(np.ceil(np.log2(max(float(since[-1]) * fastest, 1.0)))) + 1
     growing = 2.0 ** np.arange(doublings)[:, None] * (1 + np.arange(STRETCHES) / STRETCHES)
     marks = np.concatenate([np.arange(1, STRETCHES) / STRETCHES, growing.ravel()]) / fastest
@@ -59,9 +59,10 @@ def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> Rea
     middle, half = (first + last) / 2, (last - first) / 2
     alone = np.repeat(~longer, np.diff(edges))
     at_nodes = evaluate((middle[:, None] + half[:, None] * nodes).ravel())
-    found = np.empty((len(at_nodes), len(since)))
+    found = [np.empty(len(since)) for _ in at_nodes]
     if np.any(alone):
-        found[:, alone] = evaluate(since[alone])
+        for row, each in zip(found, evaluate(since[alone]), strict=True):
+            row[alone] = each
     coefficients = at_nodes.reshape(len(at_nodes), -1, DEGREE + 1) @ to_coefficients.T
     for place, (begin, end) in enumerate(
         zip(edges[:-1][longer].tolist(), edges[1:][longer].tolist(), strict=True)
@@ -69,7 +70,8 @@ def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> Rea
         for at in range(begin, end, _AT_ONCE):
             some = slice(at, min(at + _AT_ONCE, end))
             powers = np.polynomial.chebyshev.chebvander((since[some] - middle[place]) / half[place], DEGREE)
-            np.matmul(coefficients[:, place], powers.T, out=found[:, some])
+            for row, each in zip(found, coefficients[:, place] @ powers.T, strict=True):
+                row[some] = each
     return found
 
 
@@ -80,7 +82,7 @@ def _rule() -> tuple[Real, Real]:
     return nodes, np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, DEGREE)))
 
 
-def fading(weights: Real, rates: Real, since: Real) -> Real:
+def fading(weights: Real, rates: Real, since: Real) -> list[Real]:
     """Sum weight exp(-rate t).
 
     Parameters
@@ -94,8 +96,8 @@ def fading(weights: Real, rates: Real, since: Real) -> Real:
 
     Returns
     -------
-    ndarray, shape (outputs, n)
-        In the unit of the weights.
+    list of ndarray, shape (n,)
+        One for each output, in the unit of the weights.
     """
 
     def evaluate(moments: Real) -> Real:
@@ -109,5 +111,5 @@ def fading(weights: Real, rates: Real, since: Real) -> Real:
 
     fastest = float(np.max(rates, initial=0.0))
     if not len(since) or not fastest:
-        return np.asarray(np.repeat(weights.sum(axis=1, keepdims=True), len(since), axis=1))
+        return [np.full(len(since), total) for total in weights.sum(axis=1)]
     return graded(evaluate, since, fastest)

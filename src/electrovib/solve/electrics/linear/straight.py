@@ -9,13 +9,13 @@ import numpy as np
 
 from electrovib.solve.electrics.linear.break_states import BreakStates
 from electrovib.solve.electrics.linear.graded import graded
-from electrovib.solve.recursion import hold_weights, march
+from electrovib.solve.recursion import hold_weights, march_rows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Indices, Real
-    from electrovib.physics.drive.parts import Linear
+    from electrovib.physics.drive.pieces import Linear
 
 CHUNK = 1 << 16
 """States held at once, so that a million samples need no gigabyte."""
@@ -67,12 +67,40 @@ def straight_response(
     """
     direct = np.zeros(len(gains)) if direct is None else direct
     lag = np.zeros(len(gains), bool) if lag is None else lag
+    return np.array(straight_rows(part, rates, gains, time, state, direct=direct, lag=lag))
+
+
+def straight_rows(
+    part: Linear,
+    rates: Real,
+    gains: Real,
+    time: Real,
+    state: Real,
+    *,
+    direct: Real,
+    lag: NDArray[np.bool_],
+) -> list[Real]:
+    """Response of modes to straight pieces at any times, each output in an array of its own.
+
+    Parameters
+    ----------
+    part, rates, gains, time, state, direct, lag
+        As for `straight_response`: 1/s, 1, s, V.
+
+    Returns
+    -------
+    list of ndarray, shape (n,)
+        V.
+    """
     marched = _marched(part, time)
     if marched is not None:
-        output, _ = march(-rates, gains, direct, *marched, state, lag=lag)
+        output = march_rows(-rates, gains, direct, *marched, state, lag=lag)
         jump = float(part.value(time[-1:])[0] - marched[1][-1])
         if jump:  # at a jump the value after it, at the last time too
-            output[:, -1] += (direct - np.where(lag, gains.sum(axis=1), 0.0)) * jump
+            for row, more in zip(
+                output, (direct - np.where(lag, gains.sum(axis=1), 0.0)) * jump, strict=True
+            ):
+                row[-1] += more
         return output
     index, elapsed = part.locate(time)
     periods = part.count_periods(time)
@@ -80,8 +108,8 @@ def straight_response(
     asked = _Asked(states, gains, direct, lag)
     begins = np.flatnonzero(np.append(True, (np.diff(index) != 0) | (np.diff(periods) != 0)))
     if len(time) < _LONG * len(begins):
-        return asked.at(time, index, elapsed, periods)
-    result = np.empty((len(gains), len(time)))
+        return list(asked.at(time, index, elapsed, periods))
+    result = [np.empty(len(time)) for _ in gains]
     for first, last in zip(begins, [*begins[1:], len(time)], strict=True):
         where, period = index[first], periods[first]
         start = float(part.times[where] + period * (part.period or 0.0))
@@ -92,7 +120,10 @@ def straight_response(
             same = np.zeros(len(since), np.intp)
             return asked.at(start + since, same + where, since, same + period)
 
-        result[:, first:last] = graded(evaluate, elapsed[first:last], float(np.max(rates)))
+        for row, each in zip(
+            result, graded(evaluate, elapsed[first:last], float(np.max(rates))), strict=True
+        ):
+            row[first:last] = each
     return result
 
 

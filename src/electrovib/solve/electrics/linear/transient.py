@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones, circling
+from electrovib.physics.drive.parts import Chirped, Part, Smooth, Tones, circling
+from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.linear.break_states import periodic_state
 from electrovib.solve.electrics.linear.chirp import chirp_response
 from electrovib.solve.electrics.linear.graded import fading
 from electrovib.solve.electrics.linear.smooth import smooth_states
-from electrovib.solve.electrics.linear.straight import straight_response
+from electrovib.solve.electrics.linear.straight import straight_rows
 from electrovib.solve.recursion.blocks import PRODUCT
 from electrovib.solve.stack.harmonics import count_harmonics
 from electrovib.solve.stack.integrator import (
@@ -95,7 +96,7 @@ def transient(
         modal = output.of(drive.parts(), time, settled=settled)
         kept = free * (rates == 0) if settled else free  # only trapped charge outlasts for ever
         if np.any(kept):
-            modal += fading(kept, rates, time)
+            modal = [row + left for row, left in zip(modal, fading(kept, rates, time), strict=True)]
         for name, transfer, row in zip(names, group, modal, strict=True):
             result[name] = row
             if transfer.slope and slope is not None:
@@ -144,17 +145,20 @@ class _Output:
     direct: Real
     lag: NDArray[np.bool_]
 
-    def of(self, parts: Sequence[Part], time: Real, *, settled: bool) -> Real:
-        """Give the response to the sum of some parts of a drive [V], shape (outputs, n)."""
-        first, share = self._multiples()
-        if len(time) < _MANY or np.all(first == np.arange(len(first))):
+    def of(self, parts: Sequence[Part], time: Real, *, settled: bool) -> list[Real]:
+        """Give the response to the sum of some parts of a drive [V], each output in an array of its own."""
+        if len(time) < _MANY:
             return self._sum(parts, time, settled=settled)
+        first, share = self._multiples()
         own, place = np.unique(first, return_inverse=True)
         alone = _Output(self.rates, self.gains[own], self.direct[own], self.lag[own])
-        found, result = alone._sum(parts, time, settled=settled), np.empty((len(first), len(time)))
-        for row, among, factor in zip(result, place.tolist(), share.tolist(), strict=True):
-            np.multiply(found[among], factor, out=row)
-        return result
+        found = alone._sum(parts, time, settled=settled)
+        return [
+            found[among] if here == place_of else found[among] * factor
+            for here, (among, factor, place_of) in enumerate(
+                zip(place.tolist(), share.tolist(), first.tolist(), strict=True)
+            )
+        ]
 
     def _multiples(self) -> tuple[Indices, Real]:
         """Find for each output the first one that it is a multiple of, and the factor: D = eps0 eps E of a layer."""
@@ -171,26 +175,25 @@ class _Output:
                     break
         return first, share
 
-    def _sum(self, parts: Sequence[Part], time: Real, *, settled: bool) -> Real:
+    def _sum(self, parts: Sequence[Part], time: Real, *, settled: bool) -> list[Real]:
         """Give the same, output by output."""
-        total: Real | None = None
+        total: list[Real] = []
         for part in parts:
             found = self._of_part(part, time, settled=settled)
-            if total is None:
-                total = found
-            else:
-                total += found
-        return np.zeros((len(self.direct), len(time))) if total is None else total
+            total = (
+                [np.add(row, more, out=row) for row, more in zip(total, found, strict=True)]
+                if total
+                else found
+            )
+        return total or [np.zeros(len(time)) for _ in self.direct]
 
-    def _of_part(self, part: Part, time: Real, *, settled: bool) -> Real:
+    def _of_part(self, part: Part, time: Real, *, settled: bool) -> list[Real]:
         """Give the response to one part [V]."""
         if not len(self.rates):
-            return np.outer(self.direct, part.value(time))
+            return list(np.outer(self.direct, part.value(time)))
         if isinstance(part, Linear) and not (settled and part.is_step):
             start = periodic_state(part, self.rates) if settled else np.zeros(len(self.rates))
-            return straight_response(
-                part, self.rates, self.gains, time, start, direct=self.direct, lag=self.lag
-            )
+            return straight_rows(part, self.rates, self.gains, time, start, direct=self.direct, lag=self.lag)
         if isinstance(part, Tones):
             return _tones(part, self, time, settled=settled)
         now = part.value(time)
@@ -205,7 +208,7 @@ class _Output:
                 found[some] += gains @ (states - now if lag else states)
             elif not lag:  # a constant that has been there for ever
                 found[some] += np.outer(gains.sum(axis=1), now)
-        return found
+        return list(found)
 
 
 def part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
@@ -226,10 +229,10 @@ def part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool)
         sum gain (x - v), V.
     """
     lag = np.ones(len(gains), bool)
-    return _Output(rates, gains, np.zeros(len(gains)), lag).of([part], time, settled=settled)
+    return np.array(_Output(rates, gains, np.zeros(len(gains)), lag).of([part], time, settled=settled))
 
 
-def _tones(part: Tones, output: _Output, time: Real, *, settled: bool) -> Real:
+def _tones(part: Tones, output: _Output, time: Real, *, settled: bool) -> list[Real]:
     """Steady state of each tone, minus what it had to be at the switching times, decaying since."""
     angular = 2j * np.pi * part.frequencies
     response = np.asarray(
@@ -240,19 +243,22 @@ def _tones(part: Tones, output: _Output, time: Real, *, settled: bool) -> Real:
     steady = (output.direct[:, None] + modal) * part.amplitudes
     start = part.start if settled and np.isinf(part.start) else max(part.start, 0.0)
     on = slice(*np.searchsorted(time, [start, part.stop]))
-    found = np.empty((len(steady), len(time)))
-    found[:, : on.start] = found[:, on.stop :] = 0.0
+    found = [np.empty(len(time)) for _ in steady]
+    for row in found:
+        row[: on.start] = row[on.stop :] = 0.0
     waves = [wave for frequency in part.frequencies.tolist() for wave in circling(frequency, time[on])]
     shares = np.stack([steady.real, -steady.imag], axis=2).reshape(len(steady), -1)
     length = max(1, PRODUCT // max(1, shares.size))
     for first in range(on.start, on.stop, length):
         some = slice(first, min(first + length, on.stop))
         seen = [wave[some.start - on.start : some.stop - on.start] for wave in waves]
-        np.matmul(shares, np.stack(seen), out=found[:, some])
+        for row, each in zip(found, shares @ np.stack(seen), strict=True):
+            row[some] = each
     for switched, sign in ((start, -1.0), (part.stop, 1.0)):
         if np.isfinite(switched):
             phasors = part.amplitudes * np.exp(angular * switched)
             then = sign * output.gains * (response @ phasors).real
             first = int(np.searchsorted(time, switched))
-            found[:, first:] += fading(then, output.rates, time[first:] - switched)
+            for row, left in zip(found, fading(then, output.rates, time[first:] - switched), strict=True):
+                row[first:] += left
     return found

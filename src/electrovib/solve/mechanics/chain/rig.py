@@ -11,7 +11,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.core.lamps import Lamp
 from electrovib.core.units import format_quantity
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.mechanics.chain.grid import increasing
 from electrovib.solve.mechanics.chain.respond import respond_mechanically
 from electrovib.solve.mechanics.filters.declared import cascade, of_stages

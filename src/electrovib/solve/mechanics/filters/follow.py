@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Complex, Real
-    from electrovib.physics.drive.parts import Linear
+    from electrovib.physics.drive.pieces import Linear
     from electrovib.solve.mechanics.filters.filter import Filter
 
 

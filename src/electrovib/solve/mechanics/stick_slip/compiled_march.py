@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.physics.friction import bristle
-from electrovib.solve.mechanics.stick_slip import compiled_step
+from electrovib.solve.mechanics.stick_slip import compiled_events, compiled_step
+from electrovib.solve.mechanics.stick_slip.compiled_events import ENOUGH, first_fall, land, switch, turned
 from electrovib.solve.mechanics.stick_slip.compiled_step import (
     DEFLECTION,
     FRICTION,
@@ -29,120 +30,8 @@ DONE, UNSOLVED, CHATTERS, GOES_ON = range(4)
 """How a call ends."""
 NOW, STRETCH, FILLED, WANTED, DIRECTION, SIDE, STEPS, ASKED, EVENTS, STATUS = range(10)
 """What one call hands to the next: time [s], place among stretches and outputs, next step [s], mode, counts."""
-_MOST_LANDINGS = 8
 ASKED_IN_STEP = 20  # evaluations of the rate in a usual step; more where steps are refused
-_CLOSED_IN = 200  # halvings of a share of a step: beyond the last bit
-_ENOUGH = 1e-13
 _SMALLEST_STEP = 1e-15
-_LOOKS = np.array([0.2, 0.4, 0.6, 0.8, 1.0])
-
-
-@compiled
-def _switch(kind: Any, state: Any, strength: Any, direction: Any, side: Any, law: Any, sizes: Any) -> Any:
-    """What stays above 0 as long as the mode holds: the speed along its direction, what is left to the strength."""
-    if kind == 0:
-        return direction * state[2] + sizes.turned
-    return side * (1 - direction * law.stiffness * state[0] / strength) + sizes.passed / strength
-
-
-@compiled
-def _at_share(
-    kind: Any,
-    share: Any,
-    start: Any,
-    size: Any,
-    before: Any,
-    stages: Any,
-    moment: Any,
-    side: Any,
-    sizes: Any,
-    method: Any,
-    state: Any,
-) -> Any:
-    """A switch on the polynomial of a step."""
-    course, place, stretch, direction, law, _ = moment
-    state_at(before, stages, share, method, state)
-    strength = strength_in(course, place, course.last[stretch], start + share * size)
-    return _switch(kind, state, strength, direction, side, law, sizes)
-
-
-@compiled
-def _first_fall(
-    start: Any,
-    size: Any,
-    before: Any,
-    stages: Any,
-    moment: Any,
-    kinds: Any,
-    side: Any,
-    sizes: Any,
-    method: Any,
-) -> Any:
-    """Share of a step at which a switch first falls through 0, and which; 2 and -1 if none does."""
-    state, low = np.empty(6), 0.0
-    best, which = 2.0, -1
-    for look in _LOOKS:
-        for kind in kinds:
-            step = (start, size, before, stages, moment, side, sizes, method, state)
-            if _at_share(kind, look, *step) >= 0:
-                continue
-            above, below = low, look
-            for _ in range(_CLOSED_IN):
-                middle = (above + below) / 2
-                if middle in (above, below):
-                    break
-                if _at_share(kind, middle, *step) < 0:
-                    below = middle
-                else:
-                    above = middle
-            if below < best:
-                best, which = below, kind
-        if which >= 0:
-            break
-        low = look
-    return best, which
-
-
-@compiled
-def _land(
-    kind: Any,
-    start: Any,
-    size: Any,
-    whole: Any,
-    before: Any,
-    count: Any,
-    moment: Any,
-    side: Any,
-    sizes: Any,
-    method: Any,
-    stages: Any,
-) -> Any:
-    """Solve a shortened step again until its own end is the root of a switch; its length, and rates asked."""
-    state, asked, enough = np.empty(6), 0, _ENOUGH * moment[0].stops[-1]
-    for _ in range(_MOST_LANDINGS):
-        converged, more = collocate(start, size, before, count, moment, sizes, method, stages)
-        asked += more
-        if not converged:
-            return -1.0, asked
-        step = (start, size, before, stages, moment, side, sizes, method, state)
-        end = _at_share(kind, 1.0, *step)
-        slope = (end - _at_share(kind, 0.875, *step)) / (0.125 * size)
-        if end == 0 or not slope < 0:
-            break
-        corrected = min(size - end / slope, whole)
-        if corrected <= 0 or abs(corrected - size) <= enough:
-            break
-        size = corrected
-    return size, asked
-
-
-@compiled
-def _turned(kind: Any, state: Any, strength: Any, direction: Any, side: Any, law: Any) -> Any:
-    """Direction and side after a switch has fallen."""
-    if kind == 1:
-        return direction, -side
-    left = 1 + direction * law.stiffness * state[0] / strength
-    return -direction, 1.0 if left >= 0 else -1.0
 
 
 @compiled
@@ -164,9 +53,9 @@ def _hold(state: Any, moment: Any, now: Any, kinds: Any, memory: Any, sizes: Any
     strength = strength_in(course, place, course.last[stretch], now)
     for _ in range(2):
         for kind in kinds:
-            if _switch(kind, state, strength, direction, side, law, sizes) < 0:
+            if switch(kind, state, strength, direction, side, law, sizes) < 0:
                 _note(now, kind, memory, events)
-                direction, side = _turned(kind, state, strength, direction, side, law)
+                direction, side = turned(kind, state, strength, direction, side, law)
                 break
     memory[DIRECTION], memory[SIDE] = direction, side
 
@@ -245,7 +134,7 @@ def _step(
     """Go one step on, to the next knot or event at the furthest, or make the next one shorter."""
     now, stretch, side = memory[NOW], int(memory[STRETCH]), memory[SIDE]
     moment = (course, place, stretch, memory[DIRECTION], law, skin)
-    count, enough, smallest = 3 if skin[0] > 0 else 1, _ENOUGH * times[-1], _SMALLEST_STEP * times[-1]
+    count, enough, smallest = 3 if skin[0] > 0 else 1, ENOUGH * times[-1], _SMALLEST_STEP * times[-1]
     stages = np.empty((STAGES, 6))
     strength_in(course, place, course.last[stretch], now)
     knot = course.knots[place[0] + 1]  # what a step spans is seen: it ends at the next knot at the latest
@@ -256,10 +145,10 @@ def _step(
             smallest = size
     if not _accepted(size, state, moment, count, sizes, method, memory, stages, smallest):
         return
-    share, kind = _first_fall(now, size, state, stages, moment, kinds, side, sizes, method)
+    share, kind = first_fall(now, size, state, stages, moment, kinds, side, sizes, method)
     if kind >= 0:
         landing = (now, share * size, size, state, count, moment, side, sizes, method, stages)
-        size, asked = _land(kind, *landing)
+        size, asked = land(kind, *landing)
         memory[ASKED] += asked
         if size < 0:
             memory[STATUS] = UNSOLVED
@@ -273,7 +162,7 @@ def _step(
     if kind >= 0:
         _note(reached, kind, memory, events)
         strength = strength_in(course, place, course.last[stretch], reached)
-        memory[DIRECTION], memory[SIDE] = _turned(kind, state, strength, moment[3], side, law)
+        memory[DIRECTION], memory[SIDE] = turned(kind, state, strength, moment[3], side, law)
     if reached >= course.stops[stretch + 1]:
         memory[STRETCH] += 1
 
@@ -315,5 +204,6 @@ def _marching(stamp: int) -> Callable[..., Any]:
     return march
 
 
-march = _marching(zlib.crc32((inspect.getsource(bristle) + inspect.getsource(compiled_step)).encode()))
+_SOURCES = "".join(map(inspect.getsource, (bristle, compiled_step, compiled_events)))
+march = _marching(zlib.crc32(_SOURCES.encode()))
 """March from where `memory` stands, some steps; events are moments [s] and kinds."""

@@ -9,19 +9,18 @@ import numpy as np
 from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
 from electrovib.solve.costs import BRISTLE_STEP, SHORTER
-from electrovib.solve.mechanics.stick_slip.skin import CompliantSlidingSkin
+from electrovib.solve.mechanics.stick_slip.kinds import CompliantSlidingSkin
+from electrovib.solve.mechanics.stick_slip.skin_of import lifted, skin_of
 from electrovib.solve.mechanics.stick_slip.sliding import (
     DEAD_BAND,
     EVENTS,
     SMALLEST,
     TOLERANCE,
     Slide,
-    lifted,
     not_negative,
-    skin_of,
 )
-from electrovib.solve.nonlinear.collocation import COEFFICIENTS, NODES, WEIGHTS
 from electrovib.solve.nonlinear.integrate import MOST_EVENTS
+from electrovib.solve.nonlinear.radau import COEFFICIENTS, NODES, WEIGHTS
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -78,7 +77,7 @@ def slide_quickly(
     ElectrovibError
         If a step cannot be made small enough, or events do not end.
     """
-    from electrovib.solve.mechanics.stick_slip import compiled_step
+    from electrovib.solve.mechanics.stick_slip import compiled_records, compiled_step
     from electrovib.solve.mechanics.stick_slip.compiled_march import ASKED, STEPS
 
     pieces = strength.pieces
@@ -105,7 +104,7 @@ def slide_quickly(
     )
     scale = skin.scale(largest, largest_speed)
     scale = scale[[2, 0, 1]] if is_elastic else np.array([scale[0], 1.0, 1.0])
-    sizes = compiled_step.Sizes(
+    sizes = compiled_records.Sizes(
         tolerance, scale, STILL * largest_speed, DEAD_BAND * largest, MOST_EVENTS, AT_ONCE
     )
     assert law.bristles is not None
@@ -135,13 +134,13 @@ def slide_quickly(
 
 def _course(strength: Between, motion: Motion, floor: float) -> Any:
     """Strength, speed and touch from corner to corner, as the compiled steps take them."""
-    from electrovib.solve.mechanics.stick_slip import compiled_step
+    from electrovib.solve.mechanics.stick_slip import compiled_records
 
     stops, pieces = strength.ends, strength.pieces
     last = np.searchsorted(pieces.knots, stops[1:], side="left")
     first = np.searchsorted(pieces.knots, stops[:-1], side="right") - 1
     touches = np.asarray(motion.touches((stops[1:] + stops[:-1]) / 2), dtype=float)
-    return compiled_step.GivenOverTime(
+    return compiled_records.GivenOverTime(
         stops, motion.speeds(stops), touches, first, np.maximum(last, first + 1), *pieces, floor
     )
 
@@ -151,7 +150,7 @@ def _marched(
 ) -> tuple[Real, Real, list[float], list[int], Real]:
     """States and directions at the output times, moments [s] and kinds of events, and the counts."""
     from electrovib.solve.mechanics.stick_slip import compiled_march as march
-    from electrovib.solve.mechanics.stick_slip import compiled_step
+    from electrovib.solve.mechanics.stick_slip import compiled_records
 
     states, directions = np.empty((len(state), len(times))), np.empty(len(times))
     memory = np.zeros(march.STATUS + 1)
@@ -161,7 +160,7 @@ def _marched(
     )  # two may come with a stretch
     memory[march.WANTED] = 1e-3 * float(given[0].stops[1])
     memory[march.DIRECTION] = memory[march.SIDE] = 1.0
-    method = compiled_step.RadauNumbers(NODES, WEIGHTS, COEFFICIENTS)
+    method = compiled_records.RadauNumbers(NODES, WEIGHTS, COEFFICIENTS)
     memory[march.STATUS] = march.GOES_ON
     meter = Meter("a friction with bristles", end=float(times[-1]), each=BRISTLE_STEP, remedy=SHORTER)
     while memory[march.STATUS] == march.GOES_ON:

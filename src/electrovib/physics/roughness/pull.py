@@ -1,120 +1,27 @@
-"""Rough contact: gaps that differ from place to place, and the pull averaged over them with its contact part.
-
-At each place the layers and the local gap are taken as plates in series. That holds where the roughness varies
-along the surface over lengths long against 2 pi T_i, T_i being the thickness of the insulator: on a coat of a
-micrometre, not on a film of 90 um (0.57 mm, more than the period of a print).
-"""
+"""Gaps that differ from place to place, and the pull averaged over them."""
 
 from __future__ import annotations
 
 import functools
 import math
-from abc import abstractmethod
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.roughness.spots import ContactSpots
 
 NODES = 96
 """Gauss points of the average: within 1e-9 of it for layers from 1e-5 to 1e5 rms gaps thick."""
+
+
 REACH = 9.0
 """How many rms gaps on either side of the mean are integrated: 1e-19 of the places lie beyond."""
 
+
 _gauss = functools.cache(np.polynomial.legendre.leggauss)
-
-
-class ContactSpots(Model, family=True):
-    """What the voltage does where skin and plate touch."""
-
-    @property
-    @abstractmethod
-    def leak(self) -> float | None:
-        """Conductivity of what is between the faces of a spot [S/m]; None where there is no field at all."""
-
-    @abstractmethod
-    def field_share(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Field at a spot over that at one that insulates.
-
-        Parameters
-        ----------
-        frequency : float or ndarray
-            Hz, 0 or more; 0 is a voltage held for ever. NaN gives NaN.
-
-        Returns
-        -------
-        complex or ndarray
-            1, same shape.
-        """
-
-
-class PullingSpots(ContactSpots):
-    """Spots that insulate: the whole field of a vanishing gap pulls."""
-
-    equation: ClassVar[Mapping[str, str]] = {"field_share": "1"}
-
-    @property
-    def leak(self) -> float:
-        """Conduct nothing [S/m]."""
-        return 0.0
-
-    def field_share(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Give 1, NaN where the frequency is NaN."""
-        return _shared(1.0, frequency)
-
-
-class IdleSpots(ContactSpots):
-    """Spots without a field between the faces, bridged for instance by sweat: they touch and do not pull."""
-
-    @property
-    def leak(self) -> None:
-        """Give nothing: there is no field to conduct in."""
-
-    def field_share(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Give 0, NaN where the frequency is NaN."""
-        return _shared(0.0, frequency)
-
-
-class LeakingSpots(ContactSpots):
-    """Spots that conduct: charge crosses to the plate's surface, so a held voltage ends up not pulling there.
-
-    Notes
-    -----
-    A gap that vanishes and leaks is a high pass of time constant eps0 rho, while the charge that has crossed
-    does not spread along the surface of the insulator.
-    """
-
-    equation: ClassVar[Mapping[str, str]] = {
-        "field_share": "2*pi*I*frequency*eps0*resistivity/(1 + 2*pi*I*frequency*eps0*resistivity)"
-    }
-    example: ClassVar[Mapping[str, Any]] = {"resistivity": 1e8}
-
-    resistivity: Annotated[
-        Number, Quantity("ohm m", 1e-3, 1e18, "resistivity of what is between the faces of a spot")
-    ]
-
-    @property
-    def leak(self) -> float:
-        """Conductivity [S/m]."""
-        return 1 / self.resistivity
-
-    def field_share(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Give the high pass."""
-        phase = 2j * np.pi * np.asarray(frequency, dtype=float) * eps0 * self.resistivity
-        with np.errstate(invalid="ignore"):  # a NaN is handed on
-            share: NDArray[np.complex128] = phase / (1 + phase)
-        return share
-
-
-def _shared(value: float, frequency: ArrayLike) -> NDArray[np.complex128]:
-    given = np.asarray(frequency, dtype=float)
-    return np.asarray(np.where(np.isnan(given), np.nan, value), dtype=complex)
 
 
 @dataclass(frozen=True)
@@ -273,52 +180,3 @@ def mean_pull(
     stress = eps0 * np.asarray(voltage, dtype=float) ** 2 / 2
     share = np.abs(spots.field_share(np.asarray(frequency, dtype=float))) ** 2
     return Pull(stress * gaps.contact_fraction * share / np.abs(thickness) ** 2, stress * inverse)
-
-
-def contact_fraction(pressure: ArrayLike, *, modulus: float, slope: float) -> NDArray[np.float64]:
-    """Share of the nominal area in real contact when a rough elastic body is pressed on a plate.
-
-    Parameters
-    ----------
-    pressure : float or array_like
-        Nominal pressure [Pa], 0 or more: load plus attraction.
-    modulus : float
-        Effective modulus E/(1 - nu^2) [Pa], above 0.
-    slope : float
-        Root mean square slope of the roughness, above 0.
-
-    Returns
-    -------
-    float or ndarray
-        A_real/A0, from 0 to 1.
-
-    Notes
-    -----
-    erf(sqrt(2) p/(E* h')): recalled from Persson's contact mechanics, not read. Its limits are checked: 1.596
-    p/(E* h') for small pressures, 1 for large ones.
-    """
-    from scipy.special import erf
-
-    share: NDArray[np.float64] = erf(math.sqrt(2) * np.asarray(pressure, dtype=float) / (modulus * slope))
-    return share
-
-
-def contact_growth(pressure: float, *, modulus: float, slope: float) -> float:
-    """Rate at which `contact_fraction` grows with pressure.
-
-    Parameters
-    ----------
-    pressure : float
-        Nominal pressure [Pa], 0 or more.
-    modulus : float
-        Effective modulus [Pa], above 0.
-    slope : float
-        Root mean square slope, above 0.
-
-    Returns
-    -------
-    float
-        1/Pa.
-    """
-    reduced = pressure / (modulus * slope)
-    return math.sqrt(8 / math.pi) / (modulus * slope) * math.exp(-2 * reduced**2)

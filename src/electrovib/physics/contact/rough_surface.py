@@ -1,0 +1,178 @@
+"""Rough elastic skin: its repulsion falls exponentially with the gap, and a share of it touches."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.contact.surface import Surface
+from electrovib.physics.roughness import GaussianGaps, contact_fraction, contact_growth
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import ArrayLike, NDArray
+
+MOST_TOUCHING = 0.5
+"""Share of real contact up to which a Gaussian of gaps with a mean not below 0 stands for the relief."""
+MODULUS = Quantity("Pa", 1e2, 1e12, "effective modulus E/(1 - nu^2) of the skin at the plate")
+SLOPE = Quantity("1", 1e-6, 1e3, "root mean square slope of the relief")
+
+
+class RoughSurface(Surface, family=True):
+    """A rough elastic skin whose real contact is that of Persson's theory.
+
+    Notes
+    -----
+    A_real/A0 = erf(sqrt(2) p/(E* h')), recalled. Every member declares its `modulus` E* and its `rms_slope` h'.
+    """
+
+    if TYPE_CHECKING:  # parameters of every member, each in its own order
+
+        @property
+        def modulus(self) -> float:
+            """Effective modulus of the skin [Pa]."""
+
+        @property
+        def rms_slope(self) -> float:
+            """Root mean square slope of the relief."""
+
+    def real_share(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Share that touches."""
+        return contact_fraction(pressure, modulus=self.modulus, slope=self.rms_slope)
+
+    def real_growth(self, pressure: float) -> float:
+        """Growth of the touching share with pressure [1/Pa]."""
+        return contact_growth(pressure=pressure, modulus=self.modulus, slope=self.rms_slope)
+
+    def gaps(self, pressure: float) -> GaussianGaps:
+        """Gaps under a pressure: those with its mean gap and its real contact."""
+        at = np.asarray(pressure)
+        return gaussian_gaps(mean_gap=float(self.gap(at)), touching=float(self.real_share(at)))
+
+
+class PerssonSurface(RoughSurface):
+    """A rough elastic skin after Persson: repulsion falls exponentially with the mean gap.
+
+    Notes
+    -----
+    p = pressure_factor E* exp(-gap/(decay_factor rms_gap)) and A_real/A0 = erf(sqrt(2) p/(E* h')). The forms
+    are recalled, not read; so are the two factors (for the pressure of the order of the wave number of the
+    longest roughness times its rms height, for the decay somewhat below 1), which therefore have no default.
+    Valid for small pressures, mean gaps of some rms gaps; towards gap 0 the exponential has no ground.
+    """
+
+    reference: ClassVar[str] = "doi:10.1063/1.5024038"
+    status: ClassVar[str] = "recalled"
+    equation: ClassVar[Mapping[str, str]] = {
+        "pressure": "pressure_factor*modulus*exp(-gap/(decay_factor*rms_gap))",
+        "slope": "-pressure_factor*modulus*exp(-gap/(decay_factor*rms_gap))/(decay_factor*rms_gap)",
+        "real_share": "erf(sqrt(2)*pressure/(modulus*rms_slope))",
+    }
+    example: ClassVar[Mapping[str, Any]] = {
+        "modulus": 2e7,
+        "rms_slope": 1.0,
+        "rms_gap": 2e-5,
+        "pressure_factor": 0.5,
+        "decay_factor": 0.5,
+    }
+
+    modulus: Annotated[Number, MODULUS]
+    rms_slope: Annotated[Number, SLOPE]
+    rms_gap: Annotated[Number, Quantity("m", 1e-10, 1e-2, "root mean square height of the relief")]
+    pressure_factor: Annotated[Number, Quantity("1", 1e-6, 1e3, "repulsion at gap 0 over the modulus")]
+    decay_factor: Annotated[Number, Quantity("1", 0.01, 10, "gap of an e-fold of repulsion over rms height")]
+
+    def pressure(self, gap: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Repulsion per area [Pa]."""
+        flat, decay = self.pressure_factor * self.modulus, self.decay_factor * self.rms_gap
+        return exponential_pressure(gap, flat=flat, decay=decay)
+
+    def slope(self, gap: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Change of the repulsion with the gap [Pa/m]."""
+        return -self.pressure(gap) / (self.decay_factor * self.rms_gap)
+
+    def gap(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Mean gap under a pressure [m]."""
+        flat, decay = self.pressure_factor * self.modulus, self.decay_factor * self.rms_gap
+        return exponential_gap(pressure, flat=flat, decay=decay)
+
+
+def exponential_pressure(gap: ArrayLike, *, flat: float, decay: float) -> NDArray[np.float64]:
+    """Repulsion that falls exponentially with the gap.
+
+    Parameters
+    ----------
+    gap : float or array_like
+        m.
+    flat : float
+        Pressure at gap 0 [Pa].
+    decay : float
+        Gap over which it falls e-fold [m].
+
+    Returns
+    -------
+    float or ndarray
+        Pa, same shape.
+    """
+    pressure: NDArray[np.float64] = flat * np.exp(-np.asarray(gap, dtype=float) / decay)
+    return pressure
+
+
+def exponential_gap(pressure: ArrayLike, *, flat: float, decay: float) -> NDArray[np.float64]:
+    """Gap at which an exponential repulsion bears a pressure.
+
+    Parameters
+    ----------
+    pressure : float or array_like
+        Pa; 0 or less is borne at no gap, an infinite one.
+    flat : float
+        Pressure at gap 0 [Pa].
+    decay : float
+        Gap over which the repulsion falls e-fold [m].
+
+    Returns
+    -------
+    float or ndarray
+        m, same shape; 0 from the flat pressure on.
+    """
+    with np.errstate(divide="ignore"):
+        ratio = np.log(flat / np.maximum(np.asarray(pressure, dtype=float), 0.0))
+    gap: NDArray[np.float64] = np.maximum(decay * ratio, 0.0)
+    return gap
+
+
+def gaussian_gaps(*, mean_gap: float, touching: float) -> GaussianGaps:
+    """Gaps of a relief whose mean gap and whose real contact are known.
+
+    Parameters
+    ----------
+    mean_gap : float
+        Mean over the whole area, places that touch counted as 0 [m], above 0.
+    touching : float
+        Share that touches, above 0 and at most `MOST_TOUCHING`.
+
+    Returns
+    -------
+    GaussianGaps
+        The one Gaussian that has both: x = mean/rms from Phi(-x) = touching, rms = mean_gap/(x Phi(x) + n(x)).
+
+    Raises
+    ------
+    InputError
+        If the relief is flattened too far for a Gaussian, or bears nothing.
+    """
+    from scipy.special import ndtr, ndtri
+
+    if not (mean_gap > 0 and math.isfinite(mean_gap) and 0 < touching <= MOST_TOUCHING):
+        raise InputError(
+            f"a share of {touching:g} in contact at a mean gap of {mean_gap:g} m: a Gaussian of gaps stands for the relief"
+            f" only above gap 0 and up to {MOST_TOUCHING:g} in contact; lower the pressure, or use one gap (no 'spots')"
+        )
+    x = -float(ndtri(touching))
+    rms = mean_gap / (x * float(ndtr(x)) + math.exp(-(x**2) / 2) / math.sqrt(2 * math.pi))
+    return GaussianGaps(mean=x * rms, rms=rms)

@@ -1,0 +1,113 @@
+"""The plate's voltage as a sum of exponentials, and what relaxes beneath it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.solve.electrics.linear.straight import chunks
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+
+
+_SAME_RATE = 1e-8
+"""Rates nearer to each other than this share count as equal."""
+
+
+def risen(rates: Real, time: Real) -> Real:
+    """Integral of exp(-rate t) from 0 to each time.
+
+    Parameters
+    ----------
+    rates : ndarray, shape (m,)
+        >= 0 [1/s].
+    time : ndarray, shape (times,)
+        s.
+
+    Returns
+    -------
+    ndarray, shape (m, times)
+        s.
+    """
+    return overlap(rates, np.zeros(1), time)[:, 0]
+
+
+def _apart_from(rates: Real, fading: Real) -> Real:
+    """Move rates that equal one of others away by a little: t exp(-rate t) is then met to about 1e-8."""
+    near = np.abs(rates[:, None] - fading) <= _SAME_RATE * fading
+    positive = rates[rates > 0]
+    step = np.where(fading > 0, fading, np.min(positive) if len(positive) else 1.0)
+    return np.where(np.any(near, axis=0), fading + 2 * _SAME_RATE * step, fading)
+
+
+def overlap(first: Real, second: Real, time: Real) -> Real:
+    """Integral over s of exp(-first (t - s)) exp(-second s), without cancellation.
+
+    Parameters
+    ----------
+    first, second : ndarray, shapes (m,) and (n,)
+        Rates, >= 0 [1/s].
+    time : ndarray, shape (times,)
+        s.
+
+    Returns
+    -------
+    ndarray, shape (m, n, times)
+        s.
+    """
+    slower = np.minimum(first[:, None], second)[..., None]
+    apart = np.abs(first[:, None] - second)[..., None] * time
+    share = np.ones_like(apart)
+    np.divide(-np.expm1(-apart), apart, out=share, where=apart > 0)
+    return np.asarray(time * np.exp(-slower * time) * share)
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Voltage of the plate since some time: sum of level exp(-rate t) and of slope (1 - exp(-rate t))/rate.
+
+    Parameters
+    ----------
+    rates, levels, slopes : ndarray, shape (n,)
+        1/s, >= 0; V; V/s.
+    """
+
+    rates: Real
+    levels: Real
+    slopes: Real
+
+    def voltage(self, time: Real) -> Real:
+        """Voltage [V] at times since [s]."""
+        falling = np.exp(-np.outer(self.rates, time))
+        return np.asarray(self.levels @ falling + self.slopes @ risen(self.rates, time))
+
+    def slope(self, time: Real) -> Real:
+        """Rate of change [V/s] at times since [s]."""
+        return np.asarray((self.slopes - self.rates * self.levels) @ np.exp(-np.outer(self.rates, time)))
+
+    def answer(self, rates: Real, state: Real, time: Real) -> Real:
+        """States x' = rate (v - x) beneath this voltage.
+
+        Parameters
+        ----------
+        rates, state : ndarray, shape (m,)
+            1/s; V, at the beginning.
+        time : ndarray, shape (times,)
+            Since then [s].
+
+        Returns
+        -------
+        ndarray, shape (m, times)
+            V.
+        """
+        found = state[:, None] * np.exp(-np.outer(rates, time))
+        for piece in chunks(len(time), len(rates) * len(self.rates) + 1):
+            some = time[piece]
+            shared = overlap(rates, self.rates, some)
+            found[:, piece] += np.einsum("n,mnt->mt", self.levels, shared) * rates[:, None]
+            found[:, piece] += self.slopes @ risen(self.rates, some)
+            found[:, piece] -= np.einsum("n,mnt->mt", self.slopes, shared)
+        return np.asarray(found)

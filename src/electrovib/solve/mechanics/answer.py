@@ -1,0 +1,40 @@
+"""What the mechanics does over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from electrovib.core.lamps import Lamp
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+
+
+@dataclass
+class Mechanics:
+    """What the mechanics does over time.
+
+    Parameters
+    ----------
+    signals : dict
+        Dimensions and values of every signal.
+    how : dict
+        Errors and events, for the Trace.
+    lamps : list of Lamp
+        What a user should know.
+    """
+
+    signals: dict[str, Any] = field(default_factory=dict)
+    how: dict[str, Any] = field(default_factory=dict)
+    lamps: list[Lamp] = field(default_factory=list)
+
+    def add(self, rows: dict[str, Real]) -> None:
+        """Take signals over time.
+
+        Parameters
+        ----------
+        rows : dict of str to ndarray, shape (n,)
+            By the name of the signal, in its unit.
+        """
+        self.signals |= {name: (("time",), row) for name, row in rows.items()}

@@ -1,0 +1,168 @@
+"""A sliding skin with inertia and a spring, and one that is rigid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+    from electrovib.physics.friction import BristleFriction
+from electrovib.solve.mechanics.stick_slip.skin import Energies, SlidingSkin
+
+
+@dataclass(frozen=True)
+class CompliantSlidingSkin(SlidingSkin):
+    """Skin with mass on a spring and a damper: displacement, speed, deflection, work, two heats.
+
+    Parameters
+    ----------
+    law : BristleFriction
+        Friction of the contact.
+    mass, stiffness, damping : float
+        kg, N/m, N s/m; the first two above 0.
+    """
+
+    mass: float
+    stiffness: float
+    damping: float
+    states: ClassVar[int] = 6
+
+    def rate(self, now: Real, speed: float, strength: float, direction: int) -> Real:
+        """Rate of the slice: m/s, m/s2, m/s, W, W, W."""
+        displacement, over_plate, deflection = now[0], now[1], now[2]
+        skin_speed = speed - over_plate
+        rate, friction = _friction(self.law, deflection, over_plate, strength, direction)
+        hand = self.stiffness * displacement + self.damping * skin_speed
+        return np.array(
+            [
+                skin_speed,
+                (hand - friction) / self.mass,
+                rate,
+                hand * speed,
+                self.damping * skin_speed * skin_speed,
+                friction * over_plate - self.law.stiffness * deflection * rate,
+            ]
+        )
+
+    def speed_over_plate(self, now: Real, speed: float | Real) -> Real:
+        """Second state [m/s]; the bone's does not matter."""
+        del speed
+        return np.asarray(now[1])
+
+    def deflection(self, now: Real) -> Real:
+        """Third state [m]."""
+        return np.asarray(now[2])
+
+    def displacement(self, now: Real) -> Real:
+        """First state [m]."""
+        return np.asarray(now[0])
+
+    def let_go(self, now: Real) -> Real:
+        """Slice without deflection [m], with its energy in the heat [J]."""
+        heat = now[5] + self.law.stiffness * now[2] ** 2 / 2
+        return np.array([now[0], now[1], 0.0, now[3], now[4], heat])
+
+    def scale(self, strength: float, speed: float) -> Real:
+        """Sizes from strength [N] and speed [m/s]."""
+        stretch = strength / self.stiffness
+        return np.array([stretch, speed, strength / self.law.stiffness, *[strength * stretch] * 3])
+
+    def settled(self, speed: float, strength: float) -> Real:
+        """Slice at a steady speed [m/s] and strength [N]."""
+        deflection, friction = _steady(self.law, speed, strength)
+        return np.array([friction / self.stiffness, speed, deflection, 0.0, 0.0, 0.0])
+
+    def natural_speed(self, strength: float) -> float:
+        """Speed [m/s] of the skin let go from the stretch under a strength [N]."""
+        return strength / float(np.sqrt(self.stiffness * self.mass))
+
+    def natural_force(self, speed: float) -> float:
+        """Force [N] of the spring when the skin is stopped from a speed [m/s]."""
+        return speed * float(np.sqrt(self.stiffness * self.mass))
+
+    def energies(self, now: Real) -> Energies:
+        """Energies [J]."""
+        kinetic = self.mass * now[1] ** 2 / 2
+        elastic = self.stiffness * now[0] ** 2 / 2
+        bristle = self.law.stiffness * now[2] ** 2 / 2
+        before = float(kinetic[0] + elastic[0] + bristle[0])
+        return Energies(now[3], kinetic, elastic, bristle, now[4], now[5], before)
+
+
+@dataclass(frozen=True)
+class RigidSlidingSkin(SlidingSkin):
+    """Skin that moves as the bone does: deflection, work, heat of the friction.
+
+    Parameters
+    ----------
+    law : BristleFriction
+        Friction of the contact.
+    """
+
+    states: ClassVar[int] = 3
+
+    def rate(self, now: Real, speed: float, strength: float, direction: int) -> Real:
+        """Rate of the slice: m/s, W, W."""
+        rate, friction = _friction(self.law, now[0], speed, strength, direction)
+        work = friction * speed
+        return np.array([rate, work, work - self.law.stiffness * now[0] * rate])
+
+    def speed_over_plate(self, now: Real, speed: float | Real) -> Real:
+        """Speed of the bone [m/s]."""
+        del now
+        return np.asarray(speed)
+
+    def deflection(self, now: Real) -> Real:
+        """First state [m]."""
+        return np.asarray(now[0])
+
+    def displacement(self, now: Real) -> Real:
+        """None [m]."""
+        return np.zeros_like(now[0])
+
+    def let_go(self, now: Real) -> Real:
+        """Slice without deflection [m], with its energy in the heat [J]."""
+        return np.array([0.0, now[1], now[2] + self.law.stiffness * now[0] ** 2 / 2])
+
+    def scale(self, strength: float, speed: float) -> Real:
+        """Sizes from strength [N]; the speed [m/s] is given."""
+        del speed
+        deflection = strength / self.law.stiffness
+        return np.array([deflection, *[strength * deflection] * 2])
+
+    def settled(self, speed: float, strength: float) -> Real:
+        """Slice at a steady speed [m/s] and strength [N]."""
+        return np.array([_steady(self.law, speed, strength)[0], 0.0, 0.0])
+
+    def natural_speed(self, strength: float) -> float:
+        """Give 1 m/s: without a finger, whatever the strength [N], no speed but the hand's counts."""
+        del strength
+        return 1.0
+
+    def natural_force(self, speed: float) -> float:
+        """Give none [N]: a rigid finger needs no force for its speed [m/s]."""
+        del speed
+        return 0.0
+
+    def energies(self, now: Real) -> Energies:
+        """Energies [J]."""
+        bristle, nothing = self.law.stiffness * now[0] ** 2 / 2, np.zeros_like(now[0])
+        return Energies(now[1], nothing, nothing, bristle, nothing, now[2], float(bristle[0]))
+
+
+def _friction(
+    law: BristleFriction, deflection: Any, speed: Any, strength: Any, direction: Any
+) -> tuple[Any, Any]:
+    """Rate of the deflection [m/s] and force [N]; the law takes numbers as it takes arrays."""
+    rate = law.deflection_rate(deflection, speed, strength, direction)
+    return rate, law.force(deflection, rate, speed)
+
+
+def _steady(law: BristleFriction, speed: Any, strength: Any) -> tuple[float, float]:
+    """Deflection [m] and force [N] of steady sliding; none at rest."""
+    deflection: Any = np.sign(speed) * law.strength_at(speed, strength) / law.stiffness
+    rest: Any = 0.0
+    return float(deflection), float(law.force(deflection, rest, speed))

@@ -1,0 +1,22 @@
+"""Radau's collocation of three stages: nodes and weights."""
+
+from __future__ import annotations
+
+import numpy as np
+
+STAGES = 3
+ORDER = 2 * STAGES - 1
+"""Declared order of convergence where the rate is smooth."""
+_ROOT = np.sqrt(6.0)
+NODES = np.array([(4 - _ROOT) / 10, (4 + _ROOT) / 10, 1.0])
+"""Radau IIA, three stages: zeros of x^2 (x - 1)^3 differentiated twice (Hairer and Wanner 1996, IV.5)."""
+WEIGHTS = np.array(
+    [
+        [(88 - 7 * _ROOT) / 360, (296 - 169 * _ROOT) / 1800, (-2 + 3 * _ROOT) / 225],
+        [(296 + 169 * _ROOT) / 1800, (88 + 7 * _ROOT) / 360, (-2 - 3 * _ROOT) / 225],
+        [(16 - _ROOT) / 36, (16 + _ROOT) / 36, 1 / 9],
+    ]
+)
+"""Integral of each stage's polynomial from the beginning to each node, as a share of the step (the same place)."""
+COEFFICIENTS = np.linalg.inv(NODES[:, None] ** np.arange(1, STAGES + 1))
+"""Powers of the share of a step from what the stages add."""
