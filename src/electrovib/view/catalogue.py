@@ -14,8 +14,13 @@ recalled. A recalled number is never a check, and a paper whose equation nobody 
 """
 
 
-def as_markdown() -> str:
-    """Write the page: one table for each thing predicted, then the claims of every paper of this package.
+def as_markdown(*, own: bool = False) -> str:
+    """Write the page: one table for each thing predicted, then the claims of every paper.
+
+    Parameters
+    ----------
+    own : bool
+        Leave out what other packages contribute.
 
     Returns
     -------
@@ -25,11 +30,11 @@ def as_markdown() -> str:
     parts = [INTRODUCTION]
     parts += [
         f"## {table.title[0].upper()}{table.title[1:]}\n\n{_rows(table)}"
-        for table in catalogue.tables(own=True)
+        for table in catalogue.tables(own=own)
     ]
     parts.append(f"## What each paper claims, what not, and what it offers\n\n{catalogue.NAMES}.\n")
     for name, module in papers().items():
-        if not catalogue.is_own(module):
+        if own and not catalogue.is_own(module):
             continue
         said = catalogue.claims(module)
         lines = [f"**{name}** ({module.STATUS}). {module.CITATION}", ""]
