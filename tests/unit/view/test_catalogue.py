@@ -14,7 +14,8 @@ PAGE = Path(__file__).parents[3] / "docs" / "models.md"
 
 
 def test_the_page_is_as_the_code_is():
-    # to renew it: python -c "from electrovib.view.catalogue import as_markdown; print(as_markdown(own=True), end='')" > docs/models.md
+    # to renew it:
+    # python -c "from electrovib.view.catalogue import as_markdown; print(as_markdown(own=True), end='')" > docs/models.md
     assert PAGE.read_text(encoding="utf-8") == as_markdown(own=True)
 
 
