@@ -364,9 +364,9 @@ def test_the_lowest_crossing_is_given():
     assert 80 < first < 100
     assert vardar_2017.sine_over_square(skin, frequency=1920.0, edge=200e-6) > 0
     sine, square = vardar_2017.scenarios()["sine"], vardar_2017.scenarios()["square"]
-    never = crossover(lambda _: (sine, square), 15.0, 1920.0, ON_FORCE)
+    never = crossover(lambda _: (sine, square), low=15.0, high=1920.0, person=ON_FORCE)
     assert never == math.inf
-    turned = crossover(lambda _: (square, sine), 15.0, 1920.0, ON_FORCE)
+    turned = crossover(lambda _: (square, sine), low=15.0, high=1920.0, person=ON_FORCE)
     assert turned == 0.0
 
 

@@ -36,8 +36,8 @@ CELLS += [(SCREEN, *key, value) for key, value in SCREEN_CELLS.items()]
 )
 def test_cells(stack, law, gap, force):
     digits = 2e-3 if force in {27.5e-3, 0.389e-3} else 5e-4  # half of the last of three or four digits
-    assert cell(stack, law, gap) == pytest.approx(force, rel=digits)
-    assert cell(stack, law, gap) != pytest.approx(force * (1 + 3 * digits), rel=digits)
+    assert cell(stack, law, gap=gap) == pytest.approx(force, rel=digits)
+    assert cell(stack, law, gap=gap) != pytest.approx(force * (1 + 3 * digits), rel=digits)
 
 
 @pytest.mark.parametrize("stack", [FILM, SCREEN], ids=lambda stack: stack.name)

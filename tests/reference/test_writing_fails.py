@@ -36,9 +36,9 @@ def trace(size: int, seed: int) -> xarray.Dataset:
 
 
 def reproduction(size: int, seed: int) -> Reproduction:
-    curve = Curve("a", np.arange(float(size)), np.random.default_rng(seed).normal(size=size))
-    panel = Panel("fig1", "1", "One.", ("time", "s"), ("force", "N"), (curve,))
-    return Reproduction("nobody_2099", "", (), (panel,))
+    curve = Curve(label="a", x=np.arange(float(size)), y=np.random.default_rng(seed).normal(size=size))
+    panel = Panel(id="fig1", title="1", caption="One.", x=("time", "s"), y=("force", "N"), curves=(curve,))
+    return Reproduction(paper="nobody_2099", citation="", rows=(), panels=(panel,))
 
 
 def write(name: str, size: int, seed: int) -> None:

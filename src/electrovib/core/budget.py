@@ -43,7 +43,7 @@ class Budget:
     memory: float = 4e9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Work:
     """A part of a computation, before it is done.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ class Check:
     """
 
     name: str
+    _: KW_ONLY
     expect: float
     rtol: float
     source: str

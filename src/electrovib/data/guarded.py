@@ -30,7 +30,7 @@ _KINDS: Final = "fiucb"
 _ADVICE: Final = "Copy it again from where it was made, or export it there as .csv."
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ReaderLimits:
     """What a reader may use.
 
@@ -54,7 +54,12 @@ class ReaderLimits:
         """Ten times the size and 64 MB; 3 s and 1 s for each 10 MB, ten times as long by the clock."""
         size = path.stat().st_size
         seconds = 3 + size / 10e6
-        return cls(memory_allowed(size), content_allowed(size), seconds, 10 * seconds)
+        return cls(
+            memory=memory_allowed(size),
+            content=content_allowed(size),
+            processor_time=seconds,
+            waiting_time=10 * seconds,
+        )
 
 
 @dataclass(frozen=True)

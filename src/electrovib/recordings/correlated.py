@@ -51,7 +51,7 @@ def autocovariance(residual: NDArray[np.float64], *, fitted: int = 0) -> NDArray
     return np.asarray(np.fft.irfft(spectrum)[:count])
 
 
-def covariance(jacobian: NDArray[np.float64], autocovariance: NDArray[np.float64]) -> NDArray[np.float64]:
+def covariance(*, jacobian: NDArray[np.float64], autocovariance: NDArray[np.float64]) -> NDArray[np.float64]:
     """Covariance of parameters that least squares fitted through noise of known autocovariance.
 
     Parameters
@@ -82,7 +82,7 @@ def covariance(jacobian: NDArray[np.float64], autocovariance: NDArray[np.float64
     return np.asarray(inverse @ matmul_toeplitz(lags, inverse.T))
 
 
-def line(time: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, float, float, float]:
+def line(*, time: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, float, float, float]:
     """Fit a straight line to a stretch of a record.
 
     Parameters
@@ -101,6 +101,8 @@ def line(time: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float,
     jacobian = np.column_stack([np.ones_like(time), time - time.mean()])
     mean, slope = (float(value) for value in np.linalg.lstsq(jacobian, values, rcond=None)[0])
     # about the mean, so that a drift counts as scatter of the mean
-    of_mean = covariance(jacobian[:, :1], autocovariance(values - mean, fitted=1))
-    of_slope = covariance(jacobian, autocovariance(values - jacobian @ [mean, slope], fitted=2))
+    of_mean = covariance(jacobian=jacobian[:, :1], autocovariance=autocovariance(values - mean, fitted=1))
+    of_slope = covariance(
+        jacobian=jacobian, autocovariance=autocovariance(values - jacobian @ [mean, slope], fitted=2)
+    )
     return mean, float(np.sqrt(max(of_mean[0, 0], 0.0))), slope, float(np.sqrt(max(of_slope[1, 1], 0.0)))

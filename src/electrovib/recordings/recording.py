@@ -25,7 +25,7 @@ _FEWEST = 100
 """Samples below which nothing can be told apart."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Recording:
     """What a tribometer recorded, calibrated; the zeros of its forces are still those of the sensors.
 
@@ -137,16 +137,16 @@ def calibrated(
         position = channels.encoder.position(given["encoder"])
         wraps = int(np.count_nonzero(np.diff(channels.encoder.wraps(given["encoder"]))))
     return Recording(
-        time,
-        channels.normal.force(given["normal"]),
-        channels.lateral.force(given["lateral"]),
-        position,
-        abs(channels.encoder.step) if channels.encoder is not None else 0.0,
-        channels,
-        source,
-        wraps,
-        int(np.count_nonzero(~whole)),
-        {name: at_rail(given[name]) for name in ("normal", "lateral")},
+        time=time,
+        normal_force=channels.normal.force(given["normal"]),
+        lateral_force=channels.lateral.force(given["lateral"]),
+        position=position,
+        step=abs(channels.encoder.step) if channels.encoder is not None else 0.0,
+        channels=channels,
+        source=source,
+        wraps=wraps,
+        missing=int(np.count_nonzero(~whole)),
+        at_rail={name: at_rail(given[name]) for name in ("normal", "lateral")},
     )
 
 

@@ -47,7 +47,7 @@ _PERIODS = 4.0
 """Length of a fitted decay, in periods."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Ringing:
     """A release and the ringing after it. Times are s after the drive ends unless they say otherwise.
 
@@ -193,14 +193,14 @@ def ringing(
     window, best = duration, None
     for _ in range(6):
         here = (since > -duration / 2) & (since < window)
-        best = resonant_release(since[here], measured[here], window)
+        best = resonant_release(stamps=since[here], force=measured[here], window=window)
         wanted = min(duration, best.start + np.log(1 / _REMAINS) * best.quality / (np.pi * best.frequency))
         if abs(wanted - window) < 0.02 * window:
             break
         window = float(wanted)
     assert best is not None
-    uncertainty, interval = uncertainties(since[here], measured[here], window, best)
-    without, plain = plain_release(since[here], measured[here], window)
+    uncertainty, interval = uncertainties(stamps=since[here], force=measured[here], window=window, best=best)
+    without, plain = plain_release(stamps=since[here], force=measured[here], window=window)
     period = 1 / best.frequency
     extrema = find_extrema(
         since, measured, start=best.delay, period=period, level=best.after, scatter=scatter, end=duration
@@ -210,10 +210,28 @@ def ringing(
     words = words_about(best, uncertainty, interval, without, extrema, (early, late))
     words += about_the_record(readback if enabled is None else None, missing)
     return Ringing(
-        end, best.delay, best.fall_time, interval, best.held, best.after, best.frequency, best.quality, uncertainty,
-        best.misfit, without, scatter, missing, tuple(extrema), early, late, since[here], measured[here], best.model,
-        plain, words,
-    )  # fmt: skip
+        drive_end=end,
+        delay=best.delay,
+        fall_time=best.fall_time,
+        fall_time_interval=interval,
+        held=best.held,
+        after=best.after,
+        frequency=best.frequency,
+        quality=best.quality,
+        uncertainty=uncertainty,
+        misfit=best.misfit,
+        misfit_without=without,
+        scatter=scatter,
+        missing=missing,
+        extrema=tuple(extrema),
+        early=early,
+        late=late,
+        time=since[here],
+        force=measured[here],
+        model=best.model,
+        model_without=plain,
+        words=words,
+    )
 
 
 def _checked(
@@ -243,13 +261,13 @@ def _checked(
     columns = {name: values[kept] for name, values in columns.items()}
     when, measured = columns["time"], columns["force"]
     if "enabled" in columns:
-        end = drive_end(when, columns["enabled"], "enabled")
+        end = drive_end(time=when, voltage=columns["enabled"], name="enabled")
     else:
         try:
             volts = readback.driving(when - when[0], columns["voltage"])
         except ValueError as error:
             raise InputError(f"voltage: {error}") from None
-        end = drive_end(when, volts, "voltage")
+        end = drive_end(time=when, voltage=volts, name="voltage")
     counted = when - end
     near = (counted > -duration / 2) & (counted < duration)
     if counted[-1] < duration / 2 or counted[0] > -duration / 4 or np.count_nonzero(near) < 40:
@@ -268,8 +286,8 @@ def _scatter(stamps: NDArray[np.float64], force: NDArray[np.float64], duration: 
             f"fewer than {_FEWEST} samples lie before the drive ends, or later than {duration / 2:g} s after; record"
             " longer or change duration"
         )
-    held, of_held, slope, of_slope = line(stamps[before], force[before])
-    left, of_left, _, _ = line(stamps[after], force[after])
+    held, of_held, slope, of_slope = line(time=stamps[before], values=force[before])
+    left, of_left, _, _ = line(time=stamps[after], values=force[after])
     fall, error = held - left, np.hypot(of_held, of_left)
     drifts = abs(slope) > _DRIFTS * of_slope
     if drifts:

@@ -18,7 +18,7 @@ _SCALE = (0.05, 0.3, 0.1, 0.3)
 """By how much start, logarithms of fall time, frequency and quality change what is fitted about equally."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Release:
     """A fitted release. Times are s after the end of the drive.
 
@@ -62,7 +62,7 @@ class Release:
         )
 
 
-def resonant_release(stamps: NDArray[np.float64], force: NDArray[np.float64], window: float) -> Release:
+def resonant_release(*, stamps: NDArray[np.float64], force: NDArray[np.float64], window: float) -> Release:
     """Fit a release and one resonance, from the best of a grid.
 
     Parameters
@@ -161,7 +161,7 @@ class _Fit:
         )
 
     def residual(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        return levels_and_misfit(self._shape(values), self.force, self.stamps)[3]
+        return levels_and_misfit(shape=self._shape(values), force=self.force, stamps=self.stamps)[3]
 
     def solve(self, start: NDArray[np.float64], fixed: float | None = None) -> NDArray[np.float64]:
         from scipy.optimize import least_squares
@@ -184,14 +184,26 @@ class _Fit:
         return values
 
     def release(self, values: NDArray[np.float64]) -> Release:
-        held, after, misfit, residual, model = levels_and_misfit(self._shape(values), self.force, self.stamps)
+        held, after, misfit, residual, model = levels_and_misfit(
+            shape=self._shape(values), force=self.force, stamps=self.stamps
+        )
         fall_time, frequency, quality = (float(value) for value in np.exp(values[1:]))
         start = float(values[0]) * self.window
-        return Release(start, fall_time, frequency, quality, held, after, misfit, model, residual)
+        return Release(
+            start=start,
+            fall_time=fall_time,
+            frequency=frequency,
+            quality=quality,
+            held=held,
+            after=after,
+            misfit=misfit,
+            model=model,
+            residual=residual,
+        )
 
 
 def plain_release(
-    stamps: NDArray[np.float64], force: NDArray[np.float64], window: float
+    *, stamps: NDArray[np.float64], force: NDArray[np.float64], window: float
 ) -> tuple[float, NDArray[np.float64]]:
     """Fit an exponential release to a sensor that follows at once.
 
@@ -218,7 +230,7 @@ def plain_release(
         return np.asarray(np.exp(-late / np.exp(values[1])))
 
     def residual(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        return levels_and_misfit(shape(values), force, stamps)[3]
+        return levels_and_misfit(shape=shape(values), force=force, stamps=stamps)[3]
 
     bounds = ([-step / window, np.log(step / 10)], [0.5, np.log(window)])
     starts = [
@@ -231,5 +243,7 @@ def plain_release(
         least_squares(residual, starts[place], bounds=bounds, x_scale=[0.01, 0.3])
         for place in np.argsort(costs)[:6]
     ]
-    _, _, misfit, _, model = levels_and_misfit(shape(min(fits, key=lambda fit: fit.cost).x), force, stamps)
+    _, _, misfit, _, model = levels_and_misfit(
+        shape=shape(min(fits, key=lambda fit: fit.cost).x), force=force, stamps=stamps
+    )
     return misfit, model

@@ -31,7 +31,7 @@ class Extremum:
     force: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Decay:
     """A damped sine about a level.
 
@@ -59,7 +59,7 @@ class Decay:
         return asdict(self)
 
 
-def drive_end(time: NDArray[np.float64], voltage: NDArray[np.float64], name: str = "voltage") -> float:
+def drive_end(*, time: NDArray[np.float64], voltage: NDArray[np.float64], name: str = "voltage") -> float:
     """Find when a drive falls for the last time below half of its largest magnitude.
 
     Parameters
@@ -101,7 +101,7 @@ def _on(voltage: NDArray[np.float64]) -> tuple[NDArray[np.intp], float]:
 
 
 def levels_and_misfit(
-    shape: NDArray[np.float64], force: NDArray[np.float64], stamps: NDArray[np.float64]
+    *, shape: NDArray[np.float64], force: NDArray[np.float64], stamps: NDArray[np.float64]
 ) -> tuple[float, float, float, NDArray[np.float64], NDArray[np.float64]]:
     """Fit the levels at 1 and at 0 of a shape to a force.
 
@@ -238,14 +238,14 @@ def damped_sine(
     frequency, rate = (float(value) for value in np.exp(found.x))
     left = residual(found.x)
     # amplitudes and level are fitted anew for each frequency and rate, so their part is in these slopes already
-    alike = covariance(found.jac, autocovariance(left, fitted=5))
+    alike = covariance(jacobian=found.jac, autocovariance=autocovariance(left, fitted=5))
     quality = float(np.pi * frequency / rate)
     of_quality = float(alike[0, 0] + alike[1, 1] - 2 * alike[0, 1])
     return Decay(
-        start,
-        frequency,
-        quality,
-        frequency * float(np.sqrt(alike[0, 0])),
-        quality * float(np.sqrt(max(of_quality, 0.0))),
-        float(np.sqrt(np.mean(left**2))),
+        start=start,
+        frequency=frequency,
+        quality=quality,
+        frequency_uncertainty=frequency * float(np.sqrt(alike[0, 0])),
+        quality_uncertainty=quality * float(np.sqrt(max(of_quality, 0.0))),
+        misfit=float(np.sqrt(np.mean(left**2))),
     )

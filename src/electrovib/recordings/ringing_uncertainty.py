@@ -53,7 +53,7 @@ class Uncertainty:
 
 
 def uncertainties(
-    stamps: NDArray[np.float64], force: NDArray[np.float64], window: float, best: Release
+    *, stamps: NDArray[np.float64], force: NDArray[np.float64], window: float, best: Release
 ) -> tuple[dict[str, Uncertainty], tuple[float, float]]:
     """Judge a fitted release.
 
@@ -80,8 +80,8 @@ def uncertainties(
         autocovariance(best.residual[~after], fitted=1),
         autocovariance(best.residual[after], fitted=jacobian.shape[1]),
     )
-    alike = max(kinds, key=lambda of: float(covariance(jacobian, of)[1, 1]))
-    noise = np.sqrt(np.diag(covariance(jacobian, alike)))
+    alike = max(kinds, key=lambda of: float(covariance(jacobian=jacobian, autocovariance=of)[1, 1]))
+    noise = np.sqrt(np.diag(covariance(jacobian=jacobian, autocovariance=alike)))
     falls, interval = _falls(stamps, force, window, best, alike)
     later = []
     for share in _LATER_STARTS:
@@ -162,7 +162,7 @@ def _falls(
     # near 0 a fall time is seen by its square alone: how much neighbours count is told where it is seen
     fall = max(best.fall_time, _FALLS[2] / best.frequency)
     seen = _jacobian(stamps, replace(best, fall_time=fall, start=best.delay - fall), of_fall=True)
-    with_neighbours, alone = (covariance(seen, of)[3, 3] for of in (alike, alike[:1]))
+    with_neighbours, alone = (covariance(jacobian=seen, autocovariance=of)[3, 3] for of in (alike, alike[:1]))
     allowed = (_INTERVAL / 2) ** 2 * alike[0] * (max(with_neighbours / alone, 1.0) if alone > 0 else 1.0)
     least = float(best.residual @ best.residual)
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _BEST_FIRST = ("interpolated", "before", "after")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SwipeResult:
     """One swipe, reduced.
 
@@ -142,7 +142,7 @@ def reduce_swipes(recording: Recording, *, trim: float = 0.05) -> tuple[SwipeRes
         raise InputError(f"trim = {trim}: expected a fraction of the way between 0 and 0.4")
     contacts = find_contacts(recording)
     pairs = [(contact, slide) for contact in contacts for slide in find_slides(recording, contact)]
-    windows = [(contact, slide, middle(recording, slide, contact, trim)) for contact, slide in pairs]
+    windows = [(contact, slide, middle(recording, slide, contact, trim=trim)) for contact, slide in pairs]
     windows = [
         (contact, slide, window) for contact, slide, window in windows if window[1] - window[0] >= 2 * BLOCKS
     ]
@@ -181,14 +181,23 @@ def _reduced(recording: Recording, contact: Touch, slide: Span, window: Span, sw
     words = railed + _words(recording, zeros, contact, way, inside, swipes, estimates)
     result = dict(zip(("normal_force", "lateral_force", "friction"), estimates, strict=True))
     trace = _trace(recording, zeros, {name: value.to_dict() for name, value in result.items()}, words)
-    return SwipeResult(*estimates, direction, speed, way, span, inside, words, trace)
+    return SwipeResult(
+        **result,
+        direction=direction,
+        speed=speed,
+        way=way,
+        contact=span,
+        window=inside,
+        words=words,
+        trace=trace,
+    )
 
 
 def _estimates(
     recording: Recording, zeros: dict[str, Zero], window: Span
 ) -> tuple[Estimate, Estimate, Estimate]:
     """Give normal force, lateral force and friction with their uncertainty."""
-    choices = choices_of(zeros, float(np.mean(recording.time[slice(*window)])))
+    choices = choices_of(zeros, at=float(np.mean(recording.time[slice(*window)])))
     at = block_means(recording.time, window)
     normal, lateral = (
         block_means(force, window) for force in (recording.normal_force, recording.lateral_force)

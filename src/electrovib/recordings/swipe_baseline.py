@@ -62,7 +62,7 @@ class Estimate:
         }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Zero:
     """The zero of both sensors in one unloaded stretch."""
 
@@ -97,15 +97,15 @@ def _zero(recording: Recording, span: Span) -> Zero:
     part = slice(*span)
     normal, lateral = recording.normal_force[part], recording.lateral_force[part]
     return Zero(
-        float(np.mean(recording.time[part])),
-        float(np.median(normal)),
-        float(np.median(lateral)),
-        standard_error(_detrended(block_means(recording.normal_force, span, median=True))),
-        standard_error(_detrended(block_means(recording.lateral_force, span, median=True))),
+        time=float(np.mean(recording.time[part])),
+        normal=float(np.median(normal)),
+        lateral=float(np.median(lateral)),
+        normal_error=standard_error(_detrended(block_means(recording.normal_force, span, median=True))),
+        lateral_error=standard_error(_detrended(block_means(recording.lateral_force, span, median=True))),
     )
 
 
-def choices_of(zeros: dict[str, Zero], at: float) -> dict[str, tuple[float, float]]:
+def choices_of(zeros: dict[str, Zero], *, at: float) -> dict[str, tuple[float, float]]:
     """Give the zeros of both forces by each simple choice.
 
     Parameters

@@ -193,7 +193,7 @@ def sliding_speed(recording: Recording) -> NDArray[np.float64] | None:
     return np.asarray(moved, dtype=np.float64)
 
 
-def middle(recording: Recording, slide: Span, contact: Touch, trim: float) -> Span:
+def middle(recording: Recording, slide: Span, contact: Touch, *, trim: float) -> Span:
     """Leave out a fraction of the way at both ends of a slide, and what is not well inside the contact.
 
     Parameters

@@ -117,16 +117,16 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
         time, held = PLACES * time * (1 + asked_again), PLACES * held * (1 + asked_again) / 2
     found = [
         Work(
-            f"{samples:.3g} output times and {looks:.3g} looks between them",
-            time,
-            held,
-            FEWER_SAMPLES if samples > looks else SHORTER,
+            what=f"{samples:.3g} output times and {looks:.3g} looks between them",
+            time=time,
+            memory=held,
+            remedy=FEWER_SAMPLES if samples > looks else SHORTER,
         ),
         Work(
-            f"{corners:.3g} corners of the drive up to {end:.6g} s",
-            corners * CORNER,
-            corners * BYTES * NUMBERS_AT_CORNER,
-            _less(scenario),
+            what=f"{corners:.3g} corners of the drive up to {end:.6g} s",
+            time=corners * CORNER,
+            memory=corners * BYTES * NUMBERS_AT_CORNER,
+            remedy=_less(scenario),
         ),
     ]
     marched = _marched(scenario, end, samples, corners)
@@ -171,7 +171,14 @@ def _marched(scenario: Scenario, end: float, samples: int, corners: int) -> list
         march.at_corner * (corners + 1) + march.in_cycle * _cycles(scenario, end) + march.for_sample * samples
     )
     what = f"about {steps:.2g} steps of {march.name} up to {end:.6g} s"
-    return [Work(what, steps * march.step(_modes(scenario)), steps * BYTES * march.numbers, SHORTER)]
+    return [
+        Work(
+            what=what,
+            time=steps * march.step(_modes(scenario)),
+            memory=steps * BYTES * march.numbers,
+            remedy=SHORTER,
+        )
+    ]
 
 
 def _formulas(scenario: Scenario, end: float) -> list[Work]:
@@ -181,7 +188,14 @@ def _formulas(scenario: Scenario, end: float) -> list[Work]:
         if isinstance(part, Smooth) and not isinstance(part, Chirped):
             steps = _on(part, end) * part.highest_frequency * 2 * math.pi / RADIANS_PER_STEP
             what = f"about {steps:.2g} steps beneath the formula of the drive up to {end:.6g} s"
-            found.append(Work(what, PASSES * steps * SMOOTH_STEP, steps * BYTES * PASSES, SHORTER))
+            found.append(
+                Work(
+                    what=what,
+                    time=PASSES * steps * SMOOTH_STEP,
+                    memory=steps * BYTES * PASSES,
+                    remedy=SHORTER,
+                )
+            )
     return found
 
 
@@ -212,7 +226,11 @@ def _mechanics(scenario: Scenario, end: float, samples: int, corners: int) -> li
         + (BRISTLE_STEP if slides else 0.0)
     )
     what = f"about {pieces:.2g} pieces in which the friction is followed up to {end:.6g} s"
-    return [Work(what, pieces * each, min(pieces, MOST) * BYTES * NUMBERS_AT_PIECE, SHORTER)]
+    return [
+        Work(
+            what=what, time=pieces * each, memory=min(pieces, MOST) * BYTES * NUMBERS_AT_PIECE, remedy=SHORTER
+        )
+    ]
 
 
 def _cycles(scenario: Scenario, end: float) -> float:

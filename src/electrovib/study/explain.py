@@ -21,7 +21,7 @@ def static_permittivity(scenario: Scenario, name: str) -> float:
     return float(scenario.stack.layers[name].material.polarisation(1.0).real)
 
 
-def explain(scenario: Scenario, ratio: float) -> str:
+def explain(scenario: Scenario, *, ratio: float) -> str:
     """Account for a static force by plane, permittivity and gap.
 
     Parameters
@@ -121,7 +121,7 @@ def _odd(leak: Conduction) -> bool:
     return np.allclose(leak.current_density(fields), -leak.current_density(-fields), rtol=1e-12, atol=0.0)
 
 
-def in_time(scenario: Scenario, early: float, late: float) -> str:
+def in_time(scenario: Scenario, *, early: float, late: float) -> str:
     """Say what becomes of the force while the voltage is held, and which layer does it.
 
     Parameters

@@ -26,7 +26,7 @@ SIGNALS: Final = ("skin_displacement", "lateral_force", "electrostatic_force")
 """What of a measured Trace is taken, the first that it has."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Lines:
     """A spectrum of lines.
 
@@ -88,7 +88,15 @@ def lines(values: Real, span: float, *, before: float, signal: str, how: str) ->
     change = 2 * np.abs(np.sin(np.pi * orders / count))
     amplitude = 2 * np.abs(changes) / change / count
     swing = float(max(np.max(values), before) - min(np.min(values), before)) / 2
-    return Lines(orders / span, amplitude, swing, span, count, signal, how)
+    return Lines(
+        frequency=orders / span,
+        amplitude=amplitude,
+        swing=swing,
+        span=span,
+        samples=count,
+        signal=signal,
+        how=how,
+    )
 
 
 def force_lines(scenario: Scenario, *, window: float, samples: int) -> tuple[Lines, ...]:

@@ -127,7 +127,7 @@ def threshold_ratio(first: Scenario, second: Scenario, person: Perception, *, sa
     return float(10 * np.log10(felt[0] / felt[1]))
 
 
-def crossover(pair: Pair, low: float, high: float, person: Perception) -> float:
+def crossover(pair: Pair, *, low: float, high: float, person: Perception) -> float:
     """Lowest frequency at which two drives are felt at one voltage.
 
     Parameters

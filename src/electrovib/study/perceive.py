@@ -194,7 +194,7 @@ def _percept(found: Lines, person: Perception, given: Any, *, title: str, error:
         best_frequency=person.most_sensitive().best(),
         sensation=sensation,
         uncertainty=person.threshold_uncertainty,
-        verdict=verdict(sensation, person.threshold_uncertainty),
+        verdict=verdict(sensation=sensation, uncertainty=person.threshold_uncertainty),
         difference_threshold=person.difference_threshold,
         swing=found.swing,
         spectrum=found,
@@ -213,7 +213,13 @@ def _reference(found: Lines, person: Perception, given: Any) -> float:
 def _felt(channel: Any, frequency: Real, moved: Complex | Real, reference: float) -> Felt:
     level = float(decibels(felt_amplitude(channel, frequency, moved)))
     relative = level - float(decibels(reference)) if reference > 0 else -math.inf
-    return Felt(type(channel).__name__, level, relative, channel.status, channel.reference)
+    return Felt(
+        channel=type(channel).__name__,
+        level=level,
+        relative=relative,
+        status=channel.status,
+        source=channel.reference,
+    )
 
 
 def _alternatives(found: Lines, person: Perception, given: Any) -> dict[str, float]:

@@ -14,7 +14,7 @@ from electrovib.study.felt_spectrum import Lines
 VERDICTS: Final = ("detectable", "not detectable", "within the uncertainty", "relative only")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Felt:
     """One channel's answer.
 
@@ -37,7 +37,7 @@ class Felt:
     source: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Percept:
     """What a person feels of a drive.
 
@@ -107,7 +107,7 @@ class Percept:
         return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Difference:
     """Whether two percepts can be told apart.
 
@@ -138,7 +138,7 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def verdict(sensation: float | None, uncertainty: float | None) -> str:
+def verdict(*, sensation: float | None, uncertainty: float | None) -> str:
     """Compare a level above threshold [dB] with the uncertainty of the threshold [dB].
 
     Parameters
@@ -225,4 +225,4 @@ def just_noticeable(first: Percept, second: Percept) -> Difference:
     )
     if first.loudest != second.loudest:
         text += f"; felt by different channels ({first.loudest}, {second.loudest}), which may tell them apart otherwise"
-    return Difference(difference, threshold, noticeable, text)
+    return Difference(difference=difference, threshold=threshold, noticeable=noticeable, text=text)

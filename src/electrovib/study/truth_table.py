@@ -16,7 +16,7 @@ AREA: Final = 1e-4
 """Contact area of every cell [m2]."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PlateStack:
     """A plate and a skin at full voltage, with how its numbers were read.
 
@@ -85,26 +85,26 @@ def _constant(permittivity: float) -> dict[str, Any]:
 
 
 FILM: Final = PlateStack(
-    "plastic film, 1000 V",
-    "full text",
-    "Vezzoli 2014, section 3.1",
-    1000.0,
-    90e-6,
-    3.35,
-    200e-6,
-    1560.0,
-    (1e-6, 5e-6, 25e-6, 100e-6),
+    name="plastic film, 1000 V",
+    status="full text",
+    source="Vezzoli 2014, section 3.1",
+    voltage=1000.0,
+    film=90e-6,
+    film_permittivity=3.35,
+    skin=200e-6,
+    skin_permittivity=1560.0,
+    gaps=(1e-6, 5e-6, 25e-6, 100e-6),
 )
 SCREEN: Final = PlateStack(
-    "touchscreen with a 1 um coat, 100 V",
-    "recalled",
-    "values of the Persson, Ayyildiz and Vardar line, recalled and not read",
-    100.0,
-    1e-6,
-    3.9,
-    200e-6,
-    1650.0,
-    (0.1e-6, 1e-6, 3e-6, 10e-6),
+    name="touchscreen with a 1 um coat, 100 V",
+    status="recalled",
+    source="values of the Persson, Ayyildiz and Vardar line, recalled and not read",
+    voltage=100.0,
+    film=1e-6,
+    film_permittivity=3.9,
+    skin=200e-6,
+    skin_permittivity=1650.0,
+    gaps=(0.1e-6, 1e-6, 3e-6, 10e-6),
 )
 FORMS: Final = {
     "EffectiveMediumPlane": "eps0 A V^2/(2 K (T_s + T_i)), the founding paper's (1)",
@@ -135,10 +135,10 @@ def truth_table() -> Table:
         f" {format_quantity(FIELD_EMISSION, 'V/m')} in air (a recalled value), or from 5 um on more than Paschen's"
         " voltage across the gap: a limit and not a force one would see. Under a sine, half."
     )
-    return Table("Static force by plane", headings, tuple(rows), caption)
+    return Table("Static force by plane", headings, tuple(rows), caption=caption)
 
 
-def cell(stack: PlateStack, law: str, gap: float = 0.0) -> float:
+def cell(stack: PlateStack, law: str, *, gap: float = 0.0) -> float:
     """Static force of one cell.
 
     Parameters
@@ -155,11 +155,11 @@ def cell(stack: PlateStack, law: str, gap: float = 0.0) -> float:
     float
         N.
     """
-    return static_force(stack.scenario(law, gap), stack.voltage)
+    return static_force(stack.scenario(law, gap), voltage=stack.voltage)
 
 
 def _cell(stack: PlateStack, law: str, gap: float = 0.0) -> str:
-    force = cell(stack, law, gap)
+    force = cell(stack, law, gap=gap)
     shown = format_quantity(force, "N", digits=4)
-    broken = law == "GapPlane" and air_breaks_down(stack.scenario(law, gap), stack.voltage)
+    broken = law == "GapPlane" and air_breaks_down(stack.scenario(law, gap), voltage=stack.voltage)
     return f"{shown} (beyond breakdown)" if broken else shown

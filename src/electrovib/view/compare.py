@@ -87,14 +87,14 @@ def _write(found: Comparison, path: Path, *, force: bool) -> None:
     )
     title = found.scenario.title or "a stack"
     content = Reproduction(
-        "comparison",
-        "",
-        (),
-        found.panels,
-        found.pages,
-        found.tables,
-        {},
-        cited,
-        f"Force laws compared: {title}",
+        paper="comparison",
+        citation="",
+        rows=(),
+        panels=found.panels,
+        pages=found.pages,
+        tables=found.tables,
+        equations={},
+        references=cited,
+        title=f"Force laws compared: {title}",
     )
     write_text(path, page_of(content, drawings), Form.PAGE, force=force)

@@ -27,7 +27,7 @@ MOST_LINES: Final = 12
 _AXES: Final = frozenset({"time", "frequency", "layer", "sample"})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Line:
     """One line of a plot.
 
@@ -157,7 +157,7 @@ def lines_of(
                 y = np.asarray(ordered.values[(*pick, layer) if names else pick])
                 x = stamps[pick] if stamps.ndim > 1 else stamps
                 kept = np.isfinite(x)
-                found.append(Line(x[kept], y[kept], *looks))
+                found.append(Line(x=x[kept], y=y[kept], **looks))
     return found
 
 
@@ -172,7 +172,7 @@ def _looks(
     trace: tuple[str, int] | None,
     value: tuple[str, int, float] | None,
     layer: tuple[str, int, list[str]] | None,
-) -> tuple[str, str, str, Any]:
+) -> dict[str, Any]:
     """Choose what colour and dash stand for: the first of Trace, swept value and layer takes the colour."""
     keys: list[tuple[str, str, int]] = []
     if trace is not None:
@@ -182,11 +182,11 @@ def _looks(
     if layer is not None:
         keys.append((_readable(layer[0]), layer_colours(layer[2])[layer[0]], layer[1]))
     if not keys:
-        return "", COLOURS[0], "", "-"
+        return {"label": "", "colour": COLOURS[0]}
     words, colour, _ = keys[0]
     kind = ", ".join(key[0] for key in keys[1:])
     order = sum(key[2] for key in keys[1:])
-    return words, colour, kind, DASHES[order % len(DASHES)]
+    return {"label": words, "colour": colour, "kind": kind, "dash": DASHES[order % len(DASHES)]}
 
 
 def _words(array: xarray.DataArray, path: str, place: int, units: Mapping[str, str]) -> str:

@@ -20,7 +20,7 @@ DEFAULT: Final = "default"
 NOT_GIVEN: Final = "not given"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ParameterRow:
     """One physical parameter of one or several scenarios.
 
@@ -47,7 +47,7 @@ class ParameterRow:
         return len(set(self.values)) > 1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ModelRow:
     """One model chosen in a scenario: where it stands, which it is, and what it says of itself."""
 
@@ -89,7 +89,7 @@ def parameter_rows(
     for path, by_label in found.items():
         values = tuple(by_label.get(label, ("–", ""))[0] for label in scenarios)
         sources = tuple(dict.fromkeys(source for _, source in by_label.values()))
-        rows.append(ParameterRow(path, values, meanings[path], sources))
+        rows.append(ParameterRow(path=path, values=values, meaning=meanings[path], sources=sources))
     return rows
 
 
@@ -98,7 +98,12 @@ def _model_choices(scenarios: Mapping[str, Scenario]) -> list[ParameterRow]:
     chosen = [{row.path: row.name for row in model_rows(scenario)} for scenario in scenarios.values()]
     paths = dict.fromkeys(path for names in chosen for path in names)
     rows = [
-        ParameterRow(f"{path}.model", tuple(names.get(path, "–") for names in chosen), "which model", ())
+        ParameterRow(
+            path=f"{path}.model",
+            values=tuple(names.get(path, "–") for names in chosen),
+            meaning="which model",
+            sources=(),
+        )
         for path in paths
     ]
     return [row for row in rows if row.differs]
@@ -147,7 +152,17 @@ def model_rows(scenario: Scenario) -> list[ModelRow]:
         equations = tuple(f"{name} = {readable_equation(text)}" for name, text in kind.equation.items())
         meaning, _, rest = inspect.cleandoc(kind.__doc__ or "").partition("\n")
         notes = " ".join(rest.partition("Notes\n-----\n")[2].replace("``", "").split())
-        rows.append(ModelRow(path, kind.__name__, meaning, tuple(facts), equations, notes, kind.reference))
+        rows.append(
+            ModelRow(
+                path=path,
+                name=kind.__name__,
+                meaning=meaning,
+                facts=tuple(facts),
+                equations=equations,
+                notes=notes,
+                reference=kind.reference,
+            )
+        )
     return rows
 
 

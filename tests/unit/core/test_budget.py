@@ -53,7 +53,10 @@ def test_anything_else_is_refused(text):
 
 
 def test_times_add_up_and_the_largest_memory_counts():
-    works = [Work("first", 6.0, 5e6, "make the first less"), Work("second", 5.0, 6e6, "make the second less")]
+    works = [
+        Work(what="first", time=6.0, memory=5e6, remedy="make the first less"),
+        Work(what="second", time=5.0, memory=6e6, remedy="make the second less"),
+    ]
     with budget(time=12, memory=7e6):
         refuse_beyond(works)
     with budget(time=10.9, memory=7e6), pytest.raises(BudgetError) as told:
@@ -71,13 +74,15 @@ def test_times_add_up_and_the_largest_memory_counts():
 
 def test_what_nobody_would_wait_for_is_not_offered():
     with pytest.raises(BudgetError) as told:
-        refuse_beyond([Work("1e+12 output times", 1e6, 1e15, "ask for fewer time.samples")])
+        refuse_beyond(
+            [Work(what="1e+12 output times", time=1e6, memory=1e15, remedy="ask for fewer time.samples")]
+        )
     assert str(told.value).endswith("10 min and 4 GB. Ask for fewer time.samples")
 
 
 def test_an_offer_is_enough():
     """The budget that a refusal names lets the same computation through."""
-    works = [Work("much", 1234.0, 5.6e9, "make it less")]
+    works = [Work(what="much", time=1234.0, memory=5.6e9, remedy="make it less")]
     with pytest.raises(BudgetError) as told:
         refuse_beyond(works)
     offered = str(told.value).split("--budget '")[1].split("'")[0]

@@ -135,7 +135,7 @@ def test_what_goes_wrong_is_one_error_that_names_the_file(reader, path, name, li
 
 def test_limits_follow_the_size_of_the_file(path):
     assert ReaderLimits.for_file(path) == ReaderLimits(
-        64 * 2**20 + 70, 32 * 2**20 + 35, 3 + 7e-7, 10 * (3 + 7e-7)
+        memory=64 * 2**20 + 70, content=32 * 2**20 + 35, processor_time=3 + 7e-7, waiting_time=10 * (3 + 7e-7)
     )
     assert (memory_allowed(100), content_allowed(100)) == (64 * 2**20 + 1000, 32 * 2**20 + 500)
     assert (megabytes(1_500_000), megabytes(2_500_000_000)) == ("1.5 MB", "2.5 GB")

@@ -263,3 +263,18 @@ def test_a_packed_file_that_unfolds_too_far(tmp_path, count):
     )
     with pytest.raises(DataFileError, match="packed too tightly: with 'x"):
         load_mat(tmp_path / "a.mat")
+
+
+def test_a_complex_variable_of_version_73_that_would_fill_the_memory(tmp_path):
+    import h5py
+
+    path = tmp_path / "a.mat"
+    save_mat(small(), path)
+    saved_again_as_version_73(path)
+    with h5py.File(path, "r+") as file:
+        del file["impedance"]
+        parts = np.dtype([("real", "<f8"), ("imag", "<f8")])
+        forged = file.create_dataset("impedance", (1, 10_000_000), parts, chunks=True, compression="gzip")
+        forged.attrs["MATLAB_class"] = np.bytes_("double")
+    with pytest.raises(DataFileError, match=r"too small for the 10000000 numbers of 'impedance'"):
+        load_mat(path)

@@ -29,24 +29,28 @@ def test_a_covariance_is_that_of_the_formula():
     jacobian, lags = random.standard_normal((30, 3)) * [1, 1e-6, 1e6], 0.7 ** np.arange(30)
     whole = 0.7 ** np.abs(np.subtract.outer(np.arange(30), np.arange(30)))
     inverse = np.linalg.inv(jacobian.T @ jacobian) @ jacobian.T
-    np.testing.assert_allclose(covariance(jacobian, lags), inverse @ whole @ inverse.T, rtol=1e-6)
     np.testing.assert_allclose(
-        covariance(jacobian, lags[:1]), np.linalg.inv(jacobian.T @ jacobian), rtol=1e-6
+        covariance(jacobian=jacobian, autocovariance=lags), inverse @ whole @ inverse.T, rtol=1e-6
+    )
+    np.testing.assert_allclose(
+        covariance(jacobian=jacobian, autocovariance=lags[:1]),
+        np.linalg.inv(jacobian.T @ jacobian),
+        rtol=1e-6,
     )
 
 
 def test_what_the_samples_do_not_determine_is_infinitely_uncertain():
-    assert np.all(np.isinf(covariance(np.ones((10, 2)), np.ones(1))))
-    assert np.all(np.isinf(covariance(np.zeros((10, 1)), np.ones(1))))
+    assert np.all(np.isinf(covariance(jacobian=np.ones((10, 2)), autocovariance=np.ones(1))))
+    assert np.all(np.isinf(covariance(jacobian=np.zeros((10, 1)), autocovariance=np.ones(1))))
 
 
 @pytest.mark.parametrize("recursion", [[1.0], [1, -0.7], [1, -1.7, 0.81]])
 def test_a_standard_error_holds_the_mean_and_the_slope_as_often_as_it_says(recursion):
     time, beyond = np.arange(128) * 1e-3, np.zeros(2)
     for seed in range(400):
-        mean, _, slope, of_slope = line(time, noise(recursion, seed) + 3 + 5 * time)
+        mean, _, slope, of_slope = line(time=time, values=noise(recursion, seed) + 3 + 5 * time)
         # a drift counts as scatter of the mean, so the mean is judged without it
-        flat, of_flat, _, _ = line(time, noise(recursion, seed))
+        flat, of_flat, _, _ = line(time=time, values=noise(recursion, seed))
         assert mean - 3 - 5 * time.mean() == pytest.approx(flat, abs=1e-12)
         beyond += abs(flat) > 2 * of_flat, abs(slope - 5) > 2 * of_slope
     # 5 % are stated for independent samples; 400 records give 1.1 % more or less, correlation up to 11 %
@@ -56,8 +60,11 @@ def test_a_standard_error_holds_the_mean_and_the_slope_as_often_as_it_says(recur
 
 def test_a_drift_counts_as_scatter_of_the_mean():
     time = np.arange(128) * 1e-3
-    assert line(time, noise([1.0], 0) + 50 * time)[1] > 3 * line(time, noise([1.0], 0))[1]
+    assert (
+        line(time=time, values=noise([1.0], 0) + 50 * time)[1]
+        > 3 * line(time=time, values=noise([1.0], 0))[1]
+    )
 
 
 def test_no_scatter_no_error():
-    assert line(np.arange(10.0), np.full(10, 3.0)) == pytest.approx((3, 0, 0, 0), abs=1e-12)
+    assert line(time=np.arange(10.0), values=np.full(10, 3.0)) == pytest.approx((3, 0, 0, 0), abs=1e-12)

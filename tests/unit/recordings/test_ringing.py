@@ -94,7 +94,7 @@ def test_turning_points_and_decays_of_one_resonance_agree():
 def test_a_falling_frequency_is_shown_and_named():
     """A chirp from 450 to 300 Hz: no single resonance fits, and the words say so."""
     time, force, voltage = made(noise=2e-3)
-    start = drive_end(time, voltage) + 0.4e-3
+    start = drive_end(time=time, voltage=voltage) + 0.4e-3
     late = np.maximum(time - start, 0)
     phase = 2 * np.pi * (300 * late + 150 * 4e-3 * (1 - np.exp(-late / 4e-3)))
     force = np.where(late > 0, 0.05 + 0.65 * np.exp(-late / 3e-3) * np.cos(phase), 0.7)
@@ -168,7 +168,7 @@ def test_a_fast_fall_has_an_upper_bound_and_a_slow_one_two():
 def test_a_second_electrode_that_ends_the_drive():
     """Of two electrodes in antiphase the one that was not read back may have been driven last."""
     time, force, voltage = made(drive=1000.0)
-    end = drive_end(time, voltage)
+    end = drive_end(time=time, voltage=voltage)
     late = force[np.searchsorted(time, time - 0.5e-3).clip(0, len(time) - 1)]
     told = ringing(time, late, voltage, readback=OneOfTwoInAntiphase())
     assert told.delay == pytest.approx(1e-3, abs=0.06e-3)

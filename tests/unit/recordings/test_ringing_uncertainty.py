@@ -9,7 +9,17 @@ from electrovib.recordings.ringing_fit import Release
 from electrovib.recordings.ringing_uncertainty import Uncertainty, _jacobian
 
 STAMPS = np.linspace(-2e-3, 10e-3, 150)
-AT = Release(0.3e-3, 0.2e-3, 350.0, 3.0, 0.7, 0.05, 0.0, np.zeros(0), np.zeros(0))
+AT = Release(
+    start=0.3e-3,
+    fall_time=0.2e-3,
+    frequency=350.0,
+    quality=3.0,
+    held=0.7,
+    after=0.05,
+    misfit=0.0,
+    model=np.zeros(0),
+    residual=np.zeros(0),
+)
 CHANGES = (
     {"start": 1e-6},
     {"frequency": 0.3},

@@ -7,7 +7,7 @@ import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.scenario import load
-from electrovib.solve.electrics import renewal
+from electrovib.solve.electrics import places
 from electrovib.solve.electrics.amplifier import limited
 from electrovib.solve.simulate import simulate
 
@@ -146,7 +146,7 @@ def test_the_mean_over_the_contact_states_its_error(founding, drive, monkeypatch
     scenario = founding.replace({"drive": drive, "motion.speed": 0.3, "motion.renews_film": True})
     time = np.linspace(0, 0.08, 41)
     trace = simulate(scenario, time=time)
-    monkeypatch.setattr(renewal, "PANELS", 320)
+    monkeypatch.setattr(places, "PANELS", 320)
     fine = simulate(scenario, time=time)
     stated = trace.attrs["quadrature_error"]
     for name in ("electrostatic_force", "current", "stack_voltage"):

@@ -280,15 +280,15 @@ def test_a_filled_gap_is_accounted_for(law):
     """The field in a gap falls with what fills it, and its stress with the square: no law has more in it."""
     filled = {"stack.gap.material.permittivity": 2.5, "force": {"model": law}}
     scenario = load("vezzoli_2014/fig6_gap").replace(filled)
-    plane = static_force(scenario.replace({"force": {"model": "GapPlane"}}), 100.0)
-    words = explain(scenario, static_force(scenario, 100.0) / plane)
+    plane = static_force(scenario.replace({"force": {"model": "GapPlane"}}), voltage=100.0)
+    words = explain(scenario, ratio=static_force(scenario, voltage=100.0) / plane)
     assert "would give" not in words
     air = re.search(r"gap plane at a gap of ([0-9.]+) um", words)
     if air is not None:
         changes = {"stack.gap.material.permittivity": 1.0, "stack.gap.thickness": f"{air[1]} um"}
-        same = static_force(scenario.replace(changes | {"force": {"model": "GapPlane"}}), 100.0)
+        same = static_force(scenario.replace(changes | {"force": {"model": "GapPlane"}}), voltage=100.0)
         assert same == pytest.approx(
-            static_force(scenario, 100.0), rel=0.1
+            static_force(scenario, voltage=100.0), rel=0.1
         )  # two digits of the gap are printed
 
 

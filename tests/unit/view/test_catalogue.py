@@ -14,12 +14,13 @@ PAGE = Path(__file__).parents[3] / "docs" / "models.md"
 
 
 def test_the_page_is_as_the_code_is():
-    # to renew it: python -c "from electrovib.view.catalogue import as_markdown; print(as_markdown(), end='')" > docs/models.md
-    assert PAGE.read_text(encoding="utf-8") == as_markdown()
+    # to renew it:
+    # python -c "from electrovib.view.catalogue import as_markdown; print(as_markdown(own=True), end='')" > docs/models.md
+    assert PAGE.read_text(encoding="utf-8") == as_markdown(own=True)
 
 
 def test_recalled_models_are_shown_as_such():
-    page = as_markdown()
+    page = as_markdown(own=True)
     assert "| Persson2018RoughGap | persson_2018 | recalled |" in page
     assert "| Vezzoli2014Causal | vezzoli_2014 | full text |" in page
 
@@ -55,7 +56,8 @@ def test_the_page_is_of_this_package_whatever_else_is_installed(tmp_path):
     script = (
         "import sys; from electrovib.study.catalogue import models; from electrovib.view.catalogue import as_markdown;"
         "found = {entry.name for entry in models()}; assert {'example_2099', 'Dark', 'Example2099Friction'} <= found;"
-        "sys.stdout.buffer.write(as_markdown().encode())"
+        "assert 'example_2099' in as_markdown(own=False);"
+        "sys.stdout.buffer.write(as_markdown(own=True).encode())"
     )
     place = os.pathsep.join([str(tmp_path), str(Path(electrovib.__file__).parents[1])])
     environment = os.environ | {"PYTHONPATH": place}

@@ -38,7 +38,7 @@ def kind_and_factor(unit: str) -> tuple[str, float] | None:
     return None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Column:
     """Numbers as they stand in the file."""
 
@@ -111,4 +111,4 @@ def real_numbers(path: Path, label: str, array: NDArray[Any], unit: str, word: s
     check_row(path, label, array.ndim, array.dtype)
     with np.errstate(all="ignore"):  # what a damaged file holds may be no number at all
         values = np.asarray(array, dtype=np.float64)
-    return Column(label, unit, values, lambda row: f"{word} {row} (first is 0)")
+    return Column(label=label, unit=unit, values=values, place=lambda row: f"{word} {row} (first is 0)")

@@ -26,7 +26,7 @@ _LONGEST_ROW = 1_000_000
 _MOST_COLUMNS = 100_000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class TextTable:
     """Delimited text, of which only the beginning has been looked at.
 
@@ -155,12 +155,28 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
                     " data; mend it or begin it with '#'.",
                     path=path,
                 )
-        return TextTable(path, raw, encoding, delimiter, (), (), len(_split(first[0], delimiter)))
+        return TextTable(
+            path=path,
+            raw=raw,
+            encoding=encoding,
+            delimiter=delimiter,
+            headings=(),
+            units=(),
+            width=len(_split(first[0], delimiter)),
+        )
     while not top[-1] and len(top) > max(1, len(second)):
         top.pop()  # a delimiter after the last heading
     has_units = any(second) and all(not cell or re.fullmatch(r"[\[(].*[\])]", cell) for cell in second)
     units = tuple(cell[1:-1].strip() for cell in second) if has_units else ()
-    return TextTable(path, raw, encoding, delimiter, tuple(top), units, len(top))
+    return TextTable(
+        path=path,
+        raw=raw,
+        encoding=encoding,
+        delimiter=delimiter,
+        headings=tuple(top),
+        units=units,
+        width=len(top),
+    )
 
 
 def _text(path: Path) -> tuple[bytes, str]:
@@ -263,5 +279,5 @@ def from_text(path: Path, columns: Sequence[str | int], *, missing: bool = False
     for column, index, values in zip(columns, indices, numbers.T, strict=True):
         own = name_and_unit(table.headings[index])[1] if table.headings else ""
         own = own or (table.units[index] if index < len(table.units) else "")
-        found[column] = Column(table.label(index), own, values, line)
+        found[column] = Column(label=table.label(index), unit=own, values=values, place=line)
     return found

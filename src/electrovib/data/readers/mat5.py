@@ -44,7 +44,7 @@ _TEXTS: Final = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-
 """Element types that hold characters, and how they are written."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Mat5Variable:
     """A variable of the file or a field of one, not yet read.
 
@@ -131,7 +131,18 @@ class Mat5:
             if extent:
                 found.append(self._peek(body[start : start + extent], start, extent, within=body, path=path))
             else:
-                found.append(Mat5Variable(path, "empty", (0, 0), False, start, 0, False, body))
+                found.append(
+                    Mat5Variable(
+                        name=path,
+                        kind="empty",
+                        shape=(0, 0),
+                        numeric=False,
+                        start=start,
+                        size=0,
+                        compressed=False,
+                        within=body,
+                    )
+                )
         return found
 
     def values(self, variable: Mat5Variable) -> NDArray[np.float64]:
@@ -218,7 +229,14 @@ class Mat5:
         if number == _OPAQUE:  # an object: no sizes, but its name, the system and the class it is of
             name, _, kind = (_text(next(parts)[1]) for _ in range(3))
             return Mat5Variable(
-                path or name, f"object of class {kind}", (), False, start, size, compressed, within
+                name=path or name,
+                kind=f"object of class {kind}",
+                shape=(),
+                numeric=False,
+                start=start,
+                size=size,
+                compressed=compressed,
+                within=within,
             )
         sizes_kind, sizes = next(parts)
         name = _text(next(parts)[1])
@@ -229,7 +247,16 @@ class Mat5:
             raise self._damaged(f"the variable at byte {start} has sizes {shape}")
         numeric = _FIRST_NUMERIC <= number <= _LAST_NUMERIC and not word & _COMPLEX
         kind = ("complex " if word & _COMPLEX else "") + _CLASSES.get(number, f"class {number}")
-        return Mat5Variable(path or name, kind, shape, numeric, start, size, compressed, within)
+        return Mat5Variable(
+            name=path or name,
+            kind=kind,
+            shape=shape,
+            numeric=numeric,
+            start=start,
+            size=size,
+            compressed=compressed,
+            within=within,
+        )
 
     def _parts(self, body: memoryview, *, whole: bool = True) -> Iterator[tuple[int, memoryview]]:
         """Go through the parts of a variable; the last one may be cut off where only its beginning is here."""

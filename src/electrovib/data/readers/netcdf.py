@@ -31,7 +31,7 @@ _OF_THE_FORMAT: Final = {
 _NO_VARIABLE: Final = "This is a netCDF dimension but not a netCDF variable"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class NetcdfVariable:
     """A variable that is not yet read.
 
@@ -135,7 +135,11 @@ def _of_classic(entry: Any) -> NetcdfVariable:
     dtype = np.dtype(object) if entry.data.dtype.kind == "S" else entry.data.dtype
     attributes = {key: _plain(value) for key, value in entry._attributes.items()}  # noqa: SLF001  # its only way
     return NetcdfVariable(
-        tuple(entry.shape), dtype, attributes, lambda: list(entry.dimensions), lambda: entry.data
+        shape=tuple(entry.shape),
+        dtype=dtype,
+        attributes=attributes,
+        dimensions=lambda: list(entry.dimensions),
+        read=lambda: entry.data,
     )
 
 
@@ -160,7 +164,9 @@ def _hdf5(path: Path) -> Iterator[tuple[dict[str, NetcdfVariable], dict[str, Any
 def _elsewhere(name: str) -> NetcdfVariable:
     """Stand for numbers in another file, which could be any file of this computer."""
     refusal = f"'{name}' is a link to another place, which is not followed; copy its numbers into this file."
-    return NetcdfVariable((), np.dtype(object), {}, list, str, refusal)
+    return NetcdfVariable(
+        shape=(), dtype=np.dtype(object), attributes={}, dimensions=list, read=str, refusal=refusal
+    )
 
 
 def _dataset(file: h5py.File, name: str, entry: h5py.Dataset) -> NetcdfVariable:
@@ -182,7 +188,11 @@ def _dataset(file: h5py.File, name: str, entry: h5py.Dataset) -> NetcdfVariable:
 
     dtype = np.dtype(object) if text else entry.dtype
     return NetcdfVariable(
-        entry.shape or (), dtype, _attributes(entry), lambda: _dimensions(file, name, entry), read
+        shape=entry.shape or (),
+        dtype=dtype,
+        attributes=_attributes(entry),
+        dimensions=lambda: _dimensions(file, name, entry),
+        read=read,
     )
 
 

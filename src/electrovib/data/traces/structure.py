@@ -87,14 +87,14 @@ def rebuilt(
         if "values" in entry:
             dtype = str if entry["kind"] == "text" else np.float64
             values = [np.array(part, dtype=dtype).reshape(shape) for part in entry["values"]]
-            array = joined(*values) if entry["kind"] == "complex" else values[0]
+            array = joined(real=values[0], imaginary=values[1]) if entry["kind"] == "complex" else values[0]
         else:
             array = arrays[entry["name"]].reshape(shape)
         parts[bool(entry["coordinate"])][entry["name"]] = (tuple(entry["dims"]), array, entry["attributes"])
     return xarray.Dataset(parts[False], parts[True], dict(attributes))
 
 
-def joined(real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDArray[np.complex128]:
+def joined(*, real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDArray[np.complex128]:
     """Put complex numbers together; adding ``1j`` times a part would spread NaN and lose -0."""
     whole = np.empty(np.shape(real), np.complex128)
     whole.real, whole.imag = real, imaginary

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 
-@dataclass
+@dataclass(kw_only=True)
 class BuiltCircuit:
     """From the amplifier through finger and body to ground.
 
@@ -55,7 +55,7 @@ class BuiltCircuit:
         """Build it."""
         found = reductions(scenario)
         debye = {name: reduction.debye for name, reduction in found.items()}
-        built = cls(scenario, Start.of(scenario, debye), found)
+        built = cls(scenario=scenario, start=Start.of(scenario, debye), reductions=found)
         built._amplifier()
         built._first_contact()
         built._way_back()
@@ -124,7 +124,17 @@ class BuiltCircuit:
         layer, reduction = self.scenario.stack.layers[path], self.reductions[path]
         rates, _ = merged_terms(reduction.debye)
         relaxed = tuple(share * value for value in self.start.lowpassed(self.start.field(path), rates))
-        slab = LayerElements(path, self.names.new(name), *ends, layer, reduction, area, field, relaxed)
+        slab = LayerElements(
+            path=path,
+            name=self.names.new(name),
+            plate_side=ends[0],
+            finger_side=ends[1],
+            layer=layer,
+            reduction=reduction,
+            area=area,
+            field=field,
+            relaxed=relaxed,
+        )
         self.all_slabs.append(slab)
         return slab
 

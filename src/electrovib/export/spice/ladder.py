@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.reduce import Reduction
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Branch:
     """One relaxation: a resistor from the near face to a node, a capacitor from there to the far face."""
 
@@ -27,7 +27,7 @@ class Branch:
     start: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LayerElements:
     """A layer between two nodes of the circuit.
 
@@ -73,7 +73,10 @@ class LayerElements:
         thickness = self.layer.thickness
         return [
             Branch(
-                f"in_{self.name}_{count}", eps0 * strength * self.area / thickness, rate, start * thickness
+                node=f"in_{self.name}_{count}",
+                capacitance=eps0 * strength * self.area / thickness,
+                rate=rate,
+                start=start * thickness,
             )
             for count, (rate, strength, start) in enumerate(
                 zip(rates.tolist(), strengths.tolist(), self.relaxed, strict=True), start=1

@@ -51,7 +51,7 @@ def netlist(scenario: Scenario, *, name: str) -> str:
     timing = Timing.of(scenario.drive, scenario.time)
     circuit = BuiltCircuit.of(scenario)
     roles = scenario.stack.roles
-    section = ReadSection(circuit.slabs, roles, circuit.start, scenario.contact_area)
+    section = ReadSection(slabs=circuit.slabs, roles=roles, start=circuit.start, area=scenario.contact_area)
     second = Surroundings.of(scenario).second
     check_digits(scenario, circuit, timing)
     force, nodes = force_sources(scenario.force, section, second=second)

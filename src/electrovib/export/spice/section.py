@@ -31,7 +31,7 @@ ENDLESS = 1e18
 """Resistance beside a capacitor that integrates [ohm]: ngspice asks for a path of direct current."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ReadLayer:
     """A layer's state as readings of the circuit."""
 
@@ -41,7 +41,7 @@ class ReadLayer:
     displacement: MeterReading
 
 
-@dataclass
+@dataclass(kw_only=True)
 class ReadSection:
     """The stack as readings of the circuit; filters that a law asks for are added to it.
 
@@ -84,10 +84,10 @@ class ReadSection:
             between(branch.node, slab.finger_side): branch.capacitance / area for branch in slab.branches
         }
         return ReadLayer(
-            thickness,
-            slab.layer.material,
-            MeterReading({slab.voltage: 1 / thickness}, self.start.field(name)),
-            MeterReading(charge, self.start.displacement(name)),
+            thickness=thickness,
+            material=slab.layer.material,
+            field=MeterReading({slab.voltage: 1 / thickness}, self.start.field(name)),
+            displacement=MeterReading(charge, self.start.displacement(name)),
         )
 
     @property

@@ -27,7 +27,7 @@ APART = 1e-7
 """Relative distance that a relaxation is moved from a rate of the stack, so that the two can be told apart."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Start:
     """Voltages at time 0: of the periodic state, or from rest what a jump of the drive and initial charge give.
 
@@ -64,10 +64,25 @@ class Start:
             If the circuit cannot begin there.
         """
         if not isinstance(scenario.time.initial_state, PeriodicState):
-            return cls(scenario, None, *_charged(scenario, debye))
+            fields, second, body, interface = _charged(scenario, debye)
+            return cls(
+                scenario=scenario,
+                section=None,
+                fields=fields,
+                second_fields=second,
+                body=body,
+                interface=interface,
+            )
         _check_periodic(scenario)
         none = dict.fromkeys(debye, 0.0)
-        return cls(scenario, modes(scenario)[0], none, none, 0.0, 0.0)
+        return cls(
+            scenario=scenario,
+            section=modes(scenario)[0],
+            fields=none,
+            second_fields=none,
+            body=0.0,
+            interface=0.0,
+        )
 
     def field(self, name: str) -> Transfer | None:
         """Field of a layer [V/m per volt], where it is needed."""

@@ -86,16 +86,16 @@ def thresholds() -> Panel:
         found = curves_of(skin)
         for drive, level in found.level.items():
             kind = "dashed" if "edges" in drive else "line"
-            curves.append(Curve(f"{drive}, {name}", found.frequency, level, kind=kind))
+            curves.append(Curve(label=f"{drive}, {name}", x=found.frequency, y=level, kind=kind))
     return Panel(
-        "thresholds",
-        "Threshold voltage of sine and square over frequency",
-        "In dB above the lowest threshold on that skin: the thresholds in volts were not read, and no threshold of"
+        id="thresholds",
+        title="Threshold voltage of sine and square over frequency",
+        caption="In dB above the lowest threshold on that skin: the thresholds in volts were not read, and no threshold of"
         " displacement is calibrated. Both channels, weight on the force. The square falls below the sine at low"
         " frequencies; ideal edges make it rise at high ones, where its square hardly moves any more.",
-        ("frequency", "Hz"),
-        ("threshold voltage, dB", DECIBELS),
-        tuple(curves),
+        x=("frequency", "Hz"),
+        y=("threshold voltage, dB", DECIBELS),
+        curves=tuple(curves),
         log_x=True,
     )
 
@@ -106,21 +106,27 @@ def ratio() -> Panel:
     rows = np.array([ratios(skin, places, resistance=BODY) for skin in conducting_skins().values()])
     frequency = np.array(places)
     curves = [
-        Curve("all skins that conduct", frequency, rows.min(axis=0), rows.max(axis=0), "band"),
-        Curve("equal", frequency, np.zeros(len(places)), kind="dashed"),
+        Curve(
+            label="all skins that conduct",
+            x=frequency,
+            y=rows.min(axis=0),
+            upper=rows.max(axis=0),
+            kind="band",
+        ),
+        Curve(label="equal", x=frequency, y=np.zeros(len(places)), kind="dashed"),
     ]
     curves += [
-        Curve(f"{tau / 1e-3:g} ms", frequency, ratios(first_order_skin(time_constant=tau), places))
+        Curve(label=f"{tau / 1e-3:g} ms", x=frequency, y=ratios(first_order_skin(time_constant=tau), places))
         for tau in TIME_CONSTANTS
     ]
     return Panel(
-        "ratio",
-        "Threshold of a sine over that of a square",
-        "Above 0 the square is felt at a lower voltage, as the paper reports below 60 Hz. Pacinian weight on the force,"
+        id="ratio",
+        title="Threshold of a sine over that of a square",
+        caption="Above 0 the square is felt at a lower voltage, as the paper reports below 60 Hz. Pacinian weight on the force,"
         " ideal edges. Above the frequency of equal thresholds the paper reports similar ones; the model overshoots.",
-        ("frequency", "Hz"),
-        ("sine over square threshold, dB", DECIBELS),
-        tuple(curves),
+        x=("frequency", "Hz"),
+        y=("sine over square threshold, dB", DECIBELS),
+        curves=tuple(curves),
         log_x=True,
     )
 
@@ -133,19 +139,21 @@ def crossovers() -> Panel:
         points = weight.startswith("both")
         chosen = taus[::2] if points else taus
         found = np.array([crossover_of(time_constant=float(tau), weight=weight) for tau in chosen])
-        curves.append(Curve(weight, chosen, found, kind="points" if points else "line"))
+        curves.append(Curve(label=weight, x=chosen, y=found, kind="points" if points else "line"))
     edged = np.array([crossover_of(time_constant=float(tau), edge=EDGE) for tau in taus])
     known = np.isfinite(edged)  # where the edges leave a crossing at all
-    curves.append(Curve("Pacinian, on the force, edges of 200 us", taus[known], edged[known], kind="dashed"))
-    curves.append(Curve("60 Hz, the paper", taus[[0, -1]], np.full(2, 60.0), kind="dashed"))
+    curves.append(
+        Curve(label="Pacinian, on the force, edges of 200 us", x=taus[known], y=edged[known], kind="dashed")
+    )
+    curves.append(Curve(label="60 Hz, the paper", x=taus[[0, -1]], y=np.full(2, 60.0), kind="dashed"))
     return Panel(
-        "crossover",
-        "Frequency of equal thresholds against the time constant of the skin",
-        "Skins without dispersion on the coat. A reading of the skin, and a little of the weight: 60 Hz is forced"
+        id="crossover",
+        title="Frequency of equal thresholds against the time constant of the skin",
+        caption="Skins without dispersion on the coat. A reading of the skin, and a little of the weight: 60 Hz is forced"
         " by nothing. A channel for low frequencies changes nothing here: its points lie on the first line.",
-        ("time constant", "s"),
-        ("frequency of equal thresholds", "Hz"),
-        tuple(curves),
+        x=("time constant", "s"),
+        y=("frequency of equal thresholds", "Hz"),
+        curves=tuple(curves),
         log_x=True,
         log_y=True,
     )

@@ -49,16 +49,16 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
         )
     found = rows()
     return Reproduction(
-        "vardar_2017",
-        CITATION,
-        found,
-        figures.panels(),
-        (_page(),),
-        (skin_table(),),
-        EQUATIONS,
-        (Pacinian.reference, NonPacinian.reference, RYU),
-        "Vardar 2017: sine against square",
-        _findings(found),
+        paper="vardar_2017",
+        citation=CITATION,
+        rows=found,
+        panels=figures.panels(),
+        pages=(_page(),),
+        tables=(skin_table(),),
+        equations=EQUATIONS,
+        references=(Pacinian.reference, NonPacinian.reference, RYU),
+        title="Vardar 2017: sine against square",
+        findings=_findings(found),
     )
 
 
@@ -203,7 +203,7 @@ def skin_table() -> Table:
         "Sine over square threshold on every skin that conducts, in dB",
         ("skin", "15 Hz", "30 Hz", "60 Hz", "480 Hz"),
         lines,
-        "Pacinian weight on the force, ideal edges, body of 1 kohm. Skins that do not conduct lose no charge and"
+        caption="Pacinian weight on the force, ideal edges, body of 1 kohm. Skins that do not conduct lose no charge and"
         " turn the direction round: they are left out, not forgotten.",
     )
 

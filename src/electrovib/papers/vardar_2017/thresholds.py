@@ -97,5 +97,5 @@ def crossover(skin: Material, *, edge: float = 0.0, person: Perception = ON_FORC
     """
     low, high = FREQUENCIES[0], FREQUENCIES[-1]
     return felt_threshold.crossover(
-        lambda frequency: pair(skin, frequency=frequency, edge=edge), low, high, person
+        lambda frequency: pair(skin, frequency=frequency, edge=edge), low=low, high=high, person=person
     )

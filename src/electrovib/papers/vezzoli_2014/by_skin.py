@@ -117,7 +117,7 @@ def _results(own: Tabulated | None) -> Table:
         "Figure 6: 0 to 1000 V on the printed film, hold of 100 ms, neither ramp nor hold printed. Figure 7: rise ="
         " F(10 kHz)/F(100 Hz), saturation = F(10 kHz)/largest F, on a coat of 1 um with eps 3.9, not printed."
     )
-    return Table("What every skin and plane gives", headings, tuple(lines), caption)
+    return Table("What every skin and plane gives", headings, tuple(lines), caption=caption)
 
 
 def _shown(shape: Shape | None) -> tuple[str, str, str]:

@@ -117,7 +117,7 @@ def table() -> Table:
         "Voltage or force: what the paper's time constant means",
         headings,
         tuple(lines),
-        "An exponential voltage has a force that decays twice as fast. The paper compares its 7.7 ms with a lateral force"
+        caption="An exponential voltage has a force that decays twice as fast. The paper compares its 7.7 ms with a lateral force"
         " that decays in 6 ms: 3.85 against 6 ms as forces (7.7 against 12 ms as voltages) under the first reading, 7.7 against"
         f" 6 ms (15.4 against 12 ms) under the second. Lateral forces are divided by a coefficient of friction of {low:g} to"
         f" {high:g}, a choice of ours: the paper prints none. With one relaxation time every ramp, resistivity"

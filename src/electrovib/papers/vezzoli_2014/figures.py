@@ -40,18 +40,18 @@ def figure_2() -> Panel:
     held = simulate(scenarios()["fig2_tremor"])
     time = trace.time.values
     return Panel(
-        "fig2",
-        "Figure 2: finger held 100 um off the plate",
-        "Attraction in the gap under a 0 to 1000 V trapezium. A gap that does not conduct keeps the force constant,"
+        id="fig2",
+        title="Figure 2: finger held 100 um off the plate",
+        caption="Attraction in the gap under a 0 to 1000 V trapezium. A gap that does not conduct keeps the force constant,"
         " as measured; a gap that leaks with 8.7e8 ohm m, the leak that 7.7 ms in contact would need, loses it. A hand"
         " that trembles by a tenth of the gap, 8 times a second, gives oscillations such as the paper remarks. The paper"
         " prints neither gap nor voltage of this figure.",
-        ("time", "s"),
-        ("electrostatic force", "N"),
-        (
-            Curve("gap does not conduct", time, trace.electrostatic_force.values),
-            Curve("the hand trembles by 10 um", held.time.values, held.electrostatic_force.values),
-            Curve("gap leaks, 8.7e8 ohm m", time, leaky.electrostatic_force.values, kind="dashed"),
+        x=("time", "s"),
+        y=("electrostatic force", "N"),
+        curves=(
+            Curve(label="gap does not conduct", x=time, y=trace.electrostatic_force.values),
+            Curve(label="the hand trembles by 10 um", x=held.time.values, y=held.electrostatic_force.values),
+            Curve(label="gap leaks, 8.7e8 ohm m", x=time, y=leaky.electrostatic_force.values, kind="dashed"),
         ),
     )
 
@@ -64,12 +64,18 @@ def _taus_over_frequency() -> list[Curve]:
 
     def span(name: str, *, measured: bool) -> Curve:
         found = [taus[key] for key, skin in skins.items() if skin.reproduces_force == measured]
-        return Curve(name, frequency, np.min(found, axis=0), np.max(found, axis=0), "band")
+        return Curve(
+            label=name, x=frequency, y=np.min(found, axis=0), upper=np.max(found, axis=0), kind="band"
+        )
 
     return [
         span("all cited sets", measured=True),
         span("constructed, constant phase", measured=False),
-        *(Curve(skin.name, frequency, taus[key]) for key, skin in skins.items() if skin.name in SHOWN),
+        *(
+            Curve(label=skin.name, x=frequency, y=taus[key])
+            for key, skin in skins.items()
+            if skin.name in SHOWN
+        ),
     ]
 
 
@@ -78,7 +84,7 @@ def figure_4(own: Tabulated | None) -> Panel:
     curves = _taus_over_frequency()
     if own is not None:
         rows = own.table()[0]
-        curves.append(Curve("your table", rows, time_constant(own, rows), kind="points"))
+        curves.append(Curve(label="your table", x=rows, y=time_constant(own, rows), kind="points"))
     ends = np.array([10.0, 1e6])
     readings = {
         "7.7 ms: the paper's, if of the voltage": decay.BY_VOLTAGE,
@@ -86,19 +92,20 @@ def figure_4(own: Tabulated | None) -> Panel:
         "12 ms: the measured 6 ms, of the force": decay.MEASURED,
     }
     curves += [
-        Curve(words, ends, np.full(2, reading.tau), kind="dashed") for words, reading in readings.items()
+        Curve(label=words, x=ends, y=np.full(2, reading.tau), kind="dashed")
+        for words, reading in readings.items()
     ]
     return Panel(
-        "fig4",
-        "Figure 4: time constant of the stratum corneum over frequency",
-        "tau = eps0 eps rho from the cited skin sets: the decay of a voltage. A force decays twice as fast, so the measured"
-        " 6 ms of a lateral force stand here as 12 ms, and the paper's 7.7 ms as 7.7 or 15.4 ms. The paper drew it from"
+        id="fig4",
+        title="Figure 4: time constant of the stratum corneum over frequency",
+        caption="tau = eps0 eps rho from the cited skin sets: the decay of a voltage. A force decays twice as fast, so the"
+        " measured 6 ms of a lateral force stand here as 12 ms, and the paper's 7.7 ms as 7.7 or 15.4 ms. The paper drew it from"
         " Yamamoto and Yamamoto 1976, whose table"
         " could not be obtained: none of these curves is that data, and the constructed ones go through the paper's"
         " own point. With a table of your own: electrovib reproduce --skin table.csv.",
-        ("frequency", "Hz"),
-        ("time constant", "s"),
-        tuple(curves),
+        x=("frequency", "Hz"),
+        y=("time constant", "s"),
+        curves=tuple(curves),
         log_x=True,
         log_y=True,
     )
@@ -121,16 +128,16 @@ def figure_6() -> Panel:
     curves = []
     for label, (scenario, kind) in cases.items():
         trace = simulate(scenario)
-        curves.append(Curve(label, trace.time.values, trace.electrostatic_force.values, kind=kind))
+        curves.append(Curve(label=label, x=trace.time.values, y=trace.electrostatic_force.values, kind=kind))
     curves.insert(0, _measured(curves[0].x[[0, -1]]))
     return Panel(
-        "fig6",
-        "Figure 6: force under a 0 to 1000 V trapezium",
-        "The paper prints no ramp; 36 ms is taken, with which law (1) and 7.7 ms of the voltage give its 2.5 mN. The force"
-        f" drawn is the attraction. {_BAND} Values below 0.1 uN are not drawn.",
-        ("time", "s"),
-        ("electrostatic force", "N"),
-        tuple(curves),
+        id="fig6",
+        title="Figure 6: force under a 0 to 1000 V trapezium",
+        caption="The paper prints no ramp; 36 ms is taken, with which law (1) and 7.7 ms of the voltage give its 2.5 mN. The"
+        f" force drawn is the attraction. {_BAND} Values below 0.1 uN are not drawn.",
+        x=("time", "s"),
+        y=("electrostatic force", "N"),
+        curves=tuple(curves),
         log_y=True,
         floor=FORCE_FLOOR,
     )
@@ -145,7 +152,13 @@ _BAND = (
 def _measured(ends: Real) -> Curve:
     """Draw the attraction behind the measured lateral force, from one end of the axis to the other."""
     low, high = values.attraction_of(values.FORCE_MEASURED)
-    return Curve("measured 2 to 5 mN over friction", ends, np.full(2, low), np.full(2, high), "band")
+    return Curve(
+        label="measured 2 to 5 mN over friction",
+        x=ends,
+        y=np.full(2, low),
+        upper=np.full(2, high),
+        kind="band",
+    )
 
 
 def figure_6_ramps() -> Panel:
@@ -156,15 +169,15 @@ def figure_6_ramps() -> Panel:
         if name in SHOWN or name in compute.LEAKY_GAPS or name == compute.POINT_BY_FORCE:
             forces = np.array([compute.peak_force(scenario, ramp=float(ramp)) for ramp in ramps])
             kind = "dashed" if name in compute.LEAKY_GAPS else "line"
-            curves.append(Curve(name, ramps, forces, kind=kind))
+            curves.append(Curve(label=name, x=ramps, y=forces, kind=kind))
     return Panel(
-        "fig6_ramps",
-        "Figure 6: which ramp would give the measured force",
-        "Peak attraction of the trapezium against its ramp, over skins under the causal law and over leaky gaps cut in the"
-        f" gap. {_BAND} Any skin meets it at some ramp.",
-        ("ramp", "s"),
-        ("peak electrostatic force", "N"),
-        tuple(curves),
+        id="fig6_ramps",
+        title="Figure 6: which ramp would give the measured force",
+        caption="Peak attraction of the trapezium against its ramp, over skins under the causal law and over leaky gaps cut in"
+        f" the gap. {_BAND} Any skin meets it at some ramp.",
+        x=("ramp", "s"),
+        y=("peak electrostatic force", "N"),
+        curves=tuple(curves),
         log_x=True,
         log_y=True,
     )
@@ -177,19 +190,19 @@ def figure_7_skins(own: Tabulated | None) -> Panel:
     for name, skin in compute.force_skins().items():
         if name in SHOWN or name == "palmar women 20 uS":
             force = compute.frequency_force(skin.material, frequency)
-            curves.append(Curve(name, frequency, force / force[-1]))
+            curves.append(Curve(label=name, x=frequency, y=force / force[-1]))
     if own is not None:
         force = compute.frequency_force(own, frequency)
-        curves.append(Curve("your table", frequency, force / force[-1], kind="points"))
+        curves.append(Curve(label="your table", x=frequency, y=force / force[-1], kind="points"))
     return Panel(
-        "fig7",
-        "Figure 7: mean force over frequency on a thin coat, relative to 10 kHz",
-        "Law as printed, tau = (C_i + C_sc) R_sc, coat of 1 um with eps 3.9 (not printed). Some skins rise and"
+        id="fig7",
+        title="Figure 7: mean force over frequency on a thin coat, relative to 10 kHz",
+        caption="Law as printed, tau = (C_i + C_sc) R_sc, coat of 1 um with eps 3.9 (not printed). Some skins rise and"
         " saturate as measured by Meyer, some peak and fall, the set that gives 7.7 ms is flat. Meyer's points are not"
         " drawn: they could not be obtained.",
-        ("frequency", "Hz"),
-        ("force relative to 10 kHz", "1"),
-        tuple(curves),
+        x=("frequency", "Hz"),
+        y=("force relative to 10 kHz", "1"),
+        curves=tuple(curves),
         log_x=True,
     )
 
@@ -204,16 +217,16 @@ def figure_7_thickness() -> Panel:
         for t in (thin, values.SKIN_THICKNESS, thick)
     }
     return Panel(
-        "fig7_thickness",
-        "Figure 7: band over the thickness of the stratum corneum",
-        "Mean force under 100 V for 100 to 400 um (a choice of ours: the paper prints no range), palmar women 20 uS. Here law"
-        " (1) makes thickness matter; cut in the"
+        id="fig7_thickness",
+        title="Figure 7: band over the thickness of the stratum corneum",
+        caption="Mean force under 100 V for 100 to 400 um (a choice of ours: the paper prints no range), palmar women 20 uS. Here"
+        " law (1) makes thickness matter; cut in the"
         " gap, thickness hardly matters on a thick film.",
-        ("frequency", "Hz"),
-        ("mean electrostatic force", "N"),
-        (
-            Curve("100 to 400 um", frequency, forces[thick], forces[thin], "band"),
-            Curve("200 um", frequency, forces[values.SKIN_THICKNESS]),
+        x=("frequency", "Hz"),
+        y=("mean electrostatic force", "N"),
+        curves=(
+            Curve(label="100 to 400 um", x=frequency, y=forces[thick], upper=forces[thin], kind="band"),
+            Curve(label="200 um", x=frequency, y=forces[values.SKIN_THICKNESS]),
         ),
         log_x=True,
     )

@@ -104,7 +104,9 @@ class Vezzoli2014Causal(ForceLaw):
             " The paper does not say which of the two it means; for other frequencies set frequency.low and frequency.high"
         )
         state = "ok" if abs(difference) <= READINGS_AGREE else "warning"
-        return (Lamp("readings of the law", state, text, abs(difference), READINGS_AGREE, "1"),)
+        return (
+            Lamp("readings of the law", state, text, value=abs(difference), limit=READINGS_AGREE, unit="1"),
+        )
 
 
 def _interval(film: Layer, skin: Layer, table: Tabulated) -> str:

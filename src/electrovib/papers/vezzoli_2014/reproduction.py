@@ -53,14 +53,14 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
     own = None if skin is None else _own_skin(skin)
     rows = (*numbers.rows(), *falling_edge.rows())
     return Reproduction(
-        "vezzoli_2014",
-        CITATION,
-        rows,
-        (*figures.panels(own), *falling_edge.panels()),
-        (open_questions.page(rows),),
-        (decay.table(), *by_skin.tables(own), falling_edge.table()),
-        EQUATIONS,
-        tuple(sorted({each.source for each in compute.all_skins().values()})),
+        paper="vezzoli_2014",
+        citation=CITATION,
+        rows=rows,
+        panels=(*figures.panels(own), *falling_edge.panels()),
+        pages=(open_questions.page(rows),),
+        tables=(decay.table(), *by_skin.tables(own), falling_edge.table()),
+        equations=EQUATIONS,
+        references=tuple(sorted({each.source for each in compute.all_skins().values()})),
         findings=open_questions.findings(rows),
     )
 

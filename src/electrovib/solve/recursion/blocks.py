@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Indices, Numbers, Real
     from electrovib.solve.recursion.inputs import Inputs
-    from electrovib.solve.recursion.record import Drive, Modes
+    from electrovib.solve.recursion.record import Modes, StraightDrive
 
 _BLOCK = 32  # samples; shorter costs more in states, longer costs more in the empty half of the triangle
 _LONG = 64  # the same where the states at some samples alone are wanted
@@ -47,14 +47,16 @@ class BlockWeights(NamedTuple):
     onto_state: Real
 
 
-def march_even(modes: Modes, drive: Drive, state: Numbers, keep: int, output: Sequence[Real]) -> Numbers:
+def march_even(
+    modes: Modes, drive: StraightDrive, state: Numbers, keep: int, output: Sequence[Real]
+) -> Numbers:
     """Follow relaxing or ringing modes through a drive whose pieces last equally long.
 
     Parameters
     ----------
     modes : Modes
         Poles, gains, direct share, and which outputs take the lag behind the drive.
-    drive : Drive
+    drive : StraightDrive
         Pieces with one duration for all.
     state : ndarray, (poles,)
         State at the first point.
@@ -95,7 +97,7 @@ def _put_out(
     inputs: Inputs,
     z: Numbers,
     state: Numbers,
-    drive: Drive,
+    drive: StraightDrive,
     keep: int,
 ) -> Numbers:
     """Write some of the outputs, and give the followed numbers at the last point with their share of the drive."""
@@ -125,7 +127,7 @@ def _put_out(
     return np.asarray(final)
 
 
-def even_states(modes: Modes, drive: Drive, state: Numbers, places: Indices) -> Numbers:
+def even_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indices) -> Numbers:
     """Give the states at some points of a drive whose pieces last equally long.
 
     Parameters

@@ -9,7 +9,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.solve.recursion.blocks import PRODUCT, block_states, block_weights, march_even, numbers
 from electrovib.solve.recursion.inputs import of_values
-from electrovib.solve.recursion.record import Drive, gather
+from electrovib.solve.recursion.record import StraightDrive, gather
 from electrovib.solve.recursion.scan import fold_length, states_before
 
 if TYPE_CHECKING:
@@ -88,10 +88,10 @@ def march_chain(
         formula(whole)
         start = np.full(back.poles.size, settled * whole[0], complex)
         kept = np.empty((values.size - 1) // keep + 1)
-        march_even(back, Drive(whole[:-1], whole[1:], drive.steps), start, keep, [kept])
+        march_even(back, StraightDrive(whole[:-1], whole[1:], drive.steps), start, keep, [kept])
         return kept
     z, rows = back.poles * step, (values.size - 1) // keep
-    inputs = of_values(Drive(values[:-1], values[1:], drive.steps), z)
+    inputs = of_values(StraightDrive(values[:-1], values[1:], drive.steps), z)
     onto_state = block_weights(back.gains, back.direct, inputs, z, keep, keep).onto_state[0]
     columns, lines = fold_length(rows + 1)
     states, seen = np.zeros((lines * columns, onto_state.shape[1])), np.empty(rows + 1)
@@ -122,7 +122,7 @@ def _between(
     Every array given is used up before the next one is made, in the same memory.
     """
     z, rows = front.poles * step, (values.size - 1) // keep
-    inputs = of_values(Drive(values[:-1], values[1:], np.asarray(step)), z)
+    inputs = of_values(StraightDrive(values[:-1], values[1:], np.asarray(step)), z)
     weights = block_weights(front.gains, front.direct, inputs, z, block, 1)
     whole = values[: rows * keep].reshape(rows * (keep // block), block)
     states = block_states([whole], weights.onto_state, z, state - inputs.shift * values[0])

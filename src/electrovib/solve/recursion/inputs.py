@@ -10,7 +10,7 @@ from electrovib.solve.recursion.hold import weights_of
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Numbers, Real
-    from electrovib.solve.recursion.record import Drive
+    from electrovib.solve.recursion.record import StraightDrive
 
 
 class Inputs(NamedTuple):
@@ -41,12 +41,12 @@ class Inputs(NamedTuple):
     at_end: Real
 
 
-def of_values(drive: Drive, z: Numbers) -> Inputs:
+def of_values(drive: StraightDrive, z: Numbers) -> Inputs:
     """Let the values of a drive push the modes.
 
     Parameters
     ----------
-    drive : Drive
+    drive : StraightDrive
         Pieces with one duration for all.
     z : ndarray, (poles,)
         Poles times step [-].
@@ -64,12 +64,12 @@ def of_values(drive: Drive, z: Numbers) -> Inputs:
     return Inputs(signals, now[:count], later[:count], last, np.array([drive.ends[-1], 0.0])[:count])
 
 
-def of_rises(drive: Drive, z: Numbers) -> Inputs:
+def of_rises(drive: StraightDrive, z: Numbers) -> Inputs:
     """Let the rises of a drive push what modes lag behind it.
 
     Parameters
     ----------
-    drive : Drive
+    drive : StraightDrive
         Pieces with one duration for all.
     z : ndarray, (poles,)
         Poles times step [-].

@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.solve.recursion.blocks import PRODUCT
 from electrovib.solve.recursion.hold import hold_weights, weights_of
-from electrovib.solve.recursion.record import Drive
+from electrovib.solve.recursion.record import StraightDrive
 from electrovib.solve.recursion.scan import fold_length, states_before
 
 if TYPE_CHECKING:
@@ -41,14 +41,16 @@ class _Family(NamedTuple):
     lag: bool
 
 
-def march_jittered(modes: Modes, drive: Drive, state: Numbers, keep: int, output: Sequence[Real]) -> Numbers:
+def march_jittered(
+    modes: Modes, drive: StraightDrive, state: Numbers, keep: int, output: Sequence[Real]
+) -> Numbers:
     """Follow relaxing modes through a drive whose pieces last unequally long.
 
     Parameters
     ----------
     modes : Modes
         Poles, gains, direct share, and which outputs take the lag behind the drive.
-    drive : Drive
+    drive : StraightDrive
         Pieces with one duration each.
     state : ndarray, (poles,)
         State at the first point.
@@ -82,7 +84,7 @@ def march_jittered(modes: Modes, drive: Drive, state: Numbers, keep: int, output
     return state
 
 
-def jittered_states(modes: Modes, drive: Drive, state: Numbers, places: Indices) -> Numbers:
+def jittered_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indices) -> Numbers:
     """Give the states at some points of a drive whose pieces last unequally long.
 
     Parameters
@@ -109,16 +111,16 @@ def jittered_states(modes: Modes, drive: Drive, state: Numbers, places: Indices)
     return found
 
 
-def _chunks(modes: Modes, drive: Drive) -> Iterator[tuple[int, Drive, float]]:
+def _chunks(modes: Modes, drive: StraightDrive) -> Iterator[tuple[int, StraightDrive, float]]:
     """Cut a drive into stretches, each with its first piece and the drive after its end."""
     pieces, length = drive.starts.size, max(64, _HELD // max(1, modes.poles.size))
     for begin in range(0, pieces, length):
         end = min(begin + length, pieces)
         following = drive.starts[end] if end < pieces else drive.ends[-1]
-        yield begin, Drive(*(each[begin:end] for each in drive)), float(following)
+        yield begin, StraightDrive(*(each[begin:end] for each in drive)), float(following)
 
 
-def _outputs(modes: Modes, drive: Drive, following: float, state: Numbers) -> Real:
+def _outputs(modes: Modes, drive: StraightDrive, following: float, state: Numbers) -> Real:
     """Give the outputs before every piece of one stretch, (outputs, pieces); the state becomes that after it."""
     columns, rows = fold_length(drive.starts.size)
     total, level = np.zeros((columns * rows, modes.direct.size)), modes.direct.copy()
@@ -133,7 +135,7 @@ def _outputs(modes: Modes, drive: Drive, following: float, state: Numbers) -> Re
 
 
 def _followed(
-    modes: Modes, drive: Drive, following: float, state: Numbers
+    modes: Modes, drive: StraightDrive, following: float, state: Numbers
 ) -> Iterator[tuple[_Family, Numbers]]:
     """Give, family by family, what is followed before every piece, (columns, rows, modes)."""
     columns, rows = fold_length(drive.starts.size)
@@ -211,7 +213,7 @@ def _rule(degree: int) -> tuple[Real, Real]:
     return nodes, np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, degree)))
 
 
-def _drop(pushes: Numbers, drive: Drive, following: float, columns: int, rows: int) -> None:
+def _drop(pushes: Numbers, drive: StraightDrive, following: float, columns: int, rows: int) -> None:
     """Take off what the drive jumps after each piece from what modes lag behind it, where it jumps."""
     jumps = np.append(drive.starts[1:], following) - drive.ends
     if np.any(jumps):

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from electrovib.core.arrays import Numbers, Real
-    from electrovib.solve.recursion.record import Drive, Modes
+    from electrovib.solve.recursion.record import Modes, StraightDrive
 
 
 def march_loop(
@@ -86,7 +86,7 @@ def march_pairs_loop(
     return _follow(*gather(poles, gains, direct, starts, ends, steps, initial_state, pairs=True))
 
 
-def _follow(modes: Modes, drive: Drive, state: Numbers) -> tuple[Real, Numbers]:
+def _follow(modes: Modes, drive: StraightDrive, state: Numbers) -> tuple[Real, Numbers]:
     pieces = drive.starts.size
     durations = np.broadcast_to(drive.steps, (pieces,))
     output = np.empty((modes.direct.size, pieces + 1))

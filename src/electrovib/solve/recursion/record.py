@@ -33,7 +33,7 @@ class Modes(NamedTuple):
     lag: NDArray[np.bool_]
 
 
-class Drive(NamedTuple):
+class StraightDrive(NamedTuple):
     """A drive of straight pieces.
 
     Parameters
@@ -73,7 +73,7 @@ def gather(
     keep: int = 1,
     lag: ArrayLike = False,
     pairs: bool = False,
-) -> tuple[Modes, Drive, Numbers]:
+) -> tuple[Modes, StraightDrive, Numbers]:
     """Turn the arguments of a recursion into contiguous arrays and refuse what does not fit together.
 
     Parameters
@@ -87,7 +87,7 @@ def gather(
     -------
     modes : Modes
         Poles, gains and direct share.
-    drive : Drive
+    drive : StraightDrive
         Pieces; ``steps`` has shape () when all durations are equal.
     state : ndarray, (poles,)
         State at the first point, a copy.
@@ -104,7 +104,7 @@ def gather(
     lags = np.array(np.broadcast_to(np.asarray(lag, bool), given[0].shape))
     modes, drive = (
         Modes(own[0], own[1], given[0], lags),
-        Drive(given[1], given[2], np.asarray(steps, np.float64)),
+        StraightDrive(given[1], given[2], np.asarray(steps, np.float64)),
     )
     state: Numbers = np.array(initial_state, kind)
     problems = [*_shape_problems(modes, drive, state), *_value_problems(modes, drive)]
@@ -119,7 +119,7 @@ def gather(
     return modes, drive, state
 
 
-def _shape_problems(modes: Modes, drive: Drive, state: Numbers) -> list[str]:
+def _shape_problems(modes: Modes, drive: StraightDrive, state: Numbers) -> list[str]:
     """List every array whose shape disagrees with the poles, the outputs or the pieces of drive."""
     count, outputs, pieces = modes.poles.size, modes.direct.size, drive.starts.size
     wanted = {
@@ -140,7 +140,7 @@ def _shape_problems(modes: Modes, drive: Drive, state: Numbers) -> list[str]:
     return found if pieces else [*found, "march.starts is empty: give at least one piece of drive."]
 
 
-def _value_problems(modes: Modes, drive: Drive) -> list[str]:
+def _value_problems(modes: Modes, drive: StraightDrive) -> list[str]:
     """List poles that do not relax and durations that run backwards."""
     found = []
     if not np.all((modes.poles.real < 0.0) & (modes.poles.imag >= 0.0)):

@@ -10,7 +10,7 @@ from electrovib.scenario import Scenario
 from electrovib.study.reproduction import Page, Panel, Table
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Entry:
     """One law on the stack.
 
@@ -55,7 +55,7 @@ class Entry:
     breakdown: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Comparison:
     """All laws on one scenario.
 

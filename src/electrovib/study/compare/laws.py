@@ -91,21 +91,25 @@ def compare(
     if not entries:
         raise InputError(f"no law can be compared here. {name}: {why}" for name, why in left_out.items())
     entries.sort(key=lambda entry: -entry.static)
-    panels = [over_frequency(entries, frequency, voltage), over_time(entries, time, voltage)]
+    panels = [
+        over_frequency(entries, frequency=frequency, voltage=voltage),
+        over_time(entries, time=time, voltage=voltage),
+    ]
     ordered = {entry.name: cases[entry.name] for entry in entries}
     panels += [
-        over_parameter(scenario, ordered, path, np.asarray(values)) for path, values in (over or {}).items()
+        over_parameter(scenario, ordered, path, values=np.asarray(values))
+        for path, values in (over or {}).items()
     ]
     return Comparison(
-        scenario,
-        voltage,
-        tuple(entries),
-        left_out,
-        frequency,
-        time,
-        tables(entries, left_out),
-        tuple(panels),
-        pages(scenario, entries),
+        scenario=scenario,
+        voltage=voltage,
+        entries=tuple(entries),
+        left_out=left_out,
+        frequency=frequency,
+        time=time,
+        tables=tables(entries, left_out),
+        panels=tuple(panels),
+        pages=pages(scenario, entries),
     )
 
 
@@ -135,8 +139,8 @@ class _Bench:
     def __init__(self, scenario: Scenario, voltage: float, frequency: Real, time: Real) -> None:
         self.voltage, self.frequency, self.time = voltage, frequency, time
         plane = scenario.replace({"force": {"model": "GapPlane"}})
-        self.static = static_force(plane, voltage)
-        self.breakdown = air_breaks_down(scenario, voltage)
+        self.static = static_force(plane, voltage=voltage)
+        self.breakdown = air_breaks_down(scenario, voltage=voltage)
         step = self.step(plane, voltage)
         self.stack_warnings = _warnings(step)
         self.air_warnings = air_warnings(scenario, step)
@@ -149,9 +153,9 @@ class _Bench:
     def entry(self, name: str, case: Scenario) -> Entry:
         """Try one law."""
         law = case.force
-        static = static_force(case, self.voltage)
+        static = static_force(case, voltage=self.voltage)
         mean = mean_force(case, phasors(case, self.frequency), self.voltage)
-        why = explain(case, static / self.static)
+        why = explain(case, ratio=static / self.static)
         early = late = polarity = np.nan
         try:
             trace = self.step(case, self.voltage)
@@ -160,25 +164,25 @@ class _Bench:
         else:
             step, warnings = np.asarray(trace.electrostatic_force.values), _warnings(trace)
             early, late = float(np.interp(EARLY, self.time, step)), float(step[-1])
-            why += f"; {in_time(case, early, late)}"
+            why += f"; {in_time(case, early=early, late=late)}"
             polarity = self.polarity(case, step)
         in_the_gap = law.plane == "gap"
         if in_the_gap:
             warnings = tuple(dict.fromkeys([*warnings, *self.air_warnings]))
         return Entry(
-            name,
-            law.plane,
-            law.status,
-            static,
-            static / self.static,
-            early,
-            late,
-            mean,
-            step,
-            polarity,
-            why,
-            warnings,
-            self.breakdown if in_the_gap else "",
+            name=name,
+            plane=law.plane,
+            status=law.status,
+            static=static,
+            ratio=static / self.static,
+            early=early,
+            late=late,
+            mean=mean,
+            step=step,
+            polarity=polarity,
+            why=why,
+            warnings=warnings,
+            breakdown=self.breakdown if in_the_gap else "",
         )
 
     def polarity(self, case: Scenario, step: Real) -> float:

@@ -22,7 +22,7 @@ KINDS = ("line", "dashed", "dotted")
 """Of the first, second and every further curve in one place."""
 
 
-def over_frequency(entries: Sequence[Entry], frequency: Real, voltage: float) -> Panel:
+def over_frequency(entries: Sequence[Entry], *, frequency: Real, voltage: float) -> Panel:
     """Draw the mean force of each law over frequency.
 
     Parameters
@@ -40,23 +40,23 @@ def over_frequency(entries: Sequence[Entry], frequency: Real, voltage: float) ->
         One line for each law.
     """
     curves = [
-        Curve(entry.name, frequency, entry.mean, look=look)
+        Curve(label=entry.name, x=frequency, y=entry.mean, look=look)
         for look, entry in enumerate(entries)
         if np.all(entry.mean > 0)
     ]
     return Panel(
-        "force_over_frequency",
-        "Mean force over frequency",
-        f"Time mean under a sine of {format_quantity(voltage, 'V')}, materials as declared.",
-        ("frequency", "Hz"),
-        ("mean electrostatic force", "N"),
-        all_to_be_seen(curves),
+        id="force_over_frequency",
+        title="Mean force over frequency",
+        caption=f"Time mean under a sine of {format_quantity(voltage, 'V')}, materials as declared.",
+        x=("frequency", "Hz"),
+        y=("mean electrostatic force", "N"),
+        curves=all_to_be_seen(curves),
         log_x=True,
         log_y=True,
     )
 
 
-def over_time(entries: Sequence[Entry], time: Real, voltage: float) -> Panel:
+def over_time(entries: Sequence[Entry], *, time: Real, voltage: float) -> Panel:
     """Draw the response of each law to a step.
 
     Parameters
@@ -77,25 +77,25 @@ def over_time(entries: Sequence[Entry], time: Real, voltage: float) -> Panel:
     for look, entry in enumerate(entries):
         if len(entry.step):
             floor = np.max(entry.step) * 1e-6
-            curves.append(Curve(entry.name, time[1:], np.maximum(entry.step[1:], floor), look=look))
+            curves.append(Curve(label=entry.name, x=time[1:], y=np.maximum(entry.step[1:], floor), look=look))
     caption = (
         f"After a step to {format_quantity(voltage, 'V')} from rest. The planes differ in time, not only in size: where"
         " a layer conducts, the field leaves it and goes into the others. Values a million times below a law's largest"
         " are drawn there."
     )
     return Panel(
-        "force_over_time",
-        "Step response",
-        caption,
-        ("time", "s"),
-        ("electrostatic force", "N"),
-        all_to_be_seen(curves),
+        id="force_over_time",
+        title="Step response",
+        caption=caption,
+        x=("time", "s"),
+        y=("electrostatic force", "N"),
+        curves=all_to_be_seen(curves),
         log_x=True,
         log_y=True,
     )
 
 
-def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str, values: Real) -> Panel:
+def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str, *, values: Real) -> Panel:
     """Draw the static force of each law over a parameter.
 
     Parameters
@@ -118,24 +118,26 @@ def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str,
     curves, marks = [], []
     for look, (name, case) in enumerate(cases.items()):
         varied = [_with(case, path, float(value)) for value in values]
-        forces = np.array([static_force(one, one.drive.largest()) for one in varied])
-        curves.append(Curve(name, values, forces, look=look))
+        forces = np.array([static_force(one, voltage=one.drive.largest()) for one in varied])
+        curves.append(Curve(label=name, x=values, y=forces, look=look))
         if case.force.plane == "gap":
-            broken = np.array([bool(air_breaks_down(one, one.drive.largest())) for one in varied])
+            broken = np.array([bool(air_breaks_down(one, voltage=one.drive.largest())) for one in varied])
             label = f"{name}: air breaks down"
             marks += (
-                [Curve(label, values[broken], forces[broken], None, "points", look)] if any(broken) else []
+                [Curve(label=label, x=values[broken], y=forces[broken], upper=None, kind="points", look=look)]
+                if any(broken)
+                else []
             )
     said = f"At the peak voltage of the drive, nothing conducting. {_sentence(quantity.doc)}"
     if marks:
         said += " Points: there the air of the gap breaks down, a limit and not a force one would see."
     return Panel(
-        f"static_over_{path.replace('.', '_')}",
-        f"Static force over {path}",
-        said,
-        (path, quantity.unit),
-        ("static electrostatic force", "N"),
-        (*all_to_be_seen(curves), *marks),
+        id=f"static_over_{path.replace('.', '_')}",
+        title=f"Static force over {path}",
+        caption=said,
+        x=(path, quantity.unit),
+        y=("static electrostatic force", "N"),
+        curves=(*all_to_be_seen(curves), *marks),
         log_x=bool(np.min(values) > 0 and np.max(values) / np.min(values) > 20),
         log_y=True,
     )

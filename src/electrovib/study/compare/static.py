@@ -31,7 +31,7 @@ def _without_conduction(material: Material, path: str) -> dict[str, Any]:
     return {f"{path}.conductivity": 0.0} if material.conductivity else {}
 
 
-def static_force(scenario: Scenario, voltage: float) -> float:
+def static_force(scenario: Scenario, *, voltage: float) -> float:
     """Attraction at a voltage held for ever when nothing conducts [N].
 
     Parameters
@@ -57,7 +57,7 @@ def static_force(scenario: Scenario, voltage: float) -> float:
     return float(simulate(held.replace(changes), time=np.array([0.0, 1.0])).electrostatic_force[-1])
 
 
-def air_breaks_down(scenario: Scenario, voltage: float) -> str:
+def air_breaks_down(scenario: Scenario, *, voltage: float) -> str:
     """Tell how the air of the gap breaks down at a voltage held for ever when nothing conducts.
 
     Parameters

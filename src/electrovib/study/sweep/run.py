@@ -109,7 +109,14 @@ def _refuse_large(scenario: Scenario, axes: Mapping[str, Real], *, records: bool
     time = CASE + sum(work.time for work in each)
     what = " x ".join(f"{len(values)} values of {path}" for path, values in axes.items())
     refuse_beyond(
-        [Work(f"{count:.3g} cases, {what}", count * time, count * held, "sweep fewer values")],
+        [
+            Work(
+                what=f"{count:.3g} cases, {what}",
+                time=count * time,
+                memory=count * held,
+                remedy="sweep fewer values",
+            )
+        ],
         what="this sweep",
     )
 
@@ -213,7 +220,7 @@ def _solved(point: Mapping[str, float], member: Scenario, asked: Asked, *, recor
     if records:
         record = simulate(member)
         lamps += sampling(member.drive, record["time"].values)
-    return Case(point, values, found.errors, found.how, lamps, record)
+    return Case(at=point, values=values, errors=found.errors, how=found.how, lamps=lamps, record=record)
 
 
 def _words(units: Mapping[str, str], point: Mapping[str, float]) -> str:

@@ -36,7 +36,7 @@ LARGEST: Final = (
 """Attributes of which a sweep tells the largest."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Case:
     """One case of a sweep.
 

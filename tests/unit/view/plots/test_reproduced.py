@@ -11,15 +11,23 @@ X = np.geomspace(1, 1e4, 30)
 
 
 def make(*curves, **more):
-    return Panel("fig", "Force at 5 um", "words", ("frequency", "Hz"), ("force", "N"), curves, **more)
+    return Panel(
+        id="fig",
+        title="Force at 5 um",
+        caption="words",
+        x=("frequency", "Hz"),
+        y=("force", "N"),
+        curves=curves,
+        **more,
+    )
 
 
 def test_lines_points_and_bands_have_their_data():
     curves = (
-        Curve("band of 2 uS", X, 1e-3 + 0 * X, 2e-3 + 0 * X, "band"),
-        Curve("line", X, 1e-6 * X),
-        Curve("dashed", X, 2e-6 * X, kind="dashed"),
-        Curve("points", X[::5], 3e-6 * X[::5], kind="points"),
+        Curve(label="band of 2 uS", x=X, y=1e-3 + 0 * X, upper=2e-3 + 0 * X, kind="band"),
+        Curve(label="line", x=X, y=1e-6 * X),
+        Curve(label="dashed", x=X, y=2e-6 * X, kind="dashed"),
+        Curve(label="points", x=X[::5], y=3e-6 * X[::5], kind="points"),
     )
     ax = plots.panel(make(*curves, log_x=True))
     shown = {line.get_label(): line for line in ax.lines}
@@ -35,20 +43,20 @@ def test_lines_points_and_bands_have_their_data():
 
 
 def test_every_curve_looks_different():
-    curves = [Curve(f"line {n}", X, n * X) for n in range(9)]
-    curves += [Curve(f"dashed {n}", X, n * X, kind="dashed") for n in range(3)]
+    curves = [Curve(label=f"line {n}", x=X, y=n * X) for n in range(9)]
+    curves += [Curve(label=f"dashed {n}", x=X, y=n * X, kind="dashed") for n in range(3)]
     ax = plots.panel(make(*curves, log_x=True, log_y=True))
     looks = {(line.get_color(), line.get_linestyle()) for line in ax.lines}
     assert len(looks) == len(curves)
 
 
 def test_few_curves_differ_in_colour_even_where_one_is_dashed():
-    ax = plots.panel(make(Curve("a", X, X), Curve("b", X, 2 * X, kind="dashed")))
+    ax = plots.panel(make(Curve(label="a", x=X, y=X), Curve(label="b", x=X, y=2 * X, kind="dashed")))
     assert len({line.get_color() for line in ax.lines}) == 2
 
 
 def test_nothing_is_drawn_below_the_floor():
-    ax = plots.panel(make(Curve("a", X, 1e-3 * X), log_y=True, floor=0.1))
+    ax = plots.panel(make(Curve(label="a", x=X, y=1e-3 * X), log_y=True, floor=0.1))
     (line,) = ax.lines
     assert np.array_equal(np.isnan(line.get_ydata()), X * 1e-3 < 0.1)
     assert np.nanmin(line.get_ydata()) >= 0.1

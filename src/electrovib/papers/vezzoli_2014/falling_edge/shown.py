@@ -62,7 +62,7 @@ def table() -> Table:
         " off 1, or the decay off that of the paper's model, by more than a tenth. A charge that neither leaks nor is"
         " carried away would add an offset to the effective voltage: 5, 10, 20 % of it give 0.82, 0.67, 0.44."
     )
-    return Table("The falling edge: every candidate alone", headings, tuple(lines), caption)
+    return Table("The falling edge: every candidate alone", headings, tuple(lines), caption=caption)
 
 
 def _readings(result: Outcome, base: float) -> str:
@@ -87,15 +87,15 @@ def _pulses() -> Panel:
         rising = np.max(np.abs(result.force[result.time <= RAMP + HOLD]))
         share = result.force / rising
         kind = "dashed" if name == "the paper's model" else "line"
-        curves.append(Curve(f"{name} ({result.ratio:.2f})", result.time, share, kind=kind))
+        curves.append(Curve(label=f"{name} ({result.ratio:.2f})", x=result.time, y=share, kind=kind))
     return Panel(
-        "falling_edge",
-        "The falling edge: force over its rising peak, one cause at a time",
-        "Trapezium of 0 to 1000 V, ramps of 25 ms, hold of 200 ms; in brackets falling over rising peak. Below 1e-3 of the"
-        " peak nothing is drawn.",
-        ("time", "s"),
-        ("force over its rising peak", "1"),
-        tuple(curves),
+        id="falling_edge",
+        title="The falling edge: force over its rising peak, one cause at a time",
+        caption="Trapezium of 0 to 1000 V, ramps of 25 ms, hold of 200 ms; in brackets falling over rising peak. Below 1e-3 of"
+        " the peak nothing is drawn.",
+        x=("time", "s"),
+        y=("force over its rising peak", "1"),
+        curves=tuple(curves),
         log_y=True,
         floor=FLOOR,
     )
@@ -111,17 +111,17 @@ def _against_hold() -> Panel:
         if candidate.name.startswith(AGAINST_HOLD):
             ratios = np.array([outcome(candidate, hold=hold).ratio for hold in HOLDS])
             kind = "dashed" if candidate.name == "the paper's model" else "line"
-            curves.append(Curve(candidate.name, np.array(HOLDS), ratios, kind=kind))
+            curves.append(Curve(label=candidate.name, x=np.array(HOLDS), y=ratios, kind=kind))
     ratios_of = {name: outcomes()[name].ratio for name in SHOWN}
     return Panel(
-        "falling_edge_hold",
-        "Falling over rising force against the hold",
-        "One relaxation time forgets in a few of it, a dispersive skin as a power of the hold, and what sliding does stays"
-        " whatever the hold. Polarity does not depend on it either, but lies off this figure:"
+        id="falling_edge_hold",
+        title="Falling over rising force against the hold",
+        caption="One relaxation time forgets in a few of it, a dispersive skin as a power of the hold, and what sliding does"
+        " stays whatever the hold. Polarity does not depend on it either, but lies off this figure:"
         f" {ratios_of['positive pulses weaker']:.3g} or {ratios_of['positive pulses stronger']:.2g}.",
-        ("hold", "s"),
-        ("force falling over rising", "1"),
-        tuple(curves),
+        x=("hold", "s"),
+        y=("force falling over rising", "1"),
+        curves=tuple(curves),
         log_x=True,
     )
 
