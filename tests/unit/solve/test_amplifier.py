@@ -388,7 +388,11 @@ def test_a_current_that_has_just_left_its_limit_may_be_beyond_it_by_rounding():
     plate = limited.LimitedPlate(wanted, amplifier, read_model(Drive, SINE), 1.0)
     lag = 1e-6 / (FILM * 2 * np.pi * 100)  # of the plate behind its aim, at the largest current
     for beyond, slack in ((1e-8, 2e-14), (-1e-8, 0.0), (1e-3, 0.0)):
-        span = plate.left(plate.span(0.0, 0, 0, -lag * (1 + beyond), np.zeros(len(plate.rates))))
+        span = plate.left(
+            plate.span(
+                start=0.0, mode=0, held=0, voltage=-lag * (1 + beyond), states=np.zeros(len(plate.rates))
+            )
+        )
         assert span.slack == pytest.approx(slack, rel=1e-3, abs=0)
 
 
@@ -410,7 +414,7 @@ def test_a_sine_behind_a_limit_needs_as_many_steps_as_it_has_changes(monkeypatch
     calls = []
     begun = limited.LimitedPlate.span
     monkeypatch.setattr(
-        limited.LimitedPlate, "span", lambda self, *given: calls.append(given) or begun(self, *given)
+        limited.LimitedPlate, "span", lambda self, **given: calls.append(given) or begun(self, **given)
     )
     drive = {"drive": {"model": "Sine", "amplitude": 100.0, "frequency": 777.0}, "time.duration": 4e-3}
     trace = ev.simulate(GAP.replace(drive | {"circuit.amplifier": {"gain": 1.0, "source_current": 2e-6}}))
@@ -440,7 +444,9 @@ def test_a_charge_that_fades_as_fast_as_a_mode_is_the_limit_of_one_that_nearly_d
 
     def course(free_rate):
         network = Network(rates, conductances, 1e-7, 1e-9, 1e-9, np.array([free_rate]), np.array([1e-3]))
-        slewed = network.slewed(1e-5, 2.0, np.array([1.0, 0.5]), 0.01, network.modes())
+        slewed = network.slewed(
+            current=1e-5, voltage=2.0, states=np.array([1.0, 0.5]), time=0.01, modes=network.modes()
+        )
         return slewed.voltage(np.linspace(0, 0.1, 50))
 
     for mode in Network(rates, conductances, 1e-7, 1e-9, 1e-9, np.zeros(0), np.zeros(0)).modes().rates:

@@ -52,7 +52,7 @@ def answers(conductivity=0.0, element=SeriesElement()):  # noqa: B008
 )
 def test_the_scalar_equation_is_solved(known, weight, name):
     leak = LEAKS[name]
-    field = field_under_leak(leak, known, weight)
+    field = field_under_leak(leak, known=known, weight=weight)
     drop = weight * float(leak.current_density(field))
     assert min(0.0, known) <= field <= max(0.0, known)
     slope = 1 + weight * float(leak.slope(field))
@@ -62,8 +62,8 @@ def test_the_scalar_equation_is_solved(known, weight, name):
 
 @pytest.mark.parametrize("name", LEAKS)
 def test_no_weight_is_no_leak(name):
-    assert field_under_leak(LEAKS[name], 3.0, 0.0) == 3.0
-    assert field_under_leak(LEAKS[name], 0.0, 1e9) == 0.0
+    assert field_under_leak(LEAKS[name], known=3.0, weight=0.0) == 3.0
+    assert field_under_leak(LEAKS[name], known=0.0, weight=1e9) == 0.0
 
 
 def orders(errors):

@@ -92,7 +92,8 @@ def answer_errors(
     The response of D = declared - reduced to the drive, times `SAFETY`, plus `SPREAD` times the relative
     residual of the fit of D over frequency.
     """
-    low, high = reduction_band(*run_band(scenario, times))
+    low, high = run_band(scenario, times)
+    low, high = reduction_band(low=low, high=high)
     low, high = max(low, known[0]), min(high, known[1])
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     if settled and lowest_frequency(scenario) < known[0] * (1 - SAME):

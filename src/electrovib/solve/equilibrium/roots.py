@@ -63,7 +63,7 @@ class _Interval:
 
 
 def crossings(
-    first: Curve, second: Curve, low: float, high: float, *, parts: int = 1
+    first: Curve, second: Curve, *, low: float, high: float, parts: int = 1
 ) -> tuple[Crossing, ...]:
     """Find every place where two curves meet.
 

@@ -143,7 +143,7 @@ def balance(
 
     states = [
         _state(place, repels(place.place), draws(place.place), pressure)
-        for place in crossings(repels, draws, low, high, parts=1 if attraction.convex else PARTS)
+        for place in crossings(repels, draws, low=low, high=high, parts=1 if attraction.convex else PARTS)
     ]
     lacking = draws(low)[0] - repels(low)[0]
     if low == 0 and lacking > 0:

@@ -75,7 +75,7 @@ def snapped(times: Real, breaks: list[float]) -> Real:
     return found
 
 
-def stretch_after(drive: Drive, time: float, following: float) -> Stretch:
+def stretch_after(drive: Drive, *, time: float, following: float) -> Stretch:
     """Give the drive as it is between two neighbouring breaks.
 
     Parameters

@@ -61,7 +61,7 @@ def inverse_root_thickness(
     if not len(poles):
         return Transfer(np.zeros(0), np.zeros(0), infinite**-0.5)
     # in 1/x the equation K(-x) = 0 is again a secular equation with positive weights
-    reversed_roots = secular_roots(1 / poles[::-1], (weights / poles**2)[::-1], static)
+    reversed_roots = secular_roots(1 / poles[::-1], (weights / poles**2)[::-1], constant=static)
     cuts = [cut for cut in _cuts(1 / reversed_roots.values[::-1], poles) if cut.length > SHORTEST]
     best = (-1.0, np.zeros(0), np.zeros(0))
     for more in range(6):
@@ -83,7 +83,7 @@ def _expand(slabs: Sequence[tuple[float, DebyeSum]]) -> tuple[float, float, Real
         infinite += thickness / debye.high
         static += thickness / (debye.high + float(np.sum(strengths)))
         if len(relaxations):
-            roots = secular_roots(relaxations, strengths * relaxations, debye.high)
+            roots = secular_roots(relaxations, strengths * relaxations, constant=debye.high)
             poles.append(roots.values)
             weights.append(thickness / roots.slope)
     return infinite, static, *_merged(np.concatenate(poles), np.concatenate(weights))

@@ -105,7 +105,7 @@ def slab_impedance(slab: Slab) -> tuple[Real, Real]:
         nodes, weights = relaxations, strengths * relaxations
     rates, residues = np.zeros(0), np.zeros(0)
     if len(nodes):
-        roots = secular_roots(nodes, weights, slab.debye.high)
+        roots = secular_roots(nodes, weights, constant=slab.debye.high)
         rates, residues = roots.values, scale / (roots.values * roots.slope)
     if slab.conductivity == 0:
         static = slab.debye.high + float(np.sum(strengths))
@@ -142,7 +142,11 @@ def stack_modes(slabs: list[Slab], *, area: float, element: SeriesElement, secon
     """
     expansion = _expand(slabs, area, element, second)
     nodes, resistance = expansion.nodes, expansion.resistance
-    roots = secular_roots(nodes, expansion.total, resistance) if len(nodes) > 1 or resistance > 0 else None
+    roots = (
+        secular_roots(nodes, expansion.total, constant=resistance)
+        if len(nodes) > 1 or resistance > 0
+        else None
+    )
     return _assemble(slabs, expansion, roots)
 
 

@@ -94,7 +94,7 @@ class _Sums:
     steepness: Numbers  # minus the derivative of the rest
 
 
-def secular_roots(nodes: ArrayLike, weights: ArrayLike, constant: float) -> Roots:
+def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: float) -> Roots:
     r"""Find where poles of positive weight add up to a constant: zeros of an impedance of layers in series.
 
     Parameters

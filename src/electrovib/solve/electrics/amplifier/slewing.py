@@ -48,7 +48,7 @@ class Network:
     free: Real
 
     @classmethod
-    def of(cls, current: Transfer, stray: float) -> Network:
+    def of(cls, current: Transfer, *, stray: float) -> Network:
         """Read the branches off the current per volt.
 
         Parameters
@@ -105,7 +105,7 @@ class Network:
         return np.asarray(self.free @ np.exp(-np.outer(self.free_rates, time)))
 
     def slewed(
-        self, current: float, voltage: float, states: Real, time: float, modes: SlewingModes
+        self, *, current: float, voltage: float, states: Real, time: float, modes: SlewingModes
     ) -> Course:
         """Course of the plate's voltage under a constant current.
 
@@ -176,7 +176,7 @@ class Network:
         nodes = np.append(0.0, self.rates) if leaks else self.rates
         weights = np.append(self.static, self.conductances) if leaks else self.conductances
         order = np.argsort(nodes)
-        found = secular_roots(nodes[order], weights[order], self.capacitance)
+        found = secular_roots(nodes[order], weights[order], constant=self.capacitance)
         apart = -found.differences()[:, np.argsort(order)][
             :, int(leaks) :
         ]  # rate of branch less that of mode

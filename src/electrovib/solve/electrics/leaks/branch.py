@@ -169,7 +169,7 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
             now = begin + index + 1
             state = decays[index] * state + firsts[index] * density
             known = float(free[now] - jumps[now] + gains @ state)
-            field = field_under_leak(leak, known, weight)
+            field = field_under_leak(leak, known=known, weight=weight)
             density = float(leak.current_density(field))
             state = state + lasts[index] * density
             before[now], flow_before[now] = field, density
@@ -180,7 +180,7 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
     return LeakMarch(grid, before, after, flow_before, flow_after)
 
 
-def field_under_leak(leak: Conduction, known: float, weight: float) -> float:
+def field_under_leak(leak: Conduction, *, known: float, weight: float) -> float:
     """Solve E + weight J(E) = known.
 
     Parameters

@@ -48,7 +48,7 @@ class Grid:
     memory: float = math.inf
 
     @classmethod
-    def over(cls, stamps: Real, jumps: Real, memory: float = math.inf) -> Grid:
+    def over(cls, stamps: Real, jumps: Real, *, memory: float = math.inf) -> Grid:
         """Lay a grid over wanted times with jumps.
 
         Parameters
@@ -99,7 +99,7 @@ class Grid:
             return np.zeros(len(self.knots) - 1, bool)
         return ~_is_idle(self.knots[1:], self.knots[self.wanted[remaining]], self.memory)
 
-    def density(self, shortest: float, most: int) -> float:
+    def density(self, *, shortest: float, most: int) -> float:
         """Pieces in a second that make FEWEST pieces, and PER_CHANGE in the shortest change.
 
         Parameters
@@ -131,7 +131,7 @@ class Grid:
             return 0.0
         return min(max(FEWEST, PER_CHANGE * span / shortest), most / 2 - len(lengths)) / span
 
-    def divisions(self, density: float, halvings: int, counts: NDArray[np.bool_]) -> Indices:
+    def divisions(self, *, density: float, halvings: int, counts: NDArray[np.bool_]) -> Indices:
         """Divide each stretch.
 
         Parameters

@@ -57,7 +57,7 @@ def lifted(skin: SlidingSkin) -> SlidingSkin:
 
 
 def skin_of(
-    law: BristleFriction, mass: float | None, stiffness: float | None, damping: float | None
+    law: BristleFriction, *, mass: float | None, stiffness: float | None, damping: float | None
 ) -> SlidingSkin:
     """Give the skin of a finger, or a rigid one.
 

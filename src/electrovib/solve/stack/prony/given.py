@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 FEW = 20
 
 
-def check_range(low: float, high: float, terms: int, slowest: float | None) -> None:
+def check_range(*, low: float, high: float, terms: int, slowest: float | None) -> None:
     """Raise if the band, the number of terms or the slowest time is out of range.
 
     Parameters
