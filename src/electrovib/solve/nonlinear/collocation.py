@@ -225,6 +225,11 @@ def adaptive_steps(
     ------
     tuple of (float, ndarray, callable)
         End of a step [s], state there, polynomial of times [s].
+
+    Raises
+    ------
+    ElectrovibError
+        If no step is small enough for the tolerance.
     """
     from scipy.integrate import Radau
 

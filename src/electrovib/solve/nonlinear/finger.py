@@ -151,7 +151,13 @@ class FingerOverPlate(System):
         return found
 
     def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
-        """Mode after the switch of this index has fallen through zero."""
+        """Mode after the switch of this index has fallen through zero.
+
+        Raises
+        ------
+        InputError
+            If the gap has closed: the equations end there.
+        """
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
         if index == len(self.electrics.switches(own, mode, time=time, gap=gap, closing=closing)):
             raise InputError(self._closed(time, state, mode))

@@ -40,7 +40,13 @@ class TimeSection:
 
     @property
     def frequency(self) -> Real:
-        """Refuse: a law that asks for the frequency has no time-domain form."""
+        """Refuse: a law that asks for the frequency has no time-domain form.
+
+        Raises
+        ------
+        TypeError
+            Always.
+        """
         raise TypeError("a record has no single frequency")
 
     @property
