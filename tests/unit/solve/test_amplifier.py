@@ -45,7 +45,11 @@ OSCILLATING = {
     "chirp": {"model": "Chirp", "amplitude": 90, "first": 20, "last": 200, "length": 25e-3},
     "both": {"model": "Sum", "drives": [SINE, {"model": "Square", "high": 30, "low": -20, "frequency": 50}]},
 }
-ELEMENTS = {"bare": SeriesElement(), "body": SeriesElement(1e3), "floating": SeriesElement(1e5, 1e10, 5.0)}
+ELEMENTS = {
+    "bare": SeriesElement(),
+    "body": SeriesElement(resistance=1e3),
+    "floating": SeriesElement(resistance=1e5, elastance=1e10, rate=5.0),
+}
 LIMITED = {
     "current": {"gain": 3.0, "source_current": 1e-6, "sink_current": 0.4e-6},
     "current and stray": {
@@ -285,7 +289,7 @@ def test_edges_are_equal_where_source_and_sink_are():
 def test_behind_a_resistance_the_plate_jumps_as_far_as_the_current_allows():
     """v = R I + I t/C at once where no stray capacitance holds it."""
     resistance, current = 1e6, 100e-6
-    wanted, _ = transfers(film_alone(), SeriesElement(resistance))
+    wanted, _ = transfers(film_alone(), SeriesElement(resistance=resistance))
     times = np.linspace(0, 1e-4, 11)
     drive = read_model(Drive, {"model": "Step", "level": 1000.0})
     answer = amplified_response(wanted, drive, times, amplifier=Amplifier(source_current=current))
@@ -443,13 +447,33 @@ def test_a_charge_that_fades_as_fast_as_a_mode_is_the_limit_of_one_that_nearly_d
     rates, conductances = np.array([10.0, 300.0]), np.array([1e-6, 2e-6])
 
     def course(free_rate):
-        network = Network(rates, conductances, 1e-7, 1e-9, 1e-9, np.array([free_rate]), np.array([1e-3]))
+        network = Network(
+            rates=rates,
+            conductances=conductances,
+            static=1e-7,
+            capacitance=1e-9,
+            stray=1e-9,
+            free_rates=np.array([free_rate]),
+            free=np.array([1e-3]),
+        )
         slewed = network.slewed(
             current=1e-5, voltage=2.0, states=np.array([1.0, 0.5]), time=0.01, modes=network.modes()
         )
         return slewed.voltage(np.linspace(0, 0.1, 50))
 
-    for mode in Network(rates, conductances, 1e-7, 1e-9, 1e-9, np.zeros(0), np.zeros(0)).modes().rates:
+    for mode in (
+        Network(
+            rates=rates,
+            conductances=conductances,
+            static=1e-7,
+            capacitance=1e-9,
+            stray=1e-9,
+            free_rates=np.zeros(0),
+            free=np.zeros(0),
+        )
+        .modes()
+        .rates
+    ):
         found = course(mode)
         for share in (1 + 1e-5, 1 - 1e-5):
             assert found == pytest.approx(course(mode * share), abs=2e-5 * np.max(np.abs(found)))

@@ -116,7 +116,10 @@ def test_a_jump_keeps_the_order():
     assert orders(errors) == pytest.approx(2, abs=0.1)
 
 
-@pytest.mark.parametrize("element", [SeriesElement(), SeriesElement(1e3), SeriesElement(1e5, 1e10, 5.0)])
+@pytest.mark.parametrize(
+    "element",
+    [SeriesElement(), SeriesElement(resistance=1e3), SeriesElement(resistance=1e5, elastance=1e10, rate=5.0)],
+)
 @pytest.mark.parametrize(
     "drive", [RAMPS, {"model": "Square", "high": 50, "low": -20, "frequency": 50}], ids=["ramps", "square"]
 )

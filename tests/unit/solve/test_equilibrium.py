@@ -259,7 +259,9 @@ def test_spots_average_over_a_rough_surface():
     idle = equilibrium(rough, voltage=100.0, spots=IdleSpots())
     assert plain.force[-1] < idle.force[-1] < averaged.force[-1]
     skin, thickness = rough.contact.surface, averaged.electrical_thickness
-    attraction = RoughAttraction(100.0, thickness, skin, PullingSpots())
+    attraction = RoughAttraction(
+        voltage=100.0, electrical_thickness=thickness, surface=skin, spots=PullingSpots()
+    )
     assert averaged.force[-1] == pytest.approx(1e-4 * attraction.pressure(averaged.states[-1].gap), rel=1e-12)
     assert not averaged.beyond
     low = rough.replace({"contact.surface.pressure_factor": 0.01})

@@ -96,7 +96,14 @@ def test_order_is_lost_where_landings_are_not_solved_again(monkeypatch):
 
     def read(rate, system, state, mode, *, index, before, when, after):
         piece = march(rate, state, start=before, size=after - before, scale=system.scale)[0]
-        return (Piece(before, when - before, state, (piece(before + (when - before) * NODES).T - state)),)
+        return (
+            Piece(
+                start=before,
+                size=when - before,
+                before=state,
+                stages=piece(before + (when - before) * NODES).T - state,
+            ),
+        )
 
     monkeypatch.setattr(integrator, "land", read)
     assert measured_order(Rubbed(), steps=[0.5, 0.25, 0.125, 0.0625]) < ORDER - 0.3

@@ -215,7 +215,9 @@ def _differences(
 def _slope(transfer: Transfer) -> Transfer:
     """Give the rate of change of a quantity: s times its transfer."""
     weights = transfer.gains * transfer.rates
-    return Transfer(transfer.rates, -weights, float(np.sum(weights)), transfer.direct, static=0.0)
+    return Transfer(
+        rates=transfer.rates, gains=-weights, direct=float(np.sum(weights)), slope=transfer.direct, static=0.0
+    )
 
 
 class _DifferenceFit:
@@ -265,7 +267,7 @@ class _DifferenceFit:
             left = float(np.max(np.abs(self.columns @ tried - wanted) * weights))
             if left < best:
                 best, found = left, tried
-        return Transfer(self.rates, found[1:], float(found[0])), best
+        return Transfer(rates=self.rates, gains=found[1:], direct=float(found[0])), best
 
 
 def _inverse(columns: Real, weights: Real, smallest: float) -> Real:

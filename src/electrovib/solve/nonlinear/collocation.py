@@ -23,7 +23,7 @@ _MOST_RENEWALS = 3
 _MOST_HALVINGS = 24
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Piece:
     """Collocation polynomial of one step.
 
@@ -134,7 +134,7 @@ def _collocate(
                 break
             stages = stages + change
             if moved <= _SETTLED or last <= moved <= _ROUNDING:
-                return Piece(start, size, state, stages)
+                return Piece(start=start, size=size, before=state, stages=stages)
             last = moved
         if not np.all(np.isfinite(stages)):
             return None

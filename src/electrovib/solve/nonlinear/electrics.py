@@ -57,7 +57,7 @@ class Electrics(System):
         self.space, self.drive, self.amplifier = space, drive, amplifier
         self._breaks = drive.corners(end)[0].tolist()
         self._end = end
-        self._stretch = Stretch(0.0, 0.0, 0.0)
+        self._stretch = Stretch(start=0.0, level=0.0, slope=0.0)
         self._gain = 1.0 if amplifier is None else amplifier.gain
         self._stray = 0.0 if amplifier is None else amplifier.stray_capacitance
         self._limits = (-np.inf, np.inf) if amplifier is None else amplifier.current_limits
@@ -104,13 +104,13 @@ class Electrics(System):
             That begins.
         """
         state = np.concatenate([self.space.start(), np.zeros(self.size - self.space.size)])
-        self._stretch = Stretch(0.0, 0.0, 0.0)
+        self._stretch = Stretch(start=0.0, level=0.0, slope=0.0)
         after = self.jump(state, time=0.0)
         aim = self._gain * self._stretch.voltage(0.0)[0]
         clipped = 0 if self._saturation is None else int(np.sign(aim)) * (abs(aim) > self._saturation)
         moment = self._supplied(0.0, after, (clipped, 0), gap, 0.0)[2]
         signs = tuple(-1 if moment.field[index] < 0 else 1 for index in self.space.polarities)
-        self._stretch = Stretch(0.0, 0.0, 0.0)
+        self._stretch = Stretch(start=0.0, level=0.0, slope=0.0)
         return state, (clipped, 0, *signs)
 
     def breaks(self, end: float) -> list[float]:

@@ -43,7 +43,7 @@ class Repelling(Protocol):
         """Pressure [Pa] at a gap [m], falling with it."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Yielding:
     """A gap that follows load, attraction and the surfaces' resistance to being pressed together.
 

@@ -117,7 +117,7 @@ class System(Protocol):
         """
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Solved:
     """What an integration found.
 
@@ -213,7 +213,9 @@ def integrate(
         state = system.jump(state, time=stop)
     states[:, filled:] = state[:, None]
     modes[filled:] = [mode] * (len(times) - filled)
-    return Solved(states, tuple(modes), tuple(events), steps, evaluations)
+    return Solved(
+        states=states, modes=tuple(modes), events=tuple(events), steps=steps, evaluations=evaluations
+    )
 
 
 def _mode_after_jump(
@@ -229,7 +231,7 @@ def _mode_after_jump(
     return mode
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Leg:
     """One smooth stretch: up to a break or an event."""
 
@@ -297,5 +299,21 @@ def _leg(
         when = min(max(when, start + _APART * stop), stop)
         every: tuple[Callable[[Real], Real], ...] = (*pieces, *landed) or (piece,)
         bounds += [part.end for part in landed[:-1]] + [when] * bool(landed or not pieces)
-        return _Leg(when, state, index, every, tuple(bounds), len(every), asked)
-    return _Leg(stop, state, None, tuple(pieces), tuple(bounds), len(pieces), asked)
+        return _Leg(
+            end=when,
+            state=state,
+            event=index,
+            pieces=every,
+            bounds=tuple(bounds),
+            steps=len(every),
+            evaluations=asked,
+        )
+    return _Leg(
+        end=stop,
+        state=state,
+        event=None,
+        pieces=tuple(pieces),
+        bounds=tuple(bounds),
+        steps=len(pieces),
+        evaluations=asked,
+    )

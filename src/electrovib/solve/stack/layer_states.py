@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.keys import Key
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Moment:
     """Fields and flows at one time, or at n times.
 
@@ -45,7 +45,7 @@ class Moment:
     loss: Real
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class StackStates:
     """Layers, and a body's capacitor as one more, in series; see `stack_states`.
 
@@ -167,7 +167,7 @@ class StackStates:
         loss = np.sum(weights * lost, axis=0)
         if self.moving is not None:
             loss = loss - self.repeats[self.moving] * closing * field[self.moving]
-        return Moment(field, flow, creep, elastance, loss)
+        return Moment(field=field, flow=flow, creep=creep, elastance=elastance, loss=loss)
 
     def density(self, state: Real, moment: Moment, *, slope: float | Real) -> Real:
         """Total current density.

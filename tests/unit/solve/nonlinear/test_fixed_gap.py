@@ -39,9 +39,9 @@ DRIVES = {
 }
 ELEMENTS = {
     "bare": SeriesElement(),
-    "body": SeriesElement(1e3),
-    "floating": SeriesElement(1e5, 1e10, 5.0),
-    "floating without resistance": SeriesElement(0.0, 1e10, 0.0),
+    "body": SeriesElement(resistance=1e3),
+    "floating": SeriesElement(resistance=1e5, elastance=1e10, rate=5.0),
+    "floating without resistance": SeriesElement(resistance=0.0, elastance=1e10, rate=0.0),
 }
 
 

@@ -92,7 +92,7 @@ class LimitedMarch:
         found = without_limits(self.transfers, self.drive, time, amplifier=self.plate.amplifier)
         self.meter = self._fresh_meter()
         wanted = snapped(time, self.looks.corners.tolist())
-        rest = Span(0.0, 0, 0, None, np.zeros(len(self.plate.rates)))
+        rest = Span(start=0.0, mode=0, held=0, course=None, states=np.zeros(len(self.plate.rates)))
         first_span = self._begin(rest, 0.0)
         changes = [0.0] if first_span.mode else []
         span: Span | None = first_span

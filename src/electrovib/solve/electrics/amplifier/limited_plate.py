@@ -62,7 +62,7 @@ class LimitedPlate:
         self.amplifier, self.limits = amplifier, amplifier.current_limits
         self.largest = np.inf if amplifier.saturation is None else amplifier.saturation
         none = np.zeros(0)
-        stray = Transfer(none, none, 0.0, amplifier.stray_capacitance, static=0.0)
+        stray = Transfer(rates=none, gains=none, direct=0.0, slope=amplifier.stray_capacitance, static=0.0)
         self.unlimited = Unlimited(
             drive,
             gain=amplifier.gain,
@@ -219,7 +219,7 @@ class LimitedPlate:
             course = self.network.slewed(
                 current=current, voltage=voltage, states=states[self.branches], time=start, modes=self.modes
             )
-            return Span(start, mode, held, course, states)
+            return Span(start=start, mode=mode, held=held, course=course, states=states)
         level = held * self.largest
         if not held:  # what it would do without limits, and the distance from there
             level, expected = self.unlimited.state(start)
@@ -227,7 +227,13 @@ class LimitedPlate:
         rates, levels = np.zeros(int(bool(held))), np.full(int(bool(held)), level)
         if self.corner is not None:
             rates, levels = np.append(rates, self.corner), np.append(levels, voltage - level)
-        return Span(start, mode, held, Course(rates, levels, np.zeros(len(levels))), states)
+        return Span(
+            start=start,
+            mode=mode,
+            held=held,
+            course=Course(rates, levels, np.zeros(len(levels))),
+            states=states,
+        )
 
     def current(self, span: Span, time: Real) -> Real:
         """Current of an amplifier at its voltage.

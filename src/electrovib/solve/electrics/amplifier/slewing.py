@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.transfer import Transfer
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Network:
     """What hangs on the plate.
 
@@ -65,13 +65,13 @@ class Network:
         """
         on, left = current.gains < 0, current.free != 0
         return cls(
-            current.rates[on],
-            -current.gains[on],
-            current.at_rest(),
-            stray + current.slope,
-            stray,
-            current.rates[left],
-            current.free[left],
+            rates=current.rates[on],
+            conductances=-current.gains[on],
+            static=current.at_rest(),
+            capacitance=stray + current.slope,
+            stray=stray,
+            free_rates=current.rates[left],
+            free=current.free[left],
         )
 
     @property

@@ -25,7 +25,7 @@ ROUNDING = 8 * float(np.finfo(float).eps)
 """How far, over the largest time, a grid may be off and still count as even."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Grid:
     """Knots, between which a force is smooth, and how each stretch between them is divided.
 
@@ -74,8 +74,13 @@ class Grid:
         inside = inside[counts]
         knots = np.union1d(np.union1d(stamps, inside), begins)
         graded = np.isin(knots[:-1], np.append(inside, jumps[np.abs(jumps - stamps[0]) <= slack]))
-        places = np.searchsorted(knots, stamps), np.unique(np.searchsorted(knots, inside))
-        return cls(knots, *places, graded, memory)
+        return cls(
+            knots=knots,
+            wanted=np.searchsorted(knots, stamps),
+            jumps=np.unique(np.searchsorted(knots, inside)),
+            graded=graded,
+            memory=memory,
+        )
 
     @property
     def is_point(self) -> bool:

@@ -197,7 +197,9 @@ def _on_grid(
         last = lengths[marks[grid.jumps] - 1]
         back = np.maximum(1e-6 * last, 64 * np.finfo(float).eps * np.abs(moments))
         before[grid.jumps - 1] = finite(force_at(moments - back))
-    stretches = Stretches(begins, lengths, divisions, grid.graded, force, before)
+    stretches = Stretches(
+        begins=begins, lengths=lengths, divisions=divisions, graded=grid.graded, force=force, ends=before
+    )
     found: dict[str, Real] = {}
     largest: dict[str, float] = {}
     for name, filter_ in filters.items():

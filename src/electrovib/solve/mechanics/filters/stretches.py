@@ -21,7 +21,7 @@ _FEW = 64
 """Pieces for each kind of stretch, below which each piece is followed on its own."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Stretches:
     """Straight pieces, in stretches that may begin with a jump.
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 from electrovib.solve.mechanics.stick_slip.skin import Energies, SlidingSkin
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CompliantSlidingSkin(SlidingSkin):
     """Skin with mass on a spring and a damper: displacement, speed, deflection, work, two heats.
 
@@ -89,7 +89,15 @@ class CompliantSlidingSkin(SlidingSkin):
         elastic = self.stiffness * now[0] ** 2 / 2
         bristle = self.law.stiffness * now[2] ** 2 / 2
         before = float(kinetic[0] + elastic[0] + bristle[0])
-        return Energies(now[3], kinetic, elastic, bristle, now[4], now[5], before)
+        return Energies(
+            work=now[3],
+            kinetic=kinetic,
+            elastic=elastic,
+            bristle=bristle,
+            damper=now[4],
+            friction=now[5],
+            stored_before=before,
+        )
 
 
 @dataclass(frozen=True)
@@ -150,7 +158,15 @@ class RigidSlidingSkin(SlidingSkin):
     def energies(self, now: Real) -> Energies:
         """Energies [J]."""
         bristle, nothing = self.law.stiffness * now[0] ** 2 / 2, np.zeros_like(now[0])
-        return Energies(now[1], nothing, nothing, bristle, nothing, now[2], float(bristle[0]))
+        return Energies(
+            work=now[1],
+            kinetic=nothing,
+            elastic=nothing,
+            bristle=bristle,
+            damper=nothing,
+            friction=now[2],
+            stored_before=float(bristle[0]),
+        )
 
 
 def _friction(

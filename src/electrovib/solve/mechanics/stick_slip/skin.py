@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from electrovib.physics.friction import BristleFriction
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Energies:
     """Where the work of the hand has gone since time 0.
 

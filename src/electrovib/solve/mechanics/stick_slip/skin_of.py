@@ -91,4 +91,4 @@ def skin_of(
         raise InputError(
             f"finger: stiffness {stiffness:.6g} N/m must be above 0 and damping {damping:.6g} N s/m not below"
         )
-    return CompliantSlidingSkin(law, mass, stiffness, damping)
+    return CompliantSlidingSkin(law, mass=mass, stiffness=stiffness, damping=damping)

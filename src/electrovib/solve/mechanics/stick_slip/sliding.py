@@ -32,7 +32,7 @@ EVENTS = ("turns", "passes the strength")
 _LOOKS = 4096
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Sliding(System):
     """Equations of a skin that slides over the plate under a given strength of the friction.
 
@@ -103,7 +103,7 @@ class Sliding(System):
         return np.hypot(self.strength(time), SMALLEST * self.largest_strength)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Slide:
     """How a skin slid.
 
@@ -202,7 +202,15 @@ def sliding(
     fastest = float(np.max(np.abs(speed(looks))))
     largest_strength = float(strengths.max()) or skin.natural_force(fastest) or 1.0
     largest_speed = fastest or skin.natural_speed(largest_strength)
-    system = Sliding(skin, speed, strength, tuple(breaks), largest_strength, largest_speed, touches)
+    system = Sliding(
+        skin=skin,
+        speed=speed,
+        strength=strength,
+        corners=tuple(breaks),
+        largest_strength=largest_strength,
+        largest_speed=largest_speed,
+        touches=touches,
+    )
     at_start, strength_at_start = float(speed(0.0)), float(system.strength_of(0.0))
     at_first = skin if touches(0.0) else lifted(skin)
     state = at_first.settled(speed=at_start, strength=strength_at_start) if settled else np.zeros(skin.states)

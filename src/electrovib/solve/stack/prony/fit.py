@@ -24,7 +24,7 @@ PER_DECADE = 15
 SLOW_ROOM, FAST_ROOM = 100.0, 1000.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PronyFit:
     """Debye terms of a spectrum and how well they follow it.
 
@@ -161,7 +161,12 @@ def _least(spectrum: Spectrum, terms: int) -> Terms:
 
 
 def _spectrum(frequency: Real, target: Complex, slowest: float) -> Spectrum:
-    return Spectrum(2 * np.pi * frequency, target, 1 / (2 * np.pi * frequency[-1] * FAST_ROOM), slowest)
+    return Spectrum(
+        angular=2 * np.pi * frequency,
+        target=target,
+        fastest=1 / (2 * np.pi * frequency[-1] * FAST_ROOM),
+        slowest=slowest,
+    )
 
 
 def _report(terms: Terms, frequency: Real, target: Complex) -> PronyFit:
