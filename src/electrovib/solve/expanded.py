@@ -112,7 +112,7 @@ class Expanded:
     ) -> None:
         refuse_unsolved(scenario)
         if mechanics and not (before and _share(scenario, before.scenario, OF_MECHANICS)):
-            refuse_unsolved_mechanics(scenario, last_time(scenario, times))
+            refuse_unsolved_mechanics(scenario, end=last_time(scenario, times))
         if before is None or not _as_long(scenario, before.scenario):
             refuse_large(scenario, times)
         self.scenario: Scenario = scenario

@@ -142,15 +142,21 @@ def _over_time(scenario: Scenario, found: dict[Key, Real]) -> TimeSection:
     gap = scenario.stack.gap_name
     layers = {
         name: TimeLayer(
-            found["gap"] if name == gap and "gap" in found else layer.thickness,
-            layer.material,
-            found[FieldOf(name)],
-            found[DisplacementOf(name)],
+            thickness=found["gap"] if name == gap and "gap" in found else layer.thickness,
+            material=layer.material,
+            field=found[FieldOf(name)],
+            displacement=found[DisplacementOf(name)],
         )
         for name, layer in scenario.stack.layers.items()
     }
     density, at = found["current"] / scenario.contact_area, found[DisplacementOf(gap or INTERFACE)]
-    return TimeSection(layers, scenario.stack.roles, found["stack_voltage"], density, at)
+    return TimeSection(
+        layers=layers,
+        roles=scenario.stack.roles,
+        voltage=found["stack_voltage"],
+        current_density=density,
+        interface_displacement=at,
+    )
 
 
 def _moving(scenario: Scenario) -> str:
