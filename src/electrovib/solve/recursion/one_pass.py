@@ -18,8 +18,10 @@ _WORTH: Final = 1_000_000
 _AT_ONCE: Final = 1024
 """Pieces whose states are held at once."""
 _DEGREES: Final = (4, 10)
-_REACH: Final = (0.015, 0.9)
-"""Rate times longest step up to which these polynomials are exact to rounding."""
+_REACH: Final = (0.015, 0.9, 100.0)
+"""Rate times longest step up to which these polynomials are exact to rounding, and then a table of decays."""
+_TABLE: Final = 1024
+"""Times of which the decays are kept."""
 _OUTLIER: Final = 4.0
 """Pieces that last so many times the mean have weights of their own."""
 _FORGOTTEN: Final = 45.0
@@ -30,15 +32,16 @@ class _Plan(NamedTuple):
     """Modes in the order in which they are followed."""
 
     order: Indices
-    counts: tuple[int, int]
+    counts: tuple[int, int, int]
     rates: Real
     terms: tuple[Real, Real]
+    decays: Real
     longest: float
 
     @property
     def slow(self) -> int:
         """Count the modes that are followed by themselves; the others as what they lag behind the drive."""
-        return sum(self.counts)
+        return self.counts[0] + self.counts[1]
 
 
 def is_worth_compiling(modes: Modes, drive: StraightDrive) -> bool:
@@ -144,19 +147,28 @@ def _plan(modes: Modes, drive: StraightDrive) -> _Plan:
     fall = -modes.poles * longest
     kinds = np.searchsorted(_REACH, fall)
     order = np.argsort(kinds, kind="stable")
-    counts = int(np.sum(kinds == 0)), int(np.sum(kinds == 1))
+    counts = tuple(np.bincount(kinds, minlength=4)[:3].tolist())
     rates = -modes.poles[order]
-    groups = rates[: counts[0]], rates[counts[0] : sum(counts)]
-    few, more = (_terms(each * longest, degree) for each, degree in zip(groups, _DEGREES, strict=True))
-    return _Plan(order, counts, rates, (few, more), longest)
+    first, second, third = np.split(rates, np.cumsum(counts))[:3]
+    few, more = (
+        _terms(each * longest, degree) for each, degree in zip((first, second), _DEGREES, strict=True)
+    )
+    times = longest / _TABLE * (np.arange(_TABLE) + 0.5)
+    return _Plan(order, counts, rates, (few, more), np.exp(np.outer(times, -third)), longest)
 
 
 def _split(plan: _Plan) -> tuple[_Plan, _Plan]:
     """Take apart the modes that are followed by themselves and the others."""
-    none = tuple(each[:, :0].copy() for each in plan.terms)
-    slow = plan._replace(order=plan.order[: plan.slow], rates=plan.rates[: plan.slow])
+    few, more = (each[:, :0].copy() for each in plan.terms)
+    counts, none = plan.counts, plan.decays[:, :0].copy()
+    slow = plan._replace(
+        order=plan.order[: plan.slow], rates=plan.rates[: plan.slow], counts=(*counts[:2], 0), decays=none
+    )
     quick = plan._replace(
-        order=plan.order[plan.slow :], counts=(0, 0), rates=plan.rates[plan.slow :], terms=(none[0], none[1])
+        order=plan.order[plan.slow :],
+        rates=plan.rates[plan.slow :],
+        counts=(0, 0, counts[2]),
+        terms=(few, more),
     )
     return slow, quick
 
@@ -219,7 +231,17 @@ def _follow(
     following = drive.starts[end] if end < drive.starts.size else drive.ends[-1]
     some = drive.starts[begin:end], drive.ends[begin:end], drive.steps[begin:end]
     table = np.empty((0, len(followed))) if table is None else table
-    kernel(plan.rates, plan.counts, *plan.terms, plan.longest, *some, float(following), followed, table)
+    kernel(
+        plan.rates,
+        plan.counts,
+        *plan.terms,
+        plan.decays,
+        plan.longest,
+        *some,
+        float(following),
+        followed,
+        table,
+    )
 
 
 @functools.cache
