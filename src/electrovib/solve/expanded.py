@@ -292,7 +292,8 @@ class Expanded:
 
 def _band(scenario: Scenario, times: Real) -> tuple[float, float]:
     """Band over which materials are reduced [Hz]: runs that differ little share it."""
-    return reduction_band(*run_band(scenario, times))
+    low, high = run_band(scenario, times)
+    return reduction_band(low=low, high=high)
 
 
 def _share(one: Scenario, other: Scenario, parts: tuple[str, ...]) -> bool:

@@ -154,7 +154,8 @@ def errors_of_sines(
         As `answer_errors` gives them, one for each case.
     """
     scenario = members[0]
-    low, high = reduction_band(*run_band(scenario, times[0]))
+    low, high = run_band(scenario, times[0])
+    low, high = reduction_band(low=low, high=high)
     low, high = max(low, known[0]), min(high, known[1])
     if not low < high:
         return [{} for _ in members]
