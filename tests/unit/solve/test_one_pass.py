@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from electrovib.solve.recursion import march, march_loop, march_rows, one_pass, states_at
+from electrovib.solve.recursion import hold_weights, march, march_loop, march_rows, one_pass, states_at
 from electrovib.solve.recursion.record import Modes, StraightDrive
 
 SAME = 1e-12  # of the largest possible output; some thousand roundings of 1.1e-16 at most
@@ -142,3 +142,22 @@ def test_degrees_are_those_of_the_compiled_pass(compiled):
         poles, some = [-0.999 * reach], (drive[:-1], drive[1:], steps, [0.0])
         found, _ = march(poles, [[1.0]], [0.0], *some)
         assert np.max(np.abs(found - march_loop(poles, [[1.0]], [0.0], *some)[0])) < 3e-15
+
+
+@pytest.mark.parametrize("in_one_pass", [False, True])
+@pytest.mark.parametrize("rate", [1e-30, 1e-6, 1.0, 30.0])
+def test_a_huge_drive_for_a_moment_leaves_what_its_moment_brings(monkeypatch, in_one_pass, rate):
+    """Steps over twelve decades: each keeps its own digits, however much longer the longest is."""
+    if in_one_pass:
+        pytest.importorskip("numba")
+    monkeypatch.setattr(one_pass, "_WORTH", 0 if in_one_pass else 10**12)
+    steps = np.geomspace(1e-13, 0.1, 60)
+    ends = 1e11 * np.exp(-np.arange(1, 61) * 2.0)
+    starts = np.append(1e11, ends[:-1])
+    places = np.array([0, 1, 10, 60])
+    found = states_at(np.array([-rate]), starts, ends, steps, np.zeros(1), places)[0]
+    decays, first, last = (np.asarray(each) for each in hold_weights(-rate * steps))
+    expected = [0.0]
+    for decay, early, late, begin, end in zip(decays, first, last, starts, ends, strict=True):
+        expected.append(decay * expected[-1] + early * begin + late * end)
+    np.testing.assert_allclose(found, np.array(expected)[places], rtol=1e-12)

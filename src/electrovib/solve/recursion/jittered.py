@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _HELD = 1 << 19  # numbers of modes and pieces held at once; fewer cost calls, more cost memory
 _SLOW = ((0.0, 0.03), (0.03, 1.0))  # rate times longest step, from above one to at most the other
 _DEGREE = (6, 13)  # of the polynomials in the step that are exact to rounding there
-
+_GRADED = 1e-4  # shortest piece over the longest
 _FEW = 16  # pieces for each place from which on the compiled pass stops at every place
 
 
@@ -73,7 +73,7 @@ def march_jittered(
     stretch are polynomials in the step, summed as one matrix product; a mode that relaxes within a step is followed as
     its lag ``x - v``, which needs its exponential alone.
     """
-    if keep == 1 and is_worth_compiling(modes, drive):
+    if keep == 1 and not _is_graded(drive) and is_worth_compiling(modes, drive):
         return march_in_one_pass(modes, drive, np.asarray(state, float), output)
     pieces = drive.starts.size
     state = state.copy()
@@ -104,7 +104,8 @@ def jittered_states(modes: Modes, drive: StraightDrive, state: Numbers, places: 
     ndarray, (poles, n)
         In the unit of the drive.
     """
-    if _FEW * len(places) <= drive.starts.size and is_worth_compiling(modes, drive):
+    few = _FEW * len(places) <= drive.starts.size
+    if few and not _is_graded(drive) and is_worth_compiling(modes, drive):
         return states_in_one_pass(modes, drive, np.asarray(state, float), places)
     found, state = np.empty((modes.poles.size, len(places)), state.dtype), state.copy()
     for begin, drove, following in _chunks(modes, drive):
@@ -148,7 +149,7 @@ def _followed(
     columns, rows = fold_length(drive.starts.size)
     folded = [_fold(each, columns, rows) for each in drive]
     spans = folded[2].sum(axis=0)
-    for family in _families(modes, float(np.max(drive.steps))):
+    for family in _families(modes, float(np.max(drive.steps)), graded=_is_graded(drive)):
         poles = modes.poles[family.chosen]
         decays, pushes = _weights(poles, family, folded)
         begins = state[family.chosen]
@@ -163,7 +164,16 @@ def _followed(
         yield family, table
 
 
-def _families(modes: Modes, longest: float) -> list[_Family]:
+def _is_graded(drive: StraightDrive) -> bool:
+    """Tell whether steps grow over decades, as those of a solver: there a drive may be huge for a moment.
+
+    What a mode lags behind such a drive is rounded by the drive's size, not by its own.
+    """
+    lasting = drive.steps[drive.steps > 0]
+    return bool(len(lasting)) and float(np.min(lasting)) < _GRADED * float(np.max(lasting))
+
+
+def _families(modes: Modes, longest: float, *, graded: bool) -> list[_Family]:
     """Sort modes by how far they relax in the longest step."""
     if np.iscomplexobj(modes.poles):
         return [_Family(np.arange(modes.poles.size), 0, lag=False)]
@@ -172,7 +182,7 @@ def _families(modes: Modes, longest: float) -> list[_Family]:
         _Family(np.flatnonzero((fall > low) & (fall <= high)), degree, lag=False)
         for (low, high), degree in zip(_SLOW, _DEGREE, strict=True)
     ]
-    found = [*slow, _Family(np.flatnonzero(fall > _SLOW[-1][1]), 0, lag=True)]
+    found = [*slow, _Family(np.flatnonzero(fall > _SLOW[-1][1]), 0, lag=not graded)]
     return [family for family in found if len(family.chosen)]
 
 
@@ -194,22 +204,26 @@ def _weights(poles: Numbers, family: _Family, folded: list[Real]) -> tuple[Numbe
 def _by_polynomials(
     poles: Numbers, degree: int, starts: Real, ends: Real, steps: Real
 ) -> tuple[Numbers, Numbers]:
-    """Read the weights of slow modes from Chebyshev polynomials in the step, between 0 and the longest."""
+    """Read the weights of slow modes from Chebyshev polynomials in the step, between 0 and the longest.
+
+    What a piece adds is read as a share of its step times the pole, which keeps its digits however short the step is.
+    """
     longest = float(np.max(steps))
     nodes, to_coefficients = _rule(degree)
-    weights = [
-        to_coefficients @ each for each in hold_weights(np.multiply.outer(longest * (1 + nodes) / 2, poles))
-    ]
-    pushing = np.concatenate([weights[1], weights[2]])
+    z = np.multiply.outer(longest * (1 + nodes) / 2, poles)
+    decay, first, last = hold_weights(z)
+    decaying = to_coefficients @ decay
+    pushing = np.concatenate([to_coefficients @ (first / z), to_coefficients @ (last / z)])
     powers = np.polynomial.chebyshev.chebvander(2 / longest * steps[:, 0] - 1, degree)
     decays, pushes = np.empty((len(steps), len(poles))), np.empty((len(steps), len(poles)))
     height = max(1, PRODUCT // pushing.size)
     for begin in range(0, len(steps), height):
         tile = slice(begin, begin + height)
-        np.matmul(powers[tile], weights[0], out=decays[tile])
+        np.matmul(powers[tile], decaying, out=decays[tile])
         np.matmul(
             np.hstack([powers[tile] * starts[tile], powers[tile] * ends[tile]]), pushing, out=pushes[tile]
         )
+        pushes[tile] *= steps[tile] * poles
     return decays, pushes
 
 
