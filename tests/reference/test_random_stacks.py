@@ -130,9 +130,9 @@ layer = st.builds(
 )
 surroundings = st.builds(
     SeriesElement,
-    st.one_of(st.just(0.0), exponents(0, 9)),
-    st.one_of(st.just(0.0), exponents(6, 12)),
-    st.one_of(st.just(0.0), exponents(-4, 5)),
+    resistance=st.one_of(st.just(0.0), exponents(0, 9)),
+    elastance=st.one_of(st.just(0.0), exponents(6, 12)),
+    rate=st.one_of(st.just(0.0), exponents(-4, 5)),
 )
 
 

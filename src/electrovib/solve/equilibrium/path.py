@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -88,13 +87,14 @@ def hysteresis(
     course = np.asarray(voltages, dtype=float)
     if course.ndim != 1 or len(course) < 1 or not np.all(np.diff(course) > 0):
         raise InputError("voltages: expected rising voltages [V], for instance np.linspace(0, 200, 101)")
-    at: Callable[[float], Attraction]
-    if spots is None:
-        at = functools.partial(PlateAttraction, electrical_thickness=electrical_thickness)
-    else:
-        at = functools.partial(
-            RoughAttraction, electrical_thickness=electrical_thickness, surface=surface, spots=spots
+
+    def at(voltage: float) -> Attraction:
+        if spots is None:
+            return PlateAttraction(voltage, electrical_thickness)
+        return RoughAttraction(
+            voltage=voltage, electrical_thickness=electrical_thickness, surface=surface, spots=spots
         )
+
     up = follow(course, at, surface=surface, pressure=pressure)
     down = follow(course[::-1], at, surface=surface, pressure=pressure, start=float(up.gap[-1]))
     return Hysteresis(up, down)
