@@ -134,6 +134,8 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, constant: float) -> Root
     node, weight = _checked(nodes, weights, constant)
     if node.size == 1 and constant > 0:
         return _of_one_pole(node, weight, float(constant))
+    if node.size == 2 and constant == 0:
+        return _between_two_poles(node, weight)
     origin, side, reach = _nearer_ends(node, weight, float(constant))
     rows = _rows(node, weight, float(constant), origin, side)
     distance = _solve(rows, reach, tolerance=1e-10, noise=2 * _ROUNDING)
@@ -144,7 +146,11 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, constant: float) -> Root
             rows = _long_rows(node, weight, float(constant), origin[doubtful], side[doubtful])
             long = _solve(rows, _long(reach[doubtful]), tolerance=_TINY, noise=_TINY**5)
             distance[doubtful] = long.astype(float)
-    offset: Real = np.where(side > 0, distance, -distance)
+    return _roots(node, weight, origin, np.where(side > 0, distance, -distance))
+
+
+def _roots(node: Real, weight: Real, origin: Indices, offset: Real) -> Roots:
+    """Give roots whose distance from the nearer node is known."""
     difference = _differences(node, origin, offset)
     slope: Real = (weight / difference / difference).sum(axis=1)
     values: Real = node[origin] + offset
@@ -153,13 +159,16 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, constant: float) -> Root
     return Roots(nodes=node, values=values, origin=origin, offset=offset, slope=slope)
 
 
+def _between_two_poles(node: Real, weight: Real) -> Roots:
+    """Give the root between two poles that add up to nothing, in closed form."""
+    nearer = int(weight[0] > weight[1])
+    distance = (node[1] - node[0]) * (weight[nearer] / (weight[0] + weight[1]))
+    return _roots(node, weight, np.array([nearer]), np.array([-distance if nearer else distance]))
+
+
 def _of_one_pole(node: Real, weight: Real, constant: float) -> Roots:
     """Give the root above a single pole, in closed form."""
-    offset = weight / constant
-    slope, values, origin = weight / offset / offset, node + offset, np.zeros(1, np.intp)
-    for array in (node, values, origin, offset, slope):
-        array.flags.writeable = False
-    return Roots(nodes=node, values=values, origin=origin, offset=offset, slope=slope)
+    return _roots(node, weight, np.zeros(1, np.intp), weight / constant)
 
 
 def _nearer_ends(node: Real, weight: Real, constant: float) -> tuple[Indices, Indices, Real]:
