@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import decimal
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +16,7 @@ from electrovib.solve.stack.secular_input import _checked
 _ROUNDING = float(np.finfo(float).eps)
 
 _ILL_CONDITIONED = 50.0  # above it rounding alone costs the offset more than about 1e-14
+_CANCELLED = 8.0  # how far terms may cancel in the closed form of two poles: three of 53 bits
 _SLACK = 8 * _ROUNDING
 _LONG = decimal.Context(prec=150, Emin=-9999, Emax=9999, traps=[decimal.InvalidOperation])
 _TINY = decimal.Decimal("1e-25")
@@ -136,6 +138,8 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, constant: float) -> Root
         return _of_one_pole(node, weight, float(constant))
     if node.size == 2 and constant == 0:
         return _between_two_poles(node, weight)
+    if node.size == 2 and (found := _of_two_poles(node, weight, float(constant))) is not None:
+        return found
     origin, side, reach = _nearer_ends(node, weight, float(constant))
     rows = _rows(node, weight, float(constant), origin, side)
     distance = _solve(rows, reach, tolerance=1e-10, noise=2 * _ROUNDING)
@@ -169,6 +173,29 @@ def _between_two_poles(node: Real, weight: Real) -> Roots:
 def _of_one_pole(node: Real, weight: Real, constant: float) -> Roots:
     """Give the root above a single pole, in closed form."""
     return _roots(node, weight, np.zeros(1, np.intp), weight / constant)
+
+
+def _of_two_poles(node: Real, weight: Real, constant: float) -> Roots | None:
+    """Give the roots between and above two poles, in closed form; None where terms cancel too much for that.
+
+    With x the distance from the upper pole, c x^2 + (c gap - w0 - w1) x - w1 gap = 0: one root below it, one above.
+    """
+    (below, above), gap = weight.tolist(), float(node[1] - node[0])
+    reach = constant * gap
+    middle, product = reach - below - above, above * gap
+    root = math.sqrt(middle * middle + 4 * constant * product)
+    if not (reach + below + above <= _CANCELLED * root and product > 0):
+        return None
+    larger = (abs(middle) + root) / (2 * constant)
+    smaller = product / constant / larger
+    down, up = (larger, smaller) if middle > 0 else (smaller, larger)
+    if 2 * down <= gap:
+        origin, offset = [1, 1], [-down, up]
+    else:  # the lower root is nearer to the lower pole
+        other = reach + below + above
+        between = math.hypot(reach + above - below, 2 * math.sqrt(below * above))
+        origin, offset = [0, 1], [2 * below * gap / (other + between), up]
+    return _roots(node, weight, np.array(origin), np.array(offset))
 
 
 def _nearer_ends(node: Real, weight: Real, constant: float) -> tuple[Indices, Indices, Real]:
