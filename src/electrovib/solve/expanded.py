@@ -115,7 +115,7 @@ class Expanded:
     ) -> None:
         refuse_unsolved(scenario)
         if mechanics and not (before and _share(scenario, before.scenario, OF_MECHANICS)):
-            refuse_unsolved_mechanics(scenario, last_time(scenario, times))
+            refuse_unsolved_mechanics(scenario, end=last_time(scenario, times))
         if before is None or not _as_long(scenario, before.scenario):
             refuse_large(scenario, times)
         self.scenario: Scenario = scenario
@@ -292,7 +292,8 @@ class Expanded:
 
 def _band(scenario: Scenario, times: Real) -> tuple[float, float]:
     """Band over which materials are reduced [Hz]: runs that differ little share it."""
-    return reduction_band(*run_band(scenario, times))
+    low, high = run_band(scenario, times)
+    return reduction_band(low=low, high=high)
 
 
 def _share(one: Scenario, other: Scenario, parts: tuple[str, ...]) -> bool:

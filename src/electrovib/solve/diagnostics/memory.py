@@ -92,7 +92,8 @@ def answer_errors(
     The response of D = declared - reduced to the drive, times `SAFETY`, plus `SPREAD` times the relative
     residual of the fit of D over frequency.
     """
-    low, high = reduction_band(*run_band(scenario, times))
+    low, high = run_band(scenario, times)
+    low, high = reduction_band(low=low, high=high)
     low, high = max(low, known[0]), min(high, known[1])
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     if settled and lowest_frequency(scenario) < known[0] * (1 - SAME):
@@ -153,7 +154,8 @@ def errors_of_sines(
         As `answer_errors` gives them, one for each case.
     """
     scenario = members[0]
-    low, high = reduction_band(*run_band(scenario, times[0]))
+    low, high = run_band(scenario, times[0])
+    low, high = reduction_band(low=low, high=high)
     low, high = max(low, known[0]), min(high, known[1])
     if not low < high:
         return [{} for _ in members]
@@ -275,7 +277,9 @@ def _differences(
 def _slope(transfer: Transfer) -> Transfer:
     """Give the rate of change of a quantity: s times its transfer."""
     weights = transfer.gains * transfer.rates
-    return Transfer(transfer.rates, -weights, float(np.sum(weights)), transfer.direct, static=0.0)
+    return Transfer(
+        rates=transfer.rates, gains=-weights, direct=float(np.sum(weights)), slope=transfer.direct, static=0.0
+    )
 
 
 class _DifferenceFit:
@@ -325,7 +329,7 @@ class _DifferenceFit:
             left = float(np.max(np.abs(self.columns @ tried - wanted) * weights))
             if left < best:
                 best, found = left, tried
-        return Transfer(self.rates, found[1:], float(found[0])), best
+        return Transfer(rates=self.rates, gains=found[1:], direct=float(found[0])), best
 
 
 def _inverse(columns: Real, weights: Real, smallest: float) -> Real:

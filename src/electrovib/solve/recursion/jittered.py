@@ -9,6 +9,7 @@ import numpy as np
 
 from electrovib.solve.recursion.blocks import PRODUCT
 from electrovib.solve.recursion.hold import hold_weights, weights_of
+from electrovib.solve.recursion.one_pass import is_worth_compiling, march_in_one_pass, states_in_one_pass
 from electrovib.solve.recursion.record import StraightDrive
 from electrovib.solve.recursion.scan import fold_length, states_before
 
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 _HELD = 1 << 19  # numbers of modes and pieces held at once; fewer cost calls, more cost memory
 _SLOW = ((0.0, 0.03), (0.03, 1.0))  # rate times longest step, from above one to at most the other
 _DEGREE = (6, 13)  # of the polynomials in the step that are exact to rounding there
+
+_FEW = 16  # pieces for each place from which on the compiled pass stops at every place
 
 
 class _Family(NamedTuple):
@@ -70,6 +73,8 @@ def march_jittered(
     stretch are polynomials in the step, summed as one matrix product; a mode that relaxes within a step is followed as
     its lag ``x - v``, which needs its exponential alone.
     """
+    if keep == 1 and is_worth_compiling(modes, drive):
+        return march_in_one_pass(modes, drive, np.asarray(state, float), output)
     pieces = drive.starts.size
     state = state.copy()
     for begin, drove, following in _chunks(modes, drive):
@@ -99,6 +104,8 @@ def jittered_states(modes: Modes, drive: StraightDrive, state: Numbers, places: 
     ndarray, (poles, n)
         In the unit of the drive.
     """
+    if _FEW * len(places) <= drive.starts.size and is_worth_compiling(modes, drive):
+        return states_in_one_pass(modes, drive, np.asarray(state, float), places)
     found, state = np.empty((modes.poles.size, len(places)), state.dtype), state.copy()
     for begin, drove, following in _chunks(modes, drive):
         first, last = np.searchsorted(places, [begin, begin + drove.starts.size])

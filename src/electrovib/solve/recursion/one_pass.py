@@ -1,0 +1,254 @@
+"""The recursion at unequal time stamps in one compiled pass over the pieces, for very many of them."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from electrovib.core.arrays import Indices, Real
+    from electrovib.solve.recursion.record import Modes, StraightDrive
+
+_WORTH: Final = 1_000_000
+"""Modes times pieces from which on loading what numba compiled costs less than it saves."""
+_AT_ONCE: Final = 1024
+"""Pieces whose states are held at once."""
+_DEGREES: Final = (4, 10)
+_REACH: Final = (0.015, 0.9, 100.0)
+"""Rate times longest step up to which these polynomials are exact to rounding, and then a table of decays."""
+_TABLE: Final = 1024
+"""Times of which the decays are kept."""
+_OUTLIER: Final = 4.0
+"""Pieces that last so many times the mean have weights of their own."""
+_FORGOTTEN: Final = 45.0
+"""Rate times time after which nothing is left of a state."""
+
+
+class _Plan(NamedTuple):
+    """Modes in the order in which they are followed."""
+
+    order: Indices
+    counts: tuple[int, int, int]
+    rates: Real
+    terms: tuple[Real, Real]
+    decays: Real
+    longest: float
+
+    @property
+    def slow(self) -> int:
+        """Count the modes that are followed by themselves; the others as what they lag behind the drive."""
+        return self.counts[0] + self.counts[1]
+
+
+def is_worth_compiling(modes: Modes, drive: StraightDrive) -> bool:
+    """Tell whether so many modes and pieces go through the compiled pass.
+
+    Parameters
+    ----------
+    modes : Modes
+        Real ones can.
+    drive : StraightDrive
+        With one duration for each piece.
+
+    Returns
+    -------
+    bool
+        Never without numba.
+    """
+    many = modes.poles.size * drive.starts.size >= _WORTH
+    return many and not np.iscomplexobj(modes.poles) and _kernel() is not None
+
+
+def march_in_one_pass(modes: Modes, drive: StraightDrive, state: Real, output: Sequence[Real]) -> Real:
+    """Follow relaxing modes through a drive whose pieces last unequally long, as `march_jittered` does.
+
+    Parameters
+    ----------
+    modes : Modes
+        Real poles, gains, direct share, and which outputs take the lag behind the drive.
+    drive : StraightDrive
+        Pieces with one duration each.
+    state : ndarray, (poles,)
+        State at the first point.
+    output : sequence of ndarray, (pieces + 1,)
+        One for each output, overwritten by it.
+
+    Returns
+    -------
+    ndarray, (poles,)
+        State at the last point.
+
+    Notes
+    -----
+    The states of a stretch stay in the cache; the outputs are their product with the gains.
+    """
+    plan, pieces = _plan(modes, drive), drive.starts.size
+    gains, level = _ordered(modes, plan)
+    followed = _begun(plan, state, float(drive.starts[0]))
+    table = np.empty((min(_AT_ONCE, pieces), len(plan.order)))
+    for begin in range(0, pieces, _AT_ONCE):
+        end = min(begin + _AT_ONCE, pieces)
+        _follow(plan, drive, begin, end, followed, table[: end - begin])
+        found = gains @ table[: end - begin].T
+        for row, each, share in zip(output, found, level, strict=True):
+            np.multiply(drive.starts[begin:end], share, out=row[begin:end])
+            row[begin:end] += each
+    for row, each in zip(output, gains @ followed + level * drive.ends[-1], strict=True):
+        row[-1] = each
+    return _ended(plan, followed, float(drive.ends[-1]))
+
+
+def states_in_one_pass(modes: Modes, drive: StraightDrive, state: Real, places: Indices) -> Real:
+    """Give the states at some points of a drive whose pieces last unequally long, as `jittered_states` does.
+
+    Parameters
+    ----------
+    modes, drive, state
+        As for `march_in_one_pass`.
+    places : ndarray of int, (n,)
+        Increasing, from 0 to the number of pieces; few beside the pieces.
+
+    Returns
+    -------
+    ndarray, (poles, n)
+        In the unit of the drive.
+
+    Notes
+    -----
+    Modes that are followed as lags forget: they are followed only through the pieces shortly before a place.
+    """
+    plan, reached = _plan(modes, drive), 0
+    followed, found = _begun(plan, state, float(drive.starts[0])), np.empty((len(plan.order), len(places)))
+    slow, quick = _split(plan)
+    since = _remembered(quick, drive, places)
+    for column, place in enumerate(places.tolist()):
+        begin = max(reached, since[column])
+        if begin > reached:
+            followed[plan.slow :] = 0.0
+        _follow(slow, drive, reached, place, followed[: plan.slow])
+        _follow(quick, drive, begin, place, followed[plan.slow :])
+        found[:, column] = followed
+        reached = place
+    found[plan.slow :] += np.where(
+        places < drive.starts.size, drive.starts[np.minimum(places, drive.starts.size - 1)], drive.ends[-1]
+    )
+    result = np.empty_like(found)
+    result[plan.order] = found
+    return result
+
+
+def _plan(modes: Modes, drive: StraightDrive) -> _Plan:
+    """Sort modes by how far they relax in the longest usual piece, and find their polynomials."""
+    longest = min(float(np.max(drive.steps)), _OUTLIER * float(np.mean(drive.steps)))
+    fall = -modes.poles * longest
+    kinds = np.searchsorted(_REACH, fall)
+    order = np.argsort(kinds, kind="stable")
+    counts = tuple(np.bincount(kinds, minlength=4)[:3].tolist())
+    rates = -modes.poles[order]
+    first, second, third = np.split(rates, np.cumsum(counts))[:3]
+    few, more = (
+        _terms(each * longest, degree) for each, degree in zip((first, second), _DEGREES, strict=True)
+    )
+    times = longest / _TABLE * (np.arange(_TABLE) + 0.5)
+    return _Plan(order, counts, rates, (few, more), np.exp(np.outer(times, -third)), longest)
+
+
+def _split(plan: _Plan) -> tuple[_Plan, _Plan]:
+    """Take apart the modes that are followed by themselves and the others."""
+    few, more = (each[:, :0].copy() for each in plan.terms)
+    counts, none = plan.counts, plan.decays[:, :0].copy()
+    slow = plan._replace(
+        order=plan.order[: plan.slow], rates=plan.rates[: plan.slow], counts=(*counts[:2], 0), decays=none
+    )
+    quick = plan._replace(
+        order=plan.order[plan.slow :],
+        rates=plan.rates[plan.slow :],
+        counts=(0, 0, counts[2]),
+        terms=(few, more),
+    )
+    return slow, quick
+
+
+def _terms(falls: Real, degree: int) -> Real:
+    """Give the powers of 2 share - 1 that make (1 - mean)/fall of a share of these falls, (degree + 1, modes)."""
+    nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
+    fall = np.multiply.outer((1 + nodes) / 2, falls)
+    later = np.zeros_like(fall)
+    for order in range(19, 1, -1):  # 1/2! - fall/3! + ...
+        later = (1 - fall * later) / order
+    return np.ascontiguousarray(_to_powers(degree) @ later)
+
+
+@functools.cache
+def _to_powers(degree: int) -> Real:
+    """Powers from the values at Chebyshev's nodes."""
+    nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
+    return np.asarray(np.linalg.inv(np.vander(nodes, increasing=True)))
+
+
+def _ordered(modes: Modes, plan: _Plan) -> tuple[Real, Real]:
+    """Gains in the order of the plan, and what each output takes of the drive beside what is followed."""
+    gains = np.ascontiguousarray(modes.gains[:, plan.order])
+    slow, quick = gains[:, : plan.slow].sum(axis=1), gains[:, plan.slow :].sum(axis=1)
+    return gains, modes.direct + np.where(modes.lag, -slow, quick)
+
+
+def _begun(plan: _Plan, state: Real, level: float) -> Real:
+    """Give what is followed, at the first point."""
+    followed = np.array(state[plan.order])
+    followed[plan.slow :] -= level
+    return followed
+
+
+def _ended(plan: _Plan, followed: Real, level: float) -> Real:
+    """Give the states from what is followed, at the last point."""
+    state = np.empty_like(followed)
+    state[plan.order] = followed
+    state[plan.order[plan.slow :]] += level
+    return state
+
+
+def _remembered(quick: _Plan, drive: StraightDrive, places: Indices) -> list[int]:
+    """Find the piece before each place from which on something is left of what quick modes lagged."""
+    if not len(quick.rates):
+        return [0] * len(places)
+    times = np.concatenate([[0.0], np.cumsum(drive.steps)])
+    longest = _FORGOTTEN / float(np.min(quick.rates))
+    found: list[int] = np.maximum(np.searchsorted(times, times[places] - longest) - 1, 0).tolist()
+    return found
+
+
+def _follow(
+    plan: _Plan, drive: StraightDrive, begin: int, end: int, followed: Real, table: Real | None = None
+) -> None:
+    """Send what is followed through some pieces; the table takes what it is before each."""
+    kernel = _kernel()
+    assert kernel is not None
+    following = drive.starts[end] if end < drive.starts.size else drive.ends[-1]
+    some = drive.starts[begin:end], drive.ends[begin:end], drive.steps[begin:end]
+    table = np.empty((0, len(followed))) if table is None else table
+    kernel(
+        plan.rates,
+        plan.counts,
+        *plan.terms,
+        plan.decays,
+        plan.longest,
+        *some,
+        float(following),
+        followed,
+        table,
+    )
+
+
+@functools.cache
+def _kernel() -> Any:
+    """Load the compiled pass; None where numba is not installed."""
+    try:
+        from electrovib.solve.recursion.compiled import follow
+    except ImportError:
+        return None
+    return follow

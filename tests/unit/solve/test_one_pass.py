@@ -1,0 +1,144 @@
+"""The compiled pass over unequal pieces against the plain loop and the way without a compiler."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from electrovib.solve.recursion import march, march_loop, march_rows, one_pass, states_at
+from electrovib.solve.recursion.record import Modes, StraightDrive
+
+SAME = 1e-12  # of the largest possible output; some thousand roundings of 1.1e-16 at most
+RATES = st.lists(st.floats(-6, 4).map(lambda power: 10.0**power), max_size=12)  # over the mean piece
+KINDS = ("jitter", "pauses", "bursts", "repeats")
+
+
+@pytest.fixture
+def compiled(monkeypatch):
+    """Send every record of unequal pieces through the compiled pass."""
+    pytest.importorskip("numba")
+    monkeypatch.setattr(one_pass, "_WORTH", 0)
+
+
+def durations(kind, generator, pieces):
+    """Of the pieces, over the usual one."""
+    if kind == "jitter":
+        return 1 + generator.uniform(-0.4, 0.4, pieces)
+    if kind == "pauses":
+        return np.where(generator.random(pieces) < 0.02, 300.0, 1 + generator.uniform(-0.1, 0.1, pieces))
+    if kind == "bursts":
+        return generator.choice([1.0, 20.0], pieces)
+    return np.where(generator.random(pieces) < 0.1, 0.0, generator.exponential(1.0, pieces))
+
+
+def record(seed, kind, rates, pieces):
+    """Arguments of a march: jumps, both kinds of outputs, a state that is not at rest."""
+    generator = np.random.default_rng(seed)
+    drive, modes = np.cumsum(generator.normal(size=pieces + 1)), len(rates)
+    starts = drive[:-1] + 3 * (generator.random(pieces) < 0.05)
+    given_ = {"poles": -np.array(rates, float), "gains": generator.normal(size=(3, modes))}
+    given_ |= {"direct": generator.normal(size=3), "starts": starts, "ends": drive[1:]}
+    given_ |= {"steps": durations(kind, generator, pieces), "initial_state": generator.normal(size=modes)}
+    return given_
+
+
+def size_of(given_):
+    """Largest output there could be."""
+    drive = np.max(np.abs(given_["starts"])) + np.max(np.abs(given_["ends"]))
+    return (drive + 3) * (np.abs(given_["gains"]).sum() + np.abs(given_["direct"]).sum() + 1)
+
+
+@settings(deadline=None, max_examples=25)
+@given(seed=st.integers(0, 10**6), kind=st.sampled_from(KINDS), rates=RATES, pieces=st.integers(2, 2500))
+def test_the_pass_is_the_loop(seed, kind, rates, pieces):
+    pytest.importorskip("numba")
+    given_, lag = record(seed, kind, rates, pieces), np.array([False, True, True])
+    expected, final = march_loop(**given_, lag=lag)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(one_pass, "_WORTH", 0)
+        found, state = march(**given_, lag=lag)
+        rows = march_rows(**given_, lag=lag)
+    assert np.max(np.abs(found - expected)) <= SAME * size_of(given_)
+    assert np.max(np.abs(state - final), initial=0) <= SAME * size_of(given_)
+    assert np.array_equal(rows, found)
+
+
+@settings(deadline=None, max_examples=25)
+@given(seed=st.integers(0, 10**6), kind=st.sampled_from(KINDS), rates=RATES)
+def test_states_at_places_are_those_of_the_reference(seed, kind, rates):
+    pytest.importorskip("numba")
+    pieces = 3000
+    given_ = record(seed, kind, rates, pieces)
+    where = np.random.default_rng(seed).integers(0, pieces + 1, 40)
+    places = np.unique(np.concatenate([[0, 1, pieces - 1, pieces], where]))
+    drive = [given_[name] for name in ("poles", "starts", "ends", "steps", "initial_state")]
+    expected = states_at(*drive, places)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(one_pass, "_WORTH", 0)
+        found = states_at(*drive, places)
+    assert np.max(np.abs(found - expected), initial=0) <= SAME * size_of(given_)
+
+
+def test_a_lag_keeps_its_digits(compiled):
+    """Of a mode far faster than the pieces the lag is the slope over its rate, to rounding of itself."""
+    generator, rate = np.random.default_rng(2), 1e9
+    steps = 1 + generator.uniform(-0.2, 0.2, 500)
+    drive = generator.normal(size=501)
+    state = np.array([drive[0]])
+    found, _ = march([-rate], [[1.0]], [0.0], drive[:-1], drive[1:], steps, state, lag=[True])
+    expected = -np.diff(drive) / steps / rate
+    assert np.max(np.abs(found[0, 1:] / expected - 1)) < 1e-14
+
+
+def test_what_goes_through_it(monkeypatch):
+    """Many modes times pieces, real ones, and none without numba."""
+    drive = StraightDrive(np.zeros(1000), np.zeros(1000), np.arange(1000.0))
+
+    def is_worth(kind):
+        modes = Modes(-np.ones(1000, kind), np.ones((1, 1000), kind), np.ones(1), np.zeros(1, bool))
+        return one_pass.is_worth_compiling(modes, drive)
+
+    assert not is_worth(complex)
+    monkeypatch.setattr(one_pass, "_kernel", lambda: None)
+    assert not is_worth(float)
+    monkeypatch.setattr(one_pass, "_kernel", lambda: print)
+    assert is_worth(float)
+    monkeypatch.setattr(one_pass, "_WORTH", 1_000_001)
+    assert not is_worth(float)
+
+
+def test_without_numba_the_answer_is_the_same(monkeypatch):
+    monkeypatch.setattr(one_pass, "_WORTH", 0)
+    one_pass._kernel.cache_clear()
+    monkeypatch.setitem(sys.modules, "electrovib.solve.recursion.compiled", None)
+    given_ = record(1, "jitter", [0.01, 1.0, 100.0], 200)
+    try:
+        found, _ = march(**given_)
+        assert one_pass._kernel() is None
+    finally:
+        one_pass._kernel.cache_clear()
+    assert np.max(np.abs(found - march_loop(**given_)[0])) <= SAME * size_of(given_)
+
+
+def test_the_compiler_stays_away_from_short_records():
+    code = """
+import sys, numpy as np, electrovib.solve.recursion as recursion
+steps, drive = 1 + np.random.default_rng(1).random(5000), np.ones(5000)
+recursion.march([-1.0] * 40, [[1.0] * 40], [0.0], drive, drive, steps, [0.0] * 40)
+print("numba" in sys.modules)
+"""
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert answer.stdout.strip() == "False"
+
+
+def test_degrees_are_those_of_the_compiled_pass(compiled):
+    """A polynomial that is one degree short is seen: the terms of its reach, in an answer to one ramp."""
+    for reach in one_pass._REACH:
+        steps = np.tile([1.0, 0.5, 0.9], 200)
+        drive = np.linspace(0, 1, 601)
+        poles, some = [-0.999 * reach], (drive[:-1], drive[1:], steps, [0.0])
+        found, _ = march(poles, [[1.0]], [0.0], *some)
+        assert np.max(np.abs(found - march_loop(poles, [[1.0]], [0.0], *some)[0])) < 3e-15
