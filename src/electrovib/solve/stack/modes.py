@@ -16,7 +16,8 @@ import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.constants import eps0
-from electrovib.solve.stack.secular import Roots, secular_roots
+from electrovib.solve.stack.few_poles import Roots
+from electrovib.solve.stack.secular import secular_roots
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
