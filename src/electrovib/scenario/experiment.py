@@ -71,6 +71,8 @@ class Scenario(Model):
     @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
         """Read the names of what papers offer, and say of each value where it is from."""
+        if isinstance(content.get("stack"), Stack):
+            return content  # nothing else can be a name
         content, told = with_offers(content)
         given = content.get("sources", {})
         return content | {"sources": told | given} if told and isinstance(given, dict) else content

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from electrovib.core.errors import InputError
 from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.secular import Roots, secular_roots
+from electrovib.solve.stack.few_poles import Roots
+from electrovib.solve.stack.secular import secular_roots
 
 # rounding of the sums, 2e-16, times the worst conditioning that is left to 53 bits, with room
 TOLERANCE = 1e-13
@@ -335,3 +336,23 @@ def test_a_stack_beyond_reach_is_told_in_a_sentence():
         InputError, match=r"stack: the rates .* too far apart.*longer relaxation times.*1e\+21"
     ):
         simulate(scenario)
+
+
+@pytest.mark.parametrize("constant", [0.0, 3e-9, 1.0, 2e7])
+@pytest.mark.parametrize("weights", [(1.0, 1e9), (1e9, 1.0), (2.0, 3.0), (1e-3, 5e6)])
+@pytest.mark.parametrize("nodes", [(0.0, 1e6), (1e3, 1e3 + 1e-6), (1e-5, 7.0)])
+def test_two_poles_agree_with_long_arithmetic(nodes, weights, constant):
+    roots = secular_roots(nodes, weights, constant=constant)
+    with mpmath.workdps(DIGITS):
+        (below, above), (first, last) = map(mpmath.mpf, weights), map(mpmath.mpf, nodes)
+        gap, level = last - first, mpmath.mpf(constant)
+        wanted = [gap * below / (below + above)]
+        if constant:  # level y^2 - (level gap + below + above) y + below gap = 0, y from the lower pole
+            middle = level * gap + below + above
+            root = mpmath.sqrt(middle**2 - 4 * level * below * gap)
+            wanted = [(middle - root) / (2 * level), (middle + root) / (2 * level)]
+        assert len(roots.values) == len(wanted)
+        for apart, exact, slope in zip(roots.differences(), wanted, roots.slope, strict=True):
+            for found, distance in zip(apart.tolist(), (exact, exact - gap), strict=True):
+                assert abs(found / distance - 1) < TOLERANCE
+            assert abs(float(slope) / (below / exact**2 + above / (exact - gap) ** 2) - 1) < TOLERANCE

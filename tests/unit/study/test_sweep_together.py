@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from electrovib.papers import palmar_1995
+from electrovib.physics.tabulated import Tabulated
 from electrovib.scenario import load
 from electrovib.solve.quantities import Together, answer, read_name, sines, solved
 from electrovib.study.sweep import sweep
@@ -129,3 +130,23 @@ def test_more_cases_than_are_held_at_once(monkeypatch):
         for each in over["drive.frequency"]
     ]
     np.testing.assert_allclose(found, alone, rtol=1e-12)
+
+
+def test_a_load_that_changes_bends_the_signals_of_a_sine():
+    """The pieces end where the load begins to rise, so that the mean of the friction is exact."""
+    changes = {"load.programme": {"model": "Press", "begin": 0.13e-3, "rise": 0.31e-3}}
+    scenario = load("vezzoli_2014/fig6").replace(SETTLED | {"drive.amplitude": 1e-3} | changes)
+    trace = sweep(scenario, {}, quantities=["mean normal_force", "minimum normal_force"])
+    share = (0.5 * 0.31e-3 + 1e-3 - 0.44e-3) / 1e-3
+    assert float(trace["mean normal_force"]) == pytest.approx(scenario.load.normal_force * share, rel=1e-12)
+    assert float(trace["minimum normal_force"]) == pytest.approx(0.0, abs=1e-15)
+
+
+def test_cases_beside_a_measured_table_say_so_as_each_alone():
+    table = {"model": "Tabulated"} | Tabulated.example
+    scenario = load("vezzoli_2014/fig6").replace({"stack.stratum_corneum.material": table} | SETTLED)
+    names = [read_name(text, tuple(scenario.stack.layers)) for text in NAMES]
+    points = points_of({"drive.frequency": [3.0, 5.0, 100.0, 1e3, 3e5, 4e5]})
+    together = Together(_scenarios(scenario, points), names)
+    for place, point in enumerate(points):
+        assert_same_lamps(together.answer(place).lamps, answer(solved(scenario.replace(point)), names).lamps)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
@@ -22,6 +23,15 @@ _FREQUENCY = Quantity("Hz", 1e-3, 1e8, "frequency")
 _DEPTH = Quantity("1", 0, 1, "modulation depth m")
 
 
+@functools.lru_cache(maxsize=1024)
+def _tone(amplitude: float, frequency: float, phase: float) -> tuple[Tones, ...]:
+    """One tone that has been on for ever [V, Hz, rad]."""
+    found = np.array([frequency]), np.array([amplitude * np.exp(1j * (phase - math.pi / 2))])
+    for array in found:
+        array.flags.writeable = False
+    return (Tones(*found),)
+
+
 class Sine(Drive):
     """A sine of one frequency."""
 
@@ -33,8 +43,7 @@ class Sine(Drive):
 
     def parts(self) -> tuple[Tones, ...]:
         """Give one tone."""
-        amplitude = self.amplitude * np.exp(1j * (self.phase - math.pi / 2))
-        return (Tones(np.array([self.frequency]), np.array([amplitude])),)
+        return _tone(self.amplitude, self.frequency, self.phase)
 
     def corners(self, end: float) -> tuple[Real, Real]:  # noqa: ARG002 of every drive
         """Give none: it has been on for ever."""

@@ -222,8 +222,12 @@ def first_mesh(expanded: Expanded, member: Scenario | None = None) -> Mesh:
     if isinstance(scenario.motion.distance, Distance):
         fastest = max(fastest, scenario.motion.distance.fastest)
     count = min(int(np.ceil(end * fastest * PIECES_PER_CYCLE)), MOST_VALUES // (2 * MOST_NODES))
-    edges = [corners, np.linspace(0.0, end, max(2, count + 1))]
-    if len(corners) <= FEW_CORNERS and not _only_tones(scenario):
+    even = np.linspace(0.0, end, max(2, count + 1))
+    bends = not _only_tones(scenario)
+    if not bends and len(corners) == 2 and len(even) * (MOST_NODES + 1) <= MOST_VALUES // 2:
+        return Mesh(even)
+    edges = [corners, even]
+    if len(corners) <= FEW_CORNERS and bends:
         rate = float(np.max(expanded.section.modes.rates, initial=1 / end))
         edges += [start + _graded(length, rate) for start, length in _stretches(corners)]
     merged = np.unique(np.concatenate(edges))

@@ -8,6 +8,7 @@ routine would lose the slow modes against the fast ones.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,8 @@ import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.constants import eps0
-from electrovib.solve.stack.secular import Roots, secular_roots
+from electrovib.solve.stack.few_poles import Roots
+from electrovib.solve.stack.secular import secular_roots
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
@@ -96,21 +98,28 @@ def slab_impedance(slab: Slab) -> tuple[Real, Real]:
     rates, residues : ndarray
         1/s, increasing, the first 0 if the slab does not conduct; ohm m2/s.
     """
-    relaxations, strengths = merged_terms(slab.debye)
-    scale = slab.thickness / eps0
-    if slab.conductivity > 0:
-        nodes = np.concatenate([[0.0], relaxations])
-        weights = np.concatenate([[slab.conductivity / eps0], strengths * relaxations])
-    else:
-        nodes, weights = relaxations, strengths * relaxations
-    rates, residues = np.zeros(0), np.zeros(0)
+    rates, shares = _relaxations(slab.debye, slab.conductivity)
+    return rates, slab.thickness / eps0 / shares
+
+
+@functools.lru_cache(maxsize=256)
+def _relaxations(debye: DebyeSum, conductivity: float) -> tuple[Real, Real]:
+    """Rates of a material's impedance [1/s], and thickness/eps0 over each residue; the same for any thickness."""
+    relaxations, strengths = merged_terms(debye)
+    nodes, weights = relaxations, strengths * relaxations
+    if conductivity > 0:
+        nodes = np.concatenate([[0.0], nodes])
+        weights = np.concatenate([[conductivity / eps0], weights])
+    rates, shares = np.zeros(0), np.zeros(0)
     if len(nodes):
-        roots = secular_roots(nodes, weights, constant=slab.debye.high)
-        rates, residues = roots.values, scale / (roots.values * roots.slope)
-    if slab.conductivity == 0:
-        static = slab.debye.high + float(np.sum(strengths))
-        rates, residues = np.append(0.0, rates), np.append(scale / static, residues)
-    return rates, residues
+        roots = secular_roots(nodes, weights, constant=debye.high)
+        rates, shares = roots.values, roots.values * roots.slope
+    if conductivity == 0:
+        static = debye.high + float(np.sum(strengths))
+        rates, shares = np.append(0.0, rates), np.append(static, shares)
+    for array in (rates, shares):
+        array.flags.writeable = False
+    return rates, shares
 
 
 def stack_modes(slabs: list[Slab], *, area: float, element: SeriesElement, second: float = 0.0) -> StackModes:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from electrovib.core.arrays import Indices, Numbers, Real
+from electrovib.solve.stack.few_poles import Roots, _between_two_poles, _of_one_pole, _of_two_poles, _roots_at
 from electrovib.solve.stack.secular_input import _checked
 
 _ROUNDING = float(np.finfo(float).eps)
@@ -18,45 +19,6 @@ _ILL_CONDITIONED = 50.0  # above it rounding alone costs the offset more than ab
 _SLACK = 8 * _ROUNDING
 _LONG = decimal.Context(prec=150, Emin=-9999, Emax=9999, traps=[decimal.InvalidOperation])
 _TINY = decimal.Decimal("1e-25")
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Roots:
-    r"""The places where a sum of poles takes its constant, each kept as a distance from the nearest pole.
-
-    Parameters
-    ----------
-    nodes : ndarray, shape (nodes,)
-        Poles of the sum.
-    values : ndarray, shape (roots,)
-        Roots, increasing; a root closer to its node than rounding allows equals that node.
-    origin : ndarray of int, shape (roots,)
-        Index of the nearer end of the bracket of each root.
-    offset : ndarray, shape (roots,)
-        Root minus ``nodes[origin]``, signed, never 0.
-    slope : ndarray, shape (roots,)
-        :math:`-f'` at each root, > 0; its inverse is the residue of :math:`-1/f`.
-
-    Notes
-    -----
-    All arrays are read-only.
-    """
-
-    nodes: Real
-    values: Real
-    origin: Indices
-    offset: Real
-    slope: Real
-
-    def differences(self) -> Real:
-        """Give the distance of each root from each node, without cancellation.
-
-        Returns
-        -------
-        ndarray, shape (roots, nodes)
-            Root minus node, never 0, each to a few roundings.
-        """
-        return _differences(self.nodes, self.origin, self.offset)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -134,6 +96,10 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: float) -> R
     node, weight = _checked(nodes, weights, constant)
     if node.size == 1 and constant > 0:
         return _of_one_pole(node, weight, float(constant))
+    if node.size == 2 and constant == 0:
+        return _between_two_poles(node, weight)
+    if node.size == 2 and (found := _of_two_poles(node, weight, float(constant))) is not None:
+        return found
     origin, side, reach = _nearer_ends(node, weight, float(constant))
     rows = _rows(node, weight, float(constant), origin, side)
     distance = _solve(rows, reach, tolerance=1e-10, noise=2 * _ROUNDING)
@@ -144,22 +110,7 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: float) -> R
             rows = _long_rows(node, weight, float(constant), origin[doubtful], side[doubtful])
             long = _solve(rows, _long(reach[doubtful]), tolerance=_TINY, noise=_TINY**5)
             distance[doubtful] = long.astype(float)
-    offset: Real = np.where(side > 0, distance, -distance)
-    difference = _differences(node, origin, offset)
-    slope: Real = (weight / difference / difference).sum(axis=1)
-    values: Real = node[origin] + offset
-    for array in (node, values, origin, offset, slope):
-        array.flags.writeable = False
-    return Roots(nodes=node, values=values, origin=origin, offset=offset, slope=slope)
-
-
-def _of_one_pole(node: Real, weight: Real, constant: float) -> Roots:
-    """Give the root above a single pole, in closed form."""
-    offset = weight / constant
-    slope, values, origin = weight / offset / offset, node + offset, np.zeros(1, np.intp)
-    for array in (node, values, origin, offset, slope):
-        array.flags.writeable = False
-    return Roots(nodes=node, values=values, origin=origin, offset=offset, slope=slope)
+    return _roots_at(node, weight, origin, np.where(side > 0, distance, -distance))
 
 
 def _nearer_ends(node: Real, weight: Real, constant: float) -> tuple[Indices, Indices, Real]:
@@ -268,8 +219,3 @@ def _long_rows(node: Real, weight: Real, constant: float, origin: Indices, side:
 
 def _long(numbers: Real) -> Numbers:
     return np.array([decimal.Decimal(number) for number in numbers.tolist()], dtype=object)
-
-
-def _differences(node: Real, origin: Indices, offset: Real) -> Real:
-    result: Real = (node[origin][:, None] - node) + offset[:, None]
-    return result

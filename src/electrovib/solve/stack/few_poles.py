@@ -1,0 +1,101 @@
+"""Roots of a sum of poles as distances from them, and those of one or two poles in closed form."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from electrovib.core.arrays import Indices, Real
+
+_CANCELLED = 8.0  # how far terms may cancel in the closed form of two poles: three of 53 bits
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Roots:
+    r"""The places where a sum of poles takes its constant, each kept as a distance from the nearest pole.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (nodes,)
+        Poles of the sum.
+    values : ndarray, shape (roots,)
+        Roots, increasing; a root closer to its node than rounding allows equals that node.
+    origin : ndarray of int, shape (roots,)
+        Index of the nearer end of the bracket of each root.
+    offset : ndarray, shape (roots,)
+        Root minus ``nodes[origin]``, signed, never 0.
+    slope : ndarray, shape (roots,)
+        :math:`-f'` at each root, > 0; its inverse is the residue of :math:`-1/f`.
+
+    Notes
+    -----
+    All arrays are read-only.
+    """
+
+    nodes: Real
+    values: Real
+    origin: Indices
+    offset: Real
+    slope: Real
+
+    def differences(self) -> Real:
+        """Give the distance of each root from each node, without cancellation.
+
+        Returns
+        -------
+        ndarray, shape (roots, nodes)
+            Root minus node, never 0, each to a few roundings.
+        """
+        return _differences(self.nodes, self.origin, self.offset)
+
+
+def _roots_at(node: Real, weight: Real, origin: Indices, offset: Real) -> Roots:
+    """Give roots whose distance from the nearer node is known."""
+    difference = _differences(node, origin, offset)
+    slope: Real = (weight / difference / difference).sum(axis=1)
+    values: Real = node[origin] + offset
+    for array in (node, values, origin, offset, slope):
+        array.flags.writeable = False
+    return Roots(nodes=node, values=values, origin=origin, offset=offset, slope=slope)
+
+
+def _between_two_poles(node: Real, weight: Real) -> Roots:
+    """Give the root between two poles that add up to nothing, in closed form."""
+    nearer = int(weight[0] > weight[1])
+    distance = (node[1] - node[0]) * (weight[nearer] / (weight[0] + weight[1]))
+    return _roots_at(node, weight, np.array([nearer]), np.array([-distance if nearer else distance]))
+
+
+def _of_one_pole(node: Real, weight: Real, constant: float) -> Roots:
+    """Give the root above a single pole, in closed form."""
+    return _roots_at(node, weight, np.zeros(1, np.intp), weight / constant)
+
+
+def _of_two_poles(node: Real, weight: Real, constant: float) -> Roots | None:
+    """Give the roots between and above two poles, in closed form; None where terms cancel too much for that.
+
+    With x the distance from the upper pole, c x^2 + (c gap - w0 - w1) x - w1 gap = 0: one root below it, one above.
+    """
+    (below, above), gap = weight.tolist(), float(node[1] - node[0])
+    reach = constant * gap
+    middle, product = reach - below - above, above * gap
+    root = math.sqrt(middle * middle + 4 * constant * product)
+    if not (reach + below + above <= _CANCELLED * root and product > 0):
+        return None
+    larger = (abs(middle) + root) / (2 * constant)
+    smaller = product / constant / larger
+    down, up = (larger, smaller) if middle > 0 else (smaller, larger)
+    if 2 * down <= gap:
+        origin, offset = [1, 1], [-down, up]
+    else:  # the lower root is nearer to the lower pole
+        other = reach + below + above
+        between = math.hypot(reach + above - below, 2 * math.sqrt(below * above))
+        origin, offset = [0, 1], [2 * below * gap / (other + between), up]
+    return _roots_at(node, weight, np.array(origin), np.array(offset))
+
+
+def _differences(node: Real, origin: Indices, offset: Real) -> Real:
+    result: Real = (node[origin][:, None] - node) + offset[:, None]
+    return result
