@@ -142,3 +142,26 @@ def test_degrees_are_those_of_the_compiled_pass(compiled):
         poles, some = [-0.999 * reach], (drive[:-1], drive[1:], steps, [0.0])
         found, _ = march(poles, [[1.0]], [0.0], *some)
         assert np.max(np.abs(found - march_loop(poles, [[1.0]], [0.0], *some)[0])) < 3e-15
+
+
+def test_a_second_look_begins_where_the_march_passed(compiled):
+    """States at a few breaks after a march are those without it, and of other modes or another start nothing is taken."""
+    from electrovib.physics.drive.pieces import Linear
+    from electrovib.solve.electrics.linear.break_states import _states_at
+    from electrovib.solve.electrics.linear.straight import straight_rows
+
+    generator, pieces = np.random.default_rng(3), 5000
+    times = np.concatenate([[0.0], np.cumsum(durations("jitter", generator, pieces))])
+    after = np.cumsum(generator.normal(size=pieces + 1))
+    part = Linear(times, np.append(0.0, after[1:] + (generator.random(pieces) < 0.1)), after)
+    rates, start = np.array([3e-5, 0.01, 0.4, 5.0]), np.array([1.0, 2.0, 3.0, 4.0])
+    places = np.array([0, 3, 1024, 1030, 2047, 2048, pieces])
+    asked = [(rates, start), (rates * 1.01, start), (rates, start + 1)]
+    expected = [_states_at(part, *each, places) for each in asked]
+    zeros, lag = np.zeros(1), np.zeros(1, bool)
+    straight_rows(part, rates, np.ones((1, 4)), times, start, direct=zeros, lag=lag)
+    assert len(part.passed) == 1
+    for each, states in zip(asked, expected, strict=True):
+        assert np.allclose(
+            _states_at(part, *each, places), states, rtol=0, atol=1e-12 * np.max(np.abs(after))
+        )

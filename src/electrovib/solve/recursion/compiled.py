@@ -30,9 +30,9 @@ def _outer(function: Callable[..., Any]) -> Callable[..., Any]:
 
     options: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "fastmath": {"contract"}}
     try:
-        return njit(function, cache=True, **options)  # type: ignore[no-any-return]
+        return njit(function, nogil=True, cache=True, **options)  # type: ignore[no-any-return]
     except RuntimeError:
-        return njit(function, **options)  # type: ignore[no-any-return]
+        return njit(function, nogil=True, **options)  # type: ignore[no-any-return]
 
 
 # Arrays are handed on whole, with the first mode and the one after the last: a view costs more than a piece.
