@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from electrovib.solve.recursion import march, march_loop, march_rows, one_pass, states_at
+from electrovib.solve.recursion import hold_weights, march, march_loop, march_rows, one_pass, states_at
 from electrovib.solve.recursion.record import Modes, StraightDrive
 
 SAME = 1e-12  # of the largest possible output; some thousand roundings of 1.1e-16 at most
@@ -134,14 +134,22 @@ print("numba" in sys.modules)
     assert answer.stdout.strip() == "False"
 
 
-def test_degrees_are_those_of_the_compiled_pass(compiled):
-    """A polynomial that is one degree short is seen: the terms of its reach, in an answer to one ramp."""
-    for reach in one_pass._REACH:
-        steps = np.tile([1.0, 0.5, 0.9], 200)
-        drive = np.linspace(0, 1, 601)
-        poles, some = [-0.999 * reach], (drive[:-1], drive[1:], steps, [0.0])
-        found, _ = march(poles, [[1.0]], [0.0], *some)
-        assert np.max(np.abs(found - march_loop(poles, [[1.0]], [0.0], *some)[0])) < 3e-15
+@pytest.mark.parametrize("reach", [0.999 * one_pass._REACH[0], 0.999 * one_pass._REACH[1]])
+def test_weights_of_slow_modes_are_exact_up_to_the_reach_of_their_polynomials(compiled, reach):
+    """From rest, the state after one ramp is its weight, wherever the piece lies below the longest."""
+    for share in (0.02, 0.3, 0.6, 0.99, 1.0):
+        found, _ = march([-reach], [[1.0]], [0.0], [0, 0], [1, 1], [share, 1.0], [0.0])
+        assert (
+            abs(found[0, 1] / hold_weights(-reach * share)[2] - 1) < 4e-15
+        )  # some ten roundings of 1.1e-16, twice
+
+
+@pytest.mark.parametrize("fall", [3.0, 10.0, 20.0, 40.0])
+def test_what_is_left_of_a_lag_is_exact(compiled, fall):
+    """Without a drive a lag decays by its exponential, wherever the piece lies between two of the table."""
+    for share in np.linspace(0.31, 0.99, 41):
+        found, _ = march([-fall], [[1.0]], [0.0], [0, 0], [0, 0], [share, 1.0], [1.0])
+        assert abs(found[0, 1] - np.exp(-fall * share)) < 3e-16
 
 
 def test_a_second_look_begins_where_the_march_passed(compiled):

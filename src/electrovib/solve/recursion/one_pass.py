@@ -199,14 +199,20 @@ def _terms(falls: Real, degree: int) -> Real:
     later = np.zeros_like(fall)
     for order in range(19, 1, -1):  # 1/2! - fall/3! + ...
         later = (1 - fall * later) / order
-    return np.ascontiguousarray(_to_powers(degree) @ later)
+    to_chebyshev, to_powers = _rule(degree)
+    return np.ascontiguousarray(to_powers @ (to_chebyshev @ later))
 
 
 @functools.cache
-def _to_powers(degree: int) -> Real:
-    """Powers from the values at Chebyshev's nodes."""
-    nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
-    return np.asarray(np.linalg.inv(np.vander(nodes, increasing=True)))
+def _rule(degree: int) -> tuple[Real, Real]:
+    """Chebyshev's coefficients from the values at his nodes, and powers from these: one matrix would lose digits."""
+    count = degree + 1
+    angles = np.arccos(np.polynomial.chebyshev.chebpts1(count))
+    to_chebyshev: Real = 2 / count * np.cos(np.outer(np.arange(count), angles))
+    to_chebyshev[0] /= 2
+    rows = [np.polynomial.chebyshev.cheb2poly(row) for row in np.eye(count)]
+    to_powers = np.stack([np.pad(row, (0, count - len(row))) for row in rows], axis=1)
+    return np.asarray(to_chebyshev), np.asarray(to_powers, float)
 
 
 def _ordered(modes: Modes, plan: _Plan) -> tuple[Real, Real]:
