@@ -22,7 +22,9 @@ Array = NDArray[np.float64]
 KEEP = 80
 STATIC = 1e-7  # force per volt squared [N/V2]
 LOAD, FRICTION = 0.5, 0.4  # normal force [N], coefficient
-SENSOR = second_order(4400.0, 0.44)  # a published closed-loop rig (code of Grigorii and Colgate)
+SENSOR = second_order(
+    natural_frequency=4400.0, damping_ratio=0.44
+)  # a published closed-loop rig (code of Grigorii and Colgate)
 REST = np.zeros(POLES.size)
 ROUNDS = 41
 
@@ -69,7 +71,7 @@ def chain_apart(drive: Array) -> Array:
     """The same, one whole record after the other."""
     force = electrics(drive)
     into_friction(force)
-    return filtered(SENSOR, force, STEP, settled=True, keep=KEEP)
+    return filtered(SENSOR, force, step=STEP, settled=True, keep=KEEP)
 
 
 def reference(drive: Array) -> tuple[Array, Array]:

@@ -98,7 +98,7 @@ def test_steady_force_under_a_sine(law_class, filling):
     scenario = under_a_sine(law_class, filling)
     trace = simulate(scenario, time=one_period())
     force = trace.electrostatic_force.values
-    expected = float(mean_force(scenario, phasors(scenario, np.array([FREQUENCY])), AMPLITUDE)[0])
+    expected = float(mean_force(scenario, phasors(scenario, np.array([FREQUENCY])), amplitude=AMPLITUDE)[0])
     tolerance = EXACT if filling in EXACTLY_FINITE else stated_error(trace)
     assert tolerance < 0.02  # the error is stated against the value at each time, near its zero too
     assert expected > 0
@@ -122,7 +122,7 @@ def test_return_paths_agree_too(law_class, return_path):
     more = {"circuit": {"return_path": return_path, "source_resistance": 1e5}}
     scenario = under_a_sine(law_class, "plain", **more)
     force = simulate(scenario, time=one_period()).electrostatic_force.values
-    expected = float(mean_force(scenario, phasors(scenario, np.array([FREQUENCY])), AMPLITUDE)[0])
+    expected = float(mean_force(scenario, phasors(scenario, np.array([FREQUENCY])), amplitude=AMPLITUDE)[0])
     assert abs(force.mean() / expected - 1) < EXACT
 
 
@@ -137,11 +137,11 @@ def test_without_a_gap(law_class):
 def test_the_comparison_can_fail(discovered):
     """A start from rest, or a frequency 1 % off, is not the steady state asked for."""
     scenario = under_a_sine(discovered["law_class"]["GapPlane"], "plain")
-    expected = float(mean_force(scenario, phasors(scenario, np.array([FREQUENCY])), AMPLITUDE)[0])
+    expected = float(mean_force(scenario, phasors(scenario, np.array([FREQUENCY])), amplitude=AMPLITUDE)[0])
     at_rest = scenario.replace({"time.initial_state": {"model": "AtRest"}})
     from_rest = simulate(at_rest, time=one_period()).electrostatic_force.values.mean()
     assert abs(from_rest / expected - 1) > 100 * EXACT
-    off = float(mean_force(scenario, phasors(scenario, np.array([1.01 * FREQUENCY])), AMPLITUDE)[0])
+    off = float(mean_force(scenario, phasors(scenario, np.array([1.01 * FREQUENCY])), amplitude=AMPLITUDE)[0])
     assert abs(off / expected - 1) > 100 * EXACT
 
 

@@ -63,9 +63,9 @@ def random_element(random) -> SeriesElement:
     """Nothing, a resistance, or a floating body with and without resistance and leak."""
     resistance = 0.0 if random.random() < 0.4 else float(10 ** random.uniform(1, 7))
     if random.random() < 0.5:
-        return SeriesElement(resistance)
+        return SeriesElement(resistance=resistance)
     leak = 0.0 if random.random() < 0.5 else float(10 ** random.uniform(-3, 4))
-    return SeriesElement(resistance, float(10 ** random.uniform(8, 11)), leak)
+    return SeriesElement(resistance=resistance, elastance=float(10 ** random.uniform(8, 11)), rate=leak)
 
 
 class Finger:

@@ -98,7 +98,7 @@ def test_skin_without_dispersion_has_none_but_by_the_body_or_its_own_relaxation(
     # a leak slower than the skin's 21 Hz: below that the skin is a short and the gap has a little more
     slow = chain(gap_resistivity=1e9, skin=skin, resistance=0.0)
     assert maximum(slow) == pytest.approx(28.0, rel=2e-2)
-    force = mean_force(slow, phasors(slow, np.array([28.0, 1e6])), 100.0)
+    force = mean_force(slow, phasors(slow, np.array([28.0, 1e6])), amplitude=100.0)
     assert 1.0 < force[0] / force[1] < 1.08
 
 
@@ -112,7 +112,7 @@ def test_place_of_the_maximum_is_ill_conditioned_and_its_edge_is_not():
     """The 1963 set, 2e7 ohm m: above nine tenths from 300 Hz to 50 kHz, two decades and more."""
     scenario = chain(gap_resistivity=2e7, skin=named("1963 impedance"), resistance=0.0)
     frequency = np.geomspace(1, 1e6, 4001)
-    force = mean_force(scenario, phasors(scenario, frequency), 100.0)
+    force = mean_force(scenario, phasors(scenario, frequency), amplitude=100.0)
     flat = frequency[force > 0.9 * force.max()]
     assert flat[0] == pytest.approx(300.0, rel=2e-2)
     assert flat[-1] == pytest.approx(50e3, rel=2e-2)

@@ -69,7 +69,7 @@ def test_a_sine_sees_admittances_in_parallel(share, conductivity):
     film = axis * EPS0 * FILM_PERMITTIVITY / FILM
     field = VOLTAGE * film / (film + gap) / GAP
     expected = (1 - share) * AREA * EPS0 * np.abs(field) ** 2 / 4
-    found = mean_force(scenario, phasors(scenario, frequency), VOLTAGE)
+    found = mean_force(scenario, phasors(scenario, frequency), amplitude=VOLTAGE)
     np.testing.assert_allclose(found, expected, rtol=1e-12)
     section, _ = modes(scenario)
     amplitude = GapPlane().amplitudes(section)["E"].at(frequency)

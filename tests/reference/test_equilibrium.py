@@ -182,14 +182,16 @@ def test_states_of_an_averaged_attraction_are_those_of_a_dense_scan(spots):
         pressure = skin.modulus * log_uniform(random, 1e-5, 1e-2)
         free = float(skin.gap(np.asarray(pressure)))
         thickness = free * log_uniform(random, 1e-3, 1)
-        one_volt = RoughAttraction(1.0, thickness, skin, spots)
+        one_volt = RoughAttraction(voltage=1.0, electrical_thickness=thickness, surface=skin, spots=spots)
         low = one_volt.smallest_gap
         if low >= 0.8 * free:
             continue
         somewhere = random.uniform(low, free)
         missing = difference_of(skin, PlateAttraction(0.0, thickness), pressure, somewhere)
         voltage = float(np.sqrt(missing / one_volt.pressure(somewhere)))
-        attraction = RoughAttraction(voltage, thickness, skin, spots)
+        attraction = RoughAttraction(
+            voltage=voltage, electrical_thickness=thickness, surface=skin, spots=spots
+        )
         difference = functools.partial(difference_of, skin, attraction, pressure)
         expected = by_scan(difference, low, free * (1 + 1e-6), 150)
         found = balance(skin, attraction, pressure=pressure)

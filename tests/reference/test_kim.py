@@ -65,7 +65,9 @@ def test_the_attraction_is_that_of_any_other_finger(changes, frequency):
     # its waveform too: the current leads the charge by a quarter
     wave = 2 * expected * np.cos(2 * np.pi * np.arange(PHASES) / PHASES) ** 2
     assert np.max(np.abs(force - wave)) < EXACT * expected
-    over_frequency = mean_force(scenario, phasors(scenario, np.array([frequency])), np.sqrt(2) * 1e-3)
+    over_frequency = mean_force(
+        scenario, phasors(scenario, np.array([frequency])), amplitude=np.sqrt(2) * 1e-3
+    )
     assert abs(over_frequency[0] / expected - 1) < EXACT
 
 

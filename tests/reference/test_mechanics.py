@@ -139,14 +139,16 @@ def test_friction_that_lags_is_a_filter_of_the_force():
     """First-order friction response to a step of attraction: 1 - e^(-2 pi f_c t)."""
     cut_off, mu = 300.0, 0.4
     times = np.linspace(0.0, 5e-3, 101)
-    found = filtered(mu * first_order(cut_off), np.ones(101), times[1], settled=False)
+    found = filtered(mu * first_order(cut_off), np.ones(101), step=times[1], settled=False)
     assert found == pytest.approx(mu * -np.expm1(-2 * np.pi * cut_off * times), abs=1e-14)
 
 
 def test_sensor_of_the_published_closed_loop_rig():
     """4400 Hz at 0.44 (public code of Grigorii and Colgate): overshoot e^(-pi zeta/sqrt(1 - zeta^2)) = 21.4 %."""
     step = 1e-7
-    found = filtered(second_order(4400.0, 0.44), np.ones(5000), step, settled=False)
+    found = filtered(
+        second_order(natural_frequency=4400.0, damping_ratio=0.44), np.ones(5000), step=step, settled=False
+    )
     damped = 4400.0 * np.sqrt(1 - 0.44**2)
     assert found.max() - 1 == pytest.approx(np.exp(-np.pi * 0.44 / np.sqrt(1 - 0.44**2)), rel=1e-5)
     assert np.argmax(found) * step == pytest.approx(1 / (2 * damped), abs=step)

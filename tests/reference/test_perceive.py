@@ -45,7 +45,7 @@ def test_level_is_that_of_the_friction():
     plain = SINE.replace(
         {"stack.stratum_corneum.material": vardar_2017.first_order_skin(time_constant=7.7e-3)}
     )
-    mean = float(mean_force(plain, phasors(plain, np.array([30.0])), plain.drive.amplitude)[0])
+    mean = float(mean_force(plain, phasors(plain, np.array([30.0])), amplitude=plain.drive.amplitude)[0])
     found = perceive(plain, perception=ALONE)
     expected = 20 * math.log10(0.5 * mean * float(Pacinian().weight(60.0)))
     assert found.level == pytest.approx(expected, abs=1e-6)
@@ -132,13 +132,13 @@ def test_a_record_that_ends_elsewhere_gets_no_jump():
     """A decay after a jump: its Fourier integral is known, F/(rate + j w)."""
     span, count, rate = 0.5, 1 << 15, 40.0
     time = (np.arange(count) + 0.5) * span / count
-    found = lines(np.exp(-rate * time), span, before=0.0, signal="lateral_force", how="")
+    found = lines(np.exp(-rate * time), span=span, before=0.0, signal="lateral_force", how="")
     low = found.frequency < 1000
     expected = 2 / span / np.abs(rate + 2j * np.pi * found.frequency)
     # a sample is the middle of its step: w step/2 is 5e-2 at 1 kHz, its square 2e-3; 1e-9 of the decay is left
     np.testing.assert_allclose(found.amplitude[low], expected[low], rtol=2e-3)
     assert found.swing == pytest.approx(0.5, rel=1e-3)
-    wrapped = lines(np.exp(-rate * time / 40), span, before=0.0, signal="lateral_force", how="")
+    wrapped = lines(np.exp(-rate * time / 40), span=span, before=0.0, signal="lateral_force", how="")
     slow = 2 / span / np.abs(2j * np.pi * found.frequency)
     np.testing.assert_allclose(wrapped.amplitude[low][10:], slow[low][10:], rtol=0.5)
 
@@ -147,7 +147,7 @@ def test_a_period_gives_its_fourier_series():
     count, period = 1 << 10, 0.02
     phase = 2 * np.pi * (np.arange(count) + 0.5) / count
     values = 3.0 + 2e-3 * np.cos(phase) + 5e-4 * np.sin(7 * phase)
-    found = lines(values, period, before=float(values[-1]), signal="lateral_force", how="")
+    found = lines(values, span=period, before=float(values[-1]), signal="lateral_force", how="")
     assert found.frequency[[0, 6]] == pytest.approx([50.0, 350.0])
     assert found.amplitude[[0, 6]] == pytest.approx([2e-3, 5e-4], rel=1e-9)
     assert np.max(np.delete(found.amplitude, [0, 6])) < 1e-12

@@ -103,7 +103,7 @@ def test_law_over_frequency_is_the_formula(filling, spots):
     changes |= {"stack.stratum_corneum.material": filling} if filling else {}
     scenario = rough(changes, spots=spots.to_dict())
     frequency = np.geomspace(1.0, 1e6, 19)
-    force = mean_force(scenario, phasors(scenario, frequency), VOLTAGE)
+    force = mean_force(scenario, phasors(scenario, frequency), amplitude=VOLTAGE)
     np.testing.assert_allclose(force, formula(scenario, frequency, spots), rtol=OF_THE_LAW)
 
 
@@ -214,9 +214,9 @@ def test_series_resistance_is_that_of_the_layers_alone():
     )
     share = np.abs(phasors(with_body, frequency).voltage) ** 2
     assert share[-1] < 0.01
-    force = mean_force(with_body, phasors(with_body, frequency), VOLTAGE)
+    force = mean_force(with_body, phasors(with_body, frequency), amplitude=VOLTAGE)
     np.testing.assert_allclose(
-        force, share * mean_force(without, phasors(without, frequency), VOLTAGE), rtol=1e-12
+        force, share * mean_force(without, phasors(without, frequency), amplitude=VOLTAGE), rtol=1e-12
     )
     section, _ = modes(with_body)
     exact = with_body.force.amplitudes(phasors(with_body, frequency))

@@ -20,7 +20,7 @@ from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.transfer import Transfer
 
 TAU, LENGTH = 7.7e-3, 1e-2
-FOUNDING = Transfer(np.array([1 / TAU]), np.array([-1.0]), 1.0)
+FOUNDING = Transfer(rates=np.array([1 / TAU]), gains=np.array([-1.0]), direct=1.0)
 """tau s/(1 + tau s)."""
 
 
@@ -102,7 +102,7 @@ def test_a_speed_without_renewal_changes_nothing():
 def test_fresh_film_brings_its_charge():
     """Film that enters with the charge that cancels the voltage brings no effective voltage with it."""
     cancel = -FOUNDING.direct * 1.0
-    transfer = Transfer(FOUNDING.rates, FOUNDING.gains, 1.0, free=np.array([cancel]))
+    transfer = Transfer(rates=FOUNDING.rates, gains=FOUNDING.gains, direct=1.0, free=np.array([cancel]))
     renewal = Renewal.over(LENGTH)
     moving = Motion(speed=0.1, renews_film=True)
     time = np.array([0.0, 1.0])

@@ -228,12 +228,13 @@ def test_order_on_a_stick_slip_cycle():
 def test_order_is_lost_where_reversals_are_not_located(monkeypatch):
     exact = march_steps([STEPS[-1]])[0]
 
-    def rate(self, time, state, mode):
-        direction = -1 if self.skin.speed_over_plate(state, 0.0) < 0 else 1
-        return self.skin.rate(state, float(self.speed(time)), float(self.strength_of(time)), direction)
+    def rate(self, state, mode, *, time):
+        direction = -1 if self.skin.speed_over_plate(state, speed=0.0) < 0 else 1
+        speed, strength = float(self.speed(time)), float(self.strength_of(time))
+        return self.skin.rate(state, speed=speed, strength=strength, direction=direction)
 
     monkeypatch.setattr(Sliding, "rate", rate)
-    monkeypatch.setattr(Sliding, "switches", lambda *_: np.empty(0))
+    monkeypatch.setattr(Sliding, "switches", lambda *_, **__: np.empty(0))
     times, errors, steps = np.array([0.0, 0.05]), [], STEPS[:3]
     for step in steps:
         slide = sliding(
@@ -332,8 +333,8 @@ def test_a_wrong_heat_is_noticed(monkeypatch):
     """The balance fails where a law's heat is counted one percent too low."""
     honest = CompliantSlidingSkin.rate
 
-    def rate(self, now, speed, strength, direction):
-        return honest(self, now, speed, strength, direction) * [1, 1, 1, 1, 1, 0.99]
+    def rate(self, now, **at):
+        return honest(self, now, **at) * [1, 1, 1, 1, 1, 0.99]
 
     monkeypatch.setattr(CompliantSlidingSkin, "rate", rate)
     slide = sliding(

@@ -32,7 +32,7 @@ def test_a_map_of_coating_and_frequency_agrees_with_phasors():
     for place, thickness in enumerate(over["stack.insulator.thickness"]):
         case = scenario.replace({"stack.insulator.thickness": float(thickness)})
         section = phasors(case, over["drive.frequency"])
-        force = mean_force(case, section, 100.0)
+        force = mean_force(case, section, amplitude=100.0)
         current = 100.0 * np.abs(section.current_density) * case.contact_area
         at = found.isel({"stack.insulator.thickness": place})
         # what is left is the reduction to Debye terms; the error that the sweep states is that of an amplitude

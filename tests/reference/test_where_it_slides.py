@@ -231,8 +231,11 @@ def test_a_sensor_is_not_known_until_it_has_forgotten():
 
     times = np.linspace(0, 0.1, 10001)
     inside = ((times >= 0.02) & (times < 0.03)).astype(float)
-    for filter_, exact in ((first_order(50.0), True), (second_order(200.0, 0.2), False)):
-        answer = np.abs(filtered(filter_, inside, times[1], settled=False))
+    for filter_, exact in (
+        (first_order(50.0), True),
+        (second_order(natural_frequency=200.0, damping_ratio=0.2), False),
+    ):
+        answer = np.abs(filtered(filter_, inside, step=times[1], settled=False))
         weight = not_known(filter_, ((0.02, 0.03),), times)
         assert np.all(answer <= weight + 2e-3)
         if exact:

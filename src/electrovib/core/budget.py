@@ -206,7 +206,7 @@ class Meter:
         self._most = allowed().time / each
         self._listener = _LISTENER.get()
 
-    def count(self, now: float, steps: int = 1) -> None:
+    def count(self, now: float, *, steps: int = 1) -> None:
         """Count steps that have come to a time.
 
         Parameters

@@ -58,7 +58,7 @@ def read_lamps(text: str) -> list[Lamp]:
     return [Lamp(**{name: content[name] for name in known & set(content)}) for content in json.loads(text)]
 
 
-def against(name: str, value: float, limit: float, unit: str, *, what: str, why: str) -> Lamp:
+def against(name: str, *, value: float, limit: float, unit: str, what: str, why: str) -> Lamp:
     """Judge a value against a limit.
 
     Parameters

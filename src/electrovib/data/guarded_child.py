@@ -29,7 +29,7 @@ def main() -> None:
     function = getattr(importlib.import_module(module), name)
     for needed in (*request["needs"], "electrovib.data.columns.faults"):
         importlib.import_module(needed)
-    limit(request["memory"], request["processor_time"])
+    limit(memory=request["memory"], processor_time=request["processor_time"])
     answer(answers, function, request)
     answers.flush()
     os._exit(0)  # no clean-up of libraries that a damaged file may have upset
@@ -74,7 +74,7 @@ def write(answers: IO[bytes], message: dict[str, Any]) -> None:
     answers.write(struct.pack("<Q", len(raw)) + raw)
 
 
-def limit(memory: int, processor_time: float) -> None:
+def limit(*, memory: int, processor_time: float) -> None:
     """Limit memory and computing from here on, as far as the system can."""
     try:
         import resource

@@ -78,7 +78,7 @@ def maximum(scenario: Scenario) -> float | None:
         Hz; None if the mean force has no maximum inside 0.01 Hz to 2 MHz.
     """
     frequency = np.geomspace(_LOWEST, _HIGHEST, _SAMPLES)
-    force = mean_force(scenario, phasors(scenario, frequency), 100.0)
+    force = mean_force(scenario, phasors(scenario, frequency), amplitude=100.0)
     top = int(np.argmax(force))
     if top in (0, _SAMPLES - 1):
         return None

@@ -132,7 +132,7 @@ def rises_to(scenario: Scenario, *, share: float) -> float:
     float
         Lowest frequency between 0.01 Hz and 2 MHz at which the mean force has this share [Hz].
     """
-    force = mean_force(scenario, phasors(scenario, _BAND), 100.0)
+    force = mean_force(scenario, phasors(scenario, _BAND), amplitude=100.0)
     after = int(np.argmax(force >= share * force.max()))
     if after == 0:
         return float(_BAND[0])
@@ -190,7 +190,7 @@ def estimate(scenario: Scenario, *, frequency: float, voltage: float) -> tuple[f
 def estimate_against_law(*, frequency: float) -> float:
     """Force from the impedances over that of the law, at a frequency [Hz]."""
     scenario = scenarios()["chain"]
-    law = mean_force(scenario, phasors(scenario, np.array([frequency])), 100.0)
+    law = mean_force(scenario, phasors(scenario, np.array([frequency])), amplitude=100.0)
     return estimate(scenario, frequency=frequency, voltage=100.0)[1] / float(law[0])
 
 

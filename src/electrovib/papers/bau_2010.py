@@ -67,7 +67,7 @@ def force_change(*, ratio: float) -> float:
     """Change of the mean attraction [dB] when the amplitude of the sine is multiplied by a ratio [1]."""
     scenario = scenarios()["sine"]
     section = phasors(scenario, np.array([125.0]))
-    force = [float(mean_force(scenario, section, 100.0 * factor)[0]) for factor in (1.0, ratio)]
+    force = [float(mean_force(scenario, section, amplitude=100.0 * factor)[0]) for factor in (1.0, ratio)]
     return 20 * math.log10(force[1] / force[0])
 
 

@@ -47,8 +47,16 @@ def skins() -> dict[str, Skin]:
     """Give dry and wet whole skin."""
     note = "whole skin, not stratum corneum; values read in public code that quotes the paper's table"
     return {
-        "dry": Skin("Gabriel dry", DRY, "derived", CITATION, f"{note}: four files agree"),
-        "wet": Skin("Gabriel wet", WET, "derived", CITATION, f"{note}: one file only"),
+        "dry": Skin(
+            name="Gabriel dry",
+            material=DRY,
+            status="derived",
+            source=CITATION,
+            note=f"{note}: four files agree",
+        ),
+        "wet": Skin(
+            name="Gabriel wet", material=WET, status="derived", source=CITATION, note=f"{note}: one file only"
+        ),
     }
 
 

@@ -116,7 +116,7 @@ def mean_attraction(name: str, changes: dict[str, Any] | None = None) -> float:
     scenario = scenarios()[name].replace(changes or {})
     drive: Any = scenario.drive
     section = phasors(scenario, np.array([drive.frequency]))
-    return float(mean_force(scenario, section, drive.amplitude)[0])
+    return float(mean_force(scenario, section, amplitude=drive.amplitude)[0])
 
 
 def _derived(name: str, expect: float, current: float, frequency: float) -> Check:

@@ -131,7 +131,7 @@ def cut_off(skin: Material) -> float:
 def share_of_plateau(*, frequency: float) -> float:
     """Mean attraction of the first-order scenario at a frequency [Hz], over that at 1 GHz."""
     scenario = scenarios()["first_order"]
-    force = mean_force(scenario, phasors(scenario, np.array([frequency, 1e9])), 100.0)
+    force = mean_force(scenario, phasors(scenario, np.array([frequency, 1e9])), amplitude=100.0)
     return float(force[0] / force[1])
 
 
@@ -139,7 +139,7 @@ def voltage_exponent() -> float:
     """Slope of the logarithm of the mean attraction over that of the voltage, between 50 and 100 V."""
     scenario = scenarios()["first_order"]
     section = phasors(scenario, np.array([1000.0]))
-    force = [float(mean_force(scenario, section, voltage)[0]) for voltage in (50.0, 100.0)]
+    force = [float(mean_force(scenario, section, amplitude=voltage)[0]) for voltage in (50.0, 100.0)]
     return math.log2(force[1] / force[0])
 
 

@@ -62,7 +62,9 @@ def skins() -> dict[str, Skin]:
             name = f"palmar {who} {conductance * 1e6:.0f} uS"
             note = "alpha from the abstract; 6.9 nF at 100 Hz, 1 cm2 and 200 um assumed; G0 from skin conductance levels"
             material = palmar(exponent=exponent, conductance=conductance)
-            found[f"{word}_{who}"] = Skin(name, material, "derived", CITATION, note)
+            found[f"{word}_{who}"] = Skin(
+                name=name, material=material, status="derived", source=CITATION, note=note
+            )
     return found
 
 

@@ -54,7 +54,9 @@ def impedance(frequency: float) -> complex:
 def skins() -> dict[str, Skin]:
     """Give the one set."""
     note = "solved from three numbers of the abstract; 1 cm2 and 200 um assumed; site not known"
-    return {"skin": Skin("1963 impedance", material(), "derived", CITATION, note)}
+    return {
+        "skin": Skin(name="1963 impedance", material=material(), status="derived", source=CITATION, note=note)
+    }
 
 
 CHECKS = (

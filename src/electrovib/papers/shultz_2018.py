@@ -97,7 +97,9 @@ def sliding_over_rest(*, gap: float) -> tuple[float, float]:
     for name, changes in (("sliding", {"stack.gap.thickness": gap}), ("at_rest", {})):
         scenario = scenarios()[name].replace({**changes, "circuit.return_path.resistance": 0.0})
         section = phasors(scenario, at)
-        found.append((1 / abs(section.current_density[0]), float(mean_force(scenario, section, 100.0)[0])))
+        found.append(
+            (1 / abs(section.current_density[0]), float(mean_force(scenario, section, amplitude=100.0)[0]))
+        )
     (impedance, force), (impedance_at_rest, force_at_rest) = found
     return float(impedance / impedance_at_rest), force / force_at_rest
 

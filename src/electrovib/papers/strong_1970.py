@@ -106,7 +106,7 @@ def against_frequency(*, low: float, high: float) -> tuple[float, float]:
     """
     display = scenarios()["display"]
     section = phasors(display, np.array([low, high]))
-    force = mean_force(display, section, VOLTAGE)
+    force = mean_force(display, section, amplitude=VOLTAGE)
     current = np.abs(section.current_density)
     return float(force[1] / force[0]), float(current[1] / current[0])
 

@@ -23,7 +23,7 @@ _BODY = "1 kohm is the usual design value of a body (IEEE guide, second-hand)"
 _RESISTANCE = Quantity("ohm", 0, 1e12, "body", _BODY)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SeriesElement:
     """A resistance plus a capacitor with its leak: Z(s) = resistance + elastance/(s + rate).
 
@@ -82,7 +82,7 @@ class Grounded(ReturnPath):
 
     def element(self) -> SeriesElement:
         """Give the resistance."""
-        return SeriesElement(self.resistance)
+        return SeriesElement(resistance=self.resistance)
 
 
 class Floating(ReturnPath):
@@ -104,7 +104,9 @@ class Floating(ReturnPath):
     def element(self) -> SeriesElement:
         """Give the body's resistance and its leaking capacitor."""
         rate = 0.0 if self.leak is None else 1 / (self.leak * self.capacitance)
-        return SeriesElement(self.resistance, 1 / self.capacitance, rate, self.charge)
+        return SeriesElement(
+            resistance=self.resistance, elastance=1 / self.capacitance, rate=rate, charge=self.charge
+        )
 
 
 class SecondElectrode(ReturnPath):
@@ -125,7 +127,7 @@ class SecondElectrode(ReturnPath):
 
     def element(self) -> SeriesElement:
         """Give the resistance through the finger."""
-        return SeriesElement(self.resistance)
+        return SeriesElement(resistance=self.resistance)
 
     def second_contact(self, area: float) -> float:
         """Give first contact area over second."""

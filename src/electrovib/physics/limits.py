@@ -82,7 +82,9 @@ def limit_lamps(reached: Mapping[str, float], limits: Limits, *, amplified: bool
         for when, more in (("", ""), (SWITCH_ON, " in the jump at time 0")):
             if name + when in reached:
                 title, value = _title(name) + when, reached[name + when]
-                found.append(against(title, value, limit, quantity.unit, what=what + more, why=why))
+                found.append(
+                    against(title, value=value, limit=limit, unit=quantity.unit, what=what + more, why=why)
+                )
     return found
 
 

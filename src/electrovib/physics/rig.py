@@ -137,7 +137,7 @@ class Digitiser(Model):
         int, Field(ge=0, le=2**32 - 1, description="seed of the noise, a whole number of 32 bits")
     ]
 
-    def levels(self, force: ArrayLike, full_scale: float) -> NDArray[np.float64]:
+    def levels(self, force: ArrayLike, *, full_scale: float) -> NDArray[np.float64]:
         """Levels nearest to forces, as if there were no last one.
 
         Parameters
@@ -154,7 +154,7 @@ class Digitiser(Model):
         """
         return np.asarray(np.round(np.asarray(force, dtype=float) / full_scale * 2.0 ** (self.bits - 1)))
 
-    def reading(self, force: ArrayLike, full_scale: float) -> NDArray[np.float64]:
+    def reading(self, force: ArrayLike, *, full_scale: float) -> NDArray[np.float64]:
         """Force that is read: the nearest level, or the last one.
 
         Parameters
@@ -168,7 +168,9 @@ class Digitiser(Model):
             N.
         """
         half = 2.0 ** (self.bits - 1)
-        return np.asarray(np.clip(self.levels(force, full_scale), -half, half - 1) * (full_scale / half))
+        return np.asarray(
+            np.clip(self.levels(force, full_scale=full_scale), -half, half - 1) * (full_scale / half)
+        )
 
 
 class Rig(Model, family=True):

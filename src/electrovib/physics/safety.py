@@ -123,13 +123,15 @@ def film_lamp(
     """
     title, what = f"film strength, {name}", f"the field in '{name}'"
     if declared is not None:
-        return against(title, field, declared, "V/m", what=what, why="its declared breakdown field")
+        return against(
+            title, value=field, limit=declared, unit="V/m", what=what, why="its declared breakdown field"
+        )
     own = f"declare stack.{name}.breakdown_field for this film's own"
     low, high = POLYMER_FILM
     if _between(permittivity, POLYMER_PERMITTIVITY) and _between(thickness, POLYMER_THICKNESS):
         both = f"{low / 1e6:g} to {high / 1e6:g} MV/m"
         why = f"the lowest strength of polymer films of this kind ({both}: Kapton HN and PET, data sheets); {own}"
-        return against(title, field, low, "V/m", what=what, why=why)
+        return against(title, value=field, limit=low, unit="V/m", what=what, why=why)
     shown = format_quantity(field, "V/m", digits=3)
     text = (
         f"{what} reaches {shown}; no breakdown_field is declared and no range is known for such a film: {own}"
@@ -157,7 +159,7 @@ def skin_lamp(name: str, *, voltage: float) -> Lamp:
         Against the onset of electroporation.
     """
     what, why = f"the voltage across '{name}'", "up to there skin conducts in proportion"
-    return against(f"linear skin, {name}", voltage, LINEAR_SKIN, "V", what=what, why=why)
+    return against(f"linear skin, {name}", value=voltage, limit=LINEAR_SKIN, unit="V", what=what, why=why)
 
 
 def sweat_lamp(*, voltage: float, electrical_thickness: float) -> Lamp:
@@ -177,7 +179,9 @@ def sweat_lamp(*, voltage: float, electrical_thickness: float) -> Lamp:
     """
     limit = electrowetting_voltage(thickness=electrical_thickness, permittivity=1.0)
     why = "where sweat menisci saturate and a V^2 law fails"
-    return against("electrowetting", voltage, limit, "V", what="the voltage across the stack", why=why)
+    return against(
+        "electrowetting", value=voltage, limit=limit, unit="V", what="the voltage across the stack", why=why
+    )
 
 
 def air_lamps(*, field: float, gap: float) -> list[Lamp]:
@@ -220,7 +224,7 @@ def paschen_lamp(*, field: float, gap: float) -> Lamp:
         return Lamp("Paschen", "unknown", text)
     why = "where air breaks down by Paschen's law (its secondary emission is a recalled value)"
     what = f"the voltage across a gap of {format_quantity(gap, 'm', digits=3)}"
-    return against("Paschen", field * gap, paschen_voltage(gap=gap), "V", what=what, why=why)
+    return against("Paschen", value=field * gap, limit=paschen_voltage(gap=gap), unit="V", what=what, why=why)
 
 
 def emission_lamp(*, field: float, vanishing: bool = False) -> Lamp:
@@ -240,7 +244,7 @@ def emission_lamp(*, field: float, vanishing: bool = False) -> Lamp:
     """
     why = "where micro-gaps break down by field emission (recalled value)"
     what = "the field of a vanishing gap" if vanishing else "the gap field"
-    return against("field emission", field, FIELD_EMISSION, "V/m", what=what, why=why)
+    return against("field emission", value=field, limit=FIELD_EMISSION, unit="V/m", what=what, why=why)
 
 
 def peak(values: NDArray[np.float64]) -> float:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from electrovib.physics.material import Material
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Skin:
     """Electrical values of stratum corneum, or of what stands in for it.
 

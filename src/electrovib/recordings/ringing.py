@@ -207,7 +207,9 @@ def ringing(
     )
     early, late = _decays(since, measured, extrema, period)
     uncertainty = with_change(uncertainty, (early, late))
-    words = words_about(best, uncertainty, interval, without, extrema, (early, late))
+    words = words_about(
+        best, uncertainty, falls=interval, without=without, extrema=extrema, decays=(early, late)
+    )
     words += about_the_record(readback if enabled is None else None, missing)
     return Ringing(
         drive_end=end,

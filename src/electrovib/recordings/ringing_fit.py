@@ -101,9 +101,9 @@ def resonant_release(*, stamps: NDArray[np.float64], force: NDArray[np.float64],
 def refined(
     stamps: NDArray[np.float64],
     force: NDArray[np.float64],
-    window: float,
     begin: Release,
     *,
+    window: float,
     fall_time: float | None = None,
 ) -> Release:
     """Fit the same release to other samples or with a fall time that is given.

@@ -86,7 +86,7 @@ def uncertainties(
     later = []
     for share in _LATER_STARTS:
         kept = (stamps < 0) | (stamps > best.delay + share / best.frequency)
-        later.append(refined(stamps[kept], force[kept], window, best))
+        later.append(refined(stamps[kept], force[kept], best, window=window))
     step = float(np.median(np.diff(stamps)))
     found = {}
     for place, name in enumerate(JUDGED):
@@ -167,7 +167,7 @@ def _falls(
     least = float(best.residual @ best.residual)
 
     def excess(fall: float) -> float:
-        residual = refined(stamps, force, window, best, fall_time=fall).residual
+        residual = refined(stamps, force, best, window=window, fall_time=fall).residual
         return float(residual @ residual) - least
 
     tried = [part / best.frequency for part in _FALLS if part / best.frequency < window / 2]
@@ -175,7 +175,9 @@ def _falls(
     longer = [fall for fall in tried if fall > best.fall_time]
     lowest = _end(best.fall_time, [*shorter, float(np.median(np.diff(stamps))) / 10], excess, allowed) or 0.0
     highest = _end(best.fall_time, longer, excess, allowed) or window / 2
-    ends = [refined(stamps, force, window, best, fall_time=fall) for fall in (lowest, highest) if fall > 0]
+    ends = [
+        refined(stamps, force, best, window=window, fall_time=fall) for fall in (lowest, highest) if fall > 0
+    ]
     return ends, (lowest, highest)
 
 

@@ -34,6 +34,7 @@ _CALLED = {
 def words_about(
     best: Release,
     uncertainty: Mapping[str, Uncertainty],
+    *,
     falls: tuple[float, float],
     without: float,
     extrema: Sequence[Extremum],

@@ -74,7 +74,13 @@ class Zero:
 
 
 def zeros_beside(recording: Recording, contact: Touch, window: Span) -> dict[str, Zero]:
-    """Take the zeros before and after from the unloaded samples nearest to the contact."""
+    """Take the zeros before and after from the unloaded samples nearest to the contact.
+
+    Raises
+    ------
+    InputError
+        If no stretch free of load beside the contact is long enough.
+    """
     longest = window[1] - window[0]
     found = {}
     if contact.before is not None:

@@ -256,8 +256,6 @@ def _asked(
     wanted: Callable[[Scenario, ModalSection], dict[Key, Transfer]],
 ) -> Solution:
     """Ask a solver, and name the drive and the interface beside what it found."""
-    if _is_settled(scenario):
-        refuse_unrepeated(scenario.drive)
     solver.refuse(scenario)
     question = Question(
         scenario=scenario, section=section, times=times, wanted=functools.partial(wanted, scenario)

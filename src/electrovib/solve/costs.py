@@ -6,7 +6,8 @@ them again.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,7 +40,8 @@ SHORTER: Final = "choose a shorter time.duration, a slower drive or one with few
 NUMBERS_AT_STEP: Final = 14
 
 
-class March(NamedTuple):
+@dataclass(frozen=True, kw_only=True)
+class March:
     """What a solver that goes from step to step needs.
 
     Parameters

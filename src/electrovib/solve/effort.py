@@ -107,7 +107,7 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
     samples = grid.count(drive) if times is None else len(times)
     end = last_time(scenario, times)
     corners = drive.count_corners(end)
-    looks = count_looks(drive, end, settled=_settled(scenario))
+    looks = count_looks(drive, end=end, settled=_settled(scenario))
     time = samples * (SAMPLE + SAMPLE_OF_MODE * _modes(scenario))
     time += samples * AMPLITUDE_OF_MODE * _modes_of_law(scenario)
     time += looks * (SAMPLE + SAMPLE_OF_MODE * _modes(scenario))

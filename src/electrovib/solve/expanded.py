@@ -20,16 +20,19 @@ from electrovib.solve.mechanics.answer import Mechanics
 from electrovib.solve.mechanics.mechanical import mechanical, refuse_unsolved_mechanics
 from electrovib.solve.stack.band import run_band
 from electrovib.solve.stack.expand import modes, phasors
+from electrovib.solve.stack.reduce import reduction_band
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Mapping
 
     from electrovib.core.arrays import Real
     from electrovib.core.lamps import Lamp
     from electrovib.physics.force import ForceLaw
     from electrovib.scenario import Scenario
+    from electrovib.solve.diagnostics.judged import Judged
     from electrovib.solve.diagnostics.peaks import PeakRecord
     from electrovib.solve.electrics.solution import Solution
+    from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection, PhasorSection
 
 
@@ -112,7 +115,7 @@ class Expanded:
     ) -> None:
         refuse_unsolved(scenario)
         if mechanics and not (before and _share(scenario, before.scenario, OF_MECHANICS)):
-            refuse_unsolved_mechanics(scenario, last_time(scenario, times))
+            refuse_unsolved_mechanics(scenario, end=last_time(scenario, times))
         if before is None or not _as_long(scenario, before.scenario):
             refuse_large(scenario, times)
         self.scenario: Scenario = scenario
@@ -146,8 +149,12 @@ class Expanded:
             _share(scenario, own, OF_STACK)
             and scenario.contact_area == own.contact_area
             and scenario.drive.quantity == own.drive.quantity
-            and (not self.reduction_error or run_band(scenario, times) == run_band(own, self.times))
+            and (not self.reduction_error or _band(scenario, times) == self._band)
         )
+
+    @functools.cached_property
+    def _band(self) -> tuple[float, float]:
+        return _band(self.scenario, self.times)
 
     @functools.cached_property
     def declared(self) -> PhasorSection:
@@ -225,12 +232,9 @@ class Expanded:
         """
         scenario, known = self.scenario, known_band(self.scenario)
         seen = self._seen(record)
-        errors, stated = {}, {"reduction_error": self.reduction_error}
+        errors: dict[Key, Judged] = {}
         if self.reduction_error:
             errors = answer_errors(scenario, self.section, seen.solution, seen.times, known=known)
-        if scenario.force.causal:
-            over_frequency = _transfer_error(scenario.force, self.section, self.declared, known)
-            stated["transfer_error"] = max(over_frequency, worst_of(errors))
         peaks = record.peaks or watched(scenario, self.section, record.times, record.solution)
         spoken = [
             *diagnostics(scenario, self.section, peaks, record.times, record.signals),
@@ -238,7 +242,29 @@ class Expanded:
             *record.lamps,
             *scenario.force.lamps_over_frequency(self.declared),
         ]
-        return spoken, stated
+        return spoken, self.stated(errors)
+
+    def stated(self, errors: Mapping[Key, Judged]) -> dict[str, float]:
+        """Name the errors that a Trace states.
+
+        Parameters
+        ----------
+        errors : mapping of Key to Judged
+            Of an answer in time, from `answer_errors`.
+
+        Returns
+        -------
+        dict of str to float
+            ``reduction_error``, and of a law with a response in time ``transfer_error``; relative.
+        """
+        found = {"reduction_error": self.reduction_error}
+        if self.scenario.force.causal:
+            found["transfer_error"] = max(self._transfer_error, worst_of(errors))
+        return found
+
+    @functools.cached_property
+    def _transfer_error(self) -> float:
+        return _transfer_error(self.scenario.force, self.section, self.declared, known_band(self.scenario))
 
     def _seen(self, record: Record) -> Record:
         """Give what of a record is judged: no times nearer to a corner than those the materials were reduced for."""
@@ -262,6 +288,12 @@ class Expanded:
             lamps=[],
             peaks=None,
         )
+
+
+def _band(scenario: Scenario, times: Real) -> tuple[float, float]:
+    """Band over which materials are reduced [Hz]: runs that differ little share it."""
+    low, high = run_band(scenario, times)
+    return reduction_band(low=low, high=high)
 
 
 def _share(one: Scenario, other: Scenario, parts: tuple[str, ...]) -> bool:

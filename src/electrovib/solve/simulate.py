@@ -159,7 +159,10 @@ def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any
     gains = np.array([state.field * state.thickness for state in layers])
     permittivities = np.array([state.material.complex_permittivity(section.frequency) for state in layers])
     variables["field_gain"] = (("layer", "frequency"), gains)
-    variables["mean_force"] = (("frequency",), mean_force(scenario, section, scenario.drive.largest()))
+    variables["mean_force"] = (
+        ("frequency",),
+        mean_force(scenario, section, amplitude=scenario.drive.largest()),
+    )
     variables["impedance"] = (("frequency",), 1 / (plate.current_density * area))
     variables["permittivity"] = (("layer", "frequency"), permittivities)
     return variables

@@ -57,7 +57,7 @@ class Lines:
     how: str
 
 
-def lines(values: Real, span: float, *, before: float, signal: str, how: str) -> Lines:
+def lines(values: Real, *, span: float, before: float, signal: str, how: str) -> Lines:
     """Spectrum of a record at even times.
 
     Parameters
@@ -139,7 +139,7 @@ def force_lines(scenario: Scenario, *, window: float, samples: int) -> tuple[Lin
     if np.any(np.isnan(force)):
         return _late(scenario, window, samples)
     how = f"one period of {period:.4g} s in the steady state"
-    return (lines(force, period, before=float(force[-1]), signal="lateral_force", how=how),)
+    return (lines(force, span=period, before=float(force[-1]), signal="lateral_force", how=how),)
 
 
 def _middles(count: int, step: float) -> Real:
@@ -189,7 +189,7 @@ def _windows(
         previous = float(part[0]) if math.isnan(previous) else previous
         span = len(part) * step
         how = f"{what}, window of {span:.4g} s from {first * step:.4g} s on"
-        found.append(lines(part, span, before=previous, signal=signal, how=how))
+        found.append(lines(part, span=span, before=previous, signal=signal, how=how))
     if not found:
         raise InputError(
             f"motion.programme: in every window of the {signal.replace('_', ' ')} the finger rests at times, where friction"
@@ -213,7 +213,7 @@ def _late(scenario: Scenario, window: float, samples: int) -> tuple[Lines, ...]:
             " a programme that slides for longer, or a finger, whose spring tells the friction at rest"
         )
     how = f"{repeats} period(s) of {period:.4g} s from rest, after as many that are left out; not known to have settled"
-    return (lines(force[count:], span, before=float(force[count - 1]), signal="lateral_force", how=how),)
+    return (lines(force[count:], span=span, before=float(force[count - 1]), signal="lateral_force", how=how),)
 
 
 def measured_lines(trace: xarray.Dataset, *, window: float) -> tuple[Lines, ...]:

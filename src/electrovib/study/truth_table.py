@@ -46,7 +46,7 @@ class PlateStack:
         """Refuse an unknown status."""
         assert self.status in STATUSES
 
-    def scenario(self, law: str, gap: float = 0.0) -> Scenario:
+    def scenario(self, law: str, *, gap: float = 0.0) -> Scenario:
         """Build the scenario of one cell: nothing conducts, 1 cm2, grounded without resistance.
 
         Parameters
@@ -155,11 +155,11 @@ def cell(stack: PlateStack, law: str, *, gap: float = 0.0) -> float:
     float
         N.
     """
-    return static_force(stack.scenario(law, gap), voltage=stack.voltage)
+    return static_force(stack.scenario(law, gap=gap), voltage=stack.voltage)
 
 
 def _cell(stack: PlateStack, law: str, gap: float = 0.0) -> str:
     force = cell(stack, law, gap=gap)
     shown = format_quantity(force, "N", digits=4)
-    broken = law == "GapPlane" and air_breaks_down(stack.scenario(law, gap), voltage=stack.voltage)
+    broken = law == "GapPlane" and air_breaks_down(stack.scenario(law, gap=gap), voltage=stack.voltage)
     return f"{shown} (beyond breakdown)" if broken else shown

@@ -82,7 +82,7 @@ def parameter_rows(
     for label, scenario in scenarios.items():
         for path, value, quantity in scenario.parameters():
             shown = swept.get(label, {}).get(path) or pretty_quantity(value, quantity.unit, digits=6)
-            source = "swept" if path in swept.get(label, {}) else source_of(scenario, path, value)
+            source = "swept" if path in swept.get(label, {}) else source_of(scenario, path, value=value)
             found.setdefault(path, {})[label] = (shown, source)
             meanings.setdefault(path, quantity.doc)
     rows = _model_choices(scenarios)
@@ -109,7 +109,7 @@ def _model_choices(scenarios: Mapping[str, Scenario]) -> list[ParameterRow]:
     return [row for row in rows if row.differs]
 
 
-def source_of(scenario: Scenario, path: str, value: float | None) -> str:
+def source_of(scenario: Scenario, path: str, *, value: float | None) -> str:
     """Say where a value is from: what the file says of it or of its table, else whether it is the default."""
     parts = path.split(".")
     for length in range(len(parts), 0, -1):

@@ -22,7 +22,7 @@ def test_gap_and_force_come_back_whatever_leaks(gap, decade, frequency):
         {"stack.gap.thickness": gap, "stack.gap.material.conductivity": 10**-decade}
     )
     found, force = aliabbasi_2024.estimate(scenario, frequency=frequency, voltage=100.0)
-    law = float(mean_force(scenario, phasors(scenario, np.array([frequency])), 100.0)[0])
+    law = float(mean_force(scenario, phasors(scenario, np.array([frequency])), amplitude=100.0)[0])
     # the gap's reactance is what is left of sums up to 1e4 times larger, and a part of the leak of 1e-5 at the least
     assert found / gap == pytest.approx(1.0, rel=1e-6)
     assert force / law == pytest.approx(1.0, rel=1e-6)

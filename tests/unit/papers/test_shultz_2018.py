@@ -43,7 +43,7 @@ def test_limits_of_the_gap_plane(gap):
     scenario = shultz_2018.scenarios()["sliding"].replace(
         {"stack.gap.thickness": gap, "circuit.return_path.resistance": 0.0}
     )
-    force = float(mean_force(scenario, phasors(scenario, np.array([1e5])), 100.0)[0])
+    force = float(mean_force(scenario, phasors(scenario, np.array([1e5])), amplitude=100.0)[0])
     thickness = shultz_2018.electrical_thickness() if gap < 1e-6 else gap
     # 1 nm of gap is 2.6e-3 of K, K is 4e-4 of 1 mm; both twice in the square
     assert force / (eps0 * 1e-4 * 100.0**2 / (4 * thickness**2)) == pytest.approx(1.0, rel=6e-3)

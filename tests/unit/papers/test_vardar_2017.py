@@ -34,7 +34,7 @@ def test_level_of_a_sine_is_one_harmonic():
     from electrovib.solve.electrics.attraction import mean_force
     from electrovib.solve.stack.expand import phasors
 
-    mean = float(mean_force(sine, phasors(sine, np.array([30.0])), 100.0)[0])
+    mean = float(mean_force(sine, phasors(sine, np.array([30.0])), amplitude=100.0)[0])
     expected = mean * float(vardar_2017.weight(np.array(60.0)))
     assert vardar_2017.felt_level(sine) / expected == pytest.approx(1.0, rel=1e-6)
 

@@ -56,8 +56,8 @@ def test_levels():
     force = np.array([0.0, 0.0079, -0.0079, 0.0077, 1.99, 1.9999, 7.0, -2.0, -2.0079, -7.0])
     step = 2 / 128
     expected = np.array([0, step, -step, 0, 127 * step, 127 * step, 127 * step, -2, -2, -2])
-    assert digitiser.reading(force, 2.0).tolist() == expected.tolist()
-    clipped = digitiser.levels(force, 2.0) * step != digitiser.reading(force, 2.0)
+    assert digitiser.reading(force, full_scale=2.0).tolist() == expected.tolist()
+    clipped = digitiser.levels(force, full_scale=2.0) * step != digitiser.reading(force, full_scale=2.0)
     assert clipped.tolist() == [False] * 5 + [True, True, False, True, True]
 
 
@@ -65,9 +65,9 @@ def test_levels():
 def test_a_reading_is_half_a_level_off_unless_clipped(force, bits):
     digitiser = Digitiser(sampling_rate=1.0, bits=bits, normal_range=2.0, lateral_range=1.0, seed=0)
     level = 4.0 / 2**bits
-    reading = digitiser.reading(force, 2.0)
+    reading = digitiser.reading(force, full_scale=2.0)
     off = abs(reading - force)
-    if reading == digitiser.levels(force, 2.0) * level:
+    if reading == digitiser.levels(force, full_scale=2.0) * level:
         assert off <= level / 2 * (1 + 1e-9)
     else:
         assert off > level / 2 * (1 - 1e-9)

@@ -67,7 +67,8 @@ def test_a_space_is_read_in_the_units_of_its_parameters_and_feeds_a_prepared_sce
 
 def test_relations_are_told_apart():
     found = space(relations=[f"{SKIN} < {FILM}"])
-    assert list(found.allowed({FILM: np.array([1.0, 3.0]), SKIN: np.array([2.0, 2.0])})) == [False, True]
+    values = {FILM: np.array([1.0, 2.0, 3.0]), SKIN: np.array([2.0, 2.0, 2.0])}
+    assert list(found.allowed(values)) == [False, False, True]
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,11 @@ OSCILLATING = {
     "chirp": {"model": "Chirp", "amplitude": 90, "first": 20, "last": 200, "length": 25e-3},
     "both": {"model": "Sum", "drives": [SINE, {"model": "Square", "high": 30, "low": -20, "frequency": 50}]},
 }
-ELEMENTS = {"bare": SeriesElement(), "body": SeriesElement(1e3), "floating": SeriesElement(1e5, 1e10, 5.0)}
+ELEMENTS = {
+    "bare": SeriesElement(),
+    "body": SeriesElement(resistance=1e3),
+    "floating": SeriesElement(resistance=1e5, elastance=1e10, rate=5.0),
+}
 LIMITED = {
     "current": {"gain": 3.0, "source_current": 1e-6, "sink_current": 0.4e-6},
     "current and stray": {
@@ -285,7 +289,7 @@ def test_edges_are_equal_where_source_and_sink_are():
 def test_behind_a_resistance_the_plate_jumps_as_far_as_the_current_allows():
     """v = R I + I t/C at once where no stray capacitance holds it."""
     resistance, current = 1e6, 100e-6
-    wanted, _ = transfers(film_alone(), SeriesElement(resistance))
+    wanted, _ = transfers(film_alone(), SeriesElement(resistance=resistance))
     times = np.linspace(0, 1e-4, 11)
     drive = read_model(Drive, {"model": "Step", "level": 1000.0})
     answer = amplified_response(wanted, drive, times, amplifier=Amplifier(source_current=current))
@@ -388,7 +392,11 @@ def test_a_current_that_has_just_left_its_limit_may_be_beyond_it_by_rounding():
     plate = limited.LimitedPlate(wanted, amplifier, read_model(Drive, SINE), 1.0)
     lag = 1e-6 / (FILM * 2 * np.pi * 100)  # of the plate behind its aim, at the largest current
     for beyond, slack in ((1e-8, 2e-14), (-1e-8, 0.0), (1e-3, 0.0)):
-        span = plate.left(plate.span(0.0, 0, 0, -lag * (1 + beyond), np.zeros(len(plate.rates))))
+        span = plate.left(
+            plate.span(
+                start=0.0, mode=0, held=0, voltage=-lag * (1 + beyond), states=np.zeros(len(plate.rates))
+            )
+        )
         assert span.slack == pytest.approx(slack, rel=1e-3, abs=0)
 
 
@@ -410,7 +418,7 @@ def test_a_sine_behind_a_limit_needs_as_many_steps_as_it_has_changes(monkeypatch
     calls = []
     begun = limited.LimitedPlate.span
     monkeypatch.setattr(
-        limited.LimitedPlate, "span", lambda self, *given: calls.append(given) or begun(self, *given)
+        limited.LimitedPlate, "span", lambda self, **given: calls.append(given) or begun(self, **given)
     )
     drive = {"drive": {"model": "Sine", "amplitude": 100.0, "frequency": 777.0}, "time.duration": 4e-3}
     trace = ev.simulate(GAP.replace(drive | {"circuit.amplifier": {"gain": 1.0, "source_current": 2e-6}}))
@@ -439,11 +447,33 @@ def test_a_charge_that_fades_as_fast_as_a_mode_is_the_limit_of_one_that_nearly_d
     rates, conductances = np.array([10.0, 300.0]), np.array([1e-6, 2e-6])
 
     def course(free_rate):
-        network = Network(rates, conductances, 1e-7, 1e-9, 1e-9, np.array([free_rate]), np.array([1e-3]))
-        slewed = network.slewed(1e-5, 2.0, np.array([1.0, 0.5]), 0.01, network.modes())
+        network = Network(
+            rates=rates,
+            conductances=conductances,
+            static=1e-7,
+            capacitance=1e-9,
+            stray=1e-9,
+            free_rates=np.array([free_rate]),
+            free=np.array([1e-3]),
+        )
+        slewed = network.slewed(
+            current=1e-5, voltage=2.0, states=np.array([1.0, 0.5]), time=0.01, modes=network.modes()
+        )
         return slewed.voltage(np.linspace(0, 0.1, 50))
 
-    for mode in Network(rates, conductances, 1e-7, 1e-9, 1e-9, np.zeros(0), np.zeros(0)).modes().rates:
+    for mode in (
+        Network(
+            rates=rates,
+            conductances=conductances,
+            static=1e-7,
+            capacitance=1e-9,
+            stray=1e-9,
+            free_rates=np.zeros(0),
+            free=np.zeros(0),
+        )
+        .modes()
+        .rates
+    ):
         found = course(mode)
         for share in (1 + 1e-5, 1 - 1e-5):
             assert found == pytest.approx(course(mode * share), abs=2e-5 * np.max(np.abs(found)))

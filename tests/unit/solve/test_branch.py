@@ -52,7 +52,7 @@ def answers(conductivity=0.0, element=SeriesElement()):  # noqa: B008
 )
 def test_the_scalar_equation_is_solved(known, weight, name):
     leak = LEAKS[name]
-    field = field_under_leak(leak, known, weight)
+    field = field_under_leak(leak, known=known, weight=weight)
     drop = weight * float(leak.current_density(field))
     assert min(0.0, known) <= field <= max(0.0, known)
     slope = 1 + weight * float(leak.slope(field))
@@ -62,8 +62,8 @@ def test_the_scalar_equation_is_solved(known, weight, name):
 
 @pytest.mark.parametrize("name", LEAKS)
 def test_no_weight_is_no_leak(name):
-    assert field_under_leak(LEAKS[name], 3.0, 0.0) == 3.0
-    assert field_under_leak(LEAKS[name], 0.0, 1e9) == 0.0
+    assert field_under_leak(LEAKS[name], known=3.0, weight=0.0) == 3.0
+    assert field_under_leak(LEAKS[name], known=0.0, weight=1e9) == 0.0
 
 
 def orders(errors):
@@ -116,7 +116,10 @@ def test_a_jump_keeps_the_order():
     assert orders(errors) == pytest.approx(2, abs=0.1)
 
 
-@pytest.mark.parametrize("element", [SeriesElement(), SeriesElement(1e3), SeriesElement(1e5, 1e10, 5.0)])
+@pytest.mark.parametrize(
+    "element",
+    [SeriesElement(), SeriesElement(resistance=1e3), SeriesElement(resistance=1e5, elastance=1e10, rate=5.0)],
+)
 @pytest.mark.parametrize(
     "drive", [RAMPS, {"model": "Square", "high": 50, "low": -20, "frequency": 50}], ids=["ramps", "square"]
 )

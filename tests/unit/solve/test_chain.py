@@ -22,8 +22,8 @@ from electrovib.solve.mechanics.filters import (
 
 OMEGA = 2 * np.pi * 120.0
 FILTERS = {
-    "sensor": second_order(900.0, 0.3),
-    "stiff": second_order(2e6, 0.7),
+    "sensor": second_order(natural_frequency=900.0, damping_ratio=0.3),
+    "stiff": second_order(natural_frequency=2e6, damping_ratio=0.7),
     "lag": cascade(first_order(50.0), high_pass(0.2)),
     **finger_filters(MassSpringDamper(mass=1.5e-4, stiffness=1e3, damping=1.0)),
 }
@@ -200,7 +200,7 @@ def test_samples_are_followed_exactly(held):
     found = measured(RIG, EVEN, samples, samples, held=held)
     assert found.error == 0.0
     for name, stages in (("normal", RIG.normal_stages()), ("lateral", RIG.lateral_stages())):
-        expected = filtered(of_stages(stages), samples, EVEN[1], settled=math.isinf(held))
+        expected = filtered(of_stages(stages), samples, step=EVEN[1], settled=math.isinf(held))
         assert found.signals[f"{name}_force_measured"] == pytest.approx(expected, abs=1e-11)
 
 

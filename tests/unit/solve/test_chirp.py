@@ -117,7 +117,9 @@ def test_a_chirp_as_a_current_and_an_unknown_formula():
     assert isinstance(part, Chirped)
     assert part.bound() == pytest.approx(3e-3)
     time = np.linspace(0, 0.06, 41)
-    wanted = {"x": Transfer(np.array([5.0, 700.0]), np.array([1.0, -0.3]), 0.2, 1e-4)}
+    wanted = {
+        "x": Transfer(rates=np.array([5.0, 700.0]), gains=np.array([1.0, -0.3]), direct=0.2, slope=1e-4)
+    }
     (plain,) = read_model(Drive, table).parts()
     unknown = Smooth(plain.formula, plain.derivative, plain.start, plain.stop, plain.highest_frequency)
     marched = wanted["x"].gains @ smooth_states(unknown, wanted["x"].rates, time)

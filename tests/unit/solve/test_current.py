@@ -22,7 +22,7 @@ EPS0 = 8.8541878128e-12
 AREA = 1e-4
 EXACT = 1e-12
 """Relative to the largest: closed forms and modes differ by the rounding of a dozen operations."""
-INTEGRATOR = Transfer(np.array([INTEGRATING]), np.array([1 / INTEGRATING]))
+INTEGRATOR = Transfer(rates=np.array([INTEGRATING]), gains=np.array([1 / INTEGRATING]))
 """1/s: its response is the charge."""
 
 
@@ -123,7 +123,7 @@ def test_a_settled_mean_current_into_a_blocking_layer_is_refused(command):
     drive = amplifier(**command)
     with pytest.raises(InputError, match="mean of"):
         charge(drive, np.linspace(0, 0.1, 11), settled=True)
-    leaky = Transfer(np.array([50.0]), np.array([1.0]))
+    leaky = Transfer(rates=np.array([50.0]), gains=np.array([1.0]))
     found = transient({"field": leaky}, drive, np.linspace(0, 0.1, 11), settled=True)["field"]
     assert np.all(np.isfinite(found))  # what conducts has a periodic state
 
@@ -146,7 +146,7 @@ DEBYE = {
 def test_modes_are_phasors_per_ampere():
     layers, debye = layers_of(**{"stack.stratum_corneum.material": DEBYE})
     frequency = np.geomspace(0.1, 1e6, 40)
-    element = SeriesElement(1e4, 1 / 150e-12, 3.0)
+    element = SeriesElement(resistance=1e4, elastance=1 / 150e-12, rate=3.0)
     exact = per_ampere(
         phasor_section(layers, area=AREA, element=element, second=0.3, frequency=frequency), area=AREA
     )
@@ -184,7 +184,7 @@ def test_the_amplifier_gives_what_stack_body_and_resistor_take():
         Drive, {"model": "CurrentSine", "amplitude": 1e-3, "frequency": 1e3, "phase": np.pi / 2}
     )
     time = np.linspace(0, 3e-3, 301)
-    element = SeriesElement(2e3, 1 / 100e-12, 0.0)
+    element = SeriesElement(resistance=2e3, elastance=1 / 100e-12, rate=0.0)
     stack = np.full(301, 5.0)
     found = drive_voltage(stack, drive, time, element=element, second=0.5, settled=False)
     angular = 2 * np.pi * 1e3
@@ -193,7 +193,7 @@ def test_the_amplifier_gives_what_stack_body_and_resistor_take():
 
 
 def test_the_voltage_of_a_charged_body_counts_and_leaks_away():
-    element = SeriesElement(1e4, 1 / 150e-12, 3.0)
+    element = SeriesElement(resistance=1e4, elastance=1 / 150e-12, rate=3.0)
     silent = read_model(Drive, {"model": "CurrentSine", "amplitude": 0, "frequency": 1e3})
     time = np.linspace(0, 0.5, 11)
     given = {"element": element, "second": 0.0, "settled": False}

@@ -186,8 +186,8 @@ def test_looks_are_counted_without_being_chosen(table, end):
     """Never fewer than there are, and less than ten times as many."""
     drive = read_model(Drive, table)
     for settled in (False, True)[: 1 + (drive.period is not None)]:
-        chosen = len(looks(drive, end, settled=settled))
-        assert chosen <= count_looks(drive, end, settled=settled) <= 10 * chosen
+        chosen = len(looks(drive, end=end, settled=settled))
+        assert chosen <= count_looks(drive, end=end, settled=settled) <= 10 * chosen
 
 
 @pytest.mark.parametrize("table", DRIVES)

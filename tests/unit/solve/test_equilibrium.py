@@ -30,11 +30,11 @@ def stress(x, *, size=4.0):
 
 def test_a_fold_is_reported_once():
     """2 - x = 4/(1 + x)^2 touches at x = 1, in exact numbers."""
-    (found,) = crossings(line, stress, 0.0, 2.0)
+    (found,) = crossings(line, stress, low=0.0, high=2.0)
     assert found.fold
     assert found.place == pytest.approx(1.0, abs=2e-7)  # the root of rounding
-    assert crossings(line, lambda x: stress(x, size=4.0 + 1e-9), 0.0, 2.0) == ()
-    near = crossings(line, lambda x: stress(x, size=4.0 - 1e-9), 0.0, 2.0)
+    assert crossings(line, lambda x: stress(x, size=4.0 + 1e-9), low=0.0, high=2.0) == ()
+    near = crossings(line, lambda x: stress(x, size=4.0 - 1e-9), low=0.0, high=2.0)
     assert [part.fold for part in near] == [False, False]
     # to second order 3/4 (x - 1)^2 = 1e-9/4
     assert near[1].place - near[0].place == pytest.approx(2 * np.sqrt(1e-9 / 3), rel=1e-3)
@@ -43,16 +43,18 @@ def test_a_fold_is_reported_once():
 def test_crossings_at_ends_and_halves_are_found_once():
     curve = (lambda x: ((x - 4) ** 2, 2 * (x - 4)), lambda x: (10 - 4 * x, -4.0))
     # x^2 - 4 x + 6 has none; shifted, both at binary places of the range
-    assert crossings(*curve, 0.0, 4.0) == ()
+    assert crossings(*curve, low=0.0, high=4.0) == ()
     shifted = (curve[0], lambda x: (13 - 4 * x, -4.0))  # x^2 - 4 x + 3: 1 and 3
-    assert [part.place for part in crossings(*shifted, 0.0, 4.0)] == pytest.approx([1, 3], abs=1e-14)
-    assert [part.place for part in crossings(*shifted, 1.0, 3.0)] == [1, 3]
-    assert [part.place for part in crossings(*shifted, 0.0, 4.0, parts=8)] == pytest.approx([1, 3], abs=1e-14)
+    assert [part.place for part in crossings(*shifted, low=0.0, high=4.0)] == pytest.approx([1, 3], abs=1e-14)
+    assert [part.place for part in crossings(*shifted, low=1.0, high=3.0)] == [1, 3]
+    assert [part.place for part in crossings(*shifted, low=0.0, high=4.0, parts=8)] == pytest.approx(
+        [1, 3], abs=1e-14
+    )
 
 
 def test_a_curve_with_inflections_needs_parts():
     waves = (lambda x: (np.sin(x), np.cos(x)), lambda x: (0.5 + 0 * x, 0.0))
-    found = [part.place for part in crossings(*waves, 0.0, 30.0, parts=64)]
+    found = [part.place for part in crossings(*waves, low=0.0, high=30.0, parts=64)]
     turns = np.arange(0, 5) * 2 * np.pi
     expected = np.sort([*(turns + np.pi / 6), *(turns + 5 * np.pi / 6)])
     np.testing.assert_allclose(found, expected[expected <= 30.0], rtol=1e-14)
@@ -61,7 +63,7 @@ def test_a_curve_with_inflections_needs_parts():
 def test_bounds_that_do_not_close_are_told(monkeypatch):
     monkeypatch.setattr("electrovib.solve.equilibrium.roots.MOST_INTERVALS", 10)
     with pytest.raises(ElectrovibError, match="smooth"):
-        crossings(line, stress, 0.0, 2.0)
+        crossings(line, stress, low=0.0, high=2.0)
 
 
 def test_without_voltage_there_is_the_gap_under_the_load():
@@ -257,7 +259,9 @@ def test_spots_average_over_a_rough_surface():
     idle = equilibrium(rough, voltage=100.0, spots=IdleSpots())
     assert plain.force[-1] < idle.force[-1] < averaged.force[-1]
     skin, thickness = rough.contact.surface, averaged.electrical_thickness
-    attraction = RoughAttraction(100.0, thickness, skin, PullingSpots())
+    attraction = RoughAttraction(
+        voltage=100.0, electrical_thickness=thickness, surface=skin, spots=PullingSpots()
+    )
     assert averaged.force[-1] == pytest.approx(1e-4 * attraction.pressure(averaged.states[-1].gap), rel=1e-12)
     assert not averaged.beyond
     low = rough.replace({"contact.surface.pressure_factor": 0.01})

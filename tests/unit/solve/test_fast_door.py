@@ -185,9 +185,9 @@ def test_even_stamps_and_the_same_stamps_by_themselves_give_one_answer(monkeypat
 
 def test_an_output_that_is_a_multiple_of_another_is_that_multiple():
     rates = np.array([1.0, 1e3])
-    one = Transfer(rates, np.array([0.5, -0.2]), 0.1)
-    lagging = Transfer(rates, np.array([0.5, -0.2]), 0.1, static=0.1)
-    less = Transfer(rates, np.array([0.5, -0.2]), 0.2)
+    one = Transfer(rates=rates, gains=np.array([0.5, -0.2]), direct=0.1)
+    lagging = Transfer(rates=rates, gains=np.array([0.5, -0.2]), direct=0.1, static=0.1)
+    less = Transfer(rates=rates, gains=np.array([0.5, -0.2]), direct=0.2)
     transfers = {"one": one, "other": one * 3.0, "less": less, "lagging": lagging}
     drive = measured(np.arange(12_000) * 1e-6).drive
     found = transient(transfers, drive, drive.time_stamps)

@@ -55,12 +55,12 @@ def exact(time, damping, *, ramp=False):
 @pytest.mark.parametrize("ramp", [False, True])
 def test_second_order_sensor_against_closed_form(damping, ramp):
     """At even times by `filtered`, at uneven times by `filtered_linear`, and decimated."""
-    sensor, step, count = second_order(FREQUENCY, damping), 2.0**-20, 1500
+    sensor, step, count = second_order(natural_frequency=FREQUENCY, damping_ratio=damping), 2.0**-20, 1500
     even = np.arange(count) * step
     wanted = np.array([exact(time, damping, ramp=ramp) for time in even[::7]])
     scale = np.abs(wanted).max()
     drive = even if ramp else np.ones(count)
-    found = filtered(sensor, drive, step, settled=False)
+    found = filtered(sensor, drive, step=step, settled=False)
     assert np.abs(found[::7] - wanted).max() < ROUNDING * scale < SENSOR * scale
     assert np.abs(found[::7] * (1 + 1e-8) - wanted).max() > SENSOR * scale
 
@@ -77,10 +77,12 @@ def test_second_order_sensor_against_closed_form(damping, ramp):
 @pytest.mark.parametrize("keep", [2, 7, 64, 80, 999, 5000])
 @pytest.mark.parametrize("settled", [False, True])
 def test_decimated_is_every_kth_of_the_whole(keep, settled):
-    chain = cascade(second_order(300.0, 0.2), first_order(2e3), high_pass(0.5))
+    chain = cascade(
+        second_order(natural_frequency=300.0, damping_ratio=0.2), first_order(2e3), high_pass(0.5)
+    )
     samples = np.random.default_rng(1).normal(size=3201)
-    whole = filtered(chain, samples, 1e-5, settled=settled)
-    some = filtered(chain, samples, 1e-5, settled=settled, keep=keep)
+    whole = filtered(chain, samples, step=1e-5, settled=settled)
+    some = filtered(chain, samples, step=1e-5, settled=settled, keep=keep)
     assert np.abs(some - whole[::keep]).max() < 1e-13 * np.abs(whole).max()  # two orders of summation
 
 
@@ -90,7 +92,7 @@ def test_second_order_over_frequency(damping):
     formula = Resonance(FREQUENCY, damping).at(frequency)
     # gains of 350 cancel at high frequency, near critical damping
     assert (
-        np.abs(second_order(FREQUENCY, damping).at(frequency) - formula).max()
+        np.abs(second_order(natural_frequency=FREQUENCY, damping_ratio=damping).at(frequency) - formula).max()
         < ROUNDING * np.abs(formula).max()
     )
 
@@ -102,7 +104,7 @@ def test_interpolation_at_critical_damping_keeps_what_it_states(monkeypatch):
     frequency = np.geomspace(1.0, 1e6, 400)
     formula = Resonance(FREQUENCY, 1.0).at(frequency)
     monkeypatch.setattr(declared, "CRITICAL", 1e-4)
-    off = np.abs(second_order(FREQUENCY, 1.0).at(frequency) - formula).max()
+    off = np.abs(second_order(natural_frequency=FREQUENCY, damping_ratio=1.0).at(frequency) - formula).max()
     assert off == pytest.approx(16 / 27 * 1e-8, rel=1e-3)
 
 
@@ -130,17 +132,17 @@ def test_one_after_the_other_is_the_cascade(damping, ratio, seed):
     """In time: over straight pieces the first output is not straight, so the step is made small."""
     low = first_order(100.0 * 10**ratio)
     try:
-        both = cascade(second_order(1000.0, damping), low)
+        both = cascade(second_order(natural_frequency=1000.0, damping_ratio=damping), low)
     except InputError:
         return
     frequency = 10 ** np.random.default_rng(seed).uniform(0, 6, 50)
-    expected = second_order(1000.0, damping).at(frequency) * low.at(frequency)
+    expected = second_order(natural_frequency=1000.0, damping_ratio=damping).at(frequency) * low.at(frequency)
     assert np.abs(both.at(frequency) - expected).max() < 1e-9
 
 
 def test_settled_is_what_a_long_hold_ends_in():
     chain = of_stages(STAGES)
-    assert filtered(chain, np.full(100, 3.0), 1e-4, settled=True) == pytest.approx(
+    assert filtered(chain, np.full(100, 3.0), step=1e-4, settled=True) == pytest.approx(
         3.0 * chain.at_rest(), abs=1e-13
     )
     samples = np.concatenate([np.full(1, 3.0), np.random.default_rng(8).normal(size=300)])
@@ -149,15 +151,15 @@ def test_settled_is_what_a_long_hold_ends_in():
     )
     found = filtered_linear(chain, long, 1e4 + np.arange(301) * 1e-4)
     # time stamps near 1e4 s are rounded to 2e-12 s, of slopes of 3e4 per second
-    assert filtered(chain, samples, 1e-4, settled=True) == pytest.approx(found, abs=1e-6)
-    assert np.abs(filtered(chain, samples, 1e-4, settled=False) - found).max() > 0.1
+    assert filtered(chain, samples, step=1e-4, settled=True) == pytest.approx(found, abs=1e-6)
+    assert np.abs(filtered(chain, samples, step=1e-4, settled=False) - found).max() > 0.1
 
 
 def test_held_for_a_while():
     """The state after a hold is that of a step a while ago."""
     chain = of_stages(STAGES)
     for held in (0.0, 1e-3, 0.4, 1e3, math.inf):
-        state = chain.state(2.0, held)
+        state = chain.state(2.0, held=held)
         now = chain.direct * 2.0 + np.sum(np.where(chain.poles.imag == 0, 1, 2) * chain.gains * state).real
         step = Linear(np.zeros(1), np.zeros(1), np.full(1, 2.0))
         expected = filtered_linear(chain, step, [min(held, 1e5)])[0]
@@ -165,7 +167,7 @@ def test_held_for_a_while():
 
 
 def test_rate_is_the_derivative():
-    sensor = cascade(second_order(200.0, 0.3), first_order(900.0))
+    sensor = cascade(second_order(natural_frequency=200.0, damping_ratio=0.3), first_order(900.0))
     frequency = np.geomspace(0.1, 1e5, 100)
     expected = 2j * np.pi * frequency * sensor.at(frequency)
     assert np.abs(sensor.rate().at(frequency) - expected).max() < 1e-12 * np.abs(expected).max()
@@ -189,10 +191,14 @@ def test_straight_pieces_with_jumps_and_a_period():
 
 
 def test_one_sample_and_no_stage():
-    assert filtered(second_order(10.0, 0.5), [2.0], 1e-3, settled=True).tolist() == pytest.approx([2.0])
-    assert filtered(second_order(10.0, 0.5), [2.0], 1e-3, settled=False).tolist() == [0.0]
+    assert filtered(
+        second_order(natural_frequency=10.0, damping_ratio=0.5), [2.0], step=1e-3, settled=True
+    ).tolist() == pytest.approx([2.0])
+    assert filtered(
+        second_order(natural_frequency=10.0, damping_ratio=0.5), [2.0], step=1e-3, settled=False
+    ).tolist() == [0.0]
     nothing = cascade()
-    assert filtered(nothing, [2.0, 3.0, 4.0], 1e-3, settled=True, keep=2).tolist() == [2.0, 4.0]
+    assert filtered(nothing, [2.0, 3.0, 4.0], step=1e-3, settled=True, keep=2).tolist() == [2.0, 4.0]
     assert filtered_linear(high_pass(1.0), Linear(np.zeros(1), np.zeros(1), np.ones(1)), [0.0]).tolist() == [
         1.0
     ]
@@ -205,12 +211,18 @@ def test_one_sample_and_no_stage():
         (lambda: Filter([-1 - 1j], [1.0]), "upper one only"),
         (lambda: Filter([-1.0], [1j]), "gain of a real pole must be real"),
         (lambda: Filter([-1.0], [1.0, 2.0]), "one for each pole"),
-        (lambda: second_order(10.0, 0.0), "must be positive"),
-        (lambda: second_order(math.nan, 1.0), "must be positive"),
+        (lambda: second_order(natural_frequency=10.0, damping_ratio=0.0), "must be positive"),
+        (lambda: second_order(natural_frequency=math.nan, damping_ratio=1.0), "must be positive"),
         (lambda: cascade(first_order(10.0), first_order(10.0)), "too close to tell apart"),
-        (lambda: cascade(second_order(10.0, 0.1), second_order(10.0, 0.1)), "too close to tell apart"),
-        (lambda: filtered(first_order(1.0), [0.0, np.nan], 1.0, settled=True), "sample 1 is nan"),
-        (lambda: filtered(first_order(1.0), [], 1.0, settled=True), "at least one"),
+        (
+            lambda: cascade(
+                second_order(natural_frequency=10.0, damping_ratio=0.1),
+                second_order(natural_frequency=10.0, damping_ratio=0.1),
+            ),
+            "too close to tell apart",
+        ),
+        (lambda: filtered(first_order(1.0), [0.0, np.nan], step=1.0, settled=True), "sample 1 is nan"),
+        (lambda: filtered(first_order(1.0), [], step=1.0, settled=True), "at least one"),
         (lambda: filtered_linear(first_order(1.0), Linear(*[np.zeros(1)] * 3), [-1.0]), "from 0 on"),
         (lambda: relaxing([0.1], [-1.0]), "real parts must be negative"),
     ],
@@ -229,7 +241,7 @@ def test_a_release_is_what_the_closed_form_of_the_resonance_says():
     frequency, quality, start, fall = 390.0, 3.3, 2e-3, 0.5e-3
     stamps = np.concatenate([[0.0], start + np.linspace(0, 20e-3, 40_001)])
     force = np.where(stamps <= start, 1.0, np.exp(-(stamps - start) / fall))
-    sensor = second_order(frequency, 1 / (2 * quality))
+    sensor = second_order(natural_frequency=frequency, damping_ratio=1 / (2 * quality))
     part = Linear(np.append(-1.0, stamps) + 1.0, np.append(1.0, force), np.append(1.0, force))
     wanted = np.linspace(0, 20e-3, 301)
     found = filtered_linear(sensor, part, wanted + 1.0)

@@ -24,13 +24,13 @@ class Plain:
     def breaks(self, _end):
         return ()
 
-    def jump(self, _time, state):
+    def jump(self, state, **_):
         return state
 
-    def switches(self, _time, _state, _mode):
+    def switches(self, _state, _mode, **_):
         return np.empty(0)
 
-    def following(self, _index, _time, _state, _mode):
+    def following(self, _index, _state, _mode, **_):
         raise AssertionError
 
 
@@ -40,14 +40,14 @@ class Rubbed(Plain):
     def __init__(self, friction=0.15, *, located=True):
         self.friction, self.located = friction, located
 
-    def rate(self, _time, state, mode):
+    def rate(self, state, mode, **_):
         direction = mode[0] if self.located else np.sign(state[1])
         return np.array([state[1], -state[0] - self.friction * direction])
 
-    def switches(self, _time, state, mode):
+    def switches(self, state, mode, **_):
         return np.array([mode[0] * state[1]] if self.located else [])
 
-    def following(self, _index, _time, _state, mode):
+    def following(self, _index, _state, mode, **_):
         return (-mode[0],)
 
     def exact(self, time):
@@ -94,9 +94,16 @@ def test_order_is_lost_where_events_are_not_located():
 def test_order_is_lost_where_landings_are_not_solved_again(monkeypatch):
     """The polynomial of a step is of order 3 inside: a state read from it would cost the fifth order."""
 
-    def read(rate, system, before, state, when, after, index, mode):
-        piece = march(rate, before, state, after - before, system.scale)[0]
-        return (Piece(before, when - before, state, (piece(before + (when - before) * NODES).T - state)),)
+    def read(rate, system, state, mode, *, index, before, when, after):
+        piece = march(rate, state, start=before, size=after - before, scale=system.scale)[0]
+        return (
+            Piece(
+                start=before,
+                size=when - before,
+                before=state,
+                stages=piece(before + (when - before) * NODES).T - state,
+            ),
+        )
 
     monkeypatch.setattr(integrator, "land", read)
     assert measured_order(Rubbed(), steps=[0.5, 0.25, 0.125, 0.0625]) < ORDER - 0.3
@@ -110,10 +117,10 @@ class Kicked(Plain):
     def breaks(self, _end):
         return (1.0, 2.0)
 
-    def jump(self, time, state):
+    def jump(self, state, *, time):
         return state + 1 if time == 2.0 else state
 
-    def rate(self, time, state, _mode):
+    def rate(self, state, _mode, *, time):
         return (3.0 if time >= 1 else 0.0) - state
 
     def exact(self, time):
@@ -148,13 +155,13 @@ class Window(Plain):
 
     scale = np.ones(1)
 
-    def rate(self, _time, _state, _mode):
+    def rate(self, _state, _mode, **_):
         return np.ones(1)
 
-    def switches(self, _time, state, mode):
+    def switches(self, state, mode, **_):
         return np.array([{0: 0.4, 1: 0.45, 2: np.inf}[mode[0]] - state[0]])
 
-    def following(self, _index, _time, _state, mode):
+    def following(self, _index, _state, mode, **_):
         return (mode[0] + 1,)
 
 
@@ -178,13 +185,13 @@ class Dip(Plain):
 
     scale = np.ones(1)
 
-    def rate(self, _time, _state, _mode):
+    def rate(self, _state, _mode, **_):
         return np.ones(1)
 
-    def switches(self, _time, state, mode):
+    def switches(self, state, mode, **_):
         return np.array([(state[0] - 0.5) ** 2 - 0.2**2 if mode == (0,) else 1.0])
 
-    def following(self, _index, _time, _state, _mode):
+    def following(self, _index, _state, _mode, **_):
         return (1,)
 
 
@@ -194,7 +201,7 @@ def test_a_switch_that_has_risen_again_is_found():
 
 
 class Chatter(Window):
-    def switches(self, _time, _state, _mode):
+    def switches(self, _state, _mode, **_):
         return np.array([-1.0])
 
 
@@ -207,7 +214,7 @@ def test_chatter_is_refused(monkeypatch):
 class Exploding(Plain):
     scale = np.ones(1)
 
-    def rate(self, _time, state, _mode):
+    def rate(self, state, _mode, **_):
         return state**2
 
 
@@ -224,7 +231,7 @@ class Linear(Plain):
     def __init__(self, matrix, scale=1.0):
         self.matrix, self.scale = matrix, np.full(len(matrix), scale)
 
-    def rate(self, _time, state, _mode):
+    def rate(self, state, _mode, **_):
         return self.matrix @ state
 
 
@@ -260,8 +267,17 @@ def test_a_landing_within_the_rounding_of_a_time_is_a_landing():
     class Falling:
         scale = np.ones(1)
 
-        def switches(self, _, state, mode):
+        def switches(self, state, mode, **_):
             return np.array([state[0] if not mode else 0.0])
 
-    landed = land(lambda *_: -np.ones(1), Falling(), 1.0, np.zeros(1), np.nextafter(1.0, 2.0), 1.1, 0, ())
+    landed = land(
+        lambda *_: -np.ones(1),
+        Falling(),
+        np.zeros(1),
+        (),
+        before=1.0,
+        when=np.nextafter(1.0, 2.0),
+        after=1.1,
+        index=0,
+    )
     assert landed[-1].end == pytest.approx(1.0)

@@ -57,9 +57,9 @@ def agrees(transfer, expected):
 
 ELEMENTS = (
     SeriesElement(),
-    SeriesElement(1e5),
-    SeriesElement(0.0, 1 / 150e-12),
-    SeriesElement(1e3, 1 / 150e-12, 20.0),
+    SeriesElement(resistance=1e5),
+    SeriesElement(resistance=0.0, elastance=1 / 150e-12),
+    SeriesElement(resistance=1e3, elastance=1 / 150e-12, rate=20.0),
 )
 
 

@@ -67,7 +67,7 @@ def test_one_capacitor_has_no_mode():
 
 
 def test_capacitor_and_resistor():
-    modes = stack_modes([FILM], area=AREA, element=SeriesElement(1e3))
+    modes = stack_modes([FILM], area=AREA, element=SeriesElement(resistance=1e3))
     rate = 90e-6 / (EPS0 * 3.35 * AREA * 1e3)
     assert modes.rates == pytest.approx([rate], rel=1e-15)
     assert modes.fields[0].direct == 0
@@ -85,7 +85,13 @@ def test_one_leaky_layer_is_not_a_mode_of_a_voltage_drive():
 
 @pytest.mark.parametrize("second", [0.0, 0.5])
 @pytest.mark.parametrize(
-    "element", [SeriesElement(), SeriesElement(1e4), SeriesElement(0.0, 1e10, 3.0), SeriesElement(1e4, 1e10)]
+    "element",
+    [
+        SeriesElement(),
+        SeriesElement(resistance=1e4),
+        SeriesElement(resistance=0.0, elastance=1e10, rate=3.0),
+        SeriesElement(resistance=1e4, elastance=1e10),
+    ],
 )
 def test_layers_and_surroundings_share_the_drive(element, second):
     slabs = [FILM, GAP, SKIN]
@@ -124,7 +130,7 @@ def zero_modes(slabs, element):
     return np.linalg.matrix_rank(np.array(patterns))
 
 
-BODY = SeriesElement(1e3, 1e10)
+BODY = SeriesElement(resistance=1e3, elastance=1e10)
 
 
 @pytest.mark.parametrize(
@@ -132,12 +138,12 @@ BODY = SeriesElement(1e3, 1e10)
     [
         ([FILM, SKIN], SeriesElement(), 0),
         ([FILM, GAP], SeriesElement(), 1),
-        ([FILM, GAP, SKIN], SeriesElement(1e3), 1),
+        ([FILM, GAP, SKIN], SeriesElement(resistance=1e3), 1),
         ([FILM, SKIN, GAP], SeriesElement(), 1),
         ([FILM, GAP, Slab(1e-6, DebyeSum(3.9), 0.0), SKIN], SeriesElement(), 2),
         ([FILM, GAP, SKIN], BODY, 2),  # the body's own is a third capacitor
         ([FILM, GAP, Slab(1e-6, DebyeSum(3.9), 0.0), SKIN], BODY, 3),
-        ([FILM, GAP, SKIN], SeriesElement(1e3, 1e10, 5.0), 1),
+        ([FILM, GAP, SKIN], SeriesElement(resistance=1e3, elastance=1e10, rate=5.0), 1),
     ],
 )
 def test_trapped_charge_is_one_way_less_than_capacitors(slabs, element, count):
@@ -170,7 +176,7 @@ def test_charge_on_the_film_shares_its_lines_with_a_neutral_floating_body():
 def test_gauss_at_the_charge():
     """The displacement, conducted charge included, jumps by the charge: at first and for ever after."""
     slabs = [charged(FILM, 2e-5), charged(GAP, -1e-5), SKIN]
-    modes = stack_modes(slabs, area=AREA, element=SeriesElement(1e4))
+    modes = stack_modes(slabs, area=AREA, element=SeriesElement(resistance=1e4))
     time = np.concatenate([[0.0], np.geomspace(1e-9, 10, 60)])
     decays = np.exp(-np.outer(time, modes.rates))
     fields = np.array([decays @ field.free for field in modes.fields])
@@ -193,8 +199,8 @@ def test_charge_relaxes_as_the_drive_would_have_it():
     """By reciprocity: charge on an interface gives a layer what a drive gives it there, layer by layer."""
     for placed in (0, 1):
         slabs = [charged(s, 1e-6 * (k == placed)) for k, s in enumerate([FILM, GAP, SKIN])]
-        modes = stack_modes(slabs, area=AREA, element=SeriesElement(1e4))
-        quiet = stack_modes([FILM, GAP, SKIN], area=AREA, element=SeriesElement(1e4))
+        modes = stack_modes(slabs, area=AREA, element=SeriesElement(resistance=1e4))
+        quiet = stack_modes([FILM, GAP, SKIN], area=AREA, element=SeriesElement(resistance=1e4))
         s = 2j * np.pi * FREQUENCY
         drops = np.array([impedance(slab) for slab in slabs])
         for k, slab in enumerate(slabs):

@@ -42,7 +42,11 @@ MOTIONS = {
     "touch and lift": TouchAndLift(far=1e-3, near=1e-6, begin=1e-3, approach=10e-3, touch=5e-3, lift=10e-3),
     "tremble": TremblingDistance(mean=100e-6, amplitude=30e-6, frequency=50),
 }
-ELEMENTS = {"bare": SeriesElement(), "body": SeriesElement(1e3), "floating": SeriesElement(1e5, 1e10, 5.0)}
+ELEMENTS = {
+    "bare": SeriesElement(),
+    "body": SeriesElement(resistance=1e3),
+    "floating": SeriesElement(resistance=1e5, elastance=1e10, rate=5.0),
+}
 
 
 def held_finger(*, charge=0.0, gap=0.0, skin=SKIN, element="bare", leak=None, moving="gap"):
@@ -137,7 +141,7 @@ def test_a_charged_plate_that_is_let_go_keeps_its_displacement():
         "stratum_corneum": Layer(thickness=200e-6, material=skin),
     }
     debye = {name: layer.material.debye() for name, layer in layers.items()}
-    element = SeriesElement(1e10)  # 0.3 s against a motion of 1 ms, after 20 s of charging
+    element = SeriesElement(resistance=1e10)  # 0.3 s against a motion of 1 ms, after 20 s of charging
     space = stack_states(layers, debye, area=AREA, element=element, moving="gap")
     motion = TouchAndLift(far=2e-6, near=1e-6, begin=10.0, approach=1e-3, touch=1.0, lift=1e-3)
     times = np.array([0.0, 10.0, 10.001])

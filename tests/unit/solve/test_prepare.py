@@ -45,6 +45,9 @@ def one_by_one(scenario, points, quantity):
         ("kim_2015/current", ("drive.amplitude", "contact.area"), "peak electrostatic_force"),
         ("shultz_2018/sliding", ("motion.speed", "stack.insulator.thickness"), MEAN),
         (SINE, ("friction.coefficient", "drive.amplitude"), "mean lateral_force"),
+        (SINE, ("circuit.return_path.resistance", "drive.frequency"), "peak current"),
+        ("vardar_2017/sine", ("drive.frequency",), "peak current"),
+        ("kaczmarek_2006/biphasic", ("drive.drives.0.high",), "peak electrostatic_force"),
         ("nakamura_2017/rise", ("drive.level", "stack.insulator.thickness"), "final current"),
     ],
 )
@@ -54,7 +57,7 @@ def test_the_numbers_are_those_of_a_sweep(scenario, paths, quantity):
     assert free
     function = ready((quantity,), free, scenario)
     rng = np.random.default_rng(3)
-    columns = {path: function.begin[path] * rng.uniform(0.8, 1.2, 3) for path in free}
+    columns = {path: function.begin[path] * rng.uniform(0.2, 5.0, 3) for path in free}
     points = [{path: column[index] for path, column in columns.items()} for index in range(3)]
     expected = one_by_one(scenario, points, quantity)
     np.testing.assert_allclose(function(columns)[quantity], expected, rtol=1e-12)
@@ -122,6 +125,24 @@ def test_signals_are_those_of_simulate():
     for name in ("electrostatic_force", "lateral_force", "field"):
         np.testing.assert_array_equal(found[name], trace[name].values)
     assert set(found) == {"time", "electrostatic_force", "lateral_force", "field"}
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        [("force", 1), ("field", 1)],  # what was left out before is not taken for what is there
+        [("field", 1), ("field", 2), ("force", 2)],  # as many times, and other ones
+        [("force", 1), ("force", 2), ("field", 2)],
+    ],
+)
+def test_signals_asked_for_later_and_other_times_are_not_those_of_before(asked):
+    function = ready()
+    for what, shorter in asked:
+        time = np.linspace(0, 8e-3, 301) / shorter
+        names = ["electrostatic_force"] if what == "force" else ["field", "stack_voltage"]
+        found, expected = function.signals({}, names=names, time=time), ev.simulate(SINE, time=time)
+        for name in names:
+            np.testing.assert_allclose(found[name], expected[name].values, rtol=1e-12, atol=1e-12)
 
 
 def test_a_judged_answer_has_the_same_numbers_and_says_how_far_they_hold():

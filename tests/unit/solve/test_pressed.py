@@ -105,7 +105,7 @@ def test_an_area_in_proportion_to_the_force(pull):
 def test_an_area_without_bound_is_said(coat):
     with pytest.raises(InputError, match=r"GrowingArea.*8\.29 kPa.*without bound.*contact\.exponent"):
         simulate(coat.replace({"contact.exponent": 1.0, "load.normal_force": 0.2}), time=TIME)
-    assert pressed_states(GrowingArea(area=1e-4, at_force=0.5, exponent=1.0), 0.2, 5001.0) == ()
+    assert pressed_states(GrowingArea(area=1e-4, at_force=0.5, exponent=1.0), load=0.2, pull=5001.0) == ()
 
 
 def test_nothing_touches_without_a_load_or_beyond_what_a_load_bears():
@@ -130,7 +130,7 @@ def stepped(self, normal_force):
 def test_of_several_states_the_one_from_the_load_alone_is_taken_and_all_are_told(coat, monkeypatch):
     """0.4 N and 8290 Pa on 1e-5 m2 are 0.4829 N; on 1e-3 m2 8.69 N; between them one that does not last."""
     monkeypatch.setattr(GrowingArea, "mean_pressure", stepped)
-    states = pressed_states(GrowingArea(**GROWING), 0.4, PULL)
+    states = pressed_states(GrowingArea(**GROWING), load=0.4, pull=PULL)
     assert [stable for _, stable in states] == [True, False, True]
     assert states[0][0] == pytest.approx(0.4 + PULL * 1e-5, rel=1e-9)
     assert 0.9 < states[1][0] < 1.1

@@ -108,7 +108,9 @@ def test_one_debye_term_stays_one():
 
 
 def test_terms_that_coincide_become_one():
-    spectrum = Spectrum(np.geomspace(1, 1e6, 20), np.full(20, 3.0 + 0j), 1e-9, 1e3)
+    spectrum = Spectrum(
+        angular=np.geomspace(1, 1e6, 20), target=np.full(20, 3.0 + 0j), fastest=1e-9, slowest=1e3
+    )
     pieces = Terms(2.0, np.array([3.0, 1.0, 1e-20, 5.0]), np.array([1e-3, 1.00002e-3, 1e-4, 1e-6]))
     tidy = tidied(spectrum, pieces)
     assert tidy.strengths == pytest.approx([5.0, 4.0], rel=1e-12)

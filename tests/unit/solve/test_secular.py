@@ -43,7 +43,7 @@ def brackets_root(case, origin, offset, tolerance=TOLERANCE):
 def check(case) -> Roots:
     """Compare every number of the answer with long arithmetic on the same inputs."""
     nodes, _, constant = case
-    roots = secular_roots(*case)
+    roots = secular_roots(*case[:2], constant=case[2])
     count = len(nodes) - (constant == 0)
     assert roots.values.shape == roots.origin.shape == roots.offset.shape == roots.slope.shape == (count,)
     differences = roots.differences()
@@ -157,7 +157,7 @@ def test_bisection_in_long_arithmetic_agrees():
     random = np.random.default_rng(7)
     for _ in range(4):
         case = hard_case(random, longest=5)
-        roots = secular_roots(*case)
+        roots = secular_roots(*case[:2], constant=case[2])
         for row, (origin, offset) in enumerate(zip(roots.origin, roots.offset, strict=True)):
             found = bisect(case, row, origin)
             assert abs(float(offset / found - 1)) < TOLERANCE
@@ -208,7 +208,7 @@ def test_residues_of_the_inverse_sum_to_those_at_infinity(case):
     _, weights, constant = case
     if constant == 0:
         return
-    roots = secular_roots(*case)
+    roots = secular_roots(*case[:2], constant=case[2])
     with mpmath.workdps(DIGITS):
         expected = mpmath.fsum(float(w) for w in weights) / mpmath.mpf(constant) ** 2
         total = mpmath.fsum(1 / mpmath.mpf(float(slope)) for slope in roots.slope)
@@ -218,18 +218,18 @@ def test_residues_of_the_inverse_sum_to_those_at_infinity(case):
 
 @pytest.mark.parametrize("node", [0.0, 1e-12, 3.0, 1e16])
 def test_one_node(node):
-    roots = secular_roots([node], [3.0], 7.0)
+    roots = secular_roots([node], [3.0], constant=7.0)
     assert roots.offset == pytest.approx([3 / 7], rel=1e-15)
     assert roots.values[0] == node + roots.offset[0]
     assert roots.slope == pytest.approx([49 / 3], rel=2e-15)
-    assert secular_roots([node], [3.0], 0.0).differences().shape == (0, 1)
+    assert secular_roots([node], [3.0], constant=0.0).differences().shape == (0, 1)
 
 
 def test_two_nodes():
     first, second, low, high, constant = 0.5, 4.0, 2.0, 3.0, 0.25
-    inner = secular_roots([first, second], [low, high], 0.0)
+    inner = secular_roots([first, second], [low, high], constant=0.0)
     assert inner.values == pytest.approx([(low * second + high * first) / (low + high)], rel=1e-15)
-    both = secular_roots([first, second], [low, high], constant)
+    both = secular_roots([first, second], [low, high], constant=constant)
     # constant*(x - first)*(x - second) = low*(x - second) + high*(x - first)
     assert both.values.sum() == pytest.approx(first + second + (low + high) / constant, rel=2e-15)
     assert both.values.prod() == pytest.approx(
@@ -243,7 +243,7 @@ def test_eigenvalues_of_a_rank_one_update(seed):
     random = np.random.default_rng(seed)
     nodes, vector = np.sort(random.uniform(1, 10, 12)), random.uniform(0.2, 2, 12)
     expected = np.linalg.eigvalsh(np.diag(nodes) + np.outer(vector, vector))
-    roots = secular_roots(nodes, vector**2, 1.0)
+    roots = secular_roots(nodes, vector**2, constant=1.0)
     assert roots.values == pytest.approx(expected, rel=1e-13)
     assert roots.values * (1 + 1e-12) != pytest.approx(expected, rel=1e-13)
 
@@ -262,7 +262,7 @@ def test_limits_raise_no_floating_point_error():
             nodes = distinct(10.0 ** random.integers(-29, 21, 30))
             weights = 10.0 ** random.choice([-50, 0, 50], nodes.size)
             for constant in (0.0, 1e-50, 1.0, 1e50):
-                roots = secular_roots(nodes, weights, constant)
+                roots = secular_roots(nodes, weights, constant=constant)
                 assert (roots.slope > 0).all()
                 assert (roots.offset != 0).all()
                 assert_interlacing(roots, nodes)
@@ -271,7 +271,7 @@ def test_limits_raise_no_floating_point_error():
 def test_more_weight_pushes_every_root_away():
     """Weight on the first node, which lies below all roots."""
     nodes = np.array([0.0, 1.0, 1.5, 9.0])
-    trail = [secular_roots(nodes, [first, 2.0, 1.0, 1.0], 1.0).values for first in (0.1, 1.0, 10.0)]
+    trail = [secular_roots(nodes, [first, 2.0, 1.0, 1.0], constant=1.0).values for first in (0.1, 1.0, 10.0)]
     assert all((after > before).all() for before, after in pairwise(trail))
 
 
@@ -299,12 +299,12 @@ def test_more_weight_pushes_every_root_away():
 )
 def test_refuses(nodes, weights, constant, named):
     with pytest.raises(ValueError, match=named):
-        secular_roots(nodes, weights, constant)
+        secular_roots(nodes, weights, constant=constant)
 
 
 def test_answer_is_frozen_and_leaves_the_input_alone():
     nodes = np.array([0.0, 1.0])
-    roots = secular_roots(nodes, np.ones(2), 1.0)
+    roots = secular_roots(nodes, np.ones(2), constant=1.0)
     assert nodes.flags.writeable
     for name in ("nodes", "values", "origin", "offset", "slope"):
         assert not getattr(roots, name).flags.writeable
@@ -314,7 +314,7 @@ def test_answer_is_frozen_and_leaves_the_input_alone():
 
 def test_check_refuses_a_shifted_offset():
     case = (np.array([0.0, 1, 2]), np.array([1.0, 2, 3]), 1.0)
-    roots = secular_roots(*case)
+    roots = secular_roots(*case[:2], constant=case[2])
     with mpmath.workdps(DIGITS):
         for origin, offset in zip(roots.origin, roots.offset, strict=True):
             assert brackets_root(case, origin, offset)

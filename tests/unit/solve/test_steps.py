@@ -11,8 +11,8 @@ from electrovib.physics.drive.base import Drive
 from electrovib.solve.electrics.leaks.steps import STEPS, STEPS_PER_PERIOD, jump_heights, step_grid
 from electrovib.solve.stack.transfer import Transfer
 
-DRIVEN = Transfer(np.array([1e7, 50.0]), np.array([1e4, -5e3]))
-LEAKING = Transfer(np.array([1e7, 50.0]), np.array([-1e3, -1e5]))
+DRIVEN = Transfer(rates=np.array([1e7, 50.0]), gains=np.array([1e4, -5e3]))
+LEAKING = Transfer(rates=np.array([1e7, 50.0]), gains=np.array([-1e3, -1e5]))
 LEAK = PolarityConduction(conductivity_positive=3e-6, conductivity_negative=1e-6)
 DRIVES = {
     "trapezium": {"model": "Trapezium", "high": 10, "rise": 0, "hold": 2e-3, "fall": 1e-3, "delay": 1e-3},

@@ -14,7 +14,8 @@ ROUNDING = 1e-13  # of the sum of the sizes of all terms
 
 
 def transfer(rates, gains, *rest):
-    return Transfer(np.array(rates, float), np.array(gains, float), *rest)
+    given = dict(zip(("direct", "slope", "free", "static"), rest, strict=False))
+    return Transfer(rates=np.array(rates, float), gains=np.array(gains, float), **given)
 
 
 def size(*parts):
@@ -23,7 +24,9 @@ def size(*parts):
 
 
 SLOW = transfer([0.0, 2.0, 300.0], [0.0, 1.5, -0.4], 0.2, 1e-9, np.array([0.7, 0.1, -0.3]))
-QUIET = Transfer(SLOW.rates, SLOW.gains, SLOW.direct, 0.0, SLOW.free)  # without slope
+QUIET = Transfer(
+    rates=SLOW.rates, gains=SLOW.gains, direct=SLOW.direct, slope=0.0, free=SLOW.free
+)  # without slope
 FILTER = transfer([5.0, 7e4], [0.3, 2.0], 0.1)
 
 

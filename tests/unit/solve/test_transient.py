@@ -16,8 +16,8 @@ from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.stack.transfer import Transfer
 
 RATES = np.array([0.3, 40.0, 130.0, 2.5e3, 7e6])
-HIGH_PASS = Transfer(RATES, np.array([0.2, -0.7, 0.1, 0.5, -0.05]), 0.3)
-OTHER = Transfer(RATES, np.array([0.0, 0.4, 0.0, -0.2, 0.6]), -0.1)
+HIGH_PASS = Transfer(rates=RATES, gains=np.array([0.2, -0.7, 0.1, 0.5, -0.05]), direct=0.3)
+OTHER = Transfer(rates=RATES, gains=np.array([0.0, 0.4, 0.0, -0.2, 0.6]), direct=-0.1)
 BOTH = {"first": HIGH_PASS, "second": OTHER}
 PRECISION = 1e-12  # of the largest drive: exponentials and the sum over five modes lose a few roundings
 
@@ -155,7 +155,7 @@ def test_sine_from_rest_against_an_ode():
     from scipy.integrate import solve_ivp
 
     rates = RATES[:4]
-    slow = Transfer(rates, HIGH_PASS.gains[:4], 0.3)
+    slow = Transfer(rates=rates, gains=HIGH_PASS.gains[:4], direct=0.3)
     time = np.linspace(0, 0.04, 201)
     found = transient({"x": slow}, SINE, time)["x"]
     solution = solve_ivp(
@@ -176,7 +176,7 @@ def test_burst_against_an_ode():
 
     rates = RATES[:4]
     time = np.linspace(0, 0.03, 151)
-    found = transient({"x": Transfer(rates, HIGH_PASS.gains[:4])}, BURST, time)["x"]
+    found = transient({"x": Transfer(rates=rates, gains=HIGH_PASS.gains[:4])}, BURST, time)["x"]
     states, state = [np.zeros((4, 1))], np.zeros(4)
     for first, last in ((0, 2e-3), (2e-3, 14e-3), (14e-3, 0.03)):  # the switching times are corners
         inside = time[(time > first) & (time <= last)]
@@ -198,8 +198,8 @@ def test_burst_begins_as_a_sine_and_fades():
     on = (time >= 2e-3) & (time < 14e-3)
     assert close(found[on], transient(BOTH, sine, time[on] - 2e-3)["first"])
     after = time > 14e-3 + 1e-9
-    end = transient({"x": Transfer(RATES, np.eye(5)[0] * 1.0)}, BURST, np.array([14e-3]))["x"]
-    slow = transient({"x": Transfer(RATES, np.eye(5)[0] * 1.0)}, BURST, time[after])["x"]
+    end = transient({"x": Transfer(rates=RATES, gains=np.eye(5)[0] * 1.0)}, BURST, np.array([14e-3]))["x"]
+    slow = transient({"x": Transfer(rates=RATES, gains=np.eye(5)[0] * 1.0)}, BURST, time[after])["x"]
     assert close(slow, end * np.exp(-RATES[0] * (time[after] - 14e-3)))
 
 
@@ -218,7 +218,13 @@ def test_a_record_with_jitter():
 
 
 def test_charge_fades_by_itself():
-    free = Transfer(np.array([0.0, 50.0]), np.array([0.0, 0.4]), 0.0, 0.0, np.array([3.0, -2.0]))
+    free = Transfer(
+        rates=np.array([0.0, 50.0]),
+        gains=np.array([0.0, 0.4]),
+        direct=0.0,
+        slope=0.0,
+        free=np.array([3.0, -2.0]),
+    )
     time = np.linspace(0, 0.1, 11)
     zero = drive("Step", level=0)
     found = transient({"x": free}, zero, time)["x"]
@@ -231,7 +237,14 @@ def test_charge_fades_by_itself():
 
 # a current through 1 ohm and capacitors: nothing at zero frequency, everything at high frequency
 FAST = np.array([0.3, 40.0, 130.0, 2.5e3, 7e9])
-CURRENT = Transfer(FAST, -np.array([1e-6, 1e-3, 0.1, 10, 1e7]), 10_000_010.101001, 0.0, np.zeros(5), 0.0)
+CURRENT = Transfer(
+    rates=FAST,
+    gains=-np.array([1e-6, 1e-3, 0.1, 10, 1e7]),
+    direct=10_000_010.101001,
+    slope=0.0,
+    free=np.zeros(5),
+    static=0.0,
+)
 
 
 def lag_by_ramps(part, time):
@@ -293,13 +306,13 @@ def test_current_of_tones(settled):
 @pytest.mark.parametrize("one", [CHIRP, BURST, TRAPEZIUM, SQUARE, SINE])
 def test_both_forms_of_a_transfer_agree(one):
     time = np.linspace(0, 0.03, 222)
-    plain = Transfer(CURRENT.rates, CURRENT.gains, CURRENT.direct)
+    plain = Transfer(rates=CURRENT.rates, gains=CURRENT.gains, direct=CURRENT.direct)
     found = transient({"lag": CURRENT, "plain": plain}, one, time)
     assert np.max(np.abs(found["lag"] - found["plain"])) < PRECISION * 140 * CURRENT.direct
 
 
 def test_rate_of_change():
-    current = Transfer(np.zeros(0), np.zeros(0), 0.0, 2.0)
+    current = Transfer(rates=np.zeros(0), gains=np.zeros(0), direct=0.0, slope=2.0)
     time = np.array([0.5e-3, 2e-3, 5e-3, 0.01])
     found = transient({"x": current}, TRAPEZIUM, time)["x"]
     assert found == pytest.approx([0, 2 * 120 / 2e-3, 0, 0], rel=1e-12)
@@ -309,7 +322,7 @@ def test_rate_of_change():
 
 
 def test_quantities_with_different_modes_at_once():
-    alone = Transfer(np.array([77.0]), np.array([1.0]))
+    alone = Transfer(rates=np.array([77.0]), gains=np.array([1.0]))
     time = np.linspace(0, 0.01, 7)
     together = transient({"a": HIGH_PASS, "b": alone, "c": OTHER}, SQUARE, time)
     assert np.array_equal(together["b"], transient({"b": alone}, SQUARE, time)["b"])

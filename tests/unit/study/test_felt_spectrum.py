@@ -9,7 +9,7 @@ from electrovib.study.felt_spectrum import lines
 
 
 def of(values, before):
-    return lines(np.asarray(values, dtype=float), 1.0, before=before, signal="lateral_force", how="")
+    return lines(np.asarray(values, dtype=float), span=1.0, before=before, signal="lateral_force", how="")
 
 
 def test_the_swing_counts_from_the_value_just_before_a_window():

@@ -48,7 +48,13 @@ class Column:
     place: Callable[[int], str]
 
     def in_si(self, path: Path, asked: str, *, missing: bool = False) -> NDArray[np.float64]:
-        """Check and convert; `missing` numbers are refused unless they are let pass."""
+        """Check and convert; `missing` numbers are refused unless they are let pass.
+
+        Raises
+        ------
+        DataFileError
+            If there are fewer than two samples, one is not finite, or one is too large in SI units.
+        """
         if len(self.values) < 2:
             count = "only one row" if len(self.values) else "no rows"
             raise DataFileError(f"{self.label} has {count}; at least two are needed.", path=path)

@@ -71,6 +71,11 @@ class TextTable:
         -------
         ndarray, shape (rows, indices)
             In the units of the file.
+
+        Raises
+        ------
+        DataFileError
+            If a row has too few or too many fields, or a field is no number.
         """
         if next(self.rows(), None) is None:
             return np.empty((0, len(indices)))

@@ -27,7 +27,15 @@ def name_and_unit(heading: str) -> tuple[str, str]:
 
 
 def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -> int:
-    """Find a column by its number, its heading, or its heading without the unit."""
+    """Find a column by its number, its heading, or its heading without the unit.
+
+    Raises
+    ------
+    DataFileError
+        If there is no column of that number, there are no headings, or several columns have the heading.
+    NoColumnError
+        If no column has the heading.
+    """
     if isinstance(column, int):
         if not 0 <= column < width:
             raise DataFileError(

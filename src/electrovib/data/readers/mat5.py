@@ -93,7 +93,13 @@ class Mat5:
         self.unfolded = 0
 
     def variables(self) -> list[Mat5Variable]:
-        """List what the file holds."""
+        """List what the file holds.
+
+        Raises
+        ------
+        DataFileError
+            If an element stands where a variable is due.
+        """
         found, place = [], _HEADER
         while place < len(self.raw):
             kind, start, size, place = self._tag(self.raw, place)
@@ -107,7 +113,13 @@ class Mat5:
         return [variable for variable in found if variable.name]
 
     def fields(self, variable: Mat5Variable) -> list[Mat5Variable]:
-        """List the fields of a struct by their path, ``"name.field"``; of an array of structs there are none."""
+        """List the fields of a struct by their path, ``"name.field"``; of an array of structs there are none.
+
+        Raises
+        ------
+        DataFileError
+            If the names of the fields are misplaced, or a field is no array.
+        """
         if variable.kind != _CLASSES[_STRUCT] or _product(variable.shape) != 1:
             return []
         body = self._body(variable)
@@ -157,7 +169,13 @@ class Mat5:
         return whole
 
     def text(self, variable: Mat5Variable) -> str:
-        """Read a row of characters."""
+        """Read a row of characters.
+
+        Raises
+        ------
+        DataFileError
+            If the variable holds no text.
+        """
         kind, data = next(self._content(variable))
         encoding = _TEXTS.get(kind)
         if variable.kind != _CLASSES[_CHAR] or encoding is None:

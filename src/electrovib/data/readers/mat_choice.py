@@ -23,7 +23,13 @@ def on_the_way(wanted: str, known: Mapping[str, object]) -> Iterator[str]:
 
 
 def chosen(path: Path, wanted: str, known: Known) -> str:
-    """Find the variable that is meant, or say which there are."""
+    """Find the variable that is meant, or say which there are.
+
+    Raises
+    ------
+    DataFileError
+        If there is no variable, none of that name, several to choose from, or the one meant is no real numeric array.
+    """
 
     def listed(names: Sequence[str]) -> str:
         shown = [_described(name, *known[name][:2]) for name in names[:20]]

@@ -67,7 +67,13 @@ class ReadSection:
 
     @property
     def frequency(self) -> np.ndarray:
-        """Refuse: a circuit has no single frequency."""
+        """Refuse: a circuit has no single frequency.
+
+        Raises
+        ------
+        TypeError
+            Always.
+        """
         raise TypeError("a circuit has no single frequency")
 
     @property

@@ -115,7 +115,8 @@ class Start:
             return [0.0] * len(rates)
         forced = replace(signal, free=np.zeros(len(signal.rates)))
         return [
-            self.level(Transfer(np.array([rate]), np.ones(1)) * _kept_clear(forced, rate)) for rate in rates
+            self.level(Transfer(rates=np.array([rate]), gains=np.ones(1)) * _kept_clear(forced, rate))
+            for rate in rates
         ]
 
     def body_voltage(self) -> float:
@@ -125,7 +126,7 @@ class Start:
         around = Surroundings.of(self.scenario)
         if self.scenario.drive.quantity == "current":
             rate = np.array([around.element.rate or INTEGRATING])
-            return self.level(Transfer(rate, around.element.elastance / rate))
+            return self.level(Transfer(rates=rate, gains=around.element.elastance / rate))
         drop = self.level(self.section.voltage) * (1 + around.second)
         if around.element.resistance:
             drop += around.element.resistance * around.area * self.level(self.section.current_density)

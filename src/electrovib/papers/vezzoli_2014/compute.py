@@ -131,7 +131,7 @@ def frequency_force(material: Material, frequency: Real, *, thickness: float = v
         "circuit.return_path.resistance": 0.0,
     }
     scenario = scenarios()["fig7"].replace(changes)
-    return mean_force(scenario, phasors(scenario, frequency), 100.0)
+    return mean_force(scenario, phasors(scenario, frequency), amplitude=100.0)
 
 
 def rise_and_saturation(material: Material) -> tuple[float, float, float]:

@@ -134,14 +134,14 @@ def skins() -> dict[str, Skin]:
         "eps 1560 is printed; the conductivity is the inverse of the printed 7.7 ms, read as the voltage's, at a"
         " frequency not printed"
     )
-    found = {"point": Skin("paper point", POINT, "derived", CITATION, note)}
+    found = {"point": Skin(name="paper point", material=POINT, status="derived", source=CITATION, note=note)}
     for exponent in (MEN, WOMEN, 0.85):
         found[f"surrogate_{exponent}"] = Skin(
-            f"constant phase {exponent}",
-            surrogate(exponent=exponent),
-            "derived",
-            f"{CITATION}; exponents of palmar skin, doi:10.1007/bf02510531",
-            "constructed through the paper's point, not measured; conducts nothing, so only its tau is shown",
+            name=f"constant phase {exponent}",
+            material=surrogate(exponent=exponent),
+            status="derived",
+            source=f"{CITATION}; exponents of palmar skin, doi:10.1007/bf02510531",
+            note="constructed through the paper's point, not measured; conducts nothing, so only its tau is shown",
             reproduces_force=False,
         )
     return found

@@ -69,7 +69,7 @@ class PlateAttraction:
         return -eps0 * self.voltage**2 / (self.electrical_thickness + gap) ** 3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RoughAttraction:
     """Attraction of a rough skin averaged over its gaps, with the spots that touch.
 

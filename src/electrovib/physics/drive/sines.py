@@ -36,6 +36,16 @@ class Sine(Drive):
         amplitude = self.amplitude * np.exp(1j * (self.phase - math.pi / 2))
         return (Tones(np.array([self.frequency]), np.array([amplitude])),)
 
+    def corners(self, end: float) -> tuple[Real, Real]:  # noqa: ARG002 of every drive
+        """Give none: it has been on for ever."""
+        return np.zeros(0), np.zeros(0)
+
+    def extremes(self, start: float = 0.0, end: float | None = None) -> tuple[float, float]:
+        """Lowest and highest voltage, plus and minus its amplitude over a period or more."""
+        if end is None or end - start >= self.period:
+            return -self.amplitude, self.amplitude
+        return super().extremes(start, end)
+
     @property
     def period(self) -> float:
         """One over the frequency."""

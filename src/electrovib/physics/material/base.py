@@ -124,7 +124,7 @@ def axis(frequency: ArrayLike) -> Complex:
     return result
 
 
-def level(value: float, frequency: ArrayLike) -> Complex:
+def level(value: float, *, frequency: ArrayLike) -> Complex:
     """Give the same number at all frequencies.
 
     Parameters

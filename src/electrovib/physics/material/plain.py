@@ -29,7 +29,7 @@ class Constant(Material):
     @NAN_PASSES
     def polarisation(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone, the same at all frequencies."""
-        return level(self.permittivity, frequency)
+        return level(self.permittivity, frequency=frequency)
 
     def debye(self) -> DebyeSum:
         """Give the sum with no term at all."""

@@ -188,7 +188,7 @@ class HavriliakNegami(Material):
 
 def _added(high: float, terms: Sequence[DebyeTerm | ColeColeTerm], frequency: ArrayLike) -> Complex:
     """Add what relaxes to the relative permittivity far above the band."""
-    return sum((term.polarisation(frequency) for term in terms), start=level(high, frequency))
+    return sum((term.polarisation(frequency) for term in terms), start=level(high, frequency=frequency))
 
 
 def _debye_sum(high: float, terms: Sequence[DebyeTerm | ColeColeTerm]) -> DebyeSum:

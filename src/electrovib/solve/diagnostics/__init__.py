@@ -63,7 +63,7 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solu
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     distance = scenario.motion.distance
     moved = SQUEEZED * distance.fastest if isinstance(distance, Distance) else 0.0
-    wanted = looks(scenario.drive, float(times[-1]), settled=settled, beside=moved, seen=times)
+    wanted = looks(scenario.drive, end=float(times[-1]), settled=settled, beside=moved, seen=times)
     if chosen(scenario).method.is_marched:
         both = np.union1d(times, wanted)
         whole = solve(scenario, section, both)
@@ -156,13 +156,13 @@ def _running(scenario: Scenario, section: ModalSection, record: PeakRecord) -> d
     Of a repeating drive they are those of the periodic state, of another those beside the response to that jump.
     """
     end, drive = float(record.times[-1]), scenario.drive
-    if chosen(scenario).method.is_marched or not jumps(scenario, end)[0]:
+    if chosen(scenario).method.is_marched or not jumps(scenario, end=end)[0]:
         return None
     names = ("current", "body_current")
     try:
         if drive.period is not None:
             periodic = scenario.replace({"time.initial_state": {"model": "PeriodicState"}})
-            wanted = looks(drive, end, settled=True)
+            wanted = looks(drive, end=end, settled=True)
             repeated = PeakRecord.of(periodic, wanted, solve_fields(periodic, section, wanted).found).peaks()
             return {name: repeated[name] for name in names}
         step = {"drive": {"model": "Step", "level": float(drive.voltage(0.0))}}

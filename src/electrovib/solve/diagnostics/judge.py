@@ -122,7 +122,7 @@ def circuit_lamps(scenario: Scenario, record: PeakRecord, running: Mapping[str, 
     }
     if drive.quantity == "voltage" and circuit.amplifier is None:
         reached["voltage"] = drive.largest(end)
-    first, later = jumps(scenario, end)
+    first, later = jumps(scenario, end=end)
     if circuit.element().resistance == 0 and (first or later):
         endless = dict.fromkeys(("current", "body_current"), math.inf)
         reached |= endless if later else {f"{name}{SWITCH_ON}": math.inf for name in endless}
@@ -136,7 +136,7 @@ def circuit_lamps(scenario: Scenario, record: PeakRecord, running: Mapping[str, 
     ]
 
 
-def jumps(scenario: Scenario, end: float) -> tuple[float, float]:
+def jumps(scenario: Scenario, *, end: float) -> tuple[float, float]:
     """Give the heights of the jumps that the current feels.
 
     Parameters

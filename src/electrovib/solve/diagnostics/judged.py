@@ -80,6 +80,34 @@ def judge(row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged:
     )
 
 
+def judge_repeating(rows: Real, times: Real, bounds: Real) -> list[Judged]:
+    """Do what `judge` does, for many cases that repeat: what is left of a quantity is always its largest value.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (cases, n)
+        The quantity in every case, over a period.
+    times : ndarray, shape (cases, n)
+        Increasing, less than a tenth of the first apart [s].
+    bounds : ndarray, shape (cases, n)
+        How far it may be off at each time, in its unit.
+
+    Returns
+    -------
+    list of Judged
+        One for each case.
+    """
+    sizes = np.abs(rows)
+    largest = np.max(sizes, axis=1)[:, None]
+    told = sizes > TAIL * largest
+    errors = np.max(np.where(told, bounds / np.where(told, sizes, 1.0), 0.0), axis=1)
+    shares = np.where(largest > 0, bounds / np.where(largest > 0, largest, 1.0), 0.0)
+    beyond = shares > LARGEST
+    lost = np.where(np.any(beyond, axis=1), times[np.arange(len(times)), np.argmax(beyond, axis=1)], np.inf)
+    columns = errors.tolist(), np.max(shares, axis=1).tolist(), lost.tolist()
+    return [Judged(*each) for each in zip(*columns, strict=True)]
+
+
 def _judge_by_stretches(
     row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]
 ) -> Judged | None:

@@ -31,7 +31,7 @@ FIRST_CYCLES = 20
 """Cycles of a repeating drive that are all looked at from rest; after them a growing choice, and the last."""
 
 
-def looks(drive: Drive, end: float, *, settled: bool, beside: float = 0.0, seen: Real | None = None) -> Real:
+def looks(drive: Drive, *, end: float, settled: bool, beside: float = 0.0, seen: Real | None = None) -> Real:
     """Choose times at which a linear response can be largest.
 
     Parameters
@@ -113,7 +113,7 @@ def _near_the_ends(drive: Drive, end: float, beside: float) -> Real:
     return np.unique(np.concatenate([*found, *_oscillating(beside, 0.0, end)]))
 
 
-def count_looks(drive: Drive, end: float, *, settled: bool, beside: float = 0.0) -> int:
+def count_looks(drive: Drive, *, end: float, settled: bool, beside: float = 0.0) -> int:
     """Tell at most how many times `looks` chooses, without choosing them.
 
     Parameters

@@ -16,7 +16,7 @@ import numpy as np
 
 from electrovib.physics.drive.pieces import Linear
 from electrovib.scenario import PeriodicState
-from electrovib.solve.diagnostics.judged import Judged, judge
+from electrovib.solve.diagnostics.judged import Judged, judge, judge_repeating
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.electrics.wanted import linear_quantities
@@ -28,7 +28,7 @@ from electrovib.solve.stack.reduce import reduction_band
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -92,7 +92,8 @@ def answer_errors(
     The response of D = declared - reduced to the drive, times `SAFETY`, plus `SPREAD` times the relative
     residual of the fit of D over frequency.
     """
-    low, high = reduction_band(*run_band(scenario, times))
+    low, high = run_band(scenario, times)
+    low, high = reduction_band(low=low, high=high)
     low, high = max(low, known[0]), min(high, known[1])
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     if settled and lowest_frequency(scenario) < known[0] * (1 - SAME):
@@ -119,6 +120,68 @@ def answer_errors(
         name: judge(row, times, probes, bound, straight if name == CURRENT else judged)
         for name, (row, bound) in bounds.items()
     }
+
+
+def errors_of_sines(
+    members: Sequence[Scenario],
+    section: ModalSection,
+    answer: Solution,
+    times: Real,
+    *,
+    known: tuple[float, float],
+    respond: Callable[[dict[Key, Transfer]], dict[Key, Real]],
+) -> list[dict[Key, Judged]]:
+    """Bound what the reduction of materials does to many answers of one stack, each to a sine in its periodic state.
+
+    Parameters
+    ----------
+    members : sequence of Scenario
+        They differ in their sine alone, and share the band over which materials are reduced.
+    section : ModalSection
+        Their stack as modes.
+    answer : Solution
+        One case after the other, cases times n values.
+    times : ndarray, shape (cases, n)
+        s; no more than `PROBES` of them, within a period.
+    known : tuple of float
+        As for `answer_errors`.
+    respond : callable
+        Sends all sines through linear quantities.
+
+    Returns
+    -------
+    list of dict of Key to Judged
+        As `answer_errors` gives them, one for each case.
+    """
+    scenario = members[0]
+    low, high = run_band(scenario, times[0])
+    low, high = reduction_band(low=low, high=high)
+    low, high = max(low, known[0]), min(high, known[1])
+    if not low < high:
+        return [{} for _ in members]
+    fit = _DifferenceFit.over(low, high, steady=False, smallest=MEASURED if known[0] else SMALLEST)
+    differences, residuals = _differences(scenario, section, fit, settled=True)
+    errors = respond(differences)
+    bounds = {
+        name: (row, SAFETY * np.abs(errors[name]) + SPREAD * residuals[name] * np.abs(row))
+        for name, row in answer.found.items()
+        if name in differences
+    }
+    amplitudes = {name: row for name, row in answer.found.items() if isinstance(name, AmplitudeOf)}
+    if amplitudes and scenario.force.causal:
+        bounds[FORCE] = (
+            answer.attraction,
+            _of_force(scenario, times.ravel(), amplitudes, errors, residuals),
+        )
+    judged = {
+        name: judge_repeating(row.reshape(times.shape), times, bound.reshape(times.shape))
+        for name, (row, bound) in bounds.items()
+    }
+    unknown = [lowest_frequency(each) < known[0] * (1 - SAME) for each in members]
+    return [
+        {} if unknown[case] else {name: found[case] for name, found in judged.items()}
+        for case in range(len(members))
+    ]
 
 
 def _at_corner(drive: Drive, times: Real, *, bends: bool) -> NDArray[np.bool_]:
@@ -214,7 +277,9 @@ def _differences(
 def _slope(transfer: Transfer) -> Transfer:
     """Give the rate of change of a quantity: s times its transfer."""
     weights = transfer.gains * transfer.rates
-    return Transfer(transfer.rates, -weights, float(np.sum(weights)), transfer.direct, static=0.0)
+    return Transfer(
+        rates=transfer.rates, gains=-weights, direct=float(np.sum(weights)), slope=transfer.direct, static=0.0
+    )
 
 
 class _DifferenceFit:
@@ -264,7 +329,7 @@ class _DifferenceFit:
             left = float(np.max(np.abs(self.columns @ tried - wanted) * weights))
             if left < best:
                 best, found = left, tried
-        return Transfer(self.rates, found[1:], float(found[0])), best
+        return Transfer(rates=self.rates, gains=found[1:], direct=float(found[0])), best
 
 
 def _inverse(columns: Real, weights: Real, smallest: float) -> Real:

@@ -20,18 +20,18 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.keys import Key
 
 REFINEMENTS = 3
-"""Each divides the time around a largest value by `_DIVISIONS`/2."""
+"""Each divides the time around a largest value by `DIVISIONS`/2."""
 CLEAR = 1e-2
 """Drop of the neighbours of a largest value, relative, below which a parabola through the three is right to 1e-5."""
-_DIVISIONS = 12
+DIVISIONS = 12
 _MANY = 100_000
 """Times beyond which only those that decide on the largest values are kept beside the looks between them."""
 _BESIDE = 2
 """Times on both sides of a largest value that are kept."""
 _JUST = 1e-6
 """How close to a largest value it is looked at again, as a share of the time to its neighbour."""
-_ROUNDED = 1e-13
-_AT_A_CORNER = 1e-4
+ROUNDED = 1e-13
+AT_A_CORNER = 1e-4
 """Ratio of the times to both neighbours, below which the largest value is at a corner, not between looks."""
 
 
@@ -140,6 +140,11 @@ class PeakRecord:
     def _peaks(self) -> dict[Key, tuple[float, int, float]]:
         return {name: self._peak(row, self._places[name]) for name, row in self.rows.items()}
 
+    def knowing(self, peaks: dict[Key, tuple[float, int, float]]) -> PeakRecord:
+        """Take over largest values, places and drops that were found elsewhere; gives this record."""
+        self.__dict__["_peaks"] = peaks  # where the cached property keeps them
+        return self
+
     def peaks(self) -> dict[Key, float]:
         """Largest absolute value of each quantity, between its times by a parabola; NaN for what is not known."""
         return {name: value for name, (value, _, _) in self._peaks.items()}
@@ -150,12 +155,12 @@ class PeakRecord:
         for value, place, drop in self._peaks.values():
             if drop > CLEAR * value:
                 first, last = self.times[self._neighbours(place)].tolist()
-                found.append(np.linspace(first, last, _DIVISIONS + 1))
+                found.append(np.linspace(first, last, DIVISIONS + 1))
         return np.unique(np.concatenate(found))
 
     def _neighbours(self, place: int) -> list[int]:
         """Places of the times before and after one, other than by rounding."""
-        apart = _ROUNDED * self.times[-1]
+        apart = ROUNDED * self.times[-1]
         left = int(np.searchsorted(self.times, self.times[place] - apart, side="left")) - 1
         return [left, int(np.searchsorted(self.times, self.times[place] + apart, side="right"))]
 
@@ -167,7 +172,7 @@ class PeakRecord:
             return value, place, 0.0
         before, after = self.times[place] - self.times[left], self.times[right] - self.times[place]
         first, last = value - abs(row[left]), value - abs(row[right])
-        if min(before, after) < _AT_A_CORNER * max(before, after) or not min(first, last) >= 0:
+        if min(before, after) < AT_A_CORNER * max(before, after) or not min(first, last) >= 0:
             return value, place, 0.0
         bend = first / before + last / after
         if bend <= 0:

@@ -110,7 +110,7 @@ def _contact(scenario: Scenario, variables: dict[str, Any], times: Real) -> list
     load = float(scenario.load.forces(times)[worst])
     if not (load > 0 and force[worst] > 0 and area[worst] > 0):
         return found
-    states = pressed_states(contact, load, float(force[worst] / area[worst]))
+    states = pressed_states(contact, load=load, pull=float(force[worst] / area[worst]))
     if len(states) > 1:
         listed = ", ".join(
             f"{format_quantity(whole - load, 'N', digits=4)}{'' if stable else ' (not stable)'}"

@@ -74,7 +74,7 @@ def attraction(scenario: Scenario, pull: Real, times: Real | None = None) -> Rea
     return np.asarray(pull * contact.outline(pressed(contact, forces, pressing)))
 
 
-def mean_force(scenario: Scenario, section: PhasorSection, amplitude: float) -> Real:
+def mean_force(scenario: Scenario, section: PhasorSection, *, amplitude: float) -> Real:
     """Time mean of the attraction under one sine.
 
     Parameters

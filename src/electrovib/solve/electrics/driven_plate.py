@@ -120,5 +120,5 @@ class DrivenPlate:
             V.
         """
         assert self.corner is not None
-        pole = Transfer(np.array([self.corner]), np.array([self.gain]))
+        pole = Transfer(rates=np.array([self.corner]), gains=np.array([self.gain]))
         return transient({"v": pole}, self.drive, times)["v"]

@@ -13,10 +13,22 @@ CURRENT_DRIVE: Final = Method(name="current drive", by_modes=True)
 ONE_SINE: Final = Method(name="one sine", by_modes=True)
 RENEWAL: Final = Method(name="renewal")
 """A mean over places, each of which answers by modes; not linear where it is the mean of a square."""
-LEAK: Final = Method(name="nonlinear branch", march=March("the leaking layer", leak_step, 500, 400, 7))
-MOVING_GAP: Final = Method(name="moving gap", march=March("the moving gap", gap_step, 1000, 400, 1))
+LEAK: Final = Method(
+    name="nonlinear branch",
+    march=March(name="the leaking layer", step=leak_step, at_corner=500, in_cycle=400, for_sample=7),
+)
+MOVING_GAP: Final = Method(
+    name="moving gap",
+    march=March(name="the moving gap", step=gap_step, at_corner=1000, in_cycle=400, for_sample=1),
+)
 LIMITED: Final = Method(
-    name="amplifier", march=March("the amplifier with limits", limit_look, 75, 64, 0, numbers=0)
+    name="amplifier",
+    march=March(
+        name="the amplifier with limits", step=limit_look, at_corner=75, in_cycle=64, for_sample=0, numbers=0
+    ),
 )
 """Its cost is that of as long as no limit is met; where it changes, the march counts on."""
-NONLINEAR: Final = Method(name="nonlinear", march=March("the nonlinear equations", radau_step, 300, 25, 0))
+NONLINEAR: Final = Method(
+    name="nonlinear",
+    march=March(name="the nonlinear equations", step=radau_step, at_corner=300, in_cycle=25, for_sample=0),
+)

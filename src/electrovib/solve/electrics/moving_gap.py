@@ -88,7 +88,7 @@ def move_gap(
     matrices, _, _ = _system(space, extremes, np.zeros(2))
     speed = float(np.max(np.abs(matrices).sum(axis=2))) + 1 / max(float(time[-1]), 1e-12)
     end = float(time[-1])
-    grid = smooth_grid(drive, end, speed=speed, spans=_spans(motion, end), fastest=motion.fastest)
+    grid = smooth_grid(drive, end=end, speed=speed, spans=_spans(motion, end), fastest=motion.fastest)
     grid, error = _fine_enough(space, plate, grid, motion)
     grid = with_outputs(grid, time)
     around = _around(grid, time)
@@ -228,7 +228,7 @@ def _carry(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance)
 
 def _field(space: StackStates, plate: DrivenPlate, time: Real, states: Real, motion: Distance) -> Real:
     assert space.moving is not None
-    field: Real = space.moment(states, plate.at(time)[0], gap=motion.gap(time)).field[space.moving]
+    field: Real = space.moment(states, voltage=plate.at(time)[0], gap=motion.gap(time)).field[space.moving]
     return field
 
 
@@ -236,8 +236,8 @@ def _signals(
     space: StackStates, plate: DrivenPlate, time: Real, states: Real, motion: Distance
 ) -> dict[Key, Real]:
     (voltage, slope), gap = plate.at(time), motion.gap(time)
-    moment = space.moment(states, voltage, gap=gap, closing=motion.rate(time))
-    current = space.area * space.density(states, slope, moment)
+    moment = space.moment(states, voltage=voltage, gap=gap, closing=motion.rate(time))
+    current = space.area * space.density(states, moment, slope=slope)
     stray = 0.0 if plate.amplifier is None else plate.amplifier.stray_capacitance
     return {
         "drive_voltage": plate.drive.voltage(time),
@@ -245,4 +245,4 @@ def _signals(
         "current": current,
         "amplifier_current": current + stray * slope,
         "gap": gap,
-    } | space.named(states, moment, gap)
+    } | space.named(states, moment, gap=gap)

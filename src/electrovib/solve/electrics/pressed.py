@@ -80,7 +80,7 @@ def _least(contact: Contact, load: Real, pull: Real) -> Real:
         high = np.where(open_, np.minimum(ratio * high, highest), high)
         short = open_ & (lacking(high) < 0)
         if np.any(short & (high >= highest)):
-            raise without_bound(contact, float(np.max(pull[short])))
+            raise without_bound(contact, pull=float(np.max(pull[short])))
         open_ = short
     open_ = pull < 0
     while np.any(open_):
@@ -122,7 +122,7 @@ def _bracketed(function: Callable[[Real, Any], Real], low: Real, high: Real) -> 
     return root
 
 
-def pressed_states(contact: Contact, load: float, pull: float) -> tuple[tuple[float, bool], ...]:
+def pressed_states(contact: Contact, *, load: float, pull: float) -> tuple[tuple[float, bool], ...]:
     """All forces with which a contact may be pressed under one load and one attraction.
 
     Parameters
@@ -150,10 +150,10 @@ def pressed_states(contact: Contact, load: float, pull: float) -> tuple[tuple[fl
     def lacking(whole: Real) -> Real:
         return np.asarray(whole - load - pull * contact.outline(whole))
 
-    return crossed(lacking, load, max(load + pull * LARGEST, load * (1 + 1e-9)))
+    return crossed(lacking, least=load, most=max(load + pull * LARGEST, load * (1 + 1e-9)))
 
 
-def crossed(lacking: Callable[[Real], Real], least: float, most: float) -> tuple[tuple[float, bool], ...]:
+def crossed(lacking: Callable[[Real], Real], *, least: float, most: float) -> tuple[tuple[float, bool], ...]:
     """Forces at which a function changes its sign, and whether it rises there.
 
     Parameters
@@ -182,7 +182,7 @@ def crossed(lacking: Callable[[Real], Real], least: float, most: float) -> tuple
     return tuple(found)
 
 
-def without_bound(contact: Contact, pull: float) -> InputError:
+def without_bound(contact: Contact, *, pull: float) -> InputError:
     """Say that an attraction lets the area of a contact grow without bound.
 
     Parameters

@@ -186,7 +186,7 @@ class _Memory:
 
     def _state(self, rate: float) -> Real:
         """Mode of this rate at the moments of entry, 0 at time 0."""
-        mode = Transfer(np.array([rate]), np.array([1.0]))
+        mode = Transfer(rates=np.array([rate]), gains=np.array([1.0]))
         found = transient({"mode": mode}, self._drive, self._times)["mode"]
         found = np.where(self._times > 0, found, 0.0)
         return np.asarray(found[self._places.ravel()].reshape(self._shape))

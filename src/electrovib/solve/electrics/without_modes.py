@@ -92,16 +92,18 @@ def follow_all(question: Question) -> Solution:
     """
     from electrovib.solve.nonlinear.finger import follow_finger
 
-    scenario, times = question.scenario, question.times
+    scenario = question.scenario
     motion = _yielding(scenario) if scenario.contact.closing is not None else scenario.motion.moved_gap
-    asked = times if times[0] == 0 else np.append(0.0, times)
     followed = follow_finger(
-        _states(question), scenario.drive, asked, amplifier=scenario.circuit.amplifier, motion=motion
+        _states(question),
+        scenario.drive,
+        question.times,
+        amplifier=scenario.circuit.amplifier,
+        motion=motion,
     )
-    found = {key: row[len(asked) - len(times) :] for key, row in followed.found.items()}
     reason = f"{why_no_modes(scenario)}: {followed.reason}"
     errors = {"events": len(followed.events)}
-    return _with_law(scenario, replace(followed, found=found, reason=reason, errors=errors))
+    return _with_law(scenario, replace(followed, reason=reason, errors=errors))
 
 
 def _states(question: Question) -> StackStates:
@@ -140,15 +142,21 @@ def _over_time(scenario: Scenario, found: dict[Key, Real]) -> TimeSection:
     gap = scenario.stack.gap_name
     layers = {
         name: TimeLayer(
-            found["gap"] if name == gap and "gap" in found else layer.thickness,
-            layer.material,
-            found[FieldOf(name)],
-            found[DisplacementOf(name)],
+            thickness=found["gap"] if name == gap and "gap" in found else layer.thickness,
+            material=layer.material,
+            field=found[FieldOf(name)],
+            displacement=found[DisplacementOf(name)],
         )
         for name, layer in scenario.stack.layers.items()
     }
     density, at = found["current"] / scenario.contact_area, found[DisplacementOf(gap or INTERFACE)]
-    return TimeSection(layers, scenario.stack.roles, found["stack_voltage"], density, at)
+    return TimeSection(
+        layers=layers,
+        roles=scenario.stack.roles,
+        voltage=found["stack_voltage"],
+        current_density=density,
+        interface_displacement=at,
+    )
 
 
 def _moving(scenario: Scenario) -> str:

@@ -72,9 +72,9 @@ def growing_states(
 
     closed = drawn(load, low) / contact.gross_area(load)
     highest = load * (1 + BEYOND) + attraction_on(contact.gross_area(load)).pressure(low) * LARGEST
-    found = [(whole, stable) for whole, stable in crossed(lacking, load * (1 - BEYOND), highest)]
+    found = [(whole, stable) for whole, stable in crossed(lacking, least=load * (1 - BEYOND), most=highest)]
     if not found:
-        raise without_bound(contact, closed)
+        raise without_bound(contact, pull=closed)
     states = [
         _state(contact, surface, attraction_on, whole, stable, load) for whole, stable in reversed(found)
     ]

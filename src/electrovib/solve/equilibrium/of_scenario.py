@@ -24,7 +24,7 @@ from electrovib.solve.equilibrium.growing import growing_states
 from electrovib.solve.equilibrium.states import Equilibrium, balance
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Balance:
     """Every state of a finger under a held voltage, and what they were computed from.
 
@@ -118,7 +118,11 @@ def equilibrium(
     def attraction_on(area: float) -> Attraction:
         """Attraction with the return path as thick as it is for an area [m2]."""
         seen = filling * sum(_blocking(known, area).values())
-        return PlateAttraction(held, seen) if spots is None else RoughAttraction(held, seen, surface, spots)
+        return (
+            PlateAttraction(held, seen)
+            if spots is None
+            else RoughAttraction(voltage=held, electrical_thickness=seen, surface=surface, spots=spots)
+        )
 
     attraction = attraction_on(area)
     if isinstance(known.contact, FixedArea):
@@ -135,7 +139,18 @@ def equilibrium(
         )
     force = tuple(state.attraction * each for state, each in zip(states, areas, strict=True))
     lamps = _lamps(known, states, areas, held=held, filling=filling)
-    return Balance(states, force, areas, held, pressure, area, thickness, tuple(parts), beyond, lamps)
+    return Balance(
+        states=states,
+        force=force,
+        areas=areas,
+        voltage=held,
+        pressure=pressure,
+        area=area,
+        electrical_thickness=thickness,
+        blocking=tuple(parts),
+        beyond=beyond,
+        lamps=lamps,
+    )
 
 
 def _lamps(

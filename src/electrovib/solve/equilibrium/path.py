@@ -22,7 +22,7 @@ BETWEEN = 65
 """Gaps between two steps at which is asked whether a branch ends there."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Path:
     """Gaps along a course of voltages.
 
@@ -148,7 +148,13 @@ def follow(
         jumps.append(moved)
         gap = state.gap
     gaps, drawn = (np.array([getattr(state, name) for state in states]) for name in ("gap", "attraction"))
-    return Path(np.array(voltages, dtype=float), gaps, drawn, np.array(jumps, dtype=bool), tuple(states))
+    return Path(
+        voltage=np.array(voltages, dtype=float),
+        gap=gaps,
+        attraction=drawn,
+        jump=np.array(jumps, dtype=bool),
+        states=tuple(states),
+    )
 
 
 def _next(gap: float, surface: Surface, attraction: Attraction, pressure: float) -> Equilibrium:

@@ -36,7 +36,7 @@ class Crossing:
     iterations: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Point:
     """Both curves at one place."""
 
@@ -63,7 +63,7 @@ class _Interval:
 
 
 def crossings(
-    first: Curve, second: Curve, low: float, high: float, *, parts: int = 1
+    first: Curve, second: Curve, *, low: float, high: float, parts: int = 1
 ) -> tuple[Crossing, ...]:
     """Find every place where two curves meet.
 
@@ -105,7 +105,8 @@ def crossings(
 
 
 def _point(first: Curve, second: Curve, x: float) -> _Point:
-    return _Point(x, *first(x), *second(x))
+    (upper, upper_slope), (lower, lower_slope) = first(x), second(x)
+    return _Point(x=x, upper=upper, upper_slope=upper_slope, lower=lower, lower_slope=lower_slope)
 
 
 _Part = tuple[float, float, Crossing]
@@ -144,8 +145,8 @@ def _bounds(part: _Interval) -> tuple[float, float]:
     ends = min(a.difference, b.difference), max(a.difference, b.difference)
     if b.x <= a.x:
         return ends
-    upper = _Bent(a.x, a.upper, a.upper_slope, b.x, b.upper, b.upper_slope)
-    lower = _Bent(a.x, a.lower, a.lower_slope, b.x, b.lower, b.lower_slope)
+    upper = _Bent(a=a.x, at_a=a.upper, slope_a=a.upper_slope, b=b.x, at_b=b.upper, slope_b=b.upper_slope)
+    lower = _Bent(a=a.x, at_a=a.lower, slope_a=a.lower_slope, b=b.x, at_b=b.lower, slope_b=b.lower_slope)
     below, above = ends
     for x in (upper.kink, lower.kink):
         (least, most), (least_other, most_other) = upper.between(x), lower.between(x)
@@ -153,7 +154,7 @@ def _bounds(part: _Interval) -> tuple[float, float]:
     return below, above
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Bent:
     """A curve on an interval where its slope only rises or only falls."""
 

@@ -18,7 +18,7 @@ PARTS = 64
 """Parts of the range for an attraction that is not convex."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Equilibrium:
     """One state in which the pressures balance.
 
@@ -143,11 +143,21 @@ def balance(
 
     states = [
         _state(place, repels(place.place), draws(place.place), pressure)
-        for place in crossings(repels, draws, low, high, parts=1 if attraction.convex else PARTS)
+        for place in crossings(repels, draws, low=low, high=high, parts=1 if attraction.convex else PARTS)
     ]
     lacking = draws(low)[0] - repels(low)[0]
     if low == 0 and lacking > 0:
-        closed = Equilibrium(0.0, True, True, False, repels(0)[0], draws(0)[0] - pressure, lacking, 0.0, 0)
+        closed = Equilibrium(
+            gap=0.0,
+            stable=True,
+            touching=True,
+            fold=False,
+            repulsion=repels(0)[0],
+            attraction=draws(0)[0] - pressure,
+            stop=lacking,
+            residual=0.0,
+            iterations=0,
+        )
         states = [closed, *(state for state in states if state.gap > 0)]
     return tuple(states)
 

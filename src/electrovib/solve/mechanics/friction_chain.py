@@ -127,7 +127,13 @@ class FrictionChain:
         return {} if finger is None else finger_filters(_at_speed(finger, speed))
 
     def along(self, moved: Mechanics) -> float:
-        """March a friction along the motion, and follow the skin behind it; give the error."""
+        """March a friction along the motion, and follow the skin behind it; give the error.
+
+        Raises
+        ------
+        InputError
+            If a periodic state is asked for and the motion happens only once.
+        """
         scenario = self.scenario
         if self.settled and len(scenario.motion.breaks()) > 1:
             raise InputError(

@@ -71,7 +71,7 @@ def mechanical(
     return moved
 
 
-def refuse_unsolved_mechanics(scenario: Scenario, end: float) -> None:
+def refuse_unsolved_mechanics(scenario: Scenario, *, end: float) -> None:
     """Build what the mechanics is made of, so that what does not go together is told before any work.
 
     Parameters
@@ -96,7 +96,7 @@ def refuse_unsolved_mechanics(scenario: Scenario, end: float) -> None:
         chain.filters() if not chain.comes_and_goes() else chain.skin()
     digitiser = None if scenario.rig is None else scenario.rig.digitiser
     if digitiser is not None:
-        refuse_readings(digitiser, end, MOST)
+        refuse_readings(digitiser, span=end, most=MOST)
 
 
 def slowest_rates(scenario: Scenario) -> list[float]:

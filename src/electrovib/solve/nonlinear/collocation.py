@@ -23,7 +23,7 @@ _MOST_RENEWALS = 3
 _MOST_HALVINGS = 24
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Piece:
     """Collocation polynomial of one step.
 
@@ -74,8 +74,9 @@ def solve(factors: tuple[Any, Any], right: Any) -> Any:
 
 def march(
     rate: Callable[[float, Real], Real],
-    start: float,
     state: Real,
+    *,
+    start: float,
     size: float,
     scale: Real,
     halvings: int = 0,
@@ -105,10 +106,12 @@ def march(
     piece = _collocate(rate, start, state, size, scale)
     if piece is not None or halvings >= _MOST_HALVINGS:
         return None if piece is None else (piece,)
-    first = march(rate, start, state, size / 2, scale, halvings + 1)
+    first = march(rate, state, start=start, size=size / 2, scale=scale, halvings=halvings + 1)
     if first is None:
         return None
-    second = march(rate, start + size / 2, first[-1].state, size / 2, scale, halvings + 1)
+    second = march(
+        rate, first[-1].state, start=start + size / 2, size=size / 2, scale=scale, halvings=halvings + 1
+    )
     return None if second is None else first + second
 
 
@@ -120,7 +123,7 @@ def _collocate(
     stages = np.zeros((STAGES, len(state)))
     at = state
     for _ in range(_MOST_RENEWALS):
-        matrix = np.eye(stages.size) - size * np.kron(WEIGHTS, jacobian(rate, start, at, scale))
+        matrix = np.eye(stages.size) - size * np.kron(WEIGHTS, jacobian(rate, at, time=start, scale=scale))
         factors = factor(matrix)
         last = np.inf
         for _ in range(_MOST_ITERATIONS):
@@ -131,7 +134,7 @@ def _collocate(
                 break
             stages = stages + change
             if moved <= _SETTLED or last <= moved <= _ROUNDING:
-                return Piece(start, size, state, stages)
+                return Piece(start=start, size=size, before=state, stages=stages)
             last = moved
         if not np.all(np.isfinite(stages)):
             return None
@@ -139,7 +142,7 @@ def _collocate(
     return None
 
 
-def jacobian(rate: Callable[[float, Real], Real], time: float, state: Real, scale: Real) -> Real:
+def jacobian(rate: Callable[[float, Real], Real], state: Real, *, time: float, scale: Real) -> Real:
     """Jacobian of a rate, by differences forward.
 
     Parameters
@@ -167,7 +170,7 @@ def jacobian(rate: Callable[[float, Real], Real], time: float, state: Real, scal
 
 
 def steps_to(
-    rate: Callable[[float, Real], Real], start: float, state: Real, size: float, scale: Real
+    rate: Callable[[float, Real], Real], state: Real, *, start: float, size: float, scale: Real
 ) -> tuple[Piece, ...]:
     """March one step, which must succeed.
 
@@ -190,14 +193,20 @@ def steps_to(
     ElectrovibError
         If halving does not help.
     """
-    pieces = march(rate, start, state, size, scale)
+    pieces = march(rate, state, start=start, size=size, scale=scale)
     if pieces is None:
         raise ElectrovibError(f"the equations could not be solved beyond {start:.6g} s")
     return pieces
 
 
 def adaptive_steps(
-    rate: Callable[[float, Real], Real], start: float, stop: float, state: Real, scale: Real, tolerance: float
+    rate: Callable[[float, Real], Real],
+    state: Real,
+    *,
+    start: float,
+    stop: float,
+    scale: Real,
+    tolerance: float,
 ) -> Iterator[tuple[float, Real, Callable[[Real], Real]]]:
     """Steps whose length follows from the error: each one's end, the state there, and its polynomial.
 
@@ -216,6 +225,11 @@ def adaptive_steps(
     ------
     tuple of (float, ndarray, callable)
         End of a step [s], state there, polynomial of times [s].
+
+    Raises
+    ------
+    ElectrovibError
+        If no step is small enough for the tolerance.
     """
     from scipy.integrate import Radau
 
@@ -226,7 +240,7 @@ def adaptive_steps(
         stop,
         rtol=tolerance,
         atol=tolerance * scale,
-        jac=lambda time, now: jacobian(rate, time, now, scale),
+        jac=lambda time, now: jacobian(rate, now, time=time, scale=scale),
     )
     solver.lu, solver.solve_lu = (
         factor,
@@ -240,7 +254,7 @@ def adaptive_steps(
 
 
 def even_steps(
-    rate: Callable[[float, Real], Real], start: float, stop: float, state: Real, scale: Real, step: float
+    rate: Callable[[float, Real], Real], state: Real, *, start: float, stop: float, scale: Real, step: float
 ) -> Iterator[tuple[float, Real, Callable[[Real], Real]]]:
     """Steps of one length, the given one or a little less, without control of the error.
 
@@ -263,7 +277,7 @@ def even_steps(
     count = max(1, int(np.ceil((stop - start) / step * (1 - 1e-9))))
     bounds = np.linspace(start, stop, count + 1).tolist()
     for before, after in itertools.pairwise(bounds):
-        taken = steps_to(rate, before, state, after - before, scale)
+        taken = steps_to(rate, state, start=before, size=after - before, scale=scale)
         state = taken[-1].state
         for piece in taken:
             yield after if piece is taken[-1] else piece.end, piece.state, piece

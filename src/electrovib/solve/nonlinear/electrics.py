@@ -57,7 +57,7 @@ class Electrics(System):
         self.space, self.drive, self.amplifier = space, drive, amplifier
         self._breaks = drive.corners(end)[0].tolist()
         self._end = end
-        self._stretch = Stretch(0.0, 0.0, 0.0)
+        self._stretch = Stretch(start=0.0, level=0.0, slope=0.0)
         self._gain = 1.0 if amplifier is None else amplifier.gain
         self._stray = 0.0 if amplifier is None else amplifier.stray_capacitance
         self._limits = (-np.inf, np.inf) if amplifier is None else amplifier.current_limits
@@ -104,26 +104,26 @@ class Electrics(System):
             That begins.
         """
         state = np.concatenate([self.space.start(), np.zeros(self.size - self.space.size)])
-        self._stretch = Stretch(0.0, 0.0, 0.0)
-        after = self.jump(0.0, state)
+        self._stretch = Stretch(start=0.0, level=0.0, slope=0.0)
+        after = self.jump(state, time=0.0)
         aim = self._gain * self._stretch.voltage(0.0)[0]
         clipped = 0 if self._saturation is None else int(np.sign(aim)) * (abs(aim) > self._saturation)
         moment = self._supplied(0.0, after, (clipped, 0), gap, 0.0)[2]
         signs = tuple(-1 if moment.field[index] < 0 else 1 for index in self.space.polarities)
-        self._stretch = Stretch(0.0, 0.0, 0.0)
+        self._stretch = Stretch(start=0.0, level=0.0, slope=0.0)
         return state, (clipped, 0, *signs)
 
     def breaks(self, end: float) -> list[float]:
         """Times of breaks of the drive up to an end [s]."""
         return [time for time in self._breaks if time <= end]
 
-    def jump(self, time: float, state: Real) -> Real:
+    def jump(self, state: Real, *, time: float) -> Real:
         """State just after a break [s], and from now on the drive's next stretch."""
         before = self._stretch.voltage(time)[0]
         if time == 0 or time in self._breaks:
             beyond = self._end if time < self._end else 1.001 * time
             following = next((b for b in self._breaks if b > time), beyond)
-            self._stretch = stretch_after(self.drive, time, following)
+            self._stretch = stretch_after(self.drive, time=time, following=following)
         after = self._stretch.voltage(time)[0]
         old, new = (self._aimed(before), self._aimed(after)) if time > 0 else (0.0, self._aimed(after))
         place = self.space.size - 1
@@ -142,15 +142,15 @@ class Electrics(System):
         return state
 
     def rate(
-        self, time: float, state: Real, mode: Mode, *, gap: float | None = None, closing: float = 0.0
+        self, state: Real, mode: Mode, *, time: float, gap: float | None = None, closing: float = 0.0
     ) -> Real:
         """Rate of change of each state [its unit/s]."""
         _, slope, moment = self._supplied(time, state, mode, gap, closing)
-        own = self.space.rate(state[: self.space.size], slope, moment)
+        own = self.space.rate(state[: self.space.size], moment, slope=slope)
         return own if self.follows else np.append(own, slope)
 
     def switches(
-        self, time: float, state: Real, mode: Mode, *, gap: float | None = None, closing: float = 0.0
+        self, state: Real, mode: Mode, *, time: float, gap: float | None = None, closing: float = 0.0
     ) -> Real:
         """Values that stay above 0 as long as the mode holds."""
         return np.array([value for value, _ in self._watched(time, state, mode, gap, closing)])
@@ -158,17 +158,17 @@ class Electrics(System):
     def following(
         self,
         index: int,
-        time: float,
         state: Real,
         mode: Mode,
         *,
+        time: float,
         gap: float | None = None,
         closing: float = 0.0,
     ) -> Mode:
         """Mode after the switch of this index has fallen through zero."""
         return self._watched(time, state, mode, gap, closing)[index][1]
 
-    def attraction(self, time: float, state: Real, mode: Mode, *, gap: float | None = None) -> float:
+    def attraction(self, state: Real, mode: Mode, *, time: float, gap: float | None = None) -> float:
         """Pressure with which the field at the interface pulls, eps0 E^2/2.
 
         Parameters
@@ -211,7 +211,7 @@ class Electrics(System):
         if not self.follows and (self._corner is not None or mode[1]):
             slope = 0.0 if self._corner is None else self._corner * (voltage - float(state[-1]))
             voltage = float(state[-1])
-        moment = self.space.moment(own, voltage, gap=gap, closing=closing, signs=signs)
+        moment = self.space.moment(own, voltage=voltage, gap=gap, closing=closing, signs=signs)
         if mode[1]:
             slope = float(self._held(own, self._limits[mode[1] > 0], moment))
         return voltage, slope, moment
@@ -223,7 +223,7 @@ class Electrics(System):
             fixed = current - area * moment.loss / moment.elastance
             return np.asarray(fixed / (stray + area / moment.elastance))
         if stray > 0:
-            return np.asarray((current - area * self.space.density(own, 0.0, moment)) / stray)
+            return np.asarray((current - area * self.space.density(own, moment, slope=0.0)) / stray)
         return np.asarray(moment.elastance * current / area - moment.loss)
 
     def _watched(
@@ -257,7 +257,7 @@ class Electrics(System):
             wanted = behind if self._corner is None else (self._corner * behind - slope) / self._corner
             return [(held * wanted, (clipped, 0, *signs))]
         current = self._stray * slope + self.space.area * float(
-            self.space.density(state[: self.space.size], slope, moment)
+            self.space.density(state[: self.space.size], moment, slope=slope)
         )
         spare = [side * (self._limits[side > 0] - current) / self._limits[1] for side in (-1, 1)]
         if self._corner is None:
@@ -268,7 +268,9 @@ class Electrics(System):
         modes = [(clipped, side, *signs) for side in (-1, 1)]
         return list(zip(spare, modes * (len(spare) // 2), strict=True))
 
-    def signals(self, times: Real, states: Real, gap: Real | None, closing: Real | float) -> dict[Key, Real]:
+    def signals(
+        self, times: Real, states: Real, *, gap: Real | None, closing: Real | float
+    ) -> dict[Key, Real]:
         """What happens at output times, from the states alone.
 
         Parameters
@@ -294,18 +296,18 @@ class Electrics(System):
             slope = self._corner * (aim - voltage)
         elif self.limited:
             voltage = np.where(np.abs(states[-1] - aim) <= 10 * SLACK * self.volts, aim, states[-1])
-        moment = self.space.moment(own, voltage, gap=gap, closing=closing)
-        density = self.space.density(own, slope, moment)
+        moment = self.space.moment(own, voltage=voltage, gap=gap, closing=closing)
+        density = self.space.density(own, moment, slope=slope)
         if self.limited:
             current = self._stray * slope + self.space.area * density
             if self._corner is None:  # a plate that is behind is on its way with the largest current
                 current = np.where(voltage < aim, np.inf, np.where(voltage > aim, -np.inf, current))
             held = np.clip(current, *self._limits)
             slope = np.where(held == current, slope, self._held(own, held, moment))
-            density = self.space.density(own, slope, moment)
+            density = self.space.density(own, moment, slope=slope)
         return {
             "drive_voltage": drive,
             "plate_voltage": voltage,
             "current": self.space.area * density,
             "amplifier_current": self._stray * slope + self.space.area * density,
-        } | self.space.named(own, moment, gap)
+        } | self.space.named(own, moment, gap=gap)

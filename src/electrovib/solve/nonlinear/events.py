@@ -24,12 +24,13 @@ _ENOUGH = 1e-13
 def land(
     rate: Callable[[float, Real], Real],
     system: System,
-    before: float,
     state: Real,
+    mode: Mode,
+    *,
+    index: int,
+    before: float,
     when: float,
     after: float,
-    index: int,
-    mode: Mode,
 ) -> tuple[Piece, ...]:
     """Solve the shortened step again, and correct its length until its own end is the root.
 
@@ -56,13 +57,13 @@ def land(
         One after the other; the last ends at the event.
     """
     for _ in range(_MOST_CORRECTIONS):
-        landed = steps_to(rate, before, state, when - before, system.scale)
+        landed = steps_to(rate, state, start=before, size=when - before, scale=system.scale)
         last = landed[-1]
-        value = float(system.switches(last.end, last.state, mode)[index])
+        value = float(system.switches(last.state, mode, time=last.end)[index])
         early = last.start + 0.875 * last.size
         if early >= last.end:  # no time can be told from another in so short a step
             break
-        slope = (value - float(system.switches(early, last(np.asarray(early)), mode)[index])) / (
+        slope = (value - float(system.switches(last(np.asarray(early)), mode, time=early)[index])) / (
             last.end - early
         )
         if value == 0 or not slope < 0:
@@ -75,7 +76,7 @@ def land(
 
 
 def first_fall(
-    system: System, piece: Callable[[Real], Real], before: float, after: float, state: Real, mode: Mode
+    system: System, piece: Callable[[Real], Real], state: Real, mode: Mode, *, before: float, after: float
 ) -> tuple[float, int] | None:
     """Find when the first switch falls through zero in a step, and which; it may have risen again by the end.
 
@@ -100,14 +101,16 @@ def first_fall(
     from scipy.optimize import brentq
 
     def value(time: float, index: int) -> float:
-        return float(system.switches(time, piece(np.asarray(time)), mode)[index])
+        return float(system.switches(piece(np.asarray(time)), mode, time=time)[index])
 
-    if not len(system.switches(after, state, mode)):
+    if not len(system.switches(state, mode, time=after)):
         return None
     looks = before + (after - before) * _LOOKS
     inside = piece(looks).T
-    values = [system.switches(time, each, mode) for time, each in zip(looks.tolist(), inside, strict=True)]
-    values.append(system.switches(after, state, mode))
+    values = [
+        system.switches(each, mode, time=time) for time, each in zip(looks.tolist(), inside, strict=True)
+    ]
+    values.append(system.switches(state, mode, time=after))
     fallen = np.array(values) < 0
     if not fallen.any():
         return None

@@ -43,7 +43,7 @@ class Repelling(Protocol):
         """Pressure [Pa] at a gap [m], falling with it."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Yielding:
     """A gap that follows load, attraction and the surfaces' resistance to being pressed together.
 
@@ -125,16 +125,16 @@ class FingerOverPlate(System):
         bends = self.motion.breaks() if isinstance(self.motion, Distance) else ()
         return sorted({*self.electrics.breaks(end), *(bend for bend in bends if 0 < bend < end)})
 
-    def jump(self, time: float, state: Real) -> Real:
+    def jump(self, state: Real, *, time: float) -> Real:
         """State just after a break [s]."""
         count = self.electrics.size
-        own = self.electrics.jump(time, state[:count])
+        own = self.electrics.jump(state[:count], time=time)
         return np.concatenate([own, state[count:]])
 
-    def rate(self, time: float, state: Real, mode: Mode) -> Real:
+    def rate(self, state: Real, mode: Mode, *, time: float) -> Real:
         """Rate of change of each state [its unit/s]."""
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
-        found = self.electrics.rate(time, own, mode, gap=gap, closing=closing)
+        found = self.electrics.rate(own, mode, time=time, gap=gap, closing=closing)
         if not isinstance(self.motion, Yielding):
             return found
         if self.motion.mass > 0:
@@ -142,27 +142,35 @@ class FingerOverPlate(System):
             return np.append(found, [closing, push / self.motion.mass])
         return np.append(found, closing)
 
-    def switches(self, time: float, state: Real, mode: Mode) -> Real:
+    def switches(self, state: Real, mode: Mode, *, time: float) -> Real:
         """Values that stay above 0 as long as the mode holds."""
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
-        found = self.electrics.switches(time, own, mode, gap=gap, closing=closing)
+        found = self.electrics.switches(own, mode, time=time, gap=gap, closing=closing)
         if isinstance(self.motion, Yielding):
             found = np.append(found, float(gap or 0.0) / self.motion.start - CLOSED)
         return found
 
-    def following(self, index: int, time: float, state: Real, mode: Mode) -> Mode:
-        """Mode after the switch of this index has fallen through zero."""
+    def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
+        """Mode after the switch of this index has fallen through zero.
+
+        Raises
+        ------
+        InputError
+            If the gap has closed: the equations end there.
+        """
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
-        if index == len(self.electrics.switches(time, own, mode, gap=gap, closing=closing)):
+        if index == len(self.electrics.switches(own, mode, time=time, gap=gap, closing=closing)):
             raise InputError(self._closed(time, state, mode))
-        return self.electrics.following(index, time, own, mode, gap=gap, closing=closing)
+        return self.electrics.following(index, own, mode, time=time, gap=gap, closing=closing)
 
     def _closed(self, time: float, state: Real, mode: Mode) -> str:
         """Say that the gap has closed: when, under which voltage, and what the user may do."""
         assert isinstance(self.motion, Yielding)
         electrics, relief = self.electrics, type(self.motion.surface).__name__
         count = electrics.size
-        pull = self.motion.pulling * electrics.attraction(time, state[:count], mode, gap=float(state[count]))
+        pull = self.motion.pulling * electrics.attraction(
+            state[:count], mode, time=time, gap=float(state[count])
+        )
         held = float(self.motion.surface.pressure(0.0))
         return (
             f"contact.closing: the layer '{electrics.space.names[electrics.space.moving or 0]}' closes at {time:.6g} s, under a"
@@ -177,7 +185,7 @@ class FingerOverPlate(System):
         assert isinstance(self.motion, Yielding)
         count = self.electrics.size
         gap = float(state[count])
-        pull = self.motion.pulling * self.electrics.attraction(time, state[:count], mode, gap=gap)
+        pull = self.motion.pulling * self.electrics.attraction(state[:count], mode, time=time, gap=gap)
         return float(self.motion.surface.pressure(gap)) - self._pressing(time, pull)
 
     def _gap(self, time: float, state: Real, mode: Mode | None = None) -> tuple[float | None, float]:
@@ -208,10 +216,10 @@ class FingerOverPlate(System):
             In SI.
         """
         if self.motion is None:
-            return self.electrics.signals(times, solved.states, None, 0.0)
+            return self.electrics.signals(times, solved.states, gap=None, closing=0.0)
         own = solved.states[: self.electrics.size]
         gap, closing = self._gaps(times, solved.states)
-        return self.electrics.signals(times, own, gap, closing) | {"gap": gap}
+        return self.electrics.signals(times, own, gap=gap, closing=closing) | {"gap": gap}
 
     def _gaps(self, times: Real, states: Real) -> tuple[Real, Real]:
         """Gap [m] and its rate of change [m/s] at the output times, from the states alone."""
@@ -223,7 +231,7 @@ class FingerOverPlate(System):
         gap = states[count]
         if self.motion.mass > 0:
             return gap, states[count + 1]
-        found = self.electrics.signals(times, states[:count], gap, 0.0)
+        found = self.electrics.signals(times, states[:count], gap=gap, closing=0.0)
         field = found[FieldOf(self.electrics.space.names[moving])]  # whatever the gap's rate of change is
         pulls = self.motion.pulling * eps0 * field**2 / 2
         pressing = [self._pressing(*each) for each in zip(times.tolist(), pulls.tolist(), strict=True)]

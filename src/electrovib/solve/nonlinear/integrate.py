@@ -44,7 +44,7 @@ class System(Protocol):
     def breaks(self, end: float) -> Sequence[float]:
         """Times up to `end` [s] at which the rate is not smooth in time, or the state jumps."""
 
-    def jump(self, time: float, state: Real) -> Real:
+    def jump(self, state: Real, *, time: float) -> Real:
         """State just after a break.
 
         Parameters
@@ -60,7 +60,7 @@ class System(Protocol):
             Just after it.
         """
 
-    def rate(self, time: float, state: Real, mode: Mode) -> Real:
+    def rate(self, state: Real, mode: Mode, *, time: float) -> Real:
         """Rate of change of each state.
 
         Parameters
@@ -78,7 +78,7 @@ class System(Protocol):
             Unit of each state per second.
         """
 
-    def switches(self, time: float, state: Real, mode: Mode) -> Real:
+    def switches(self, state: Real, mode: Mode, *, time: float) -> Real:
         """Values that stay above 0 as long as the mode holds.
 
         Parameters
@@ -96,7 +96,7 @@ class System(Protocol):
             In any unit.
         """
 
-    def following(self, index: int, time: float, state: Real, mode: Mode) -> Mode:
+    def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
         """Mode after a switch has fallen through zero.
 
         Parameters
@@ -117,7 +117,7 @@ class System(Protocol):
         """
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Solved:
     """What an integration found.
 
@@ -193,7 +193,7 @@ def integrate(
         f"Radau's method on {len(state)} equations", end=end, each=radau_step(len(state)), remedy=SHORTER
     )
     events: list[tuple[float, int]] = []
-    state = system.jump(0.0, np.array(state, dtype=float))
+    state = system.jump(np.array(state, dtype=float), time=0.0)
     for stop in stops[1:].tolist():
         mode = _mode_after_jump(system, now, state, mode, events)
         while now < stop:
@@ -207,29 +207,31 @@ def integrate(
             now, state = leg.end, leg.state
             if leg.event is not None:
                 events.append((now, leg.event))
-                mode = system.following(leg.event, now, state, mode)
+                mode = system.following(leg.event, state, mode, time=now)
                 if len(events) > MOST_EVENTS:
                     raise ElectrovibError(f"more than {MOST_EVENTS} events before {now} s: it chatters")
-        state = system.jump(stop, state)
+        state = system.jump(state, time=stop)
     states[:, filled:] = state[:, None]
     modes[filled:] = [mode] * (len(times) - filled)
-    return Solved(states, tuple(modes), tuple(events), steps, evaluations)
+    return Solved(
+        states=states, modes=tuple(modes), events=tuple(events), steps=steps, evaluations=evaluations
+    )
 
 
 def _mode_after_jump(
     system: System, now: float, state: Real, mode: Mode, events: list[tuple[float, int]]
 ) -> Mode:
     """Change the mode until it holds, once for each switch at most."""
-    for _ in range(len(system.switches(now, state, mode))):
-        fallen = np.flatnonzero(system.switches(now, state, mode) < 0)
+    for _ in range(len(system.switches(state, mode, time=now))):
+        fallen = np.flatnonzero(system.switches(state, mode, time=now) < 0)
         if not len(fallen):
             break
         events.append((now, int(fallen[0])))
-        mode = system.following(int(fallen[0]), now, state, mode)
+        mode = system.following(int(fallen[0]), state, mode, time=now)
     return mode
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Leg:
     """One smooth stretch: up to a break or an event."""
 
@@ -269,19 +271,19 @@ def _leg(
     def rate(time: float, now: Real) -> Real:
         nonlocal asked
         asked += 1
-        return system.rate(min(time, latest), now, mode)
+        return system.rate(now, mode, time=min(time, latest))
 
     pieces: list[Callable[[Real], Real]] = []
     bounds = [start]
     taken = (
-        adaptive_steps(rate, start, stop, state, system.scale, tolerance)
+        adaptive_steps(rate, state, start=start, stop=stop, scale=system.scale, tolerance=tolerance)
         if step is None
-        else even_steps(rate, start, stop, state, system.scale, step)
+        else even_steps(rate, state, start=start, stop=stop, scale=system.scale, step=step)
     )
     for after, end_state, piece in taken:
         meter.count(after)
         before, before_state = bounds[-1], state
-        fall = first_fall(system, piece, before, after, end_state, mode)
+        fall = first_fall(system, piece, end_state, mode, before=before, after=after)
         if fall is None:
             pieces.append(piece)
             bounds.append(after)
@@ -290,10 +292,28 @@ def _leg(
         when, index = fall
         landed: tuple[Piece, ...] = ()
         if when > before:
-            landed = land(rate, system, before, before_state, when, after, index, mode)
+            landed = land(
+                rate, system, before_state, mode, before=before, when=when, after=after, index=index
+            )
             when, state = landed[-1].end, landed[-1].state
         when = min(max(when, start + _APART * stop), stop)
         every: tuple[Callable[[Real], Real], ...] = (*pieces, *landed) or (piece,)
         bounds += [part.end for part in landed[:-1]] + [when] * bool(landed or not pieces)
-        return _Leg(when, state, index, every, tuple(bounds), len(every), asked)
-    return _Leg(stop, state, None, tuple(pieces), tuple(bounds), len(pieces), asked)
+        return _Leg(
+            end=when,
+            state=state,
+            event=index,
+            pieces=every,
+            bounds=tuple(bounds),
+            steps=len(every),
+            evaluations=asked,
+        )
+    return _Leg(
+        end=stop,
+        state=state,
+        event=None,
+        pieces=tuple(pieces),
+        bounds=tuple(bounds),
+        steps=len(pieces),
+        evaluations=asked,
+    )

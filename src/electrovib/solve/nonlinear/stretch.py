@@ -19,7 +19,7 @@ _SLACK = 16 * float(np.finfo(float).eps)
 """Breaks nearer to each other than this against the time are one."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Stretch:
     """Voltage of a drive that is smooth: a straight line, tones and formulas.
 
@@ -75,7 +75,7 @@ def snapped(times: Real, breaks: list[float]) -> Real:
     return found
 
 
-def stretch_after(drive: Drive, time: float, following: float) -> Stretch:
+def stretch_after(drive: Drive, *, time: float, following: float) -> Stretch:
     """Give the drive as it is between two neighbouring breaks.
 
     Parameters
@@ -100,4 +100,4 @@ def stretch_after(drive: Drive, time: float, following: float) -> Stretch:
             level, slope = level + float(part.value(piece)) - rise * (middle - time), slope + rise
         elif part.start <= middle < part.stop:
             kept.append(part)
-    return Stretch(time, level, slope, tuple(kept))
+    return Stretch(start=time, level=level, slope=slope, parts=tuple(kept))

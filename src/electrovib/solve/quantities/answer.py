@@ -10,7 +10,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.lamps import Lamp
-from electrovib.solve.quantities.pieces import extremes, last_value, mean, mean_square
+from electrovib.solve.quantities.pieces import of_extremes, taken_from
 from electrovib.solve.quantities.resolve import Resolved, resolve, values_of, window
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def answer(expanded: Expanded, names: Sequence[Named]) -> Answer:
     values, found, held = numbers(expanded, names)
     errors = {each.name: found.error(each.key) for each in names if each not in held}
     spoken, stated = expanded.judge(found.record)
-    lamps = [*spoken, *_unknown(values), *_unresolved(errors)]
+    lamps = [*spoken, *doubts(values, errors)]
     how = found.record.how | stated
     return Answer(values, errors, how, lamps)
 
@@ -121,18 +121,7 @@ def numbers(
 
 def _taken(found: Resolved, name: Named) -> float:
     """Take one number from the polynomials of a signal."""
-    mesh, series = found.mesh, found.series[name.key]
-    if name.taken == "mean":
-        return mean(mesh, series)
-    if name.taken == "rms":
-        return math.sqrt(max(mean_square(mesh, series), 0.0))
-    if name.taken == "final":
-        return last_value(series)
-    return _of_extremes(name.taken, *extremes(series))
-
-
-def _of_extremes(taken: str, low: float, high: float) -> float:
-    return {"peak": max(abs(low), abs(high)), "maximum": high, "minimum": low, "swing": high - low}[taken]
+    return taken_from(name.taken, found.mesh, found.series[name.key])
 
 
 def _readings(expanded: Expanded, held: Sequence[Named]) -> dict[str, float]:
@@ -173,12 +162,28 @@ def of_record(taken: str, times: Real, values: Real) -> float:
         return float(steps @ (first + last)) / (2 * span)
     if taken == "rms":
         return math.sqrt(float(steps @ (first**2 + first * last + last**2)) / (3 * span))
-    return _of_extremes(taken, float(np.min(values)), float(np.max(values)))
+    return of_extremes(taken, float(np.min(values)), float(np.max(values)))
 
 
 def _absent(expanded: Expanded, signal: str) -> str:
     have = expanded.at(np.zeros(1)).signals
     return f"quantity: this scenario has no signal '{signal}'.{nearest(signal, have)}"
+
+
+def doubts(values: dict[str, float], errors: dict[str, float]) -> list[Lamp]:
+    """Say which numbers are not known, and which were not followed closely.
+
+    Parameters
+    ----------
+    values, errors : dict of str to float
+        As of an `Answer`.
+
+    Returns
+    -------
+    list of Lamp
+        None where all is well.
+    """
+    return [*_unknown(values), *_unresolved(errors)]
 
 
 def _unknown(values: dict[str, float]) -> list[Lamp]:

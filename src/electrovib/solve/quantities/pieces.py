@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -10,6 +11,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
@@ -140,6 +143,71 @@ def mean_square(mesh: Mesh, series: Real) -> float:
     return float(mesh.lengths @ squares / (2 * mesh.span))
 
 
+def taken_from(taken: str, mesh: Mesh, series: Real) -> float:
+    """Take a number from the polynomials of a signal.
+
+    Parameters
+    ----------
+    taken : str
+        One of `electrovib.solve.quantities.names.TAKEN`.
+    mesh, series
+        As for `mean`, in the signal's unit.
+
+    Returns
+    -------
+    float
+        In the same unit.
+    """
+    if taken == "mean":
+        return mean(mesh, series)
+    if taken == "rms":
+        return math.sqrt(max(mean_square(mesh, series), 0.0))
+    if taken == "final":
+        return last_value(series)
+    return of_extremes(taken, *extremes(series))
+
+
+def taken_of_many(taken: str, meshes: Sequence[Mesh], series: Real) -> list[float]:
+    """Take the same number from the polynomials of a signal in many cases.
+
+    Parameters
+    ----------
+    taken : str
+        As for `taken_from`.
+    meshes : sequence of Mesh
+        Of every case.
+    series : ndarray, shape (cases, pieces, nodes)
+        Finite, in the signal's unit.
+
+    Returns
+    -------
+    list of float
+        In the same unit.
+    """
+    if taken in {"mean", "rms", "final"}:
+        return [taken_from(taken, mesh, each) for mesh, each in zip(meshes, series, strict=True)]
+    low, high = -_largest(-series), _largest(series)
+    return [of_extremes(taken, *ends) for ends in zip(low.tolist(), high.tolist(), strict=True)]
+
+
+def of_extremes(taken: str, low: float, high: float) -> float:
+    """Give a number that follows from smallest and largest value.
+
+    Parameters
+    ----------
+    taken : str
+        ``peak``, ``maximum``, ``minimum`` or ``swing``.
+    low, high : float
+        In the signal's unit.
+
+    Returns
+    -------
+    float
+        In the same unit.
+    """
+    return {"peak": max(abs(low), abs(high)), "maximum": high, "minimum": low, "swing": high - low}[taken]
+
+
 def extremes(series: Real) -> tuple[float, float]:
     """Smallest and largest value over the pieces, both sides of every jump included.
 
@@ -155,29 +223,39 @@ def extremes(series: Real) -> tuple[float, float]:
     """
     if not np.all(np.isfinite(series)):
         return np.nan, np.nan
-    return -_largest(-series), _largest(series)
+    return -float(_largest(-series[None])[0]), float(_largest(series[None])[0])
 
 
-def _largest(series: Real) -> float:
-    """Largest value: looked for at close points, then where the derivative of the best pieces is 0."""
-    degree = series.shape[1]
-    angles = np.pi * np.arange(4 * degree + 1) / (4 * degree)
-    seen = series @ _polynomials(angles, degree).T
-    tops = np.max(seen, axis=1)
-    best = np.argsort(tops)[-_BEST_PIECES:]
-    rows, angle = series[best], angles[np.argmax(seen[best], axis=1)]
+def _largest(series: Real) -> Real:
+    """Largest value of each case: looked for at close points, then where the derivative of the best pieces is 0."""
+    degree = series.shape[-1]
+    angles, values = _close_points(degree)
+    seen = series @ values.T
+    tops = np.max(seen, axis=-1)
+    best = np.argsort(tops, axis=-1)[:, -_BEST_PIECES:, None]
+    rows = np.take_along_axis(series, best, axis=1)
+    angle = angles[np.argmax(np.take_along_axis(seen, best, axis=1), axis=-1)]
     orders = np.arange(degree)
     for _ in range(_NEWTON_STEPS):  # of sum c cos(k angle): its derivatives are sums of the same kind
-        slope = np.sum(rows * orders * np.sin(angle[:, None] * orders), axis=1)
-        bend = np.sum(rows * orders**2 * np.cos(angle[:, None] * orders), axis=1)
+        turned = angle[..., None] * orders
+        slope = np.sum(rows * orders * np.sin(turned), axis=-1)
+        bend = np.sum(rows * orders**2 * np.cos(turned), axis=-1)
         step = np.divide(slope, bend, out=np.zeros_like(slope), where=bend > 0)
         angle = np.clip(angle - np.clip(step, -angles[1], angles[1]), 0.0, np.pi)
-    return float(max(np.max(tops), np.max(np.sum(rows * _polynomials(angle, degree), axis=1))))
+    refined = np.sum(rows * _polynomials(angle, degree), axis=-1)
+    return np.asarray(np.maximum(np.max(tops, axis=-1), np.max(refined, axis=-1)))
+
+
+@functools.cache
+def _close_points(degree: int) -> tuple[Real, Real]:
+    """Angles close to each other from 0 to pi, and all polynomials there."""
+    angles = np.pi * np.arange(4 * degree + 1) / (4 * degree)
+    return angles, _polynomials(angles, degree)
 
 
 def _polynomials(angles: Real, degree: int) -> Real:
-    """Chebyshev polynomials of cos(angle), shape (angles, degree)."""
-    return np.asarray(np.cos(angles[:, None] * np.arange(degree)))
+    """Chebyshev polynomials of cos(angle), shape (..., degree)."""
+    return np.asarray(np.cos(angles[..., None] * np.arange(degree)))
 
 
 def last_value(series: Real) -> float:

@@ -58,10 +58,27 @@ class Resolved:
 
     def error(self, key: tuple[str, str]) -> float:
         """Give the mean of what the pieces of a signal may miss, as a share of its largest value; NaN where it is NaN."""
-        series = self.series[key]
-        largest = float(np.max(np.abs(series).sum(axis=1)))
-        missed = float(self.mesh.lengths @ tails(series)) / self.mesh.span
-        return missed / largest if largest else missed
+        return missed(self.mesh, self.series[key])
+
+
+def missed(mesh: Mesh, series: Real) -> float:
+    """Give the mean of what the pieces of a signal may miss, as a share of its largest value.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The pieces.
+    series : ndarray, shape (pieces, nodes)
+        Chebyshev coefficients, in the signal's unit.
+
+    Returns
+    -------
+    float
+        1; NaN where the signal is NaN.
+    """
+    largest = float(np.max(np.abs(series).sum(axis=1)))
+    off = float(mesh.lengths @ tails(series)) / mesh.span
+    return off / largest if largest else off
 
 
 def window(scenario: Scenario) -> tuple[float, str]:
@@ -86,6 +103,11 @@ def window(scenario: Scenario) -> tuple[float, str]:
     return end, "the whole time from rest" if period else "the whole time"
 
 
+def times_of_window(scenario: Scenario) -> Real:
+    """Give times from whose span and step the band of the materials follows [s]."""
+    return np.linspace(0.0, window(scenario)[0], FORMULA_SAMPLES)
+
+
 def solved(scenario: Scenario, *, before: Expanded | None = None, mechanics: bool = True) -> Expanded:
     """Solve a scenario for quantities: the band of its materials follows from the window, not from output times.
 
@@ -103,8 +125,7 @@ def solved(scenario: Scenario, *, before: Expanded | None = None, mechanics: boo
     Expanded
         For `resolve`.
     """
-    times = np.linspace(0.0, window(scenario)[0], FORMULA_SAMPLES)
-    return Expanded(scenario, times, before=before, mechanics=mechanics)
+    return Expanded(scenario, times_of_window(scenario), before=before, mechanics=mechanics)
 
 
 def resolve(expanded: Expanded, wanted: Iterable[tuple[str, str]], *, alone: bool = False) -> Resolved:
@@ -179,20 +200,22 @@ def _parents(mesh: Mesh, before: dict[float, float]) -> Real:
     return np.array([before[start] for start in starts[places].tolist()])
 
 
-def first_mesh(expanded: Expanded) -> Mesh:
+def first_mesh(expanded: Expanded, member: Scenario | None = None) -> Mesh:
     """Lay the pieces to begin with: between corners, shares of a cycle, graded after each corner.
 
     Parameters
     ----------
     expanded : Expanded
         Of a scenario.
+    member : Scenario, optional
+        Another one with the same stack.
 
     Returns
     -------
     Mesh
         From time 0 to the end of what quantities are taken over.
     """
-    scenario = expanded.scenario
+    scenario = member or expanded.scenario
     end = window(scenario)[0]
     corners = _corners(scenario, end)
     fastest = scenario.drive.highest_frequency

@@ -79,7 +79,7 @@ def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, are
         displacement = _spread(places, bound_residues(slab, own, residues), len(nodes))
         fields.append(_answer(rates, field / area, field * charge))
         displacements.append(_answer(rates, displacement / area, displacement * charge))
-    current = Transfer(rates, np.zeros(len(rates)), 1 / area)
+    current = Transfer(rates=rates, gains=np.zeros(len(rates)), direct=1 / area)
     before = np.append(held, held[-1])  # the charge on the last layer would sit on the finger: there is none
     modes = StackModes(rates, tuple(fields), tuple(displacements), current, len(nodes), before)
     return section_of(layers, debye, modes)
@@ -96,4 +96,4 @@ def _answer(rates: Real, residues: Real, free: Real) -> Transfer:
     integrates = rates[:-1] == INTEGRATING
     gains = np.append(residues / rates[:-1], 0.0)
     fading = np.append(np.where(integrates, 0.0, free), float(np.sum(free[integrates])))
-    return Transfer(rates, gains, 0.0, 0.0, fading)
+    return Transfer(rates=rates, gains=gains, direct=0.0, slope=0.0, free=fading)

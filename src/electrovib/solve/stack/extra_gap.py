@@ -83,4 +83,4 @@ def _busy(transfer: Transfer) -> Transfer:
     """Leave out modes that the drive does not excite: a product divides by the distance between rates."""
     scale = abs(transfer.direct) + float(np.sum(np.abs(transfer.gains)))
     kept = (np.abs(transfer.gains) > IDLE * scale) & (transfer.rates > 0)
-    return Transfer(transfer.rates[kept], transfer.gains[kept], transfer.direct)
+    return Transfer(rates=transfer.rates[kept], gains=transfer.gains[kept], direct=transfer.direct)

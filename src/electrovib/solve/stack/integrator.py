@@ -55,7 +55,7 @@ def integrated(rate: Transfer, *, start: float = 0.0) -> Transfer:
     if constant:
         rates, gains = np.append(rates, 0.0), np.append(gains, 0.0)
         free = np.append(free, constant)
-    return Transfer(rates, gains, rate.slope, 0.0, free)
+    return Transfer(rates=rates, gains=gains, direct=rate.slope, slope=0.0, free=free)
 
 
 def resting(transfer: Transfer) -> float:
@@ -70,7 +70,14 @@ def resting(transfer: Transfer) -> float:
 def without_integrators(transfer: Transfer) -> Transfer:
     """Leave out what integrates the drive."""
     gains = np.where(transfer.rates == INTEGRATING, 0.0, transfer.gains)
-    return Transfer(transfer.rates, gains, transfer.direct, transfer.slope, transfer.free, transfer.static)
+    return Transfer(
+        rates=transfer.rates,
+        gains=gains,
+        direct=transfer.direct,
+        slope=transfer.slope,
+        free=transfer.free,
+        static=transfer.static,
+    )
 
 
 def integral_weight(transfer: Transfer) -> float:

@@ -59,9 +59,9 @@ def inverse_root_thickness(
     """
     infinite, static, poles, weights = _expand(slabs)
     if not len(poles):
-        return Transfer(np.zeros(0), np.zeros(0), infinite**-0.5)
+        return Transfer(rates=np.zeros(0), gains=np.zeros(0), direct=infinite**-0.5)
     # in 1/x the equation K(-x) = 0 is again a secular equation with positive weights
-    reversed_roots = secular_roots(1 / poles[::-1], (weights / poles**2)[::-1], static)
+    reversed_roots = secular_roots(1 / poles[::-1], (weights / poles**2)[::-1], constant=static)
     cuts = [cut for cut in _cuts(1 / reversed_roots.values[::-1], poles) if cut.length > SHORTEST]
     best = (-1.0, np.zeros(0), np.zeros(0))
     for more in range(6):
@@ -71,7 +71,7 @@ def inverse_root_thickness(
         if best[0] > CLEARANCE:
             break
     _, rates, strengths = best
-    return Transfer(rates, strengths / rates * infinite**-0.5, infinite**-0.5)
+    return Transfer(rates=rates, gains=strengths / rates * infinite**-0.5, direct=infinite**-0.5)
 
 
 def _expand(slabs: Sequence[tuple[float, DebyeSum]]) -> tuple[float, float, Real, Real]:
@@ -83,7 +83,7 @@ def _expand(slabs: Sequence[tuple[float, DebyeSum]]) -> tuple[float, float, Real
         infinite += thickness / debye.high
         static += thickness / (debye.high + float(np.sum(strengths)))
         if len(relaxations):
-            roots = secular_roots(relaxations, strengths * relaxations, debye.high)
+            roots = secular_roots(relaxations, strengths * relaxations, constant=debye.high)
             poles.append(roots.values)
             weights.append(thickness / roots.slope)
     return infinite, static, *_merged(np.concatenate(poles), np.concatenate(weights))
@@ -100,7 +100,7 @@ def _merged(rates: Real, weights: Real) -> tuple[Real, Real]:
     return np.add.reduceat(rates * weights, starts) / together, together
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class _Cut:
     """One interval on which K(-x) is negative.
 
@@ -184,7 +184,9 @@ def _cuts(zeros: Real, poles: Real) -> list[_Cut]:
     for own, low in enumerate(zeros.tolist()):
         others = np.arange(len(poles)) != own
         length, below, above = float(lengths[own]), float(gaps[own]), float(gaps[own + 1])
-        found.append(_Cut(low, length, below, above, zeros[others], poles[others]))
+        found.append(
+            _Cut(low=low, length=length, below=below, above=above, zeros=zeros[others], poles=poles[others])
+        )
     return found
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.keys import Key
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Moment:
     """Fields and flows at one time, or at n times.
 
@@ -45,7 +45,7 @@ class Moment:
     loss: Real
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class StackStates:
     """Layers, and a body's capacitor as one more, in series; see `stack_states`.
 
@@ -120,8 +120,8 @@ class StackStates:
     def moment(
         self,
         state: Real,
-        voltage: float | Real,
         *,
+        voltage: float | Real,
         gap: float | Real | None = None,
         closing: float | Real = 0.0,
         signs: Mapping[int, float | Real] | None = None,
@@ -167,9 +167,9 @@ class StackStates:
         loss = np.sum(weights * lost, axis=0)
         if self.moving is not None:
             loss = loss - self.repeats[self.moving] * closing * field[self.moving]
-        return Moment(field, flow, creep, elastance, loss)
+        return Moment(field=field, flow=flow, creep=creep, elastance=elastance, loss=loss)
 
-    def density(self, state: Real, slope: float | Real, moment: Moment) -> Real:
+    def density(self, state: Real, moment: Moment, *, slope: float | Real) -> Real:
         """Total current density.
 
         Parameters
@@ -190,7 +190,7 @@ class StackStates:
             return np.asarray(state[-1] / (self.resistance * self.area))
         return np.asarray((slope + moment.loss) / moment.elastance)
 
-    def rate(self, state: Real, slope: float, moment: Moment) -> Real:
+    def rate(self, state: Real, moment: Moment, *, slope: float) -> Real:
         """Rate of change of the state.
 
         Parameters
@@ -209,7 +209,7 @@ class StackStates:
         """
         parts = [moment.flow[:-1] - moment.flow[1:], moment.creep]
         if self.resistance > 0:
-            fall = moment.loss - moment.elastance * self.density(state, slope, moment)
+            fall = moment.loss - moment.elastance * self.density(state, moment, slope=slope)
             parts.append(np.array([slope + fall]))
         return np.concatenate(parts)
 
@@ -233,7 +233,7 @@ class StackStates:
         terms = np.arange(len(self.rates))[self.owners == index] + len(self.charges)
         return np.asarray(self.permittivities[index] * moment.field[index] + np.sum(state[terms], axis=0))
 
-    def named(self, state: Real, moment: Moment, gap: float | Real | None = None) -> dict[Key, Real]:
+    def named(self, state: Real, moment: Moment, *, gap: float | Real | None = None) -> dict[Key, Real]:
         """Give the voltage across the layers, and each one's field and bound displacement.
 
         Parameters

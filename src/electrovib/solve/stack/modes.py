@@ -105,7 +105,7 @@ def slab_impedance(slab: Slab) -> tuple[Real, Real]:
         nodes, weights = relaxations, strengths * relaxations
     rates, residues = np.zeros(0), np.zeros(0)
     if len(nodes):
-        roots = secular_roots(nodes, weights, slab.debye.high)
+        roots = secular_roots(nodes, weights, constant=slab.debye.high)
         rates, residues = roots.values, scale / (roots.values * roots.slope)
     if slab.conductivity == 0:
         static = slab.debye.high + float(np.sum(strengths))
@@ -142,7 +142,11 @@ def stack_modes(slabs: list[Slab], *, area: float, element: SeriesElement, secon
     """
     expansion = _expand(slabs, area, element, second)
     nodes, resistance = expansion.nodes, expansion.resistance
-    roots = secular_roots(nodes, expansion.total, resistance) if len(nodes) > 1 or resistance > 0 else None
+    roots = (
+        secular_roots(nodes, expansion.total, constant=resistance)
+        if len(nodes) > 1 or resistance > 0
+        else None
+    )
     return _assemble(slabs, expansion, roots)
 
 
@@ -239,7 +243,6 @@ def _assemble(slabs: list[Slab], expansion: _Expansion, roots: Roots | None) -> 
     driving = held @ expansion.layers[:, shared] + on_body * expansion.body[shared]
     shares = driving / expansion.total[shared]
     limit = expansion.layers.sum(axis=1) / expansion.total.sum() * (expansion.resistance == 0)
-    nothing = [0.0] * len(slabs)
     thickness = np.array([[slab.thickness] for slab in slabs])
     idle = held[:, None] - shares
     direct = limit / thickness[:, 0]
@@ -247,14 +250,20 @@ def _assemble(slabs: list[Slab], expansion: _Expansion, roots: Roots | None) -> 
     gains, bound_gains = _gains(drops * forced / thickness, rates), _gains(bound * forced, rates)
     free = np.hstack([drops * charged, expansion.layers[:, shared] * idle]) / thickness
     bound_free = np.hstack([bound * charged, expansion.bound[:, shared] * idle])
-    fields = [Transfer(rates, *row) for row in zip(gains, direct.tolist(), nothing, free, strict=True)]
-    displacements = [
-        Transfer(rates, *row) for row in zip(bound_gains, at_once.tolist(), nothing, bound_free, strict=True)
-    ]
+    fields = _each(rates, gains, direct, free)
+    displacements = _each(rates, bound_gains, at_once, bound_free)
     free = np.append(charged, np.zeros(len(rates) - len(driven)))
     current = _current(expansion, rates, _gains(forced, rates), free)
     charges = expansion.charges
     return StackModes(rates, tuple(fields), tuple(displacements), current, len(driven), charges)
+
+
+def _each(rates: Real, gains: Real, direct: Real, free: Real) -> list[Transfer]:
+    """One transfer of each layer."""
+    return [
+        Transfer(rates=rates, gains=row, direct=at_once, free=left)
+        for row, at_once, left in zip(gains, direct.tolist(), free, strict=True)
+    ]
 
 
 def _gains(residues: Real, rates: Real) -> Real:
@@ -270,6 +279,13 @@ def _current(expansion: _Expansion, rates: Real, gains: Real, free: Real) -> Tra
     nodes, total, resistance = expansion.nodes, expansion.total, expansion.resistance
     static = 1 / (resistance + float(np.sum(total / nodes))) if nodes.all() else 0.0
     if resistance > 0:
-        return Transfer(rates, gains, 1 / resistance, 0.0, free, static)
+        return Transfer(rates=rates, gains=gains, direct=1 / resistance, slope=0.0, free=free, static=static)
     elastance = float(total.sum())
-    return Transfer(rates, gains, float(total @ nodes) / elastance**2, 1 / elastance, free, static)
+    return Transfer(
+        rates=rates,
+        gains=gains,
+        direct=float(total @ nodes) / elastance**2,
+        slope=1 / elastance,
+        free=free,
+        static=static,
+    )

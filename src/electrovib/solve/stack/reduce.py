@@ -43,7 +43,7 @@ class Reduction:
     largest_error: float
 
 
-def reduction_band(low: float, high: float) -> tuple[float, float]:
+def reduction_band(*, low: float, high: float) -> tuple[float, float]:
     """Widen a band to `LOWEST` to `HIGHEST` at least, and outwards to whole half decades.
 
     Parameters
@@ -84,7 +84,7 @@ def reduce_material(
     exact = material.debye()
     if exact is not None:
         return Reduction(exact, 0.0)
-    return _reduced(material, *reduction_band(low, high), terms)
+    return _reduced(material, *reduction_band(low=low, high=high), terms)
 
 
 @functools.lru_cache(maxsize=256)

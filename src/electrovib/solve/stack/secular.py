@@ -20,7 +20,7 @@ _LONG = decimal.Context(prec=150, Emin=-9999, Emax=9999, traps=[decimal.InvalidO
 _TINY = decimal.Decimal("1e-25")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Roots:
     r"""The places where a sum of poles takes its constant, each kept as a distance from the nearest pole.
 
@@ -59,7 +59,7 @@ class Roots:
         return _differences(self.nodes, self.origin, self.offset)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class _Rows:
     """One row for each root, mirrored where the root lies below its origin.
 
@@ -75,15 +75,15 @@ class _Rows:
 
     def take(self, chosen: NDArray[Any]) -> _Rows:
         return _Rows(
-            self.position[chosen],
-            self.weight[chosen],
-            self.rest[chosen],
-            self.level[chosen],
-            self.neighbour[chosen],
+            position=self.position[chosen],
+            weight=self.weight[chosen],
+            rest=self.rest[chosen],
+            level=self.level[chosen],
+            neighbour=self.neighbour[chosen],
         )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class _Sums:
     """The mirrored function times t, and what is needed to step towards its zero."""
 
@@ -94,7 +94,7 @@ class _Sums:
     steepness: Numbers  # minus the derivative of the rest
 
 
-def secular_roots(nodes: ArrayLike, weights: ArrayLike, constant: float) -> Roots:
+def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: float) -> Roots:
     r"""Find where poles of positive weight add up to a constant: zeros of an impedance of layers in series.
 
     Parameters
@@ -192,7 +192,9 @@ def _rows(node: Numbers, weight: Numbers, constant: Any, origin: Indices, side: 
     rest[row, origin] = 0 * weight[origin]
     # the root above the last node has no other end: the index falls back on the origin, whose position is 0
     neighbour = position[row, np.minimum(origin + side, node.size - 1)]
-    return _Rows(position, weight[origin], rest, -side * constant, neighbour)
+    return _Rows(
+        position=position, weight=weight[origin], rest=rest, level=-side * constant, neighbour=neighbour
+    )
 
 
 def _sums(rows: _Rows, distance: Numbers) -> _Sums:
@@ -201,7 +203,13 @@ def _sums(rows: _Rows, distance: Numbers) -> _Sums:
     others = terms.sum(axis=1)
     rest = others + rows.level
     size = rows.weight + distance * (np.abs(terms).sum(axis=1) + np.abs(rows.level))
-    return _Sums(rows.weight + distance * rest, size, others, rest, (terms / apart).sum(axis=1))
+    return _Sums(
+        product=rows.weight + distance * rest,
+        size=size,
+        others=others,
+        rest=rest,
+        steepness=(terms / apart).sum(axis=1),
+    )
 
 
 def _step(rows: _Rows, distance: Numbers, sums: _Sums) -> tuple[Numbers, NDArray[np.bool_]]:

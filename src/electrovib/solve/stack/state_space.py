@@ -83,20 +83,22 @@ def stack_states(
         charges.append(element.charge / area)
     thicknesses, permittivities, conductivities, repeats = columns.T
     return StackStates(
-        tuple(names),
-        thicknesses,
-        permittivities,
-        conductivities,
-        repeats,
-        tuple((names.index(name), layer.leak) for name, layer in layers.items() if layer.leak is not None),
-        owners.astype(np.intp),
-        eps0 * np.concatenate([strengths for _, strengths in terms]),
-        np.concatenate([rates for rates, _ in terms]),
-        np.array(charges, dtype=float),
-        area,
-        element.resistance,
-        place,
-        None if moving is None else names.index(moving),
+        names=tuple(names),
+        thicknesses=thicknesses,
+        permittivities=permittivities,
+        conductivities=conductivities,
+        repeats=repeats,
+        leaks=tuple(
+            (names.index(name), layer.leak) for name, layer in layers.items() if layer.leak is not None
+        ),
+        owners=owners.astype(np.intp),
+        strengths=eps0 * np.concatenate([strengths for _, strengths in terms]),
+        rates=np.concatenate([rates for rates, _ in terms]),
+        charges=np.array(charges, dtype=float),
+        area=area,
+        resistance=element.resistance,
+        interface=place,
+        moving=None if moving is None else names.index(moving),
     )
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 from electrovib.solve.stack.section import _APART
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class TimeLayer:
     """A layer's state as numbers over time, shape (n,)."""
 
@@ -28,7 +28,7 @@ class TimeLayer:
     displacement: Real
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class TimeSection:
     """The stack as a solver found it over time, where it has no modes: gap in motion, several leaks."""
 
@@ -40,7 +40,13 @@ class TimeSection:
 
     @property
     def frequency(self) -> Real:
-        """Refuse: a law that asks for the frequency has no time-domain form."""
+        """Refuse: a law that asks for the frequency has no time-domain form.
+
+        Raises
+        ------
+        TypeError
+            Always.
+        """
         raise TypeError("a record has no single frequency")
 
     @property

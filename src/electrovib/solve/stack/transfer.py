@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from electrovib.core.arrays import Complex, Real
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Transfer:
     """H(s) = slope s + direct + sum gain rate/(s + rate), and a free part sum free exp(-rate t).
 
@@ -80,7 +80,14 @@ class Transfer:
             free = np.concatenate([self.free, other.free])
         apart = self.static is None and other.static is None
         static = None if apart else self.at_rest() + other.at_rest()
-        return Transfer(rates, gains, self.direct + other.direct, self.slope + other.slope, free, static)
+        return Transfer(
+            rates=rates,
+            gains=gains,
+            direct=self.direct + other.direct,
+            slope=self.slope + other.slope,
+            free=free,
+            static=static,
+        )
 
     def __sub__(self, other: Transfer) -> Transfer:
         """Subtract."""
@@ -91,9 +98,14 @@ class Transfer:
         if isinstance(other, Transfer):
             return _product(self, other)
         factor = float(other)
-        scaled = (self.direct * factor, self.slope * factor, self.free * factor)
-        static = None if self.static is None else self.static * factor
-        return Transfer(self.rates, self.gains * factor, *scaled, static)
+        return Transfer(
+            rates=self.rates,
+            gains=self.gains * factor,
+            direct=self.direct * factor,
+            slope=self.slope * factor,
+            free=self.free * factor,
+            static=None if self.static is None else self.static * factor,
+        )
 
     __rmul__ = __mul__
 
@@ -114,10 +126,10 @@ def _product(filter_: Transfer, signal: Transfer) -> Transfer:
     weights = filter_.gains * filter_.rates
     free_there = -weights * np.sum(signal.free[None, :] / apart, axis=1)
     return Transfer(
-        np.concatenate([signal.rates, filter_.rates]),
-        np.concatenate([signal.gains * of_filter, filter_.gains * of_signal]),
-        filter_.direct * signal.direct,
-        0.0,
-        np.concatenate([free_here, free_there]),
-        filter_.at_rest() * signal.at_rest() if known else None,
+        rates=np.concatenate([signal.rates, filter_.rates]),
+        gains=np.concatenate([signal.gains * of_filter, filter_.gains * of_signal]),
+        direct=filter_.direct * signal.direct,
+        slope=0.0,
+        free=np.concatenate([free_here, free_there]),
+        static=filter_.at_rest() * signal.at_rest() if known else None,
     )

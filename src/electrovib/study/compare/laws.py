@@ -154,7 +154,7 @@ class _Bench:
         """Try one law."""
         law = case.force
         static = static_force(case, voltage=self.voltage)
-        mean = mean_force(case, phasors(case, self.frequency), self.voltage)
+        mean = mean_force(case, phasors(case, self.frequency), amplitude=self.voltage)
         why = explain(case, ratio=static / self.static)
         early = late = polarity = np.nan
         try:

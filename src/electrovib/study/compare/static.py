@@ -53,7 +53,7 @@ def static_force(scenario: Scenario, *, voltage: float) -> float:
     }
     if not scenario.force.causal:
         slow = phasors(held, np.array([1.0]))
-        return 2 * float(mean_force(held, slow, voltage)[0])
+        return 2 * float(mean_force(held, slow, amplitude=voltage)[0])
     return float(simulate(held.replace(changes), time=np.array([0.0, 1.0])).electrostatic_force[-1])
 
 

@@ -13,13 +13,14 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.budget import Work, refuse_beyond
 from electrovib.core.errors import ElectrovibError, InputError, gathered
+from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.costs import CASE, CASE_MEMORY
 from electrovib.solve.diagnostics.sampling import sampling
 from electrovib.solve.effort import last_time, works
-from electrovib.solve.quantities import DEFAULTS, Named, answer, read_name, solved
+from electrovib.solve.quantities import DEFAULTS, Named, Together, read_name
 from electrovib.solve.simulate import simulate
 from electrovib.study.sweep.felt import FELT, felt
 from electrovib.study.sweep.table import Case, dataset
@@ -89,12 +90,12 @@ def sweep(
         for values in itertools.product(*axes.values())
     ]
     cases = []
-    scenarios = _scenarios(scenario, points)
-    for done, (point, member) in enumerate(zip(points, scenarios, strict=True)):
+    together = Together(_scenarios(scenario, points), asked.solved)
+    for done, point in enumerate(points):
         if progress is not None:
             progress(done, len(points))
         try:
-            cases.append(_solved(point, member, asked, records=records))
+            cases.append(_solved(point, together, done, asked, records=records))
         except ElectrovibError as error:
             where = f" (at {words(point)})" if point else ""
             raise InputError(problem.followed_by(where) for problem in error.problems) from None
@@ -197,21 +198,42 @@ def _checked(scenario: Scenario, over: Mapping[str, Any], names: Sequence[str], 
 
 def _scenarios(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[Scenario]:
     """Make every case before the first is solved, so that a value out of range costs no time."""
-    found, problems = [], dict[str, None]()
-    for point in points:
-        try:
-            found.append(scenario.replace(point))
-        except InputError as error:
-            problems |= dict.fromkeys(error.problems)
-    if problems:
+    try:
+        return _sharing(scenario, points)
+    except InputError:
+        problems = dict[str, None]()
+        for point in points:
+            try:
+                scenario.replace(point)
+            except InputError as error:
+                problems |= dict.fromkeys(error.problems)
         more = len(problems) - MOST_PROBLEMS
         told = list(problems)[:MOST_PROBLEMS] + ([f"and {more} more like these"] if more > 0 else [])
-        raise InputError(told)
+        raise InputError(told) from None
+
+
+def _sharing(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[Scenario]:
+    """Make every case; those that differ in their drive alone share all other parts."""
+    if not points[0]:
+        return [scenario]
+    base, found = scenario.replace(points[0]), []
+    if base.moisture is not None:  # which sets numbers of its own
+        return [scenario.replace(point) for point in points]
+    others: dict[tuple[float, ...], Scenario] = {}
+    for point in points:
+        of_drive = {path: value for path, value in point.items() if path.startswith("drive.")}
+        rest = {path: value for path, value in point.items() if path not in of_drive}
+        key = tuple(rest.values())
+        if key not in others:
+            others[key] = with_numbers(base, rest) if rest else base
+        found.append(with_numbers(others[key], of_drive) if of_drive else others[key])
     return found
 
 
-def _solved(point: Mapping[str, float], member: Scenario, asked: Asked, *, records: bool) -> Case:
-    found = answer(solved(member), asked.solved)
+def _solved(
+    point: Mapping[str, float], together: Together, case: int, asked: Asked, *, records: bool
+) -> Case:
+    member, found = together.members[case], together.answer(case)
     values, lamps = dict(found.values), list(found.lamps)
     for name in asked.felt:
         values[name], spoken = felt(name, member)

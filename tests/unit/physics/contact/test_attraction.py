@@ -21,7 +21,9 @@ SPOTS = {"pulling": PullingSpots(), "idle": IdleSpots()}
 
 
 def rough(surface="PerssonSurface", spots="pulling", thickness=COAT, voltage=100.0):
-    return RoughAttraction(voltage, thickness, SURFACES[surface], SPOTS[spots])
+    return RoughAttraction(
+        voltage=voltage, electrical_thickness=thickness, surface=SURFACES[surface], spots=SPOTS[spots]
+    )
 
 
 def test_plates_are_the_local_pull():
@@ -69,9 +71,20 @@ def test_idle_spots_take_their_part_away():
     pulling, idle = rough().parts(6e-5), rough(spots="idle").parts(6e-5)
     assert idle.spots == 0
     assert idle.gaps == pytest.approx(pulling.gaps, rel=1e-14)
-    held = RoughAttraction(100.0, COAT, SURFACES["PerssonSurface"], LeakingSpots(resistivity=1e8))
+    held = RoughAttraction(
+        voltage=100.0,
+        electrical_thickness=COAT,
+        surface=SURFACES["PerssonSurface"],
+        spots=LeakingSpots(resistivity=1e8),
+    )
     assert held.parts(6e-5).spots == 0  # a held voltage: the charge has crossed
-    fast = RoughAttraction(100.0, COAT, SURFACES["PerssonSurface"], LeakingSpots(resistivity=1e8), 1e9)
+    fast = RoughAttraction(
+        voltage=100.0,
+        electrical_thickness=COAT,
+        surface=SURFACES["PerssonSurface"],
+        spots=LeakingSpots(resistivity=1e8),
+        frequency=1e9,
+    )
     assert fast.parts(6e-5).spots == pytest.approx(pulling.spots, rel=1e-6)
 
 
@@ -107,4 +120,6 @@ def test_half_of_the_area_touches_at_the_smallest_gap():
     with pytest.raises(InputError, match="Gaussian"):
         attraction.pressure(0.9 * attraction.smallest_gap)
     soft = PerssonSurface(**{**PerssonSurface.example, "pressure_factor": 0.01})
-    assert RoughAttraction(1.0, COAT, soft, PullingSpots()).smallest_gap == pytest.approx(1e-9 * COAT)
+    assert RoughAttraction(
+        voltage=1.0, electrical_thickness=COAT, surface=soft, spots=PullingSpots()
+    ).smallest_gap == pytest.approx(1e-9 * COAT)

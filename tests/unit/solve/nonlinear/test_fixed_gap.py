@@ -39,9 +39,9 @@ DRIVES = {
 }
 ELEMENTS = {
     "bare": SeriesElement(),
-    "body": SeriesElement(1e3),
-    "floating": SeriesElement(1e5, 1e10, 5.0),
-    "floating without resistance": SeriesElement(0.0, 1e10, 0.0),
+    "body": SeriesElement(resistance=1e3),
+    "floating": SeriesElement(resistance=1e5, elastance=1e10, rate=5.0),
+    "floating without resistance": SeriesElement(resistance=0.0, elastance=1e10, rate=0.0),
 }
 
 
@@ -290,23 +290,23 @@ def test_states_stand_beside_others():
         def breaks(self, end):
             return self.electrics.breaks(end)
 
-        def jump(self, time, state):
-            return np.append(self.electrics.jump(time, state[:-1]), state[-1])
+        def jump(self, state, *, time):
+            return np.append(self.electrics.jump(state[:-1], time=time), state[-1])
 
-        def rate(self, time, state, mode):
-            pull = self.electrics.attraction(time, state[:-1], mode)
-            return np.append(self.electrics.rate(time, state[:-1], mode), (pull - state[-1]) / 1e-3)
+        def rate(self, state, mode, *, time):
+            pull = self.electrics.attraction(state[:-1], mode, time=time)
+            return np.append(self.electrics.rate(state[:-1], mode, time=time), (pull - state[-1]) / 1e-3)
 
-        def switches(self, time, state, mode):
-            return self.electrics.switches(time, state[:-1], mode)
+        def switches(self, state, mode, *, time):
+            return self.electrics.switches(state[:-1], mode, time=time)
 
-        def following(self, index, time, state, mode):
-            return self.electrics.following(index, time, state[:-1], mode)
+        def following(self, index, state, mode, *, time):
+            return self.electrics.following(index, state[:-1], mode, time=time)
 
     system = Beside()
     state, mode = system.electrics.begin()
     solved = integrate(system, np.append(state, 0.0), mode, times)
     alone = follow_finger(space, drive, times)
-    found = system.electrics.signals(times, solved.states[:-1], None, 0.0)
+    found = system.electrics.signals(times, solved.states[:-1], gap=None, closing=0.0)
     assert worst(alone.found, found) < 1e-8
     assert 0 < solved.states[-1, -1] < 4.4271e-12 * np.max(alone.found[FieldOf("gap")] ** 2)

@@ -92,7 +92,7 @@ class LimitedMarch:
         found = without_limits(self.transfers, self.drive, time, amplifier=self.plate.amplifier)
         self.meter = self._fresh_meter()
         wanted = snapped(time, self.looks.corners.tolist())
-        rest = Span(0.0, 0, 0, None, np.zeros(len(self.plate.rates)))
+        rest = Span(start=0.0, mode=0, held=0, course=None, states=np.zeros(len(self.plate.rates)))
         first_span = self._begin(rest, 0.0)
         changes = [0.0] if first_span.mode else []
         span: Span | None = first_span
@@ -118,7 +118,9 @@ class LimitedMarch:
         """Find the next change, and what holds from there; None if there is none up to the end."""
         seen = np.array([span.start])
         for window in self.looks.after(span.start):
-            self.meter.count(float(window[-1]) if len(window) else span.start, len(window) + self.beside)
+            self.meter.count(
+                float(window[-1]) if len(window) else span.start, steps=len(window) + self.beside
+            )
             looks, values = self._watched(span, np.concatenate([seen, window]))
             for place in np.flatnonzero(np.min(values[:, 1:], axis=0) < 0) + 1:
                 when = float(looks[place])
@@ -135,7 +137,7 @@ class LimitedMarch:
 
     def _watched(self, span: Span, looks: Real) -> tuple[Real, Real]:
         """Give looks, and what changes the amplifier where it is below 0; closer near a limit."""
-        values = self.plate.margins(span, looks, HYSTERESIS)
+        values = self.plate.margins(span, looks, hysteresis=HYSTERESIS)
         if span.mode or not np.isfinite(self.plate.limits[1]):
             return looks, values
         more = [looks]
@@ -148,13 +150,13 @@ class LimitedMarch:
         if len(closer) == len(looks):
             return looks, values
         looks = np.unique(closer)
-        return looks, self.plate.margins(span, looks, HYSTERESIS)
+        return looks, self.plate.margins(span, looks, hysteresis=HYSTERESIS)
 
     def _root(self, span: Span, kind: int, low: float, high: float) -> float:
         """Find when a margin falls below 0 between two times."""
 
         def value(when: float) -> float:
-            return self.plate.margin(span, when, kind)
+            return self.plate.margin(span, when=when, kind=kind)
 
         from scipy.optimize import brentq
 
@@ -167,35 +169,39 @@ class LimitedMarch:
     def _changed(self, span: Span, when: float, kind: int) -> Span:
         """Give what follows a change between two corners."""
         plate = self.plate
-        voltage, states = plate.state(span, when)
+        voltage, states = plate.state(span, when=when)
         if span.mode:
-            return plate.left(plate.span(when, 0, plate.held(when), voltage, states))
+            return plate.left(
+                plate.span(start=when, mode=0, held=plate.held(when), voltage=voltage, states=states)
+            )
         if kind == 2:
             side = int(np.sign(plate.amplifier.gain * float(self.drive.voltage(when))))
-            return plate.span(when, 0, 0 if span.held else side, voltage, states)
-        return plate.span(when, 1 - 2 * kind, 0, voltage, states)
+            return plate.span(
+                start=when, mode=0, held=0 if span.held else side, voltage=voltage, states=states
+            )
+        return plate.span(start=when, mode=1 - 2 * kind, held=0, voltage=voltage, states=states)
 
     def _begin(self, span: Span, when: float) -> Span:
         """Give what holds from a corner on; the same if nothing changes."""
         plate, at = self.plate, np.array([when])
         if span.mode and plate.behind(span, at)[0] > 0:
             return span
-        voltage, states = plate.state(span, when)
+        voltage, states = plate.state(span, when=when)
         held = plate.held(when)
         limited = bool(np.isfinite(plate.limits[1]))
         if limited and plate.corner is None and plate.network.capacitance > 0:
             lag = float(plate.aim(at)[0]) - voltage
             if abs(lag) > HYSTERESIS * plate.scale:
-                return plate.span(when, int(np.sign(lag)), 0, voltage, states)
+                return plate.span(start=when, mode=int(np.sign(lag)), held=0, voltage=voltage, states=states)
         following = span
         if span.mode or span.held != held:
-            following = plate.span(when, 0, held, voltage, states)
+            following = plate.span(start=when, mode=0, held=held, voltage=voltage, states=states)
         if limited:
             current = float(plate.current(following, at)[0])
             lowest, highest = plate.limits
             over = int(current > highest * (1 + HYSTERESIS)) - int(current < lowest * (1 + HYSTERESIS))
             if over:
-                return plate.span(when, over, 0, voltage, states)
+                return plate.span(start=when, mode=over, held=0, voltage=voltage, states=states)
         return following
 
     def _write(self, found: dict[str, Real], place: slice, time: Real, span: Span) -> None:

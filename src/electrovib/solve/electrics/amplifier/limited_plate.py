@@ -51,7 +51,7 @@ class LimitedPlate:
         self, transfers: Mapping[Any, Transfer], amplifier: Amplifier, drive: Drive, end: float
     ) -> None:
         self.drive = drive
-        self.network = Network.of(transfers["current"], amplifier.stray_capacitance)
+        self.network = Network.of(transfers["current"], stray=amplifier.stray_capacitance)
         self.modes: SlewingModes = self.network.modes()
         driven = [t.rates[(t.gains != 0) & (t.rates > 0)] for t in transfers.values()]
         self.rates = np.unique(np.concatenate(driven))
@@ -62,7 +62,7 @@ class LimitedPlate:
         self.amplifier, self.limits = amplifier, amplifier.current_limits
         self.largest = np.inf if amplifier.saturation is None else amplifier.saturation
         none = np.zeros(0)
-        stray = Transfer(none, none, 0.0, amplifier.stray_capacitance, static=0.0)
+        stray = Transfer(rates=none, gains=none, direct=0.0, slope=amplifier.stray_capacitance, static=0.0)
         self.unlimited = Unlimited(
             drive,
             gain=amplifier.gain,
@@ -78,7 +78,7 @@ class LimitedPlate:
         marks, heights = drive.corners(end)
         self.jumps = marks[heights != 0]
 
-    def margins(self, span: Span, time: Real, hysteresis: float) -> Real:
+    def margins(self, span: Span, time: Real, *, hysteresis: float) -> Real:
         """How far an amplifier is from what would change it.
 
         Parameters
@@ -102,7 +102,7 @@ class LimitedPlate:
         jumps = np.where(self._jumps_at(time), -1.0, 1.0)
         return np.concatenate([current, np.minimum(self._of_aim(span, time, hysteresis), jumps)[None]])
 
-    def margin(self, span: Span, when: float, kind: int) -> float:
+    def margin(self, span: Span, *, when: float, kind: int) -> float:
         """How far an amplifier is from one change.
 
         Parameters
@@ -169,7 +169,7 @@ class LimitedPlate:
         rises = side * self.amplifier.gain * float(self.drive.slope(when)) > 0
         return side if rises else 0
 
-    def state(self, span: Span, when: float) -> tuple[float, Real]:
+    def state(self, span: Span, *, when: float) -> tuple[float, Real]:
         """Find where plate and modes are.
 
         Parameters
@@ -195,7 +195,7 @@ class LimitedPlate:
         voltage += float(span.course.voltage(since)[0])
         return voltage, states + span.course.answer(self.rates, span.states, since)[:, 0]
 
-    def span(self, start: float, mode: int, held: int, voltage: float, states: Real) -> Span:
+    def span(self, *, start: float, mode: int, held: int, voltage: float, states: Real) -> Span:
         """Begin to do one thing.
 
         Parameters
@@ -216,8 +216,10 @@ class LimitedPlate:
         """
         if mode:
             current = self.limits[mode > 0]
-            course = self.network.slewed(current, voltage, states[self.branches], start, self.modes)
-            return Span(start, mode, held, course, states)
+            course = self.network.slewed(
+                current=current, voltage=voltage, states=states[self.branches], time=start, modes=self.modes
+            )
+            return Span(start=start, mode=mode, held=held, course=course, states=states)
         level = held * self.largest
         if not held:  # what it would do without limits, and the distance from there
             level, expected = self.unlimited.state(start)
@@ -225,7 +227,13 @@ class LimitedPlate:
         rates, levels = np.zeros(int(bool(held))), np.full(int(bool(held)), level)
         if self.corner is not None:
             rates, levels = np.append(rates, self.corner), np.append(levels, voltage - level)
-        return Span(start, mode, held, Course(rates, levels, np.zeros(len(levels))), states)
+        return Span(
+            start=start,
+            mode=mode,
+            held=held,
+            course=Course(rates, levels, np.zeros(len(levels))),
+            states=states,
+        )
 
     def current(self, span: Span, time: Real) -> Real:
         """Current of an amplifier at its voltage.

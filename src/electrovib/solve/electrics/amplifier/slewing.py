@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.transfer import Transfer
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Network:
     """What hangs on the plate.
 
@@ -48,7 +48,7 @@ class Network:
     free: Real
 
     @classmethod
-    def of(cls, current: Transfer, stray: float) -> Network:
+    def of(cls, current: Transfer, *, stray: float) -> Network:
         """Read the branches off the current per volt.
 
         Parameters
@@ -65,13 +65,13 @@ class Network:
         """
         on, left = current.gains < 0, current.free != 0
         return cls(
-            current.rates[on],
-            -current.gains[on],
-            current.at_rest(),
-            stray + current.slope,
-            stray,
-            current.rates[left],
-            current.free[left],
+            rates=current.rates[on],
+            conductances=-current.gains[on],
+            static=current.at_rest(),
+            capacitance=stray + current.slope,
+            stray=stray,
+            free_rates=current.rates[left],
+            free=current.free[left],
         )
 
     @property
@@ -105,7 +105,7 @@ class Network:
         return np.asarray(self.free @ np.exp(-np.outer(self.free_rates, time)))
 
     def slewed(
-        self, current: float, voltage: float, states: Real, time: float, modes: SlewingModes
+        self, *, current: float, voltage: float, states: Real, time: float, modes: SlewingModes
     ) -> Course:
         """Course of the plate's voltage under a constant current.
 
@@ -176,7 +176,7 @@ class Network:
         nodes = np.append(0.0, self.rates) if leaks else self.rates
         weights = np.append(self.static, self.conductances) if leaks else self.conductances
         order = np.argsort(nodes)
-        found = secular_roots(nodes[order], weights[order], self.capacitance)
+        found = secular_roots(nodes[order], weights[order], constant=self.capacitance)
         apart = -found.differences()[:, np.argsort(order)][
             :, int(leaks) :
         ]  # rate of branch less that of mode

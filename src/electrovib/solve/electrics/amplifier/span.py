@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Span:
     """What an amplifier does from one change to the next.
 

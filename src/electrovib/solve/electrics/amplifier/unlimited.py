@@ -64,18 +64,24 @@ def behind(transfer: Transfer, amplifier: Amplifier) -> Transfer:
     gain, corner = amplifier.gain, corner_apart(amplifier, transfer.rates)
     if corner is None:
         static = None if transfer.static is None else transfer.static * gain
-        forced = (transfer.gains * gain, transfer.direct * gain, transfer.slope * gain)
-        return Transfer(transfer.rates, *forced, transfer.free, static)
+        return Transfer(
+            rates=transfer.rates,
+            gains=transfer.gains * gain,
+            direct=transfer.direct * gain,
+            slope=transfer.slope * gain,
+            free=transfer.free,
+            static=static,
+        )
     apart = corner - transfer.rates
     direct = transfer.direct if transfer.static is None else transfer.static - float(np.sum(transfer.gains))
     own = direct - transfer.slope * corner - float(np.sum(transfer.gains * transfer.rates / apart))
     return Transfer(
-        np.append(transfer.rates, corner),
-        gain * np.append(transfer.gains * corner / apart, own),
-        gain * transfer.slope * corner,
-        0.0,
-        np.append(transfer.free, 0.0),
-        None if transfer.static is None else gain * transfer.static,
+        rates=np.append(transfer.rates, corner),
+        gains=gain * np.append(transfer.gains * corner / apart, own),
+        direct=gain * transfer.slope * corner,
+        slope=0.0,
+        free=np.append(transfer.free, 0.0),
+        static=None if transfer.static is None else gain * transfer.static,
     )
 
 
@@ -109,8 +115,10 @@ def without_limits(
     """
     none = np.zeros(0)
     wanted = dict(transfers) | {
-        "plate_voltage": Transfer(none, none, 1.0),
-        "stray current": Transfer(none, none, 0.0, amplifier.stray_capacitance, static=0.0),
+        "plate_voltage": Transfer(rates=none, gains=none, direct=1.0),
+        "stray current": Transfer(
+            rates=none, gains=none, direct=0.0, slope=amplifier.stray_capacitance, static=0.0
+        ),
     }
     found = transient(
         {name: behind(transfer, amplifier) for name, transfer in wanted.items()}, drive, time, settled=settled

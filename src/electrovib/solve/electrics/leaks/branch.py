@@ -113,7 +113,7 @@ def _under(flow: Linear, transfer: Transfer, time: Real) -> Real:
     return direct + modal
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LeakMarch:
     """Field of the leaking layer and its leak at the ends of all steps, before and after the drive's jumps."""
 
@@ -169,7 +169,7 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
             now = begin + index + 1
             state = decays[index] * state + firsts[index] * density
             known = float(free[now] - jumps[now] + gains @ state)
-            field = field_under_leak(leak, known, weight)
+            field = field_under_leak(leak, known=known, weight=weight)
             density = float(leak.current_density(field))
             state = state + lasts[index] * density
             before[now], flow_before[now] = field, density
@@ -177,10 +177,10 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
                 field = field + float(jumps[now])
                 density = float(leak.current_density(field))
             after[now], flow_after[now] = field, density
-    return LeakMarch(grid, before, after, flow_before, flow_after)
+    return LeakMarch(grid=grid, before=before, after=after, flow_before=flow_before, flow_after=flow_after)
 
 
-def field_under_leak(leak: Conduction, known: float, weight: float) -> float:
+def field_under_leak(leak: Conduction, *, known: float, weight: float) -> float:
     """Solve E + weight J(E) = known.
 
     Parameters

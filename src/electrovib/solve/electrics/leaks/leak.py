@@ -59,13 +59,13 @@ def leak_section(
     for j, (slab, (nodes, residues)) in enumerate(zip(slabs, expanded, strict=True)):
         share = (-others if j == place else own[place]) / (own[place] + others)
         field = np.append(_residues(modes.fields[j], driven) * drops, own[j] * share / slab.thickness)
-        fields.append(Transfer(rates, field / rates))
+        fields.append(Transfer(rates=rates, gains=field / rates))
         bound = _at(shared, nodes, bound_residues(slab, nodes, residues)) * share
         displacement = np.append(_residues(modes.displacements[j], driven) * drops, bound)
-        displacements.append(Transfer(rates, displacement / rates))
+        displacements.append(Transfer(rates=rates, gains=displacement / rates))
     sums = [float(np.sum(residues)) for _, residues in expanded]
     at_once = sums[place] / (sum(sums) + area * element.elastance) if element.resistance == 0 else 0.0
-    current = Transfer(rates, np.append(into, 0 * shared) / rates, at_once)
+    current = Transfer(rates=rates, gains=np.append(into, 0 * shared) / rates, direct=at_once)
     nothing = np.zeros(len(slabs) + 1)
     answer = StackModes(rates, tuple(fields), tuple(displacements), current, modes.driven, nothing)
     return section_of(layers, section.debye, answer)
@@ -100,11 +100,13 @@ def leak_alone(section: ModalSection, layers: dict[str, Layer], name: str, *, ar
         Per A/m2 of leak, at a drive of 0 A: the leak takes its current from this layer alone.
     """
     modes, rates = section.modes, section.modes.rates
-    nothing = Transfer(rates, np.zeros(len(rates)))
+    nothing = Transfer(rates=rates, gains=np.zeros(len(rates)))
     fields, displacements = [], []
     for other, field, displacement in zip(layers, modes.fields, modes.displacements, strict=True):
-        fields.append(Transfer(rates, -area * field.gains) if other == name else nothing)
-        displacements.append(Transfer(rates, -area * displacement.gains) if other == name else nothing)
+        fields.append(Transfer(rates=rates, gains=-area * field.gains) if other == name else nothing)
+        displacements.append(
+            Transfer(rates=rates, gains=-area * displacement.gains) if other == name else nothing
+        )
     charges = np.zeros(len(layers) + 1)
     answer = StackModes(rates, tuple(fields), tuple(displacements), nothing, modes.driven, charges)
     return section_of(layers, section.debye, answer)

@@ -114,7 +114,7 @@ def jump_heights(drive: Drive, grid: Real) -> Real:
 
 
 def smooth_grid(
-    drive: Drive, end: float, *, speed: float, spans: Sequence[tuple[float, float]], fastest: float
+    drive: Drive, *, end: float, speed: float, spans: Sequence[tuple[float, float]], fastest: float
 ) -> Real:
     """Choose steps for a march of high order beneath something that moves.
 

@@ -56,7 +56,7 @@ def drive_voltage(
         rates = np.array([element.rate or INTEGRATING, element.rate])
         gains = np.array([element.elastance / rates[0], 0.0])
         free = np.array([0.0, element.elastance * charge])
-    around = {"voltage": Transfer(rates, gains, element.resistance, 0.0, free)}
+    around = {"voltage": Transfer(rates=rates, gains=gains, direct=element.resistance, slope=0.0, free=free)}
     return stack_voltage * (1 + second) + transient(around, drive, time, settled=settled)["voltage"]
 
 

@@ -25,7 +25,7 @@ ROUNDING = 8 * float(np.finfo(float).eps)
 """How far, over the largest time, a grid may be off and still count as even."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Grid:
     """Knots, between which a force is smooth, and how each stretch between them is divided.
 
@@ -48,7 +48,7 @@ class Grid:
     memory: float = math.inf
 
     @classmethod
-    def over(cls, stamps: Real, jumps: Real, memory: float = math.inf) -> Grid:
+    def over(cls, stamps: Real, jumps: Real, *, memory: float = math.inf) -> Grid:
         """Lay a grid over wanted times with jumps.
 
         Parameters
@@ -74,8 +74,13 @@ class Grid:
         inside = inside[counts]
         knots = np.union1d(np.union1d(stamps, inside), begins)
         graded = np.isin(knots[:-1], np.append(inside, jumps[np.abs(jumps - stamps[0]) <= slack]))
-        places = np.searchsorted(knots, stamps), np.unique(np.searchsorted(knots, inside))
-        return cls(knots, *places, graded, memory)
+        return cls(
+            knots=knots,
+            wanted=np.searchsorted(knots, stamps),
+            jumps=np.unique(np.searchsorted(knots, inside)),
+            graded=graded,
+            memory=memory,
+        )
 
     @property
     def is_point(self) -> bool:
@@ -99,7 +104,7 @@ class Grid:
             return np.zeros(len(self.knots) - 1, bool)
         return ~_is_idle(self.knots[1:], self.knots[self.wanted[remaining]], self.memory)
 
-    def density(self, shortest: float, most: int) -> float:
+    def density(self, *, shortest: float, most: int) -> float:
         """Pieces in a second that make FEWEST pieces, and PER_CHANGE in the shortest change.
 
         Parameters
@@ -131,7 +136,7 @@ class Grid:
             return 0.0
         return min(max(FEWEST, PER_CHANGE * span / shortest), most / 2 - len(lengths)) / span
 
-    def divisions(self, density: float, halvings: int, counts: NDArray[np.bool_]) -> Indices:
+    def divisions(self, *, density: float, halvings: int, counts: NDArray[np.bool_]) -> Indices:
         """Divide each stretch.
 
         Parameters

@@ -96,7 +96,7 @@ def respond_mechanically(
     for group in _groups(stamps, marks, memory, shortest):
         begins = max(stamps[group.start] - memory, stamps[0])
         early = begins < stamps[group.start]
-        grid = Grid.over(np.append(begins, stamps[group]) if early else stamps[group], marks, memory)
+        grid = Grid.over(np.append(begins, stamps[group]) if early else stamps[group], marks, memory=memory)
         before = held if begins == stamps[0] else math.inf
         rows = _settled(force_at, filters, grid, before, shortest, most, tolerance, sizes)
         for name, row in rows.items():
@@ -133,15 +133,15 @@ def _settled(
     sizes: dict[str, _Size],
 ) -> dict[str, Real]:
     """Halve the pieces of a grid where outputs move, until they stand still or `most` pieces are used up."""
-    density, halvings = grid.density(shortest, most), 0
+    density, halvings = grid.density(shortest=shortest, most=most), 0
     remaining = np.ones(len(grid.wanted), bool)
-    divisions = grid.divisions(density, halvings, grid.counts(remaining))
+    divisions = grid.divisions(density=density, halvings=halvings, counts=grid.counts(remaining))
     coarse, possible = _on_grid(force_at, filters, grid, divisions, held)
     found, moved = dict(coarse), {name: np.zeros(len(remaining)) for name in filters}
     tables = {name: [row] for name, row in coarse.items()}
     while True:
         halvings += 1
-        divisions = grid.divisions(density, halvings, grid.counts(remaining))
+        divisions = grid.divisions(density=density, halvings=halvings, counts=grid.counts(remaining))
         fine, possible = _on_grid(force_at, filters, grid, divisions, held)
         moves = np.zeros(len(remaining), bool)
         for name, size in sizes.items():
@@ -154,7 +154,7 @@ def _settled(
             size.largest = max(size.largest, float(np.max(np.abs(found[name]))), FAINT * possible[name])
             moves |= moved[name] > tolerance * size.largest
         remaining = _with_neighbours(moves)
-        more = grid.divisions(density, halvings + 1, grid.counts(remaining)).sum()
+        more = grid.divisions(density=density, halvings=halvings + 1, counts=grid.counts(remaining)).sum()
         if not np.any(remaining) or more > most or grid.is_point:
             for name, size in sizes.items():
                 size.moved = max(size.moved, float(np.max(moved[name])))
@@ -197,15 +197,17 @@ def _on_grid(
         last = lengths[marks[grid.jumps] - 1]
         back = np.maximum(1e-6 * last, 64 * np.finfo(float).eps * np.abs(moments))
         before[grid.jumps - 1] = finite(force_at(moments - back))
-    stretches = Stretches(begins, lengths, divisions, grid.graded, force, before)
+    stretches = Stretches(
+        begins=begins, lengths=lengths, divisions=divisions, graded=grid.graded, force=force, ends=before
+    )
     found: dict[str, Real] = {}
     largest: dict[str, float] = {}
     for name, filter_ in filters.items():
         if grid.is_point:
-            state = filter_.state(float(force[0]), held)
-            output = march_through(filter_, force, force, 0.0, state)[:1]
+            state = filter_.state(float(force[0]), held=held)
+            output = march_through(filter_, force, force, steps=0.0, state=state)[:1]
         else:
-            output = stretches.output(filter_, held)
+            output = stretches.output(filter_, held=held)
         possible = (abs(filter_.direct) + 2 * np.abs(filter_.gains).sum()) * np.abs(force).max()
         found[name], largest[name] = output[grid.wanted], float(possible)
     return found, largest

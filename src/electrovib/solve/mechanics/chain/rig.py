@@ -140,12 +140,12 @@ def measured(
 
 def _moments(digitiser: Digitiser, stamps: Real, most: int) -> Real:
     """Times of the readings; one that falls on the last stamp but for rounding counts."""
-    count = refuse_readings(digitiser, float(stamps[-1] - stamps[0]), most)
+    count = refuse_readings(digitiser, span=float(stamps[-1] - stamps[0]), most=most)
     moments: Real = np.minimum(stamps[0] + np.arange(count) / digitiser.sampling_rate, stamps[-1])
     return moments
 
 
-def refuse_readings(digitiser: Digitiser, span: float, most: int) -> int:
+def refuse_readings(digitiser: Digitiser, *, span: float, most: int) -> int:
     """Count the readings of a digitiser, and refuse too many.
 
     Parameters
@@ -185,7 +185,7 @@ def _of_samples(
             f"{name}: {len(samples)} samples for {len(stamps)} times. Give one for each, or a function."
         )
     part = Linear(stamps - stamps[0], samples, samples)
-    return through_pieces(filter_, part, moments - stamps[0], filter_.state(float(samples[0]), held))
+    return through_pieces(filter_, part, moments - stamps[0], filter_.state(float(samples[0]), held=held))
 
 
 def _digitised(rig: Rig, digitiser: Digitiser, forces: dict[str, Real]) -> tuple[dict[str, Real], list[Lamp]]:
@@ -197,8 +197,8 @@ def _digitised(rig: Rig, digitiser: Digitiser, forces: dict[str, Real]) -> tuple
         forces.items(), rig.noises(), ranges, streams, strict=True
     ):
         seen = force + noise * np.random.default_rng(stream).standard_normal(len(force))
-        readings[name] = digitiser.reading(seen, full_scale)
-        nearest = digitiser.levels(seen, full_scale) * (full_scale / 2.0 ** (digitiser.bits - 1))
+        readings[name] = digitiser.reading(seen, full_scale=full_scale)
+        nearest = digitiser.levels(seen, full_scale=full_scale) * (full_scale / 2.0 ** (digitiser.bits - 1))
         known, allowed = np.isfinite(seen), format_quantity(full_scale, "N")
         beyond = int(np.count_nonzero((readings[name] != nearest) & known))
         text = (

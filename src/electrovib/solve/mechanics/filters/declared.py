@@ -25,7 +25,7 @@ APART = 1e-5
 """Poles of two stages nearer than this, relative, cannot be told apart in partial fractions."""
 
 
-def second_order(natural_frequency: float, damping_ratio: float) -> Filter:
+def second_order(*, natural_frequency: float, damping_ratio: float) -> Filter:
     """Resonance of a mass on a spring and a damper: w0^2/(s^2 + 2 zeta w0 s + w0^2).
 
     Parameters
@@ -158,7 +158,7 @@ def of_stages(stages: Iterable[Stage]) -> Filter:
 def _of_stage(stage: Stage) -> Filter:
     match stage:
         case Resonance():
-            return second_order(stage.natural_frequency, stage.damping_ratio)
+            return second_order(natural_frequency=stage.natural_frequency, damping_ratio=stage.damping_ratio)
         case LowPass():
             return first_order(stage.cut_off)
         case HighPass():

@@ -95,7 +95,7 @@ class Filter:
         poles = np.concatenate([self.poles, other.poles])
         return Filter(poles, np.concatenate([self.gains, other.gains]), self.direct + other.direct)
 
-    def state(self, level: float, held: float = math.inf) -> Complex:
+    def state(self, level: float, *, held: float = math.inf) -> Complex:
         """State of the modes after an input has been held.
 
         Parameters

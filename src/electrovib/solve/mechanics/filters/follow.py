@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from electrovib.solve.mechanics.filters.filter import Filter
 
 
-def filtered(filter_: Filter, samples: ArrayLike, step: float, *, settled: bool, keep: int = 1) -> Real:
+def filtered(filter_: Filter, samples: ArrayLike, *, step: float, settled: bool, keep: int = 1) -> Real:
     """Output of a filter for an input that runs straight from sample to sample, exactly.
 
     Parameters
@@ -40,14 +40,14 @@ def filtered(filter_: Filter, samples: ArrayLike, step: float, *, settled: bool,
         Output at the samples kept, in the unit of the input times that of the gains.
     """
     values = finite(samples)
-    start = filter_.state(values[0], math.inf if settled else 0.0)
+    start = filter_.state(values[0], held=math.inf if settled else 0.0)
     if values.size == 1:  # no time passes
-        return march_through(filter_, values, values, 0.0, start)[:1]
-    return march_through(filter_, values[:-1], values[1:], step, start, keep)
+        return march_through(filter_, values, values, steps=0.0, state=start)[:1]
+    return march_through(filter_, values[:-1], values[1:], steps=step, state=start, keep=keep)
 
 
 def march_through(
-    filter_: Filter, starts: Real, ends: Real, steps: float | Real, state: Complex, keep: int = 1
+    filter_: Filter, starts: Real, ends: Real, *, steps: float | Real, state: Complex, keep: int = 1
 ) -> Real:
     """Output of a filter for straight pieces that may jump, exactly.
 
@@ -133,7 +133,7 @@ def through_pieces(filter_: Filter, part: Linear, wanted: Real, state: Complex) 
         np.append(after, after[-1]),
         np.append(before, after[-1]),
     )
-    output = march_through(filter_, after[:-1], before[1:], np.diff(knots), state)
+    output = march_through(filter_, after[:-1], before[1:], steps=np.diff(knots), state=state)
     return output[np.searchsorted(knots[:-1], wanted)]
 
 

@@ -21,7 +21,7 @@ _FEW = 64
 """Pieces for each kind of stretch, below which each piece is followed on its own."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Stretches:
     """Straight pieces, in stretches that may begin with a jump.
 
@@ -44,7 +44,7 @@ class Stretches:
     force: Real
     ends: Real
 
-    def output(self, filter_: Filter, held: float) -> Real:
+    def output(self, filter_: Filter, *, held: float) -> Real:
         """Output of a filter at the ends of the stretches, and at their first begin.
 
         Parameters
@@ -60,14 +60,14 @@ class Stretches:
             At a jump the value after it.
         """
         marks = np.cumsum(np.append(0, self.divisions))
-        state = filter_.state(float(self.force[0]), held)
+        state = filter_.state(float(self.force[0]), held=held)
         kinds, kind = self._kinds(marks)
         if not len(filter_.poles):
             return np.asarray(filter_.direct * self.force[marks])
         if _FEW * kinds > len(self.lengths):
             ends = self.force[1:].copy()
             ends[marks[1:] - 1] = self.ends
-            found = march_through(filter_, self.force[:-1], ends, self.lengths, state)[marks]
+            found = march_through(filter_, self.force[:-1], ends, steps=self.lengths, state=state)[marks]
             found[-1] += filter_.direct * (self.force[-1] - self.ends[-1])
             return np.asarray(found)
         states = self._states(filter_, state, marks, kinds, kind)

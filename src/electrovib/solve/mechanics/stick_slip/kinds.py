@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 from electrovib.solve.mechanics.stick_slip.skin import Energies, SlidingSkin
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CompliantSlidingSkin(SlidingSkin):
     """Skin with mass on a spring and a damper: displacement, speed, deflection, work, two heats.
 
@@ -30,7 +30,7 @@ class CompliantSlidingSkin(SlidingSkin):
     damping: float
     states: ClassVar[int] = 6
 
-    def rate(self, now: Real, speed: float, strength: float, direction: int) -> Real:
+    def rate(self, now: Real, *, speed: float, strength: float, direction: int) -> Real:
         """Rate of the slice: m/s, m/s2, m/s, W, W, W."""
         displacement, over_plate, deflection = now[0], now[1], now[2]
         skin_speed = speed - over_plate
@@ -47,7 +47,7 @@ class CompliantSlidingSkin(SlidingSkin):
             ]
         )
 
-    def speed_over_plate(self, now: Real, speed: float | Real) -> Real:
+    def speed_over_plate(self, now: Real, *, speed: float | Real) -> Real:
         """Second state [m/s]; the bone's does not matter."""
         del speed
         return np.asarray(now[1])
@@ -65,12 +65,12 @@ class CompliantSlidingSkin(SlidingSkin):
         heat = now[5] + self.law.stiffness * now[2] ** 2 / 2
         return np.array([now[0], now[1], 0.0, now[3], now[4], heat])
 
-    def scale(self, strength: float, speed: float) -> Real:
+    def scale(self, *, strength: float, speed: float) -> Real:
         """Sizes from strength [N] and speed [m/s]."""
         stretch = strength / self.stiffness
         return np.array([stretch, speed, strength / self.law.stiffness, *[strength * stretch] * 3])
 
-    def settled(self, speed: float, strength: float) -> Real:
+    def settled(self, *, speed: float, strength: float) -> Real:
         """Slice at a steady speed [m/s] and strength [N]."""
         deflection, friction = _steady(self.law, speed, strength)
         return np.array([friction / self.stiffness, speed, deflection, 0.0, 0.0, 0.0])
@@ -89,7 +89,15 @@ class CompliantSlidingSkin(SlidingSkin):
         elastic = self.stiffness * now[0] ** 2 / 2
         bristle = self.law.stiffness * now[2] ** 2 / 2
         before = float(kinetic[0] + elastic[0] + bristle[0])
-        return Energies(now[3], kinetic, elastic, bristle, now[4], now[5], before)
+        return Energies(
+            work=now[3],
+            kinetic=kinetic,
+            elastic=elastic,
+            bristle=bristle,
+            damper=now[4],
+            friction=now[5],
+            stored_before=before,
+        )
 
 
 @dataclass(frozen=True)
@@ -104,13 +112,13 @@ class RigidSlidingSkin(SlidingSkin):
 
     states: ClassVar[int] = 3
 
-    def rate(self, now: Real, speed: float, strength: float, direction: int) -> Real:
+    def rate(self, now: Real, *, speed: float, strength: float, direction: int) -> Real:
         """Rate of the slice: m/s, W, W."""
         rate, friction = _friction(self.law, now[0], speed, strength, direction)
         work = friction * speed
         return np.array([rate, work, work - self.law.stiffness * now[0] * rate])
 
-    def speed_over_plate(self, now: Real, speed: float | Real) -> Real:
+    def speed_over_plate(self, now: Real, *, speed: float | Real) -> Real:
         """Speed of the bone [m/s]."""
         del now
         return np.asarray(speed)
@@ -127,13 +135,13 @@ class RigidSlidingSkin(SlidingSkin):
         """Slice without deflection [m], with its energy in the heat [J]."""
         return np.array([0.0, now[1], now[2] + self.law.stiffness * now[0] ** 2 / 2])
 
-    def scale(self, strength: float, speed: float) -> Real:
+    def scale(self, *, strength: float, speed: float) -> Real:
         """Sizes from strength [N]; the speed [m/s] is given."""
         del speed
         deflection = strength / self.law.stiffness
         return np.array([deflection, *[strength * deflection] * 2])
 
-    def settled(self, speed: float, strength: float) -> Real:
+    def settled(self, *, speed: float, strength: float) -> Real:
         """Slice at a steady speed [m/s] and strength [N]."""
         return np.array([_steady(self.law, speed, strength)[0], 0.0, 0.0])
 
@@ -150,7 +158,15 @@ class RigidSlidingSkin(SlidingSkin):
     def energies(self, now: Real) -> Energies:
         """Energies [J]."""
         bristle, nothing = self.law.stiffness * now[0] ** 2 / 2, np.zeros_like(now[0])
-        return Energies(now[1], nothing, nothing, bristle, nothing, now[2], float(bristle[0]))
+        return Energies(
+            work=now[1],
+            kinetic=nothing,
+            elastic=nothing,
+            bristle=bristle,
+            damper=nothing,
+            friction=now[2],
+            stored_before=float(bristle[0]),
+        )
 
 
 def _friction(

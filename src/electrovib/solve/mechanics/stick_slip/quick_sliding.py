@@ -82,7 +82,7 @@ def slide_quickly(
 
     pieces = strength.pieces
     not_negative(pieces.knots, pieces.values)
-    skin = skin_of(law, mass, stiffness, damping)
+    skin = skin_of(law, mass=mass, stiffness=stiffness, damping=damping)
     speeds = motion.speeds(strength.ends)
     fastest = float(np.max(np.abs(motion.speeds(times)), initial=float(np.max(np.abs(speeds)))))
     largest = float(np.max(pieces.values)) or skin.natural_force(fastest) or 1.0
@@ -92,7 +92,7 @@ def slide_quickly(
     state: Any = np.zeros(6)
     if (begins := float(speeds[0])) > 0:
         at_first = skin if course.touches[0] else lifted(skin)
-        found = at_first.settled(begins, float(np.hypot(strength(0.0), floor)))
+        found = at_first.settled(speed=begins, strength=float(np.hypot(strength(0.0), floor)))
         state[compiled_step.DEFLECTION] = float(skin.deflection(found))
         state[compiled_step.DISPLACEMENT] = float(np.ravel(skin.displacement(found))[0])
         state[compiled_step.OVER_PLATE] = begins
@@ -102,7 +102,7 @@ def slide_quickly(
         if isinstance(skin, CompliantSlidingSkin)
         else (0.0, 0.0, 0.0)
     )
-    scale = skin.scale(largest, largest_speed)
+    scale = skin.scale(strength=largest, speed=largest_speed)
     scale = scale[[2, 0, 1]] if is_elastic else np.array([scale[0], 1.0, 1.0])
     sizes = compiled_records.Sizes(
         tolerance, scale, STILL * largest_speed, DEAD_BAND * largest, MOST_EVENTS, AT_ONCE
@@ -167,7 +167,7 @@ def _marched(
         steps, asked = int(memory[march.STEPS]), int(memory[march.ASKED])
         march.march(times, state, *given, method, memory, (moments, kinds), (states, directions))
         made, evaluated = int(memory[march.STEPS]) - steps, int(memory[march.ASKED]) - asked
-        meter.count(float(memory[march.NOW]), max(made, evaluated // march.ASKED_IN_STEP))
+        meter.count(float(memory[march.NOW]), steps=max(made, evaluated // march.ASKED_IN_STEP))
     if memory[march.STATUS] == march.UNSOLVED:
         raise ElectrovibError(f"the equations could not be solved beyond {memory[march.NOW]:.6g} s")
     if memory[march.STATUS] == march.CHATTERS:

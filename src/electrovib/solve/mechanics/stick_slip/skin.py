@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from electrovib.physics.friction import BristleFriction
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Energies:
     """Where the work of the hand has gone since time 0.
 
@@ -61,7 +61,7 @@ class SlidingSkin(ABC):
     """Length of the slice."""
 
     @abstractmethod
-    def rate(self, now: Real, speed: float, strength: float, direction: int) -> Real:
+    def rate(self, now: Real, *, speed: float, strength: float, direction: int) -> Real:
         """Rate of change of the slice.
 
         Parameters
@@ -82,7 +82,7 @@ class SlidingSkin(ABC):
         """
 
     @abstractmethod
-    def speed_over_plate(self, now: Real, speed: float | Real) -> Real:
+    def speed_over_plate(self, now: Real, *, speed: float | Real) -> Real:
         """Speed of the skin over the plate.
 
         Parameters
@@ -106,7 +106,7 @@ class SlidingSkin(ABC):
     def displacement(self, now: Real) -> Real:
         """Displacement of the skin against the bone [m]."""
 
-    def left(self, now: Real, strength: float, direction: int) -> float:
+    def left(self, now: Real, *, strength: float, direction: int) -> float:
         """Share of the strength that the bristles have left.
 
         Parameters
@@ -130,7 +130,7 @@ class SlidingSkin(ABC):
         """Slice without deflection [m]: what the bristles held has become heat [J]."""
 
     @abstractmethod
-    def scale(self, strength: float, speed: float) -> Real:
+    def scale(self, *, strength: float, speed: float) -> Real:
         """Size of each state.
 
         Parameters
@@ -145,7 +145,7 @@ class SlidingSkin(ABC):
         """
 
     @abstractmethod
-    def settled(self, speed: float, strength: float) -> Real:
+    def settled(self, *, speed: float, strength: float) -> Real:
         """Slice of steady sliding.
 
         Parameters

@@ -57,7 +57,7 @@ def lifted(skin: SlidingSkin) -> SlidingSkin:
 
 
 def skin_of(
-    law: BristleFriction, mass: float | None, stiffness: float | None, damping: float | None
+    law: BristleFriction, *, mass: float | None, stiffness: float | None, damping: float | None
 ) -> SlidingSkin:
     """Give the skin of a finger, or a rigid one.
 
@@ -91,4 +91,4 @@ def skin_of(
         raise InputError(
             f"finger: stiffness {stiffness:.6g} N/m must be above 0 and damping {damping:.6g} N s/m not below"
         )
-    return CompliantSlidingSkin(law, mass, stiffness, damping)
+    return CompliantSlidingSkin(law, mass=mass, stiffness=stiffness, damping=damping)

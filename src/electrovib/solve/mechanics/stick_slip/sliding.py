@@ -32,7 +32,7 @@ EVENTS = ("turns", "passes the strength")
 _LOOKS = 4096
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Sliding(System):
     """Equations of a skin that slides over the plate under a given strength of the friction.
 
@@ -63,37 +63,39 @@ class Sliding(System):
     @property
     def scale(self) -> Real:
         """Size of each state."""
-        return self.skin.scale(self.largest_strength, self.largest_speed)
+        return self.skin.scale(strength=self.largest_strength, speed=self.largest_speed)
 
     def breaks(self, end: float) -> Sequence[float]:
         """Corners of speed and strength [s]."""
         return [corner for corner in self.corners if 0 < corner < end]
 
-    def jump(self, time: float, state: Real) -> Real:
+    def jump(self, state: Real, *, time: float) -> Real:
         """State just after a time [s]: bristles that leave the plate let go."""
         return state if self.touches(time) else self.skin.let_go(state)
 
-    def rate(self, time: float, state: Real, mode: Mode) -> Real:
+    def rate(self, state: Real, mode: Mode, *, time: float) -> Real:
         """Rate of change of each state at a time [s]."""
         skin = self.skin if self.touches(time) else lifted(self.skin)
-        return skin.rate(state, float(self.speed(time)), float(self.strength_of(time)), mode[0])
+        return skin.rate(
+            state, speed=float(self.speed(time)), strength=float(self.strength_of(time)), direction=mode[0]
+        )
 
-    def switches(self, time: float, state: Real, mode: Mode) -> Real:
+    def switches(self, state: Real, mode: Mode, *, time: float) -> Real:
         """Speed [m/s] along the direction of the mode, and what is left to the strength [1] likewise, at a time [s]."""
         direction, side = mode
-        along = direction * self.skin.speed_over_plate(state, float(self.speed(time)))
+        along = direction * self.skin.speed_over_plate(state, speed=float(self.speed(time)))
         if self.skin.law.yields_smoothly:
             return np.array([along])
-        left = self.skin.left(state, float(self.strength_of(time)), direction)
+        left = self.skin.left(state, strength=float(self.strength_of(time)), direction=direction)
         return np.array([along, side * left + DEAD_BAND])
 
-    def following(self, index: int, time: float, state: Real, mode: Mode) -> Mode:
+    def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
         """Turn the direction, or the side of the strength, at a time [s]."""
         direction, side = mode
         if index == 1:
             return (direction, -side)
         turned = -direction
-        left = self.skin.left(state, float(self.strength_of(time)), turned)
+        left = self.skin.left(state, strength=float(self.strength_of(time)), direction=turned)
         return (turned, 1 if left >= 0 else -1)
 
     def strength_of(self, time: float | Real) -> Real:
@@ -101,7 +103,7 @@ class Sliding(System):
         return np.hypot(self.strength(time), SMALLEST * self.largest_strength)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Slide:
     """How a skin slid.
 
@@ -196,19 +198,27 @@ def sliding(
     looks = _looks(times, breaks)
     strengths = np.asarray(strength(looks), dtype=float) + np.zeros(len(looks))
     not_negative(looks, strengths)
-    skin = skin_of(law, mass, stiffness, damping)
+    skin = skin_of(law, mass=mass, stiffness=stiffness, damping=damping)
     fastest = float(np.max(np.abs(speed(looks))))
     largest_strength = float(strengths.max()) or skin.natural_force(fastest) or 1.0
     largest_speed = fastest or skin.natural_speed(largest_strength)
-    system = Sliding(skin, speed, strength, tuple(breaks), largest_strength, largest_speed, touches)
+    system = Sliding(
+        skin=skin,
+        speed=speed,
+        strength=strength,
+        corners=tuple(breaks),
+        largest_strength=largest_strength,
+        largest_speed=largest_speed,
+        touches=touches,
+    )
     at_start, strength_at_start = float(speed(0.0)), float(system.strength_of(0.0))
     at_first = skin if touches(0.0) else lifted(skin)
-    state = at_first.settled(at_start, strength_at_start) if settled else np.zeros(skin.states)
+    state = at_first.settled(speed=at_start, strength=strength_at_start) if settled else np.zeros(skin.states)
     direction = -1 if settled and at_start < 0 else 1
     solved = integrate(system, state, (direction, 1), times, tolerance=tolerance, step=step)
     speeds = np.asarray(speed(times), dtype=float) + np.zeros(len(times))
     directions = np.array([mode[0] for mode in solved.modes], dtype=float)
-    over_plate = np.asarray(skin.speed_over_plate(solved.states, speeds))
+    over_plate = np.asarray(skin.speed_over_plate(solved.states, speed=speeds))
     deflection = skin.deflection(solved.states)
     rate = law.deflection_rate(deflection, over_plate, system.strength_of(times), directions)
     energies = skin.energies(solved.states)

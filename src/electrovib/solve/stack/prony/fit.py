@@ -24,7 +24,7 @@ PER_DECADE = 15
 SLOW_ROOM, FAST_ROOM = 100.0, 1000.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PronyFit:
     """Debye terms of a spectrum and how well they follow it.
 
@@ -90,7 +90,7 @@ def fit_debye(
     .. [1] C. L. Lawson, *Contributions to the theory of linear least maximum approximation*, thesis,
        University of California, Los Angeles, 1961.
     """
-    check_range(low, high, terms, slowest)
+    check_range(low=low, high=high, terms=terms, slowest=slowest)
     decades = np.log10(high / low)
     count = max(int(np.ceil(PER_DECADE * decades)) + 1, 4 * terms + 1)
     frequency = np.geomspace(low, high, count)
@@ -142,7 +142,7 @@ def fit_debye_table(
     """
     hertz, target = table(frequency, polarisation)
     low, high = float(hertz[0]), float(hertz[-1])
-    check_range(low, high, terms, slowest)
+    check_range(low=low, high=high, terms=terms, slowest=slowest)
     refuse_active(hertz, target, allowed=noise_limit(target))
     spectrum = _spectrum(hertz, target, 1 / (2 * np.pi * low) if slowest is None else slowest)
     found = _least(spectrum, min(terms, hertz.size - 1))
@@ -161,7 +161,12 @@ def _least(spectrum: Spectrum, terms: int) -> Terms:
 
 
 def _spectrum(frequency: Real, target: Complex, slowest: float) -> Spectrum:
-    return Spectrum(2 * np.pi * frequency, target, 1 / (2 * np.pi * frequency[-1] * FAST_ROOM), slowest)
+    return Spectrum(
+        angular=2 * np.pi * frequency,
+        target=target,
+        fastest=1 / (2 * np.pi * frequency[-1] * FAST_ROOM),
+        slowest=slowest,
+    )
 
 
 def _report(terms: Terms, frequency: Real, target: Complex) -> PronyFit:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 FEW = 20
 
 
-def check_range(low: float, high: float, terms: int, slowest: float | None) -> None:
+def check_range(*, low: float, high: float, terms: int, slowest: float | None) -> None:
     """Raise if the band, the number of terms or the slowest time is out of range.
 
     Parameters
@@ -32,6 +32,11 @@ def check_range(low: float, high: float, terms: int, slowest: float | None) -> N
         Relaxations.
     slowest : float or None
         Longest relaxation time, s.
+
+    Raises
+    ------
+    InputError
+        If one of them is out of range, with every one that is.
     """
     problems = []
     if not (0 < low < high < np.inf):
@@ -60,6 +65,11 @@ def evaluated(polarisation: Callable[[Real], npt.ArrayLike], frequency: Real) ->
     -------
     ndarray of complex, shape (N,)
         1.
+
+    Raises
+    ------
+    InputError
+        If the law does not give one finite value with a positive real part for each frequency.
     """
     target = np.asarray(polarisation(frequency), dtype=complex)
     if target.shape != frequency.shape:
@@ -83,6 +93,11 @@ def table(frequency: npt.ArrayLike, polarisation: npt.ArrayLike) -> tuple[Real, 
     -------
     tuple of ndarray, shape (N,)
         The same, sorted.
+
+    Raises
+    ------
+    InputError
+        If the lists differ in length, have fewer than 3 points, or hold a value that is not finite or not positive.
     """
     hertz = np.asarray(frequency, dtype=float)
     target = np.asarray(polarisation, dtype=complex)
@@ -131,6 +146,11 @@ def refuse_active(frequency: Real, target: Complex, *, allowed: float) -> None:
         Relative permittivity, 1.
     allowed : float
         Loss tangent that noise may have, 1.
+
+    Raises
+    ------
+    InputError
+        If the loss is negative beyond what is allowed.
     """
     gain = target.imag / np.abs(target)
     width = min(5, gain.size)

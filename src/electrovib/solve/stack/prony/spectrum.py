@@ -18,7 +18,7 @@ class Terms(NamedTuple):
     times: Real
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Spectrum:
     """Samples of a polarisation spectrum and the range allowed for relaxation times.
 

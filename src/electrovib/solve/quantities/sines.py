@@ -1,0 +1,319 @@
+"""Numbers of one stack under many sines in their periodic state, as arrays over all of them."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.physics.contact import FixedArea
+from electrovib.physics.drive.parts import Tones
+from electrovib.physics.drive.sines import Sine
+from electrovib.physics.friction import SteadyFriction
+from electrovib.physics.programme import Steady
+from electrovib.scenario import PeriodicState
+from electrovib.solve.choice import chosen, solve
+from electrovib.solve.diagnostics import diagnostics
+from electrovib.solve.diagnostics.known import known_band, memory_lamps
+from electrovib.solve.diagnostics.many_peaks import many_peaks
+from electrovib.solve.diagnostics.memory import errors_of_sines
+from electrovib.solve.diagnostics.peaks import PeakRecord
+from electrovib.solve.electrics.attraction import attraction, total_pull
+from electrovib.solve.electrics.methods import PERIODIC
+from electrovib.solve.electrics.solution import Solution
+from electrovib.solve.electrics.wanted import fields, linear_quantities, name_interface
+from electrovib.solve.expanded import LATER_PERIODS
+from electrovib.solve.mechanics.mechanical import mechanical, slowest_rates
+from electrovib.solve.quantities.answer import Answer, doubts
+from electrovib.solve.quantities.pieces import tails, taken_of_many
+from electrovib.solve.quantities.resolve import TOLERANCE, first_mesh, missed
+from electrovib.solve.stack.integrator import integral_weight
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from electrovib.core.arrays import Complex, Indices, Real
+    from electrovib.scenario import Scenario
+    from electrovib.solve.diagnostics.judged import Judged
+    from electrovib.solve.expanded import Expanded
+    from electrovib.solve.quantities.names import Named
+    from electrovib.solve.quantities.pieces import Mesh
+    from electrovib.solve.stack.keys import Key
+    from electrovib.solve.stack.transfer import Transfer
+
+
+@dataclass(frozen=True)
+class Sines:
+    """Sines that drive one stack, each for a case of its own.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (cases,)
+        Hz.
+    amplitude : ndarray of complex, shape (cases,)
+        Peak values [V] with phase.
+    """
+
+    frequency: Real
+    amplitude: Complex
+
+    def weights(self, transfers: Mapping[Key, Transfer]) -> dict[Key, Complex]:
+        """Give complex amplitudes of linear quantities in every case, those with the same modes one after the other.
+
+        Parameters
+        ----------
+        transfers : mapping of Key to Transfer
+            Per volt.
+
+        Returns
+        -------
+        dict of Key to ndarray of complex, shape (cases,)
+            Peak values, in the unit of each.
+        """
+        groups: dict[bytes, list[Key]] = {}
+        for name, transfer in transfers.items():
+            groups.setdefault(transfer.rates.tobytes(), []).append(name)
+        s, found = 2j * np.pi * self.frequency, dict[Any, Any]()
+        for names in groups.values():
+            rates = transfers[names[0]].rates
+            share = 1 / (s[:, None] + rates)
+            for name in names:
+                each = transfers[name]
+                level, parts = (
+                    (each.direct, each.gains * rates) if each.static is None else (each.static, 0.0)
+                )
+                modal = share @ parts if each.static is None else -s * (share @ each.gains)
+                found[name] = (level + each.slope * s + modal) * self.amplitude
+        return found
+
+    def waves(self, cases: Indices, times: Real) -> tuple[Real, Real]:
+        """Cosine and sine of the phase of some cases at some times.
+
+        Parameters
+        ----------
+        cases : ndarray of int, shape (n,)
+            Numbers of cases.
+        times : ndarray, shape (n,)
+            s.
+
+        Returns
+        -------
+        cosine, sine : ndarray, shape (n,)
+            Of 2 pi frequency time.
+        """
+        phase = 2 * np.pi * self.frequency[cases] * times
+        return np.cos(phase), np.sin(phase)
+
+
+def rows_of(weights: Mapping[Key, Complex], cases: Indices, waves: tuple[Real, Real]) -> dict[Key, Real]:
+    """Give linear quantities of some cases over time from their complex amplitudes.
+
+    Parameters
+    ----------
+    weights : mapping of Key to ndarray of complex, shape (cases,)
+        Peak values, in the unit of each.
+    cases : ndarray of int, shape (n,)
+        Numbers of cases.
+    waves : tuple of ndarray, shape (n,)
+        From `Sines.waves`.
+
+    Returns
+    -------
+    dict of Key to ndarray, shape (n,)
+        In their units.
+    """
+    cosine, sine = waves
+    return {name: each.real[cases] * cosine - each.imag[cases] * sine for name, each in weights.items()}
+
+
+def is_of_sines(scenario: Scenario) -> bool:
+    """Tell whether `answers` knows a scenario: linear layers in the periodic state of a sine, mechanics without memory.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Everything.
+
+    Returns
+    -------
+    bool
+        Whether all its signals repeat with the sine and follow from it at once.
+    """
+    motion, friction = scenario.motion, scenario.friction
+    return (
+        type(scenario.drive) is Sine
+        and isinstance(scenario.time.initial_state, PeriodicState)
+        and chosen(scenario).method is PERIODIC
+        and scenario.circuit.amplifier is None
+        and isinstance(scenario.contact, FixedArea)
+        and isinstance(friction, SteadyFriction)
+        and scenario.finger is None
+        and scenario.rig is None
+        and motion.distance is None
+        and isinstance(motion.programme, Steady)
+        and isinstance(scenario.load.programme, Steady)
+        and not slowest_rates(scenario)
+    )
+
+
+def answers(expanded: Expanded, members: Sequence[Scenario], names: Sequence[Named]) -> list[Answer] | None:
+    """Take numbers from the solutions of scenarios that differ in the amplitude, frequency or phase of their sine.
+
+    Parameters
+    ----------
+    expanded : Expanded
+        Of the first of them, one that `is_of_sines` knows.
+    members : sequence of Scenario
+        All of them; they share its other parts, and the band over which materials are reduced.
+    names : sequence of Named
+        What is asked.
+
+    Returns
+    -------
+    list of Answer or None
+        As `answer` gives them, one for each; None where something does not fit, and each has to be answered alone.
+
+    Raises
+    ------
+    InputError
+        If models do not go together.
+    """
+    scenario, section = expanded.scenario, expanded.section
+    transfers = linear_quantities(scenario, section)
+    if np.any(section.modes.charges) or any(integral_weight(each) for each in transfers.values()):
+        return None
+    meshes = [first_mesh(expanded, each) for each in members]
+    if len({len(mesh.edges) for mesh in meshes}) > 1:
+        return None
+    tones = [part for each in members for part in each.drive.parts() if isinstance(part, Tones)]
+    sines = Sines(
+        np.concatenate([tone.frequencies for tone in tones]),
+        np.concatenate([tone.amplitudes for tone in tones]),
+    )
+    if not np.all(sines.amplitude):
+        return None
+    group = _Group(expanded, members, sines, meshes, np.array([mesh.times() for mesh in meshes]), transfers)
+    signals = group.signals()
+    if signals is None:
+        return None
+    found = group.numbers(signals, names)
+    return None if found is None else group.judged(signals, *found)
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Cases of one stack, each under its own sine, at as many times each."""
+
+    expanded: Expanded
+    members: Sequence[Scenario]
+    sines: Sines
+    meshes: list[Mesh]
+    times: Real
+    transfers: Mapping[Key, Transfer]
+
+    @functools.cached_property
+    def cases(self) -> Indices:
+        """Number of the case of each time."""
+        return np.repeat(np.arange(len(self.times)), self.times.shape[1])
+
+    @functools.cached_property
+    def waves(self) -> tuple[Real, Real]:
+        """Cosine and sine of the phase at all times."""
+        return self.sines.waves(self.cases, self.times.ravel())
+
+    @functools.cached_property
+    def weights(self) -> dict[Key, Complex]:
+        """Complex amplitudes of everything that is linear in the drive."""
+        return self.sines.weights(self.transfers) | {"drive_voltage": self.sines.amplitude}
+
+    @functools.cached_property
+    def solution(self) -> Solution:
+        """What the sines do to the stack, one case after the other."""
+        scenario, first = self.expanded.scenario, self.times[0, :1]
+        found = rows_of(self.weights, self.cases, self.waves)
+        name_interface(scenario, found)
+        reason = solve(scenario, self.expanded.section, first, force_alone=True).reason
+        solution = Solution(found=found, method=PERIODIC, reason=reason)
+        return replace(solution, force=attraction(scenario, total_pull(scenario, solution.amplitudes())))
+
+    def signals(self) -> dict[str, Any] | None:
+        """Name all signals, one case after the other; None where the mechanics has more to say."""
+        moved = mechanical(self.expanded.scenario, self.times.ravel(), self.solution, lambda _: self.solution)
+        if moved.lamps or moved.how:
+            return None
+        return self.solution.signals(tuple(self.expanded.section.names)) | moved.signals
+
+    def numbers(
+        self, signals: dict[str, Any], names: Sequence[Named]
+    ) -> tuple[list[dict[str, float]], list[dict[str, float]]] | None:
+        """Take the quantities of every case, and what may be missed of them; None where closer looks are needed."""
+        values: list[dict[str, float]] = [{} for _ in self.members]
+        errors: list[dict[str, float]] = [{} for _ in self.members]
+        for each in names:
+            if each.signal not in signals:
+                return None
+            dims, row = signals[each.signal]
+            row = row[list(self.expanded.section.names).index(each.layer)] if "layer" in dims else row
+            series = [
+                mesh.series(own) for mesh, own in zip(self.meshes, row.reshape(self.times.shape), strict=True)
+            ]
+            whole = np.array(series)
+            sizes = np.max(np.abs(whole).sum(axis=2), axis=1)
+            open_ = (
+                tails(whole.reshape(-1, whole.shape[2])).reshape(len(series), -1) > TOLERANCE * sizes[:, None]
+            )
+            if not np.all(np.isfinite(whole)) or np.any(open_):
+                return None
+            found = taken_of_many(each.taken, self.meshes, whole)
+            for case, (mesh, own) in enumerate(zip(self.meshes, series, strict=True)):
+                values[case][each.name], errors[case][each.name] = float(found[case]), missed(mesh, own)
+        return values, errors
+
+    def judged(
+        self, signals: dict[str, Any], values: list[dict[str, float]], errors: list[dict[str, float]]
+    ) -> list[Answer]:
+        """Judge every case."""
+        expanded, count = self.expanded, self.times.shape[1]
+        scenario, known = expanded.scenario, known_band(expanded.scenario)
+        later = self.times + LATER_PERIODS / self.sines.frequency[:, None]
+        off: list[dict[Key, Judged]] = [{} for _ in self.members]
+        if expanded.reduction_error:
+            off = errors_of_sines(
+                self.members, expanded.section, self.solution, later, known=known, respond=self._respond
+            )
+        peaks = many_peaks(
+            self.times, self._split(self._judged_rows(self.times.ravel(), self.solution.found)), self._look
+        )
+        over_frequency = scenario.force.lamps_over_frequency(expanded.declared)
+        how, found = self.solution.how(), []
+        for case, member in enumerate(self.members):
+            some = slice(case * count, (case + 1) * count)
+            own = {name: (dims, row[..., some]) for name, (dims, row) in signals.items()}
+            lamps = [
+                *diagnostics(member, expanded.section, peaks[case], self.times[case], own),
+                *memory_lamps(member, off[case], later[case], known=known, method=PERIODIC),
+                *over_frequency,
+                *doubts(values[case], errors[case]),
+            ]
+            found.append(Answer(values[case], errors[case], how | expanded.stated(off[case]), lamps))
+        return found
+
+    def _respond(self, transfers: Mapping[Key, Transfer]) -> dict[Key, Real]:
+        """Send all sines through other linear quantities."""
+        return rows_of(self.sines.weights(transfers), self.cases, self.waves)
+
+    def _split(self, rows: dict[Key, Real]) -> dict[Key, Real]:
+        return {name: row.reshape(self.times.shape) for name, row in rows.items()}
+
+    def _judged_rows(self, times: Real, found: dict[Key, Real]) -> dict[Key, Real]:
+        return PeakRecord.of(self.expanded.scenario, times, found).rows
+
+    def _look(self, cases: Indices, times: Real) -> dict[Key, Real]:
+        """Look at some cases at other times [s]."""
+        wanted = fields(self.expanded.scenario, self.expanded.section)
+        weights = {name: self.weights[name] for name in (*wanted, "drive_voltage")}
+        found = rows_of(weights, cases, self.sines.waves(cases, times))
+        name_interface(self.expanded.scenario, found)
+        return self._judged_rows(times, found)

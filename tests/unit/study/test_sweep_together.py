@@ -1,0 +1,131 @@
+"""Cases that share a stack are answered at once: with the numbers, errors and checks of each by itself."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from electrovib.papers import palmar_1995
+from electrovib.scenario import load
+from electrovib.solve.quantities import Together, answer, read_name, sines, solved
+from electrovib.study.sweep import sweep
+from electrovib.study.sweep.run import _scenarios
+
+SETTLED = {
+    "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 1e3},
+    "time.initial_state": {"model": "PeriodicState"},
+}
+NAMES = [
+    "mean electrostatic_force",
+    "swing lateral_force",
+    "peak current",
+    "rms field in insulator",
+    "minimum drive_voltage",
+]
+SKIN = palmar_1995.skins()["dry_men"].material.to_dict()
+OVER = {"stack.insulator.thickness": [1e-6, 30e-6], "drive.frequency": [3e-1, 10.0, 1e3, 3e5]}
+
+
+def dispersive(preset: str):
+    return load(preset).replace({"stack.stratum_corneum.material": SKIN} | SETTLED)
+
+
+def points_of(over):
+    return [
+        dict(zip(over, values, strict=True))
+        for values in np.array(np.meshgrid(*over.values(), indexing="ij")).reshape(len(over), -1).T.tolist()
+    ]
+
+
+def assert_same_lamps(found, alone):
+    assert [(each.name, each.state) for each in found] == [(each.name, each.state) for each in alone]
+    for each, other in zip(found, alone, strict=True):
+        assert (each.text, each.unit) == (other.text, other.unit)
+        np.testing.assert_allclose(
+            np.array([each.value, each.limit], float), np.array([other.value, other.limit], float), rtol=1e-9
+        )
+
+
+@pytest.mark.parametrize("preset", ["vezzoli_2014/fig6", "vezzoli_2014/fig6_gap", "bau_2010/sine"])
+def test_cases_of_one_stack_answer_as_each_alone(preset, monkeypatch):
+    plain = preset == "bau_2010/sine"
+    scenario = load(preset).replace(SETTLED) if plain else dispersive(preset)
+    over = OVER | {"drive.amplitude": [20.0, 500.0]}
+    names = [read_name(text, tuple(scenario.stack.layers)) for text in NAMES]
+    points = points_of(over)
+    together = Together(_scenarios(scenario, points), names)
+    asked_alone = []
+    monkeypatch.setattr(
+        "electrovib.solve.quantities.together.answer",
+        lambda expanded, names: asked_alone.append(expanded) or answer(expanded, names),
+    )
+    for place, point in enumerate(points):
+        found, alone = together.answer(place), answer(solved(scenario.replace(point)), names)
+        assert list(found.values) == list(alone.values)
+        np.testing.assert_allclose(list(found.values.values()), list(alone.values.values()), rtol=1e-12)
+        np.testing.assert_allclose(list(found.errors.values()), list(alone.errors.values()), atol=1e-15)
+        assert {**found.how, "transfer_error": 0} == {**alone.how, "transfer_error": 0}
+        assert found.how["transfer_error"] == pytest.approx(alone.how["transfer_error"], rel=1e-8)
+        assert_same_lamps(found.lamps, alone.lamps)
+    assert len(asked_alone) <= 4  # those whose materials need another band
+
+
+def test_a_sweep_is_the_same_in_any_order_of_its_parameters():
+    scenario = dispersive("vezzoli_2014/fig6")
+    one = sweep(scenario, OVER, quantities=NAMES)
+    other = sweep(scenario, dict(reversed(OVER.items())), quantities=NAMES)
+    for name in NAMES:
+        np.testing.assert_allclose(other[name].transpose(*one[name].dims), one[name], rtol=1e-12)
+    named = [
+        {each["name"]: each["value"] for each in json.loads(trace.attrs["lamps"]) if "value" in each}
+        for trace in (one, other)
+    ]
+    assert named[0] == pytest.approx(named[1], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"time.initial_state": {"model": "AtRest"}},
+        {
+            "drive": {
+                "model": "AmplitudeModulation",
+                "amplitude": 50,
+                "carrier": 1e3,
+                "modulation": 100,
+                "depth": 1,
+            }
+        },
+        {"circuit.amplifier": {"model": "Amplifier", "bandwidth": 1e4}},
+    ],
+)
+def test_other_drives_states_and_circuits_are_left_to_their_own_solvers(change):
+    scenario = load("bau_2010/sine").replace(SETTLED)
+    assert sines.is_of_sines(scenario)
+    assert not sines.is_of_sines(scenario.replace(change))
+
+
+def test_a_drive_of_nothing_among_others_is_answered_too():
+    scenario = load("vezzoli_2014/fig6").replace(SETTLED)
+    trace = sweep(scenario, {"drive.amplitude": [0.0, 1.0, 2.0]}, quantities=["mean electrostatic_force"])
+    values = trace["mean electrostatic_force"].values
+    assert values[0] == 0
+    np.testing.assert_allclose(values[2], 4 * values[1], rtol=1e-12)
+
+
+def test_more_cases_than_are_held_at_once(monkeypatch):
+    monkeypatch.setattr("electrovib.solve.quantities.together.MOST", 3)
+    scenario = load("vezzoli_2014/fig6").replace(SETTLED)
+    over = {"drive.frequency": [100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 700.0]}
+    found = sweep(scenario, over, quantities=["peak current"])["peak current"].values
+    alone = [
+        float(
+            sweep(scenario.replace({"drive.frequency": each}), {}, quantities=["peak current"])[
+                "peak current"
+            ]
+        )
+        for each in over["drive.frequency"]
+    ]
+    np.testing.assert_allclose(found, alone, rtol=1e-12)
