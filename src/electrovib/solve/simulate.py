@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import json
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -22,9 +23,12 @@ from electrovib.solve.stack.expand import behind_amplifier, per_volt_of, phasors
 from electrovib.solve.stack.section import PhasorSection
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     import xarray
+
+_MANY: Final = 100_000
+"""Times from which on a record takes longer to be written and hashed than a thread to begin."""
 
 
 def simulate(
@@ -68,10 +72,11 @@ def simulate(
     _refuse_unknown(signals)
     expanded = Expanded(scenario, None if time is None else np.asarray(time, dtype=float))
     times, frequency = expanded.times, scenario.frequency.frequencies()
-    at_frequency = phasors(scenario, frequency)
-    record = expanded.at(times, closely=True)
-    spoken, errors = expanded.judge(record)
-    attributes = provenance(scenario) | errors | record.how
+    with _beside(len(times), functools.partial(provenance, scenario)) as stated:
+        at_frequency = phasors(scenario, frequency)
+        record = expanded.at(times, closely=True)
+        spoken, errors = expanded.judge(record)
+        attributes = stated() | errors | record.how
     variables: dict[str, Any] = {**record.signals, **_over_frequency(scenario, at_frequency)}
     variables = _chosen(variables, signals)
     spoken += sampling(scenario.drive, times)
@@ -116,6 +121,18 @@ def provenance(scenario: Scenario) -> dict[str, Any]:
         "scenario_hash": scenario.digest(),
         "dropped_samples": _dropped(scenario.drive),
     }
+
+
+@contextlib.contextmanager
+def _beside(count: int, work: Callable[[], dict[str, Any]]) -> Iterator[Callable[[], dict[str, Any]]]:
+    """Let a second thread do some work beside a run of very many times; what is handed out waits for its result."""
+    if count < _MANY:
+        yield work
+        return
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(max_workers=1) as pool:
+        yield pool.submit(work).result
 
 
 @functools.cache

@@ -134,16 +134,6 @@ print("numba" in sys.modules)
     assert answer.stdout.strip() == "False"
 
 
-def test_degrees_are_those_of_the_compiled_pass(compiled):
-    """A polynomial that is one degree short is seen: the terms of its reach, in an answer to one ramp."""
-    for reach in one_pass._REACH:
-        steps = np.tile([1.0, 0.5, 0.9], 200)
-        drive = np.linspace(0, 1, 601)
-        poles, some = [-0.999 * reach], (drive[:-1], drive[1:], steps, [0.0])
-        found, _ = march(poles, [[1.0]], [0.0], *some)
-        assert np.max(np.abs(found - march_loop(poles, [[1.0]], [0.0], *some)[0])) < 3e-15
-
-
 @pytest.mark.parametrize("in_one_pass", [False, True])
 @pytest.mark.parametrize("rate", [1e-30, 1e-6, 1.0, 30.0])
 def test_a_huge_drive_for_a_moment_leaves_what_its_moment_brings(monkeypatch, in_one_pass, rate):
@@ -161,3 +151,44 @@ def test_a_huge_drive_for_a_moment_leaves_what_its_moment_brings(monkeypatch, in
     for decay, early, late, begin, end in zip(decays, first, last, starts, ends, strict=True):
         expected.append(decay * expected[-1] + early * begin + late * end)
     np.testing.assert_allclose(found, np.array(expected)[places], rtol=1e-12)
+
+
+@pytest.mark.parametrize("reach", [0.999 * one_pass._REACH[0], 0.999 * one_pass._REACH[1]])
+def test_weights_of_slow_modes_are_exact_up_to_the_reach_of_their_polynomials(compiled, reach):
+    """From rest, the state after one ramp is its weight, wherever the piece lies below the longest."""
+    for share in (0.02, 0.3, 0.6, 0.99, 1.0):
+        found, _ = march([-reach], [[1.0]], [0.0], [0, 0], [1, 1], [share, 1.0], [0.0])
+        assert (
+            abs(found[0, 1] / hold_weights(-reach * share)[2] - 1) < 4e-15
+        )  # some ten roundings of 1.1e-16, twice
+
+
+@pytest.mark.parametrize("fall", [3.0, 10.0, 20.0, 40.0])
+def test_what_is_left_of_a_lag_is_exact(compiled, fall):
+    """Without a drive a lag decays by its exponential, wherever the piece lies between two of the table."""
+    for share in np.linspace(0.31, 0.99, 41):
+        found, _ = march([-fall], [[1.0]], [0.0], [0, 0], [0, 0], [share, 1.0], [1.0])
+        assert abs(found[0, 1] - np.exp(-fall * share)) < 3e-16
+
+
+def test_a_second_look_begins_where_the_march_passed(compiled):
+    """States at a few breaks after a march are those without it, and of other modes or another start nothing is taken."""
+    from electrovib.physics.drive.pieces import Linear
+    from electrovib.solve.electrics.linear.break_states import _states_at
+    from electrovib.solve.electrics.linear.straight import straight_rows
+
+    generator, pieces = np.random.default_rng(3), 5000
+    times = np.concatenate([[0.0], np.cumsum(durations("jitter", generator, pieces))])
+    after = np.cumsum(generator.normal(size=pieces + 1))
+    part = Linear(times, np.append(0.0, after[1:] + (generator.random(pieces) < 0.1)), after)
+    rates, start = np.array([3e-5, 0.01, 0.4, 5.0]), np.array([1.0, 2.0, 3.0, 4.0])
+    places = np.array([0, 3, 1024, 1030, 2047, 2048, pieces])
+    asked = [(rates, start), (rates * 1.01, start), (rates, start + 1)]
+    expected = [_states_at(part, *each, places) for each in asked]
+    zeros, lag = np.zeros(1), np.zeros(1, bool)
+    straight_rows(part, rates, np.ones((1, 4)), times, start, direct=zeros, lag=lag)
+    assert len(part.passed) == 1
+    for each, states in zip(asked, expected, strict=True):
+        assert np.allclose(
+            _states_at(part, *each, places), states, rtol=0, atol=1e-12 * np.max(np.abs(after))
+        )

@@ -53,6 +53,16 @@ class Linear:
         return index, elapsed if self.period is None else np.where(elapsed > slack, elapsed, 0.0)
 
     @functools.cached_property
+    def lengths(self) -> Real:
+        """Time from each break to the next [s]."""
+        return np.diff(self.times)
+
+    @functools.cached_property
+    def passed(self) -> dict[bytes, tuple[Indices, Real]]:
+        """Breaks that the last march through very many pieces passed, and states there, (breaks, modes) [V]."""
+        return {}
+
+    @functools.cached_property
     def jumps(self) -> Real:
         """By how much it jumps at each break [V]."""
         return self.after - self.before
@@ -91,7 +101,7 @@ class Linear:
 
     def slopes(self) -> Real:
         """Rate of change after each break, 0 after the last one [V/s]."""
-        return np.append((self.before[1:] - self.after[:-1]) / np.diff(self.times), 0.0)
+        return np.append((self.before[1:] - self.after[:-1]) / self.lengths, 0.0)
 
     def slope_of(self, index: Indices) -> Real:
         """Give the rate of change in some of the pieces, without looking at the others [V/s]."""
@@ -153,7 +163,7 @@ class Linear:
         """Length of the shortest straight piece [s]; infinite for a step."""
         if self.step is not None:
             return self.step
-        return float(np.min(np.diff(self.times), initial=np.inf))
+        return float(np.min(self.lengths, initial=np.inf))
 
     def bound(self) -> float:
         """Largest absolute value it ever has [V]."""

@@ -112,6 +112,7 @@ def march_rows(
     initial_state: ArrayLike,
     *,
     lag: ArrayLike = False,
+    passed: list[tuple[int, NDArray[np.float64]]] | None = None,
 ) -> list[NDArray[np.float64]]:
     """Follow relaxing modes as `march` does, each output in an array of its own.
 
@@ -119,6 +120,8 @@ def march_rows(
     ----------
     poles, gains, direct, starts, ends, steps, initial_state, lag : array_like
         As in ``march``.
+    passed : list of (int, ndarray), optional
+        Takes points on the way and the states there, where the march has them at hand.
 
     Returns
     -------
@@ -132,7 +135,10 @@ def march_rows(
     """
     modes, drive, state = gather(poles, gains, direct, starts, ends, steps, initial_state, lag=lag)
     output = [np.empty(drive.starts.size + 1) for _ in modes.direct]
-    (march_jittered if drive.steps.ndim else march_even)(modes, drive, state, 1, output)
+    if drive.steps.ndim:
+        march_jittered(modes, drive, state, 1, output, passed)
+    else:
+        march_even(modes, drive, state, 1, output)
     return output
 
 

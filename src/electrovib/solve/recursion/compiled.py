@@ -30,9 +30,9 @@ def _outer(function: Callable[..., Any]) -> Callable[..., Any]:
 
     options: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "fastmath": {"contract"}}
     try:
-        return njit(function, cache=True, **options)  # type: ignore[no-any-return]
+        return njit(function, nogil=True, cache=True, **options)  # type: ignore[no-any-return]
     except RuntimeError:
-        return njit(function, **options)  # type: ignore[no-any-return]
+        return njit(function, nogil=True, **options)  # type: ignore[no-any-return]
 
 
 # Arrays are handed on whole, with the first mode and the one after the last: a view costs more than a piece.
@@ -92,7 +92,7 @@ def _follow_lags_near(
     """Do what `_follow_lags` does, from the decays in a time that is a little off the piece's."""
     for mode in range(first, last):
         fall, by = rates[mode] * step, rates[mode] * off
-        change = by / 4 * (1 - by / 5 * (1 - by / 6 * (1 - by / 7)))
+        change = by / 4 * (1 - by / 5)  # what is left out is below rounding of what is left of a lag
         decay = decays[place, mode - first] * (1 - by * (1 - by / 2 * (1 - by / 3 * (1 - change))))
         lags[mode] = decay * lags[mode] - (1 - decay) / fall * rise - drop
 

@@ -45,7 +45,12 @@ class _Family(NamedTuple):
 
 
 def march_jittered(
-    modes: Modes, drive: StraightDrive, state: Numbers, keep: int, output: Sequence[Real]
+    modes: Modes,
+    drive: StraightDrive,
+    state: Numbers,
+    keep: int,
+    output: Sequence[Real],
+    passed: list[tuple[int, Real]] | None = None,
 ) -> Numbers:
     """Follow relaxing modes through a drive whose pieces last unequally long.
 
@@ -61,6 +66,8 @@ def march_jittered(
         Every so many points one is put out.
     output : sequence of ndarray, (pieces // keep + 1,)
         One for each output, overwritten by it, as in ``march``.
+    passed : list of (int, ndarray), optional
+        Takes points and the states there from the compiled pass.
 
     Returns
     -------
@@ -74,7 +81,7 @@ def march_jittered(
     its lag ``x - v``, which needs its exponential alone.
     """
     if keep == 1 and not _is_graded(drive) and is_worth_compiling(modes, drive):
-        return march_in_one_pass(modes, drive, np.asarray(state, float), output)
+        return march_in_one_pass(modes, drive, np.asarray(state, float), output, passed)
     pieces = drive.starts.size
     state = state.copy()
     for begin, drove, following in _chunks(modes, drive):

@@ -24,6 +24,8 @@ _TABLE: Final = 1024
 """Times of which the decays are kept."""
 _OUTLIER: Final = 4.0
 """Pieces that last so many times the mean have weights of their own."""
+_SOON: Final = 0.1
+"""Rate times longest step from which on a mode has forgotten after some hundred pieces."""
 _FORGOTTEN: Final = 45.0
 """Rate times time after which nothing is left of a state."""
 
@@ -63,7 +65,13 @@ def is_worth_compiling(modes: Modes, drive: StraightDrive) -> bool:
     return many and not np.iscomplexobj(modes.poles) and _kernel() is not None
 
 
-def march_in_one_pass(modes: Modes, drive: StraightDrive, state: Real, output: Sequence[Real]) -> Real:
+def march_in_one_pass(
+    modes: Modes,
+    drive: StraightDrive,
+    state: Real,
+    output: Sequence[Real],
+    passed: list[tuple[int, Real]] | None = None,
+) -> Real:
     """Follow relaxing modes through a drive whose pieces last unequally long, as `march_jittered` does.
 
     Parameters
@@ -76,6 +84,8 @@ def march_in_one_pass(modes: Modes, drive: StraightDrive, state: Real, output: S
         State at the first point.
     output : sequence of ndarray, (pieces + 1,)
         One for each output, overwritten by it.
+    passed : list of (int, ndarray), optional
+        Takes the first point of each stretch and the states there.
 
     Returns
     -------
@@ -92,6 +102,8 @@ def march_in_one_pass(modes: Modes, drive: StraightDrive, state: Real, output: S
     table = np.empty((min(_AT_ONCE, pieces), len(plan.order)))
     for begin in range(0, pieces, _AT_ONCE):
         end = min(begin + _AT_ONCE, pieces)
+        if passed is not None:
+            passed.append((begin, _ended(plan, followed, float(drive.starts[begin]))))
         _follow(plan, drive, begin, end, followed, table[: end - begin])
         found = gains @ table[: end - begin].T
         for row, each, share in zip(output, found, level, strict=True):
@@ -119,18 +131,23 @@ def states_in_one_pass(modes: Modes, drive: StraightDrive, state: Real, places: 
 
     Notes
     -----
-    Modes that are followed as lags forget: they are followed only through the pieces shortly before a place.
+    Modes that forget within some hundred pieces are followed only through the pieces shortly before a place.
     """
     plan, reached = _plan(modes, drive), 0
     followed, found = _begun(plan, state, float(drive.starts[0])), np.empty((len(plan.order), len(places)))
-    slow, quick = _split(plan)
-    since = _remembered(quick, drive, places)
+    parts = [(slice(0, _lasting(plan)), False), (slice(_lasting(plan), plan.slow), True)]
+    parts += [(slice(plan.slow, len(plan.order)), True)]
+    several = [
+        (some, among, _remembered(some, drive, places) if forgets else None)
+        for among, forgets in parts
+        if len((some := _some(plan, among)).order)
+    ]
     for column, place in enumerate(places.tolist()):
-        begin = max(reached, since[column])
-        if begin > reached:
-            followed[plan.slow :] = 0.0
-        _follow(slow, drive, reached, place, followed[: plan.slow])
-        _follow(quick, drive, begin, place, followed[plan.slow :])
+        for some, among, since in several:
+            begin = reached if since is None else max(reached, since[column])
+            if begin > reached:
+                followed[among] = 0.0
+            _follow(some, drive, begin, place, followed[among])
         found[:, column] = followed
         reached = place
     found[plan.slow :] += np.where(
@@ -146,7 +163,7 @@ def _plan(modes: Modes, drive: StraightDrive) -> _Plan:
     longest = min(float(np.max(drive.steps)), _OUTLIER * float(np.mean(drive.steps)))
     fall = -modes.poles * longest
     kinds = np.searchsorted(_REACH, fall)
-    order = np.argsort(kinds, kind="stable")
+    order = np.argsort(fall, kind="stable")
     counts = tuple(np.bincount(kinds, minlength=4)[:3].tolist())
     rates = -modes.poles[order]
     first, second, third = np.split(rates, np.cumsum(counts))[:3]
@@ -157,20 +174,22 @@ def _plan(modes: Modes, drive: StraightDrive) -> _Plan:
     return _Plan(order, counts, rates, (few, more), np.exp(np.outer(times, -third)), longest)
 
 
-def _split(plan: _Plan) -> tuple[_Plan, _Plan]:
-    """Take apart the modes that are followed by themselves and the others."""
-    few, more = (each[:, :0].copy() for each in plan.terms)
-    counts, none = plan.counts, plan.decays[:, :0].copy()
-    slow = plan._replace(
-        order=plan.order[: plan.slow], rates=plan.rates[: plan.slow], counts=(*counts[:2], 0), decays=none
+def _lasting(plan: _Plan) -> int:
+    """Count the modes that do not forget soon."""
+    return min(plan.slow, int(np.searchsorted(plan.rates * plan.longest, _SOON)))
+
+
+def _some(plan: _Plan, among: slice) -> _Plan:
+    """Take some of the modes that stand beside each other."""
+    ends = np.concatenate([[0], np.cumsum(plan.counts)])
+    inside = np.clip(ends, among.start, among.stop)
+    begins = (inside - ends)[:-1]
+    counts = np.diff(inside).tolist()
+    few, more, decays = (
+        np.ascontiguousarray(each[:, begin : begin + count])
+        for each, begin, count in zip((*plan.terms, plan.decays), begins.tolist(), counts, strict=True)
     )
-    quick = plan._replace(
-        order=plan.order[plan.slow :],
-        rates=plan.rates[plan.slow :],
-        counts=(0, 0, counts[2]),
-        terms=(few, more),
-    )
-    return slow, quick
+    return _Plan(plan.order[among], tuple(counts), plan.rates[among], (few, more), decays, plan.longest)
 
 
 def _terms(falls: Real, degree: int) -> Real:
@@ -180,14 +199,20 @@ def _terms(falls: Real, degree: int) -> Real:
     later = np.zeros_like(fall)
     for order in range(19, 1, -1):  # 1/2! - fall/3! + ...
         later = (1 - fall * later) / order
-    return np.ascontiguousarray(_to_powers(degree) @ later)
+    to_chebyshev, to_powers = _rule(degree)
+    return np.ascontiguousarray(to_powers @ (to_chebyshev @ later))
 
 
 @functools.cache
-def _to_powers(degree: int) -> Real:
-    """Powers from the values at Chebyshev's nodes."""
-    nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
-    return np.asarray(np.linalg.inv(np.vander(nodes, increasing=True)))
+def _rule(degree: int) -> tuple[Real, Real]:
+    """Chebyshev's coefficients from the values at his nodes, and powers from these: one matrix would lose digits."""
+    count = degree + 1
+    angles = np.arccos(np.polynomial.chebyshev.chebpts1(count))
+    to_chebyshev: Real = 2 / count * np.cos(np.outer(np.arange(count), angles))
+    to_chebyshev[0] /= 2
+    rows = [np.polynomial.chebyshev.cheb2poly(row) for row in np.eye(count)]
+    to_powers = np.stack([np.pad(row, (0, count - len(row))) for row in rows], axis=1)
+    return np.asarray(to_chebyshev), np.asarray(to_powers, float)
 
 
 def _ordered(modes: Modes, plan: _Plan) -> tuple[Real, Real]:
@@ -212,12 +237,10 @@ def _ended(plan: _Plan, followed: Real, level: float) -> Real:
     return state
 
 
-def _remembered(quick: _Plan, drive: StraightDrive, places: Indices) -> list[int]:
-    """Find the piece before each place from which on something is left of what quick modes lagged."""
-    if not len(quick.rates):
-        return [0] * len(places)
+def _remembered(some: _Plan, drive: StraightDrive, places: Indices) -> list[int]:
+    """Find the piece before each place from which on something is left of modes."""
     times = np.concatenate([[0.0], np.cumsum(drive.steps)])
-    longest = _FORGOTTEN / float(np.min(quick.rates))
+    longest = _FORGOTTEN / float(np.min(some.rates))
     found: list[int] = np.maximum(np.searchsorted(times, times[places] - longest) - 1, 0).tolist()
     return found
 

@@ -54,12 +54,55 @@ def _states_at(part: Linear, rates: Real, state: Real, places: Indices) -> Real:
     """States at some breaks, shape (modes, places)."""
     if part.is_step or not len(rates):
         return np.repeat(state[:, None], len(places), axis=1)
-    steps = np.diff(part.times) if part.step is None else part.step
+    known = part.passed.get(_name_of(rates, state))
+    if known is not None:
+        return _from_passed(part, rates, known, places)
+    steps = part.lengths if part.step is None else part.step
     states = np.empty((len(rates), len(places)))
     for first in range(0, len(rates), _MODES_AT_ONCE):
         some = slice(first, first + _MODES_AT_ONCE)
         states[some] = states_at(-rates[some], part.after[:-1], part.before[1:], steps, state[some], places)
     return states
+
+
+def remember(part: Linear, rates: Real, state: Real, passed: list[tuple[int, Real]]) -> None:
+    """Keep states that a march passed, so that a second look begins at them.
+
+    Parameters
+    ----------
+    part : Linear
+        The pieces; what the march before this one passed is forgotten.
+    rates : ndarray, shape (modes,)
+        1/s, > 0.
+    state : ndarray, shape (modes,)
+        At time 0 [V].
+    passed : list of (int, ndarray)
+        Breaks, increasing from the first on, and the states there [V]; none for a march that has none at hand.
+    """
+    if passed:
+        places, states = zip(*passed, strict=True)
+        part.passed.clear()
+        part.passed[_name_of(rates, state)] = np.array(places), np.array(states)
+
+
+def _name_of(rates: Real, state: Real) -> bytes:
+    """Tell modes and where they begin apart from others."""
+    return rates.tobytes() + state.tobytes()
+
+
+def _from_passed(part: Linear, rates: Real, passed: tuple[Indices, Real], places: Indices) -> Real:
+    """States at some breaks, shape (modes, places), each from the last break before it that was passed."""
+    marks, states = passed
+    nearest, found = np.searchsorted(marks, places, side="right") - 1, np.empty((len(rates), len(places)))
+    for mark in np.unique(nearest).tolist():
+        here = slice(*np.searchsorted(nearest, [mark, mark + 1]))
+        begin, end = int(marks[mark]), int(places[here][-1])
+        if end == begin:
+            found[:, here] = states[mark][:, None]
+            continue
+        drive = part.after[begin:end], part.before[begin + 1 : end + 1], part.lengths[begin:end]
+        found[:, here] = states_at(-rates, *drive, states[mark], places[here] - begin)
+    return found
 
 
 class BreakStates:

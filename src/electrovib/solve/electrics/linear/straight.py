@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.solve.electrics.linear.break_states import BreakStates
+from electrovib.solve.electrics.linear.break_states import BreakStates, remember
 from electrovib.solve.electrics.linear.graded import graded
 from electrovib.solve.recursion import hold_weights, march_rows
 
@@ -94,7 +94,9 @@ def straight_rows(
     """
     marched = _marched(part, time)
     if marched is not None:
-        output = march_rows(-rates, gains, direct, *marched, state, lag=lag)
+        passed: list[tuple[int, Real]] = []
+        output = march_rows(-rates, gains, direct, *marched, state, lag=lag, passed=passed)
+        remember(part, rates, state, passed)
         jump = float(part.value(time[-1:])[0] - marched[1][-1])
         if jump:  # at a jump the value after it, at the last time too
             for row, more in zip(
@@ -209,7 +211,7 @@ def _marched(part: Linear, time: Real) -> tuple[Real, Real, Real | float] | None
     """Give starts, ends and durations of the pieces between output times, where these hold every break before the last."""
     if part.begins_with(time):
         last = len(time) - 1
-        steps = np.diff(time) if part.step is None else part.step
+        steps = part.lengths[:last] if part.step is None else part.step
         return part.after[:last], part.before[1 : last + 1], steps
     even = _even_step(part, time)
     if even is None:
