@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.recordings.recording import Recording
-    from electrovib.recordings.swipe_parts import Span, Touch
+    from electrovib.recordings.spans import Span
+    from electrovib.recordings.swipe_parts import Touch
 
 _FEWEST = 10
 """Equal samples that may be chance."""

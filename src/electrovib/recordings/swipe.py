@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,71 +18,18 @@ from electrovib.recordings.swipe_baseline import (
     standard_error,
     zeros_beside,
 )
-from electrovib.recordings.swipe_parts import (
-    find_contacts,
-    find_slides,
-    middle,
-    sliding_speed,
-    travel,
-)
+from electrovib.recordings.swipe_parts import find_contacts, find_slides, middle, sliding_speed, travel
+from electrovib.recordings.swipe_result import SwipeResult
 
 if TYPE_CHECKING:
     import xarray
 
     from electrovib.recordings.recording import Recording
+    from electrovib.recordings.spans import Span
     from electrovib.recordings.swipe_baseline import Zero
-    from electrovib.recordings.swipe_parts import Span, Touch
+    from electrovib.recordings.swipe_parts import Touch
 
 _BEST_FIRST = ("interpolated", "before", "after")
-
-
-@dataclass(frozen=True, kw_only=True)
-class SwipeResult:
-    """One swipe, reduced.
-
-    Parameters
-    ----------
-    normal_force, lateral_force : Estimate
-        Mean over the window [N]; the lateral force counts along the side to which friction pulls here.
-    friction : Estimate
-        Their ratio [1].
-    direction : int
-        1 where the position grows, else -1; without a position, that of the lateral force.
-    speed, way : float or None
-        Mean speed in the window [m/s], way of the whole slide [m]; without a position the speed is the stated one, and
-        what is not known is None.
-    contact, window : tuple of float
-        Begin and end [s].
-    words : tuple of str
-        What was decided, and what cannot be.
-    trace : Trace
-        The whole record with this swipe's baseline taken off.
-    """
-
-    normal_force: Estimate
-    lateral_force: Estimate
-    friction: Estimate
-    direction: int
-    speed: float | None
-    way: float | None
-    contact: tuple[float, float]
-    window: tuple[float, float]
-    words: tuple[str, ...]
-    trace: xarray.Dataset
-
-    def to_dict(self) -> dict[str, Any]:
-        """Give plain numbers and words for JSON, in SI, without the Trace."""
-        return {
-            "normal_force": self.normal_force.to_dict(),
-            "lateral_force": self.lateral_force.to_dict(),
-            "friction": self.friction.to_dict(),
-            "direction": self.direction,
-            "speed": self.speed,
-            "way": self.way,
-            "contact": list(self.contact),
-            "window": list(self.window),
-            "words": list(self.words),
-        }
 
 
 def reduce_swipe(recording: Recording, *, trim: float = 0.05) -> SwipeResult:

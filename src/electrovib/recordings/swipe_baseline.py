@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.recordings.recording import Recording
-    from electrovib.recordings.swipe_parts import Span, Touch
+    from electrovib.recordings.spans import Span
+    from electrovib.recordings.swipe_parts import Touch
 
 BLOCKS = 10
 """Parts of a window whose scatter gives the statistical error."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from electrovib.solve.effort import last_time, refuse_large
 from electrovib.solve.electrics.solution import ACROSS
 from electrovib.solve.mechanics.answer import Mechanics
 from electrovib.solve.mechanics.mechanical import mechanical, refuse_unsolved_mechanics
+from electrovib.solve.record import Record
 from electrovib.solve.stack.band import run_band
 from electrovib.solve.stack.expand import modes, phasors
 from electrovib.solve.stack.reduce import reduction_band
@@ -45,34 +46,6 @@ OF_ELECTRICS: Final = FORCE | {*ACROSS, "field", "displacement"}
 """Signals that need no mechanics."""
 LATER_PERIODS: Final = 10
 """By which a period of a periodic state is judged as if it were a later one."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Record:
-    """Signals of a scenario at some times.
-
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        Increasing [s].
-    solution : Solution
-        What the drive does to the stack.
-    signals : dict
-        Dimensions and values of every signal over time, in its unit.
-    how : dict
-        Solver, its reason, errors and events.
-    lamps : list of Lamp
-        What the mechanics has to say.
-    peaks : PeakRecord or None
-        What is judged of the whole solution; None where these times show it well enough.
-    """
-
-    times: Real
-    solution: Solution
-    signals: dict[str, Any]
-    how: dict[str, Any]
-    lamps: list[Lamp]
-    peaks: PeakRecord | None = None
 
 
 class Expanded:

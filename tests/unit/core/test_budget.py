@@ -6,6 +6,7 @@ import threading
 
 import pytest
 
+from electrovib.core.amounts import duration
 from electrovib.core.budget import (
     Budget,
     BudgetError,
@@ -13,7 +14,6 @@ from electrovib.core.budget import (
     Work,
     allowed,
     budget,
-    duration,
     listening,
     read_budget,
     refuse_beyond,

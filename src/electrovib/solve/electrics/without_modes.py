@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.solve.electrics.solution import Question, Solution
-    from electrovib.solve.nonlinear.finger import Yielding
+    from electrovib.solve.nonlinear.yielding import Yielding
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.layer_states import StackStates
 
@@ -228,7 +228,7 @@ def refuse_without_modes(scenario: Scenario) -> None:
 
 def _yielding(scenario: Scenario) -> Yielding:
     """Give the gap that follows the forces, beginning where the relief carries the load; as declared if there is none."""
-    from electrovib.solve.nonlinear.finger import Yielding
+    from electrovib.solve.nonlinear.yielding import Yielding
 
     contact = scenario.contact
     surface, closing = contact.surface, contact.closing

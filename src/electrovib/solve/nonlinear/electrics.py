@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.constants import eps0
-from electrovib.solve.nonlinear.integrate import System
 from electrovib.solve.nonlinear.stretch import Stretch, stretch_after
+from electrovib.solve.nonlinear.system import System
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.nonlinear.integrate import Mode
+    from electrovib.solve.nonlinear.system import Mode
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.layer_states import Moment, StackStates
 

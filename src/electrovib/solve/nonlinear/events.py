@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from electrovib.core.arrays import Real
-    from electrovib.solve.nonlinear.integrate import Mode, System
+    from electrovib.solve.nonlinear.system import Mode, System
 
 _LOOKS = np.array([0.2, 0.4, 0.6, 0.8])
 """Where inside a step the switches are looked at, besides its end."""

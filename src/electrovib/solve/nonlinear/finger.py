@@ -6,8 +6,7 @@ every kink located. The fast solvers are tested against it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -17,67 +16,23 @@ from electrovib.physics.motion import Distance
 from electrovib.solve.electrics.methods import NONLINEAR
 from electrovib.solve.electrics.solution import Solution
 from electrovib.solve.nonlinear.electrics import Electrics
-from electrovib.solve.nonlinear.integrate import TOLERANCE, Solved, System, integrate
+from electrovib.solve.nonlinear.integrate import TOLERANCE, integrate
 from electrovib.solve.nonlinear.stretch import snapped
+from electrovib.solve.nonlinear.system import Solved, System
+from electrovib.solve.nonlinear.yielding import Yielding
 from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.nonlinear.integrate import Mode
+    from electrovib.solve.nonlinear.system import Mode
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.layer_states import StackStates
 
 
 CLOSED = 1e-6
 """Share of its thickness at time 0 below which a gap that follows forces has closed."""
-
-
-class Repelling(Protocol):
-    """What holds the finger off the plate."""
-
-    def pressure(self, gap: Any) -> Any:
-        """Pressure [Pa] at a gap [m], falling with it."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Yielding:
-    """A gap that follows load, attraction and the surfaces' resistance to being pressed together.
-
-    Parameters
-    ----------
-    surface : Repelling
-        Pressure over gap.
-    load : callable
-        Pressure that presses the finger down [Pa] at a time [s].
-    start : float
-        Gap at time 0, at rest [m].
-    damping : float
-        Per area [Pa s/m], above 0 unless there is a mass.
-    mass : float
-        Per area [kg/m2]; 0 for a gap that only creeps.
-    pulling : float
-        Share of the area on which the field of the gap pulls.
-    together : callable, optional
-        Pressure of load and attraction together [Pa] at a time [s] and a pressure of attraction [Pa], on an area that
-        grows with both; by default their sum.
-    """
-
-    surface: Repelling
-    load: Callable[[float], float]
-    start: float
-    damping: float = 0.0
-    mass: float = 0.0
-    pulling: float = 1.0
-    together: Callable[[float, float], float] | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse a gap that nothing slows down."""
-        if self.damping <= 0 and self.mass <= 0:
-            raise InputError("damping = 0 and mass = 0: nothing slows the gap down; give one of them")
 
 
 Gap: TypeAlias = Distance | Yielding | None

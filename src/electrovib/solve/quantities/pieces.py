@@ -4,90 +4,21 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.polynomial import chebyshev
+
+from electrovib.solve.quantities.mesh import Mesh
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
     from electrovib.core.arrays import Real
 
-MOST_NODES: Final = 16
-"""Chebyshev nodes of a piece, unless there are very many pieces."""
 _BEST_PIECES: Final = 4
 _NEWTON_STEPS: Final = 4
 _LAST: Final = 3
 """Coefficients at the end of a series that tell how far it is resolved: an even and an odd one among them."""
-
-
-@dataclass(frozen=True)
-class Mesh:
-    """Pieces of time with Chebyshev nodes inside, so that a jump at an end belongs to neither side.
-
-    Parameters
-    ----------
-    edges : ndarray, shape (pieces + 1,)
-        Ends of the pieces [s], increasing.
-    nodes : int
-        In each piece.
-    """
-
-    edges: Real
-    nodes: int = MOST_NODES
-
-    @property
-    def lengths(self) -> Real:
-        """How long each piece lasts [s]."""
-        return np.diff(self.edges)
-
-    @property
-    def span(self) -> float:
-        """From the first edge to the last [s]."""
-        return float(self.edges[-1] - self.edges[0])
-
-    def times(self) -> Real:
-        """Give all edges and nodes [s], increasing: a piece's first edge, its nodes, and last the end."""
-        inside = (1 + _points(self.nodes)) / 2
-        rows = self.edges[:-1, None] + self.lengths[:, None] * np.append(0.0, inside)
-        return np.append(rows.ravel(), self.edges[-1])
-
-    def series(self, values: Real) -> Real:
-        """Give the Chebyshev coefficients of a signal in each piece.
-
-        Parameters
-        ----------
-        values : ndarray, shape (n,)
-            At `times`, in the signal's unit.
-
-        Returns
-        -------
-        ndarray, shape (pieces, nodes)
-            In the same unit.
-        """
-        inside = values[:-1].reshape(len(self.lengths), self.nodes + 1)[:, 1:]
-        coefficients: Real = inside @ _transform(self.nodes).T
-        return coefficients
-
-    def halved(self, chosen: NDArray[np.bool_]) -> Mesh:
-        """Halve some pieces.
-
-        Parameters
-        ----------
-        chosen : ndarray of bool, shape (pieces,)
-            Which.
-
-        Returns
-        -------
-        Mesh
-            With as many nodes in each piece.
-        """
-        middles = (self.edges[:-1] + self.edges[1:])[chosen] / 2
-        return Mesh(np.union1d(self.edges, middles), self.nodes)
 
 
 def tails(series: Real) -> Real:
@@ -272,20 +203,6 @@ def last_value(series: Real) -> float:
         In the same unit.
     """
     return float(np.sum(series[-1]))
-
-
-@functools.cache
-def _points(nodes: int) -> Real:
-    """Chebyshev points of the first kind, increasing, from -1 to 1 without the ends."""
-    return np.asarray(-np.cos(np.pi * (np.arange(nodes) + 0.5) / nodes))
-
-
-@functools.cache
-def _transform(nodes: int) -> Real:
-    """Matrix from values at the nodes to coefficients."""
-    weights = 2 / nodes * chebyshev.chebvander(_points(nodes), nodes - 1).T
-    weights[0] /= 2
-    return np.asarray(weights)
 
 
 @functools.cache

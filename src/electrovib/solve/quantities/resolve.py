@@ -12,14 +12,15 @@ from electrovib.physics.motion import Distance
 from electrovib.scenario import PeriodicState
 from electrovib.scenario.grids import FORMULA_SAMPLES
 from electrovib.solve.expanded import Expanded
-from electrovib.solve.quantities.pieces import MOST_NODES, Mesh, tails
+from electrovib.solve.quantities.mesh import MOST_NODES, Mesh
+from electrovib.solve.quantities.pieces import tails
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.expanded import Record
+    from electrovib.solve.record import Record
 
 TOLERANCE: Final = 1e-10
 """Last coefficients of a piece, as a share of the signal's largest value, at which it counts as resolved."""

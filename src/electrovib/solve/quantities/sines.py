@@ -29,6 +29,7 @@ from electrovib.solve.mechanics.mechanical import mechanical, slowest_rates
 from electrovib.solve.quantities.answer import Answer, doubts
 from electrovib.solve.quantities.pieces import tails, taken_of_many
 from electrovib.solve.quantities.resolve import TOLERANCE, first_mesh, missed
+from electrovib.solve.quantities.waves import Sines, rows_of
 from electrovib.solve.stack.integrator import integral_weight
 
 if TYPE_CHECKING:
@@ -38,94 +39,10 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.judged import Judged
     from electrovib.solve.expanded import Expanded
+    from electrovib.solve.quantities.mesh import Mesh
     from electrovib.solve.quantities.names import Named
-    from electrovib.solve.quantities.pieces import Mesh
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.transfer import Transfer
-
-
-@dataclass(frozen=True)
-class Sines:
-    """Sines that drive one stack, each for a case of its own.
-
-    Parameters
-    ----------
-    frequency : ndarray, shape (cases,)
-        Hz.
-    amplitude : ndarray of complex, shape (cases,)
-        Peak values [V] with phase.
-    """
-
-    frequency: Real
-    amplitude: Complex
-
-    def weights(self, transfers: Mapping[Key, Transfer]) -> dict[Key, Complex]:
-        """Give complex amplitudes of linear quantities in every case, those with the same modes one after the other.
-
-        Parameters
-        ----------
-        transfers : mapping of Key to Transfer
-            Per volt.
-
-        Returns
-        -------
-        dict of Key to ndarray of complex, shape (cases,)
-            Peak values, in the unit of each.
-        """
-        groups: dict[bytes, list[Key]] = {}
-        for name, transfer in transfers.items():
-            groups.setdefault(transfer.rates.tobytes(), []).append(name)
-        s, found = 2j * np.pi * self.frequency, dict[Any, Any]()
-        for names in groups.values():
-            rates = transfers[names[0]].rates
-            share = 1 / (s[:, None] + rates)
-            for name in names:
-                each = transfers[name]
-                level, parts = (
-                    (each.direct, each.gains * rates) if each.static is None else (each.static, 0.0)
-                )
-                modal = share @ parts if each.static is None else -s * (share @ each.gains)
-                found[name] = (level + each.slope * s + modal) * self.amplitude
-        return found
-
-    def waves(self, cases: Indices, times: Real) -> tuple[Real, Real]:
-        """Cosine and sine of the phase of some cases at some times.
-
-        Parameters
-        ----------
-        cases : ndarray of int, shape (n,)
-            Numbers of cases.
-        times : ndarray, shape (n,)
-            s.
-
-        Returns
-        -------
-        cosine, sine : ndarray, shape (n,)
-            Of 2 pi frequency time.
-        """
-        phase = 2 * np.pi * self.frequency[cases] * times
-        return np.cos(phase), np.sin(phase)
-
-
-def rows_of(weights: Mapping[Key, Complex], cases: Indices, waves: tuple[Real, Real]) -> dict[Key, Real]:
-    """Give linear quantities of some cases over time from their complex amplitudes.
-
-    Parameters
-    ----------
-    weights : mapping of Key to ndarray of complex, shape (cases,)
-        Peak values, in the unit of each.
-    cases : ndarray of int, shape (n,)
-        Numbers of cases.
-    waves : tuple of ndarray, shape (n,)
-        From `Sines.waves`.
-
-    Returns
-    -------
-    dict of Key to ndarray, shape (n,)
-        In their units.
-    """
-    cosine, sine = waves
-    return {name: each.real[cases] * cosine - each.imag[cases] * sine for name, each in weights.items()}
 
 
 def is_of_sines(scenario: Scenario) -> bool:

@@ -10,8 +10,9 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.debye_sum import DebyeSum
-from electrovib.solve.stack.modes import Slab, stack_modes
+from electrovib.solve.stack.modes import stack_modes
 from electrovib.solve.stack.section import ModalSection, PhasorSection
+from electrovib.solve.stack.slab import Slab
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:

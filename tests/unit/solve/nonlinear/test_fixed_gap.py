@@ -252,13 +252,12 @@ def test_a_stack_only_stores_and_loses(drawn, name):
     debye = {f"layer_{index}": sum_ for index, (_, sum_) in enumerate(drawn)}
     space = stack_states(layers, debye, area=AREA, element=ELEMENTS["body"])
     drive, times = read_model(Drive, DRIVES[name]), np.linspace(0, END, 3001)
-    followed = follow_finger(space, drive, times)
-    found, states = followed.found, followed.solved.states
+    found = follow_finger(space, drive, times).found
     power = found["drive_voltage"] * found["current"]
     given_ = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2)]) * times[1]
     stored = np.zeros(len(times))
     for index, key in enumerate(layers):
-        polarised = states[len(space.charges) + index]
+        polarised = found[DisplacementOf(key)] - space.permittivities[index] * found[FieldOf(key)]
         energy = (
             space.permittivities[index] * found[FieldOf(key)] ** 2 + polarised**2 / space.strengths[index]
         )

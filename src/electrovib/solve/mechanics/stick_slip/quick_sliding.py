@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from electrovib.physics.friction import BristleFriction
     from electrovib.physics.motion import Motion
     from electrovib.solve.mechanics.between import Between
+    from electrovib.solve.mechanics.stick_slip.skin import SlidingSkin
 
 AT_ONCE = 100_000
 """Steps in one call, some tenths of a second: between calls the march can be interrupted, and tells how far it is."""
@@ -89,19 +90,10 @@ def slide_quickly(
     largest_speed = fastest or skin.natural_speed(largest)
     floor = SMALLEST * largest
     course = _course(strength, motion, floor)
-    state: Any = np.zeros(6)
-    if (begins := float(speeds[0])) > 0:
-        at_first = skin if course.touches[0] else lifted(skin)
-        found = at_first.settled(speed=begins, strength=float(np.hypot(strength(0.0), floor)))
-        state[compiled_step.DEFLECTION] = float(skin.deflection(found))
-        state[compiled_step.DISPLACEMENT] = float(np.ravel(skin.displacement(found))[0])
-        state[compiled_step.OVER_PLATE] = begins
+    first = float(np.hypot(strength(0.0), floor))
+    state = _settled(skin if course.touches[0] else lifted(skin), speed=float(speeds[0]), strength=first)
     is_elastic = isinstance(skin, CompliantSlidingSkin)
-    body = (
-        (skin.mass, skin.stiffness, skin.damping)
-        if isinstance(skin, CompliantSlidingSkin)
-        else (0.0, 0.0, 0.0)
-    )
+    body = (skin.mass, skin.stiffness, skin.damping) if isinstance(skin, CompliantSlidingSkin) else (0.0,) * 3
     scale = skin.scale(strength=largest, speed=largest_speed)
     scale = scale[[2, 0, 1]] if is_elastic else np.array([scale[0], 1.0, 1.0])
     sizes = compiled_records.Sizes(
@@ -130,6 +122,19 @@ def slide_quickly(
         steps=int(memory[STEPS]),
         evaluations=int(memory[ASKED]),
     )
+
+
+def _settled(skin: SlidingSkin, *, speed: float, strength: float) -> Any:
+    """State of a skin that has always slid so, in the rows of the compiled march; undeflected at rest."""
+    from electrovib.solve.mechanics.stick_slip import compiled_step
+
+    state: Any = np.zeros(6)
+    if speed > 0:
+        found = skin.settled(speed=speed, strength=strength)
+        state[compiled_step.DEFLECTION] = float(skin.deflection(found))
+        state[compiled_step.DISPLACEMENT] = float(np.ravel(skin.displacement(found))[0])
+        state[compiled_step.OVER_PLATE] = speed
+    return state
 
 
 def _course(strength: Between, motion: Motion, floor: float) -> Any:

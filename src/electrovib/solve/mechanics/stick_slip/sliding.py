@@ -10,7 +10,8 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.solve.mechanics.stick_slip.skin import SlidingSkin
 from electrovib.solve.mechanics.stick_slip.skin_of import OverTime, _always, lifted, skin_of
-from electrovib.solve.nonlinear.integrate import System, integrate
+from electrovib.solve.nonlinear.integrate import integrate
+from electrovib.solve.nonlinear.system import System
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.friction import BristleFriction
     from electrovib.solve.mechanics.stick_slip.skin import Energies
-    from electrovib.solve.nonlinear.integrate import Mode
+    from electrovib.solve.nonlinear.system import Mode
 
 
 TOLERANCE = 1e-8

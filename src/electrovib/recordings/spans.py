@@ -1,0 +1,54 @@
+"""Stretches of a record in which something holds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+Span = tuple[int, int]
+"""First sample and the one after the last."""
+
+
+def _scatter_about_two_levels(values: NDArray[np.float64]) -> float:
+    """Sum of squares about the means of the two groups with the least of it."""
+    level = _split(values)
+    high = values > level
+    return float(
+        sum(np.sum((part - part.mean()) ** 2) for part in (values[high], values[~high]) if len(part))
+    )
+
+
+def _split(values: NDArray[np.float64]) -> float:
+    """Find the level that splits values into two groups of least scatter (Otsu's threshold)."""
+    ordered = np.sort(values)
+    count = np.arange(1, len(ordered))
+    left = np.cumsum(ordered)[:-1]
+    right = ordered.sum() - left
+    between = count * (len(ordered) - count) * (left / count - right / (len(ordered) - count)) ** 2
+    return float(ordered[int(np.argmax(between))])
+
+
+def _closed(mask: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
+    """Fill gaps shorter than a count of samples between two true stretches."""
+    filled = mask.copy()
+    gaps = [gap for gap in _runs(~mask) if gap[0] > 0 and gap[1] < len(mask)]
+    for first, last in gaps:
+        if last - first < count:
+            filled[first:last] = True
+    return filled
+
+
+def _runs(mask: NDArray[np.bool_]) -> list[Span]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _run_length(mask: NDArray[np.bool_]) -> int:
+    """Count how many are true before the first false."""
+    false = np.flatnonzero(~mask)
+    return int(false[0]) if len(false) else len(mask)

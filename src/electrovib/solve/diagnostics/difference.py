@@ -1,0 +1,92 @@
+"""Signed relaxations on a fixed grid that follow the difference between a declared and a reduced quantity."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.solve.stack.transfer import Transfer
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Complex, Real
+
+
+POLES_PER_DECADE: Final = 10
+
+
+ROWS_PER_DECADE: Final = 16
+
+
+BEYOND: Final = 10.0
+"""How far beyond the band, on both sides, relaxations of D may lie."""
+
+
+POWERS: Final = (0.0, -0.5, -1.0, 0.5, 1.0)
+"""Powers of the frequency by which a quantity may fall: the fit of D is weighted by the one that suits best."""
+
+
+AT_REST: Final = 1e-60
+"""A frequency that stands for 0 [Hz], where a power law has no value."""
+
+
+class _DifferenceFit:
+    """Signed relaxations on a fixed grid of rates that follow D over a band.
+
+    Parameters
+    ----------
+    low, high : float
+        Band [Hz].
+    steady : bool
+        Follow D at zero frequency as well.
+    smallest : float
+        Singular value over the largest that counts.
+    """
+
+    def __init__(self, low: float, high: float, *, steady: bool, smallest: float) -> None:
+        self.frequency = _spaced(low, high, ROWS_PER_DECADE)
+        self.rates = 2 * np.pi * _spaced(low / BEYOND, high * BEYOND, POLES_PER_DECADE)
+        falls = [(self.frequency / low) ** -power for power in POWERS]
+        if steady:
+            self.frequency = np.append(AT_REST, self.frequency)
+            self.rates = np.append(1e-6 * self.rates[0], self.rates)
+            falls = [np.append(fall[0], fall) for fall in falls]
+        s = 2j * np.pi * self.frequency[:, None]
+        columns = np.concatenate([np.ones((len(s), 1)), self.rates / (s + self.rates)], axis=1)
+        self.columns = np.concatenate([columns.real, columns.imag])
+        self.inverses = [_inverse(self.columns, np.tile(1 / fall, 2), smallest) for fall in falls]
+
+    @staticmethod
+    @functools.lru_cache(maxsize=16)
+    def over(low: float, high: float, *, steady: bool, smallest: float) -> _DifferenceFit:
+        """Give the fit over a band, the same object for the same band."""
+        return _DifferenceFit(low, high, steady=steady, smallest=smallest)
+
+    def of(self, declared: Complex, reduced: Complex, *, unasked: bool = False) -> tuple[Transfer, float]:
+        """Fit one D; the largest residual is told over the quantity's own size there; its value at rest may be unasked."""
+        difference, size = declared - reduced, np.maximum(np.abs(declared), np.abs(reduced))
+        if unasked and self.frequency[0] == AT_REST:
+            difference[0], size[0] = difference[1], size[1]
+        wanted = np.concatenate([difference.real, difference.imag])
+        size[0] = max(size[:2])  # at rest a quantity may vanish
+        floor = np.finfo(float).eps * float(np.max(size, initial=0.0))
+        weights = 1 / np.tile(np.maximum(size, floor or 1.0), 2)
+        best, found = np.inf, np.zeros(len(self.rates) + 1)
+        for inverse in self.inverses:
+            tried = inverse @ wanted
+            left = float(np.max(np.abs(self.columns @ tried - wanted) * weights))
+            if left < best:
+                best, found = left, tried
+        return Transfer(rates=self.rates, gains=found[1:], direct=float(found[0])), best
+
+
+def _inverse(columns: Real, weights: Real, smallest: float) -> Real:
+    """Pseudo-inverse of weighted rows; columns count alike, and none is added to cancel another."""
+    weighted = columns * weights[:, None]
+    sizes = np.linalg.norm(weighted, axis=0)
+    return np.asarray(np.linalg.pinv(weighted / sizes, rcond=smallest) / sizes[:, None] * weights)
+
+
+def _spaced(low: float, high: float, per_decade: int) -> Real:
+    return np.geomspace(low, high, max(2, int(np.ceil(per_decade * np.log10(high / low))) + 1))

@@ -1,0 +1,40 @@
+"""Signals of a scenario at some times, before they become a Trace."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+    from electrovib.core.lamps import Lamp
+    from electrovib.solve.diagnostics.peaks import PeakRecord
+    from electrovib.solve.electrics.solution import Solution
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """Signals of a scenario at some times.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        Increasing [s].
+    solution : Solution
+        What the drive does to the stack.
+    signals : dict
+        Dimensions and values of every signal over time, in its unit.
+    how : dict
+        Solver, its reason, errors and events.
+    lamps : list of Lamp
+        What the mechanics has to say.
+    peaks : PeakRecord or None
+        What is judged of the whole solution; None where these times show it well enough.
+    """
+
+    times: Real
+    solution: Solution
+    signals: dict[str, Any]
+    how: dict[str, Any]
+    lamps: list[Lamp]
+    peaks: PeakRecord | None = None
