@@ -175,7 +175,7 @@ gap and the founding law of Vezzoli 2014, which filters by relaxations of its ow
 `scipy.signal.lsim` of one output with 12 poles on as many even samples, in the same process. Peer of the map: each
 case by itself through `ev.sweep`, 25 of the 900 measured."""
     measure = f"""Best of {REPEATS}; the first run of a process, which also fits the material, apart. Memory: largest resident set
-after the first run, imports and the record itself included. Other work ran on the machine: compare within a row."""
+after the first run, imports and the record itself included."""
     return [setting, measure, surroundings(["numpy", "scipy", "xarray"])]
 
 
