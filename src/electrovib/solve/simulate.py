@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import json
-from importlib.metadata import version
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError, nearest
-from electrovib.core.model import Model
 from electrovib.core.signals import SIGNALS
 from electrovib.core.trace import make_trace
-from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.scenario import Source, read_scenario
 from electrovib.solve.diagnostics.sampling import sampling
-from electrovib.solve.electrics.attraction import mean_force
+from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.expanded import Expanded
-from electrovib.solve.stack.expand import behind_amplifier, per_volt_of, phasors
-from electrovib.solve.stack.section import PhasorSection
+from electrovib.solve.provenance import beside, provenance
+from electrovib.solve.stack.expand import phasors
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Sequence
 
     import xarray
-
-_MANY: Final = 100_000
-"""Times from which on a record takes longer to be written and hashed than a thread to begin."""
 
 
 def simulate(
@@ -72,12 +66,12 @@ def simulate(
     _refuse_unknown(signals)
     expanded = Expanded(scenario, None if time is None else np.asarray(time, dtype=float))
     times, frequency = expanded.times, scenario.frequency.frequencies()
-    with _beside(len(times), functools.partial(provenance, scenario)) as stated:
+    with beside(len(times), functools.partial(provenance, scenario)) as stated:
         at_frequency = phasors(scenario, frequency)
         record = expanded.at(times, closely=True)
         spoken, errors = expanded.judge(record)
         attributes = stated() | errors | record.how
-    variables: dict[str, Any] = {**record.signals, **_over_frequency(scenario, at_frequency)}
+    variables: dict[str, Any] = {**record.signals, **over_frequency(scenario, at_frequency)}
     variables = _chosen(variables, signals)
     spoken += sampling(scenario.drive, times)
     attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
@@ -110,59 +104,3 @@ def _chosen(variables: dict[str, Any], signals: Sequence[str] | None) -> dict[st
             f"signals = '{name}': this scenario has none.{nearest(name, variables)}" for name in absent
         )
     return {name: variables[name] for name in names}
-
-
-def provenance(scenario: Scenario) -> dict[str, Any]:
-    """Say what was computed, and by which version."""
-    return {
-        "title": scenario.title,
-        "electrovib": _version(),
-        "scenario": scenario.to_json(),
-        "scenario_hash": scenario.digest(),
-        "dropped_samples": _dropped(scenario.drive),
-    }
-
-
-@contextlib.contextmanager
-def _beside(count: int, work: Callable[[], dict[str, Any]]) -> Iterator[Callable[[], dict[str, Any]]]:
-    """Let a second thread do some work beside a run of very many times; what is handed out waits for its result."""
-    if count < _MANY:
-        yield work
-        return
-    from concurrent.futures import ThreadPoolExecutor
-
-    with ThreadPoolExecutor(max_workers=1) as pool:
-        yield pool.submit(work).result
-
-
-@functools.cache
-def _version() -> str:
-    return version("electrovib")
-
-
-def _dropped(model: Model) -> int:
-    """Count the samples that measured drives inside a drive have dropped."""
-    inner = [item for _, value in model for item in (value if isinstance(value, tuple) else (value,))]
-    return getattr(model, "dropped", 0) + sum(_dropped(each) for each in inner if isinstance(each, Model))
-
-
-def _over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any]:
-    area = scenario.contact_area
-    plate = per_volt_of(scenario, section.frequency)
-    per_volt = behind_amplifier(scenario, plate)
-    section = behind_amplifier(scenario, section)
-    variables: dict[str, Any] = {}
-    effective = scenario.force.effective_voltage(per_volt)
-    if effective is not None:
-        variables["effective_voltage_gain"] = (("frequency",), effective)
-    layers = per_volt.layers.values()
-    gains = np.array([state.field * state.thickness for state in layers])
-    permittivities = np.array([state.material.complex_permittivity(section.frequency) for state in layers])
-    variables["field_gain"] = (("layer", "frequency"), gains)
-    variables["mean_force"] = (
-        ("frequency",),
-        mean_force(scenario, section, amplitude=scenario.drive.largest()),
-    )
-    variables["impedance"] = (("frequency",), 1 / (plate.current_density * area))
-    variables["permittivity"] = (("layer", "frequency"), permittivities)
-    return variables

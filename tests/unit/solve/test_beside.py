@@ -9,9 +9,9 @@ simulate = importlib.import_module("electrovib.solve.simulate")
 
 
 def test_a_long_run_has_its_record_written_in_another_thread():
-    with simulate._beside(simulate._MANY, lambda: {"by": threading.get_ident()}) as stated:
+    with provenance.beside(provenance._MANY, lambda: {"by": threading.get_ident()}) as stated:
         assert stated()["by"] != threading.get_ident()
-    with simulate._beside(simulate._MANY - 1, lambda: {"by": threading.get_ident()}) as stated:
+    with provenance.beside(provenance._MANY - 1, lambda: {"by": threading.get_ident()}) as stated:
         assert stated()["by"] == threading.get_ident()
 
 
@@ -19,5 +19,5 @@ def test_what_fails_there_fails_here():
     def fail():
         raise KeyError("scenario")
 
-    with pytest.raises(KeyError, match="scenario"), simulate._beside(simulate._MANY, fail) as stated:
+    with pytest.raises(KeyError, match="scenario"), provenance.beside(provenance._MANY, fail) as stated:
         stated()
