@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-simulate = importlib.import_module("electrovib.solve.simulate")
+provenance = importlib.import_module("electrovib.solve.provenance")
 
 
 def test_a_long_run_has_its_record_written_in_another_thread():
