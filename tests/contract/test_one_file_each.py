@@ -75,7 +75,8 @@ CHECKS = (
 
 def skins():
     """Give the wrist."""
-    return {"wrist": Skin("skin of a wrist", WRIST, "full text", CITATION, "one person, one electrode of 1 cm2")}
+    note = "one person, one electrode of 1 cm2"
+    return {"wrist": Skin(name="skin of a wrist", material=WRIST, status="full text", source=CITATION, note=note)}
 '''
 FRICTION = '''
 from typing import Annotated, Any, ClassVar
