@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -14,6 +13,7 @@ from electrovib.solve.choice import refuse_unsolved, solve
 from electrovib.solve.diagnostics import diagnostics, solved, watched
 from electrovib.solve.diagnostics.known import known_band, memory_lamps, worst_of
 from electrovib.solve.diagnostics.memory import answer_errors
+from electrovib.solve.diagnostics.transfer_error import since_corners, transfer_error
 from electrovib.solve.effort import last_time, refuse_large
 from electrovib.solve.electrics.solution import ACROSS
 from electrovib.solve.mechanics.answer import Mechanics
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.core.lamps import Lamp
-    from electrovib.physics.force import ForceLaw
     from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.judged import Judged
     from electrovib.solve.diagnostics.peaks import PeakRecord
@@ -232,12 +231,12 @@ class Expanded:
         """
         found = {"reduction_error": self.reduction_error}
         if self.scenario.force.causal:
-            found["transfer_error"] = max(self._transfer_error, worst_of(errors))
+            found["transfer_error"] = max(self._over_frequency, worst_of(errors))
         return found
 
     @functools.cached_property
-    def _transfer_error(self) -> float:
-        return _transfer_error(self.scenario.force, self.section, self.declared, known_band(self.scenario))
+    def _over_frequency(self) -> float:
+        return transfer_error(self.scenario.force, self.section, self.declared, known_band(self.scenario))
 
     def _seen(self, record: Record) -> Record:
         """Give what of a record is judged: no times nearer to a corner than those the materials were reduced for."""
@@ -245,8 +244,8 @@ class Expanded:
             return record
         drive, settled = self.scenario.drive, isinstance(self.scenario.time.initial_state, PeriodicState)
         corners = np.append([] if settled else [0.0], drive.corners(float(record.times[-1]))[0])
-        reduced_for = _since(corners, self.times)
-        kept = _since(corners, record.times) >= np.min(reduced_for[reduced_for > 0], initial=np.inf)
+        reduced_for = since_corners(corners, self.times)
+        kept = since_corners(corners, record.times) >= np.min(reduced_for[reduced_for > 0], initial=np.inf)
         kept = kept if np.any(kept) else np.ones(len(kept), bool)
         later = 0.0
         if settled:
@@ -278,25 +277,3 @@ def _as_long(one: Scenario, other: Scenario) -> bool:
     """Tell whether a run of one scenario has as many steps as that of another, as far as estimates count them."""
     drives = [(each.duration, each.period, each.highest_frequency) for each in (one.drive, other.drive)]
     return drives[0] == drives[1] and _share(one, other, ("motion", "time"))
-
-
-def _since(corners: Real, times: Real) -> Real:
-    """Time since the last corner [s]; infinite before the first."""
-    last = np.append(-np.inf, corners)[np.searchsorted(corners, times, side="right")]
-    return np.asarray(times - last)
-
-
-def _transfer_error(
-    law: ForceLaw, section: ModalSection, exact: PhasorSection, known: tuple[float, float]
-) -> float:
-    """Largest error of the law's amplitudes after reduction, against their largest magnitude, where known."""
-    reduced, declared = law.amplitudes(section), law.amplitudes(exact)
-    inside = (exact.frequency >= known[0]) & (exact.frequency <= known[1])
-    if not np.any(inside):
-        return math.nan
-    errors = []
-    for name, value in declared.items():
-        scale = float(np.max(np.abs(value)))
-        difference = reduced[name].at(exact.frequency[inside]) - value[inside]
-        errors.append(float(np.max(np.abs(difference))) / (scale or 1.0))
-    return max(errors)

@@ -1,0 +1,63 @@
+"""How far a law's amplitudes are off over frequency because materials were reduced, and the time since a corner."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+    from electrovib.physics.force import ForceLaw
+    from electrovib.solve.stack.section import ModalSection, PhasorSection
+
+
+def since_corners(corners: Real, times: Real) -> Real:
+    """Time since the last corner; infinite before the first.
+
+    Parameters
+    ----------
+    corners, times : ndarray, shape (m,), (n,)
+        Increasing [s].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        s.
+    """
+    last = np.append(-np.inf, corners)[np.searchsorted(corners, times, side="right")]
+    return np.asarray(times - last)
+
+
+def transfer_error(
+    law: ForceLaw, section: ModalSection, exact: PhasorSection, known: tuple[float, float]
+) -> float:
+    """Largest error of the law's amplitudes after reduction, over their largest magnitude, where known.
+
+    Parameters
+    ----------
+    law : ForceLaw
+        With a response in time.
+    section : ModalSection
+        The stack with reduced materials.
+    exact : PhasorSection
+        The same as declared, over frequency.
+    known : tuple of float
+        Lowest and highest frequency at which all materials are known [Hz].
+
+    Returns
+    -------
+    float
+        1; NaN if nothing is known.
+    """
+    reduced, declared = law.amplitudes(section), law.amplitudes(exact)
+    inside = (exact.frequency >= known[0]) & (exact.frequency <= known[1])
+    if not np.any(inside):
+        return math.nan
+    errors = []
+    for name, value in declared.items():
+        scale = float(np.max(np.abs(value)))
+        difference = reduced[name].at(exact.frequency[inside]) - value[inside]
+        errors.append(float(np.max(np.abs(difference))) / (scale or 1.0))
+    return max(errors)
