@@ -186,3 +186,11 @@ def test_other_numbers_in_a_model_share_the_rest(path):
     assert [name for name, part in changed if name != "sources" and part is not getattr(scenario, name)] == [
         head
     ]
+
+
+def test_a_faster_drive_has_its_material_reduced_over_its_own_band():
+    function = ready(("peak current",), ("drive.frequency",), "vardar_2017/sine")
+    function({"drive.frequency": 100.0})
+    fast = {"drive.frequency": 2e6}
+    expected = one_by_one("vardar_2017/sine", [fast], "peak current")[0]
+    assert function(fast)["peak current"] == pytest.approx(expected, rel=1e-12)
