@@ -116,13 +116,19 @@ def test_pull_in(tmp_path):
 
 
 def test_the_python_blocks_of_the_readme_run(tmp_path, monkeypatch, capsys):
+    import electrovib as ev
+
     mpl.use("Agg")
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL)
     assert blocks
     for block in blocks:
         exec(compile(block, "README.md", "exec"), {})
-    assert float(capsys.readouterr().out) == pytest.approx(1.0e-3, rel=0.5)
+    swing, mean, judged = capsys.readouterr().out.splitlines()
+    assert float(swing) == pytest.approx(1.0e-3, rel=0.5)
+    trace = ev.simulate("bau_2010/sine")  # one period, both ends among its even times
+    assert float(mean) == pytest.approx(float(trace.electrostatic_force[:-1].mean()), rel=1e-3)
+    assert "insulator" in judged
     assert (tmp_path / "force.png").stat().st_size > 5000
 
 
