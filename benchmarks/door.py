@@ -17,7 +17,7 @@ from benchmarks.table import surroundings, write
 SAMPLES = 1_000_000
 STEP = 1e-6
 REPEATS = 3
-LAWS = {"gap": "vezzoli_2014/fig6_gap", "founding law": "vezzoli_2014/fig6"}
+LAWS = {"gap": "vezzoli_2014/fig6_gap", "law of Vezzoli et al. 2014": "vezzoli_2014/fig6"}
 
 
 def best(work: Callable[[], object], repeats: int = REPEATS) -> float:
@@ -120,7 +120,9 @@ def _map_row(side: int = 30) -> list[str]:
     import electrovib as ev
 
     settled = {"time.initial_state": {"model": "PeriodicState"}}
-    base = scenario("founding law", {"model": "Sine", "amplitude": 100.0, "frequency": 1e3}, **settled)
+    base = scenario(
+        "law of Vezzoli et al. 2014", {"model": "Sine", "amplitude": 100.0, "frequency": 1e3}, **settled
+    )
     over = {
         "stack.insulator.thickness": np.geomspace(1e-6, 1e-4, side),
         "drive.frequency": np.geomspace(10, 1e4, side),
@@ -171,7 +173,7 @@ def main() -> None:
 
 def _notes() -> list[str]:
     setting = """`ev.simulate` with all signals and checks on a dispersive skin (`palmar_1995/dry_men`), through the law in the
-gap and the founding law of Vezzoli 2014, which filters by relaxations of its own. Peer of a large run: one
+gap and the law of Vezzoli et al. 2014 of Vezzoli 2014, which filters by relaxations of its own. Peer of a large run: one
 `scipy.signal.lsim` of one output with 12 poles on as many even samples, in the same process. Peer of the map: each
 case by itself through `ev.sweep`, 25 of the 900 measured."""
     measure = f"""Best of {REPEATS}; the first run of a process, which also fits the material, apart. Memory: largest resident set

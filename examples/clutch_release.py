@@ -16,8 +16,8 @@ import numpy as np
 from electrovib.data.columns import read_columns
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.resonance import release_seen_by_sensor
-from electrovib.recordings.ringing import ringing
-from electrovib.recordings.ringing_result import Ringing
+from electrovib.recordings.release import ringing
+from electrovib.recordings.release_result import Ringing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

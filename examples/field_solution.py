@@ -3,7 +3,7 @@
 A finger of finite width with a rounded edge stands over an infinite plate with a film on it; what lies outside is
 air. Finite elements (scikit-fem) give the potential; the force follows from the Maxwell stress in the gap and from
 virtual work, which must agree. In one dimension the same equation with complex permittivities, conduction included,
-gives a leaky stack over frequency. Printed: how far the gap-plane law, the stack and the correction of
+gives a leaky stack over frequency. Printed: how far the Maxwell stress in the gap law, the stack and the correction of
 `electrovib.physics.fringe` are from that.
 """
 
@@ -198,7 +198,7 @@ def scenario(finger: Finger, drive: dict[str, Any], **materials: dict[str, Any])
     }
     content = {
         "drive": drive,
-        "force": {"model": "GapPlane"},
+        "force": {"model": "MaxwellStressInGap"},
         "friction": {"model": "Coulomb", "coefficient": 0.5},
         "contact": {"model": "FixedArea", "area": 1e-4},
         "load": {"normal_force": 0.5},
@@ -284,7 +284,10 @@ def draw(file: str | Path, finger: Finger | None = None) -> None:
     forces = [stress_force(solve(one)) / (pressed(one) * one.area) for one in fingers]
     right.loglog(2e3 * half_widths, np.array(forces) - 1, "o", label="field")
     right.loglog(2e3 * half_widths, [fringe(one) - 1 for one in fingers], label="fringe_factor - 1")
-    right.set(xlabel="width of the contact (mm)", ylabel="excess of the force over the gap-plane law")
+    right.set(
+        xlabel="width of the contact (mm)",
+        ylabel="excess of the force over the Maxwell stress in the gap law",
+    )
     right.legend()
     figure.savefig(file)
     plt.close(figure)

@@ -1,4 +1,4 @@
-"""How the gap-plane force of a 5 um gap depends on the insulator."""
+"""How the Maxwell stress in the gap force of a 5 um gap depends on the insulator."""
 
 from __future__ import annotations
 

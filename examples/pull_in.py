@@ -1,4 +1,4 @@
-"""A relief as stiff as a spring snaps onto the plate at one voltage and lets go at a lower one."""
+"""A surface topography as stiff as a spring snaps onto the plate at one voltage and lets go at a lower one."""
 
 import numpy as np
 from matplotlib.figure import Figure

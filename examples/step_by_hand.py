@@ -1,4 +1,4 @@
-"""The founding law after a step, beside its closed form."""
+"""The law of Vezzoli et al. 2014 after a step, beside its closed form."""
 
 from __future__ import annotations
 

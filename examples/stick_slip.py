@@ -22,8 +22,8 @@ def main() -> dict:
         {
             "finger": FINGER,
             "friction": BRISTLES,
-            "motion": {"speed": "10 mm/s", "programme": {"model": "Press", "rise": "5 ms"}},
-            "force.model": "GapPlane",
+            "motion": {"speed": "10 mm/s", "time_profile": {"model": "Press", "rise": "5 ms"}},
+            "force.model": "MaxwellStressInGap",
         }
     )
     drives = {

@@ -45,7 +45,7 @@ def test_measured_drive():
 
 def test_field_solution():
     planar, work, fringe, leaky = np.abs(example("field_solution").main())
-    # asked: 0.1 % of the gap-plane law and of the leaky stack; stated: 0.02 % between stress and virtual work,
+    # asked: 0.1 % of the Maxwell stress in the gap law and of the leaky stack; stated: 0.02 % between stress and virtual work,
     # 4 % of an excess that is 3 % of the force for the correction
     assert planar < 1e-3
     assert work < 2e-4

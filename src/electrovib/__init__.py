@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
     from electrovib.recordings.recording import read_recording as read_recording
-    from electrovib.recordings.ringing import ringing as ringing
+    from electrovib.recordings.release import ringing as ringing
     from electrovib.recordings.swipe import reduce_swipe as reduce_swipe
     from electrovib.scenario import Scenario as Scenario
     from electrovib.scenario import load as load
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from electrovib.solve.simulate import simulate as simulate
     from electrovib.study.catalogue import models as models
     from electrovib.study.perceive import perceive as perceive
-    from electrovib.study.percept import just_noticeable as just_noticeable
+    from electrovib.study.percept import compare_percepts as compare_percepts
+    from electrovib.study.surfaces import compare_surfaces as compare_surfaces
     from electrovib.study.sweep import sweep as sweep
-    from electrovib.study.truth_table import truth_table as truth_table
     from electrovib.view import plots as plot
     from electrovib.view.compare import compare as compare
     from electrovib.view.report import report as report
@@ -43,7 +43,7 @@ _PLACES = {
     "export": "electrovib.export.scenario",
     "hysteresis": "electrovib.solve.equilibrium",
     "init": "electrovib.apps.init",
-    "just_noticeable": "electrovib.study.percept",
+    "compare_percepts": "electrovib.study.percept",
     "load": "electrovib.scenario",
     "models": "electrovib.study.catalogue",
     "open_trace": "electrovib.data.traces",
@@ -53,13 +53,13 @@ _PLACES = {
     "reduce_swipe": "electrovib.recordings.swipe",
     "report": "electrovib.view.report",
     "reproduce": "electrovib.view.reproduce",
-    "ringing": "electrovib.recordings.ringing",
+    "ringing": "electrovib.recordings.release",
     "run": "electrovib.apps.run",
     "save": "electrovib.export.save",
     "scenario_of": "electrovib.scenario",
     "simulate": "electrovib.solve.simulate",
     "sweep": "electrovib.study.sweep",
-    "truth_table": "electrovib.study.truth_table",
+    "compare_surfaces": "electrovib.study.surfaces",
 }
 
 

@@ -6,7 +6,9 @@ from __future__ import annotations
 def test_known_things_are_found(discovered):
     assert {"Trapezium", "Sine", "Sampled"} <= set(discovered["drive_class"])
     assert {"Constant", "Debye", "Prony", "ColeCole", "Tabulated"} <= set(discovered["material_class"])
-    assert {"GapPlane", "Vezzoli2014Causal", "Vezzoli2014PerFrequency"} <= set(discovered["law_class"])
+    assert {"MaxwellStressInGap", "Vezzoli2014Causal", "Vezzoli2014PerFrequency"} <= set(
+        discovered["law_class"]
+    )
     assert {"vezzoli_2014", "gabriel_1996", "palmar_1995", "plutchik_1963"} <= set(discovered["paper"])
     assert "vezzoli_2014-fig6" in discovered["scenario"]
     assert "gabriel_1996-dry" in discovered["skin"]

@@ -90,13 +90,13 @@ def test_changed_equations_are_refused(final_class, near_example):
 def test_equations_with_strange_symbols_are_refused(discovered):
     material = discovered["material_class"]["Debye"]
     with pytest.raises(AssertionError, match="uses"):
-        compiled(material, "polarisation", "permittivity_high + strenth")
+        compiled(material, "bound_permittivity", "permittivity_high + strenth")
 
 
 def test_an_equation_is_checked_for_every_law_and_every_plain_material(discovered):
     for name, law in discovered["law_class"].items():
         assert "pressure" in law.equation, name
-    printed = {name for name, kind in discovered["material_class"].items() if "polarisation" in kind.equation}
+    printed = {name for name, kind in discovered["material_class"].items() if "bound_permittivity" in kind.equation}
     sums_and_tables = {
         name
         for name, kind in discovered["material_class"].items()

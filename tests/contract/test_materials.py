@@ -28,14 +28,14 @@ def test_materials_are_passive(material_class, drawn, data):
     permittivity = material.complex_permittivity(BAND)
     assert np.all(np.isfinite(permittivity))
     assert active(permittivity) <= ROUNDING
-    assert active(material.polarisation(BAND)) <= ROUNDING
+    assert active(material.bound_permittivity(BAND)) <= ROUNDING
     # conduction only adds loss, and nothing to the stored part
-    assert np.all(permittivity.imag <= material.polarisation(BAND).imag)
+    assert np.all(permittivity.imag <= material.bound_permittivity(BAND).imag)
 
 
 @given(data=st.data())
 def test_a_stored_part_is_positive(material_class, drawn, data):
-    assert np.all(data.draw(drawn(material_class)).polarisation(BAND).real > 0)
+    assert np.all(data.draw(drawn(material_class)).bound_permittivity(BAND).real > 0)
 
 
 @given(data=st.data())
@@ -44,7 +44,7 @@ def test_a_finite_sum_is_the_material(material_class, drawn, data):
     exact = material.debye()
     if exact is None:
         return
-    expected = material.polarisation(BAND)
+    expected = material.bound_permittivity(BAND)
     assert np.max(np.abs(exact.permittivity(BAND) / expected - 1)) < 1e-12
     assert exact.high > 0
     assert min(exact.strengths, default=0.0) >= 0
@@ -58,7 +58,7 @@ def test_an_active_dielectric_is_noticed(material_class, build):
 
 def test_skins_are_passive(skin):
     assert active(skin.material.complex_permittivity(BAND)) <= ROUNDING
-    assert active(skin.material.polarisation(BAND)) <= ROUNDING
+    assert active(skin.material.bound_permittivity(BAND)) <= ROUNDING
 
 
 def test_skins_are_described(skin):
@@ -103,7 +103,7 @@ def test_a_table_that_breaks_the_relations_shows_it(material_class):
         assert material_class.model_validate(rows).kramers_kronig > 0.1
 
 
-@pytest.mark.parametrize("part", ["complex_permittivity", "polarisation"])
+@pytest.mark.parametrize("part", ["complex_permittivity", "bound_permittivity"])
 def test_permittivity_is_complex_of_the_frequencys_shape(material_class, build, part):
     answer = getattr(build(material_class), part)(BAND.reshape(3, 67))
     assert answer.shape == (3, 67)

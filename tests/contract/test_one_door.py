@@ -21,7 +21,7 @@ PRESET = "vezzoli_2014/fig6"
 SURFACE = {"model": "LinearSpring", "stiffness": "1 GPa/m", "free_gap": "10 um"}
 CHANGES = {
     "contact.surface": SURFACE,
-    "force.model": "GapPlane",
+    "force.model": "MaxwellStressInGap",
     "stack.gap.material.conductivity": 0.0,
     "drive": {"model": "Sine", "frequency": "100 Hz", "amplitude": "100 V"},
     "time.samples": 200,
@@ -43,8 +43,9 @@ def drawn(scenario):
 
 
 FORCE = "electrostatic_force"
+FORCE_LAWS = ["MaxwellStressInGap", "MaxwellStressInInsulator"]
 USES = {
-    "compare": lambda scenario: [e.static for e in ev.compare(scenario, models=["GapPlane", "InsulatorPlane"]).entries],
+    "compare": lambda scenario: [e.static for e in ev.compare(scenario, models=FORCE_LAWS).entries],
     "equilibrium": lambda scenario: ev.equilibrium(scenario).force,
     "export": exported,
     "init": ev.init,

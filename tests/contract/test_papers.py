@@ -24,7 +24,7 @@ def checks_in(paper):
 def test_a_paper_cites(paper):
     assert isinstance(paper.CITATION, str)
     found = any(mark in paper.CITATION for mark in ("doi:", "hal-", "arXiv:", "ISBN", "http"))
-    assert found or paper.STATUS == "recalled"
+    assert found or paper.STATUS == "unverified"
     assert any(year in paper.CITATION for year in (str(year) for year in range(1850, 2101)))
 
 
@@ -75,13 +75,13 @@ def test_a_check_refuses_a_value_three_tolerances_away(asked, side):
 def test_a_check_names_its_source(asked):
     assert len(asked.check.source) > 5
     assert asked.check.status in STATUSES
-    assert asked.check.status != "recalled"
+    assert asked.check.status != "unverified"
     assert asked.check.rtol <= 0.1, "a tolerance above 10 % holds a paper to nothing"
 
 
 def test_a_recalled_number_is_never_a_check():
-    with pytest.raises(TypeError, match="recalled"):
-        Check("C", expect=1.0, rtol=0.1, source="memory", status="recalled")
+    with pytest.raises(TypeError, match="unverified"):
+        Check("C", expect=1.0, rtol=0.1, source="memory", status="unverified")
 
 
 def test_a_scenario_names_the_source_of_every_parameter(scenario):

@@ -102,10 +102,10 @@ def test_methods_with_arrays_are_found(discovered):
         for method, _ in array_methods(kind)
     }
     expected = {
-        ("Debye", "polarisation"),
+        ("Debye", "bound_permittivity"),
         ("Layer", "impedance"),
         ("Sine", "voltage"),
-        ("GapPlane", "pressure"),
+        ("MaxwellStressInGap", "pressure"),
     }
     assert expected <= found
 

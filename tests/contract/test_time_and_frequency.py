@@ -52,7 +52,7 @@ OWN = {"role": "plate", "thickness": 10e-6, "material": {"model": "Constant", "p
 
 
 def stack_for(law, base):
-    """Layers of a scenario of the founding paper, and what else the law needs, from the plate to the finger."""
+    """Layers of a scenario of Vezzoli et al. 2014, and what else the law needs, from the plate to the finger."""
     known = load(f"vezzoli_2014/{base}").stack.to_dict()
     if "gap" in law.needs:
         known.setdefault("gap", {"thickness": 1e-6})
@@ -136,7 +136,7 @@ def test_without_a_gap(law_class):
 
 def test_the_comparison_can_fail(discovered):
     """A start from rest, or a frequency 1 % off, is not the steady state asked for."""
-    scenario = under_a_sine(discovered["law_class"]["GapPlane"], "plain")
+    scenario = under_a_sine(discovered["law_class"]["MaxwellStressInGap"], "plain")
     expected = float(mean_force(scenario, phasors(scenario, np.array([FREQUENCY])), amplitude=AMPLITUDE)[0])
     at_rest = scenario.replace({"time.initial_state": {"model": "AtRest"}})
     from_rest = simulate(at_rest, time=one_period()).electrostatic_force.values.mean()
@@ -149,7 +149,7 @@ def test_shipped_scenarios_simulate(scenario):
     """Without a warning, which is an error here, and without a number that is not finite."""
     trace = simulate(scenario)
     for name, signal in trace.data_vars.items():
-        rests = name == "lateral_force" and "friction at rest" in trace.attrs["lamps"]
+        rests = name == "lateral_force" and "friction at rest" in trace.attrs["validity"]
         assert np.all(np.isnan(signal.values) if rests else np.isfinite(signal.values)), name
         assert signal.attrs["units"]
     assert float(np.max(trace.electrostatic_force)) > 0

@@ -33,7 +33,9 @@ def gap(thickness, conductivity=0.0):
     }
 
 
-def build(*, drive, stack, force="GapPlane", resistance=0.0, return_path=None, settled=False, **more):
+def build(
+    *, drive, stack, force="MaxwellStressInGap", resistance=0.0, return_path=None, settled=False, **more
+):
     content = {
         "drive": drive,
         "force": {"model": force},
@@ -69,7 +71,7 @@ def random_element(random) -> SeriesElement:
 
 
 class Finger:
-    """Layers and scenarios of the founding paper's finger, by name."""
+    """Layers and scenarios of Vezzoli et al. 2014's finger, by name."""
 
     AREA = AREA
     film = staticmethod(film)

@@ -1,4 +1,4 @@
-"""Coat, leaky gap, skin: the lower corner belongs to the leak, an interior maximum to the dispersion."""
+"""Coating, leaky gap, skin: the lower corner belongs to the leak, an interior maximum to the dispersion."""
 
 from __future__ import annotations
 

@@ -75,10 +75,10 @@ def test_two_leaks_go_to_the_general_solver(founding):
 
 
 def test_a_gap_that_yields_ends_where_the_forces_balance(suspended):
-    relief = {"contact.surface": {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}}
+    topography = {"contact.surface": {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}}
     held = {"drive": {"model": "Trapezium", "high": 600.0, "rise": 0.01, "hold": 0.2, "fall": 0.01}}
     pressed = {"motion.distance": None, "load.normal_force": 0.5}
-    scenario = suspended.replace(DRY | relief | held | pressed | {"contact.closing": {"damping": 1e6}})
+    scenario = suspended.replace(DRY | topography | held | pressed | {"contact.closing": {"damping": 1e6}})
     trace = simulate(scenario, time=np.linspace(0, 0.2, 201))
     state = equilibrium(scenario, voltage=600.0).stable[0]
     # without a voltage at 5 um; the skin's own thickness counts in the stack, and not in the balance if it conducts
@@ -91,20 +91,24 @@ def test_a_gap_that_yields_ends_where_the_forces_balance(suspended):
         simulate(scenario.replace({"motion.distance": TREMOR}))
 
 
-@pytest.mark.parametrize("law", ["Vezzoli2014Causal", "InsulatorPlane"])
+@pytest.mark.parametrize("law", ["Vezzoli2014Causal", "MaxwellStressInInsulator"])
 def test_a_gap_yields_to_the_stress_of_its_own_plane_only(suspended, law):
     """It followed eps0 E^2/2 of the gap whatever attraction the Trace reported."""
-    relief = {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}
-    yields = {"contact.surface": relief, "contact.closing": {"damping": 1e6}, "motion.distance": None}
-    with pytest.raises(InputError, match=rf"contact\.closing.*force = {law}.*GapPlane"):
+    topography = {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}
+    yields = {"contact.surface": topography, "contact.closing": {"damping": 1e6}, "motion.distance": None}
+    with pytest.raises(InputError, match=rf"contact\.closing.*force = {law}.*MaxwellStressInGap"):
         simulate(suspended.replace(yields | {"force": {"model": law}}))
 
 
 def test_a_gap_with_bridges_yields_to_the_share_that_pulls(suspended):
-    """At the end the relief bears the load and the attraction that the Trace reports."""
-    relief = {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}
+    """At the end the surface topography bears the load and the attraction that the Trace reports."""
+    topography = {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}
     bridged = {"model": "BridgedAir", "bridged_share": 0.3, "spot_conductivity": 0.0}
-    yields = {"contact.surface": relief, "contact.closing": {"damping": 1e6}, "stack.gap.material": bridged}
+    yields = {
+        "contact.surface": topography,
+        "contact.closing": {"damping": 1e6},
+        "stack.gap.material": bridged,
+    }
     held = {"motion.distance": None, "load.normal_force": 0.3, "drive": {"model": "Step", "level": 300.0}}
     trace = simulate(suspended.replace(yields | held | DRY), time=np.linspace(0, 0.1, 11))
     borne = 1e9 * (10e-6 - float(trace.gap[-1])) * 1e-4
@@ -119,7 +123,7 @@ def test_a_dispersive_law_without_modes_is_refused_with_what_to_use(founding):
         "stack.stratum_corneum.leak": LEAK,
         "stack.stratum_corneum.material": skin,
     }
-    with pytest.raises(InputError, match="GapPlane"):
+    with pytest.raises(InputError, match="MaxwellStressInGap"):
         simulate(founding.replace(double))
 
 
@@ -146,7 +150,9 @@ def test_an_amplifier_at_its_limit_slews_as_its_load_lets_it(founding):
     """i/(C_stray + C) through the ramp; the stack of film and skin is C_e = 32.8 pF until the skin conducts."""
     amplifier = {"source_current": 10e-6, "stray_capacitance": "1 nF"}
     step = {"drive": {"model": "Trapezium", "high": 1000.0, "rise": 1e-6, "hold": 0.2, "fall": 1e-6}}
-    no_leak = founding.replace(DRY | step | {"circuit.amplifier": amplifier, "force": {"model": "GapPlane"}})
+    no_leak = founding.replace(
+        DRY | step | {"circuit.amplifier": amplifier, "force": {"model": "MaxwellStressInGap"}}
+    )
     time = np.linspace(0, 0.4, 401)
     trace = simulate(no_leak.replace({"circuit.return_path.resistance": 0.0}), time=time)
     film, skin = eps0 * 3.35 * 1e-4 / 90e-6, eps0 * 1560 * 1e-4 / 200e-6
@@ -155,9 +161,9 @@ def test_an_amplifier_at_its_limit_slews_as_its_load_lets_it(founding):
     np.testing.assert_allclose(trace.plate_voltage.values[rising], slew * time[rising], rtol=1e-6)
     np.testing.assert_allclose(trace.amplifier_current.values[rising], 10e-6, rtol=1e-9)
     assert trace.attrs["solver"] == "amplifier"
-    lamps = {lamp["name"]: lamp for lamp in json.loads(trace.attrs["lamps"])}
-    assert lamps["current"]["state"] == "ok"
-    assert "amplifier" not in lamps["current"]["text"]
+    diagnostics = {diagnostic["name"]: diagnostic for diagnostic in json.loads(trace.attrs["validity"])}
+    assert diagnostics["current"]["state"] == "ok"
+    assert "amplifier" not in diagnostics["current"]["text"]
 
 
 def test_what_an_amplifier_does_not_go_with(founding):
@@ -178,7 +184,7 @@ def test_what_an_amplifier_does_not_go_with(founding):
 def test_a_hand_that_holds_the_finger_off_reads_as_pull_and_rubs_nothing():
     trace = simulate(load("vezzoli_2014/fig2_tremor"))
     assert np.all(trace.lateral_force.values == 0)
-    said = {lamp["name"]: lamp["text"] for lamp in json.loads(trace.attrs["lamps"])}
+    said = {diagnostic["name"]: diagnostic["text"] for diagnostic in json.loads(trace.attrs["validity"])}
     assert said["moving gap"].startswith("the gap is 90 um to 110 um over time")
     early = (trace.time.values > 0.05) & (trace.time.values < 0.3)
     read, pull = trace.normal_force_measured.values[early], trace.electrostatic_force.values[early]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from electrovib.physics.bridged_air import BridgedAir
-from electrovib.physics.force import GapPlane
+from electrovib.physics.force import MaxwellStressInGap
 from electrovib.scenario import Scenario
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
@@ -72,7 +72,7 @@ def test_a_sine_sees_admittances_in_parallel(share, conductivity):
     found = mean_force(scenario, phasors(scenario, frequency), amplitude=VOLTAGE)
     np.testing.assert_allclose(found, expected, rtol=1e-12)
     section, _ = modes(scenario)
-    amplitude = GapPlane().amplitudes(section)["E"].at(frequency)
+    amplitude = MaxwellStressInGap().amplitudes(section)["E"].at(frequency)
     np.testing.assert_allclose(AREA * EPS0 * np.abs(amplitude * VOLTAGE) ** 2 / 4, expected, rtol=1e-10)
 
 

@@ -111,7 +111,7 @@ def test_the_rig_reads_the_load_but_not_the_attraction_in_touch(founding):
 def test_a_press_is_read_by_a_piezo_sensor(founding):
     """After a slow press the reading decays with the charge amplifier's time constant."""
     press = {
-        "load.programme": {"model": "Press", "rise": 0.1},
+        "load.time_profile": {"model": "Press", "rise": 0.1},
         "rig": RIG | {"normal": RIG["normal"] | {"time_constant": 0.5}},
     }
     time = np.linspace(0, 2.0, 401)
@@ -126,14 +126,14 @@ def test_a_digitiser_that_is_driven_beyond_its_range_says_so(founding):
     small = {"sampling_rate": 1e4, "bits": 12, "normal_range": 1.0, "lateral_range": 0.1, "seed": 3}
     trace = simulate(founding.replace({"rig": RIG | {"digitiser": small}}))
     assert np.max(trace.lateral_force_measured.values) <= 0.1
-    lamps = {lamp["name"]: lamp for lamp in json.loads(trace.attrs["lamps"])}
-    assert lamps["lateral range"]["state"] == "warning"
+    diagnostics = {diagnostic["name"]: diagnostic for diagnostic in json.loads(trace.attrs["validity"])}
+    assert diagnostics["lateral range"]["state"] == "warning"
 
 
 def test_the_attraction_grows_with_the_area_that_load_and_attraction_make(founding):
     """Exponent 1/2: W = load + c sqrt(W), a square in sqrt(W)."""
     growing = {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.5}
-    changes = {"contact": growing, "load.programme": {"model": "Press", "rise": 0.1}}
+    changes = {"contact": growing, "load.time_profile": {"model": "Press", "rise": 0.1}}
     time = np.linspace(0, 0.2, 101)
     trace, whole = simulate(founding.replace(changes), time=time), simulate(founding, time=time)
     load, slope = 0.5 * np.clip(time / 0.1, 0, 1), whole.electrostatic_force.values / np.sqrt(0.5)
@@ -148,7 +148,7 @@ def test_adhesive_shear_needs_the_relief(founding):
 
 
 def test_attraction_adds_real_contact(founding):
-    relief = {
+    topography = {
         "model": "PerssonSurface",
         "modulus": 1e6,
         "rms_slope": 0.3,
@@ -156,7 +156,7 @@ def test_attraction_adds_real_contact(founding):
         "pressure_factor": 1.0,
         "decay_factor": 1.0,
     }
-    shear = {"contact.surface": relief, "friction": {"model": "AdhesiveShear", "shear_strength": "1 MPa"}}
+    shear = {"contact.surface": topography, "friction": {"model": "AdhesiveShear", "shear_strength": "1 MPa"}}
     trace = simulate(founding.replace(shear))
     np.testing.assert_allclose(trace.lateral_force.values, 1e6 * trace.real_contact_area.values, rtol=1e-12)
     peak = int(trace.electrostatic_force.values.argmax())
@@ -197,7 +197,7 @@ def test_a_lag_whose_corner_follows_the_speed_against_its_equation(founding):
     """Against scipy's Radau on F' = 2 pi f_c(u(t)) (F_s - F) while the finger sets out."""
     length = 1 / 13.8e3
     lag = {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": "20 Hz", "renewal_length": length}
-    moving = {"speed": "40 mm/s", "programme": {"model": "Press", "rise": 0.06}}
+    moving = {"speed": "40 mm/s", "time_profile": {"model": "Press", "rise": 0.06}}
     square = {"model": "Square", "high": 1000.0, "frequency": 20.0, "edge": 5e-3}
     scenario = founding.replace({"friction": lag, "motion": moving, "drive": square, "time.duration": 0.1})
     trace = simulate(scenario)
@@ -219,7 +219,7 @@ def test_a_lag_whose_corner_follows_the_speed_against_its_equation(founding):
     found, expected = lateral[theta >= np.log(1e6)], solved.y[0][theta >= np.log(1e6)]
     assert np.max(np.abs(found - expected)) < 2e-6 * np.max(found)
     assert trace.attrs["mechanics_error"] < 1e-6
-    still = simulate(scenario.replace({"motion.programme": {"model": "Steady"}})).lateral_force.values
+    still = simulate(scenario.replace({"motion.time_profile": {"model": "Steady"}})).lateral_force.values
     assert np.max(np.abs(still[theta >= np.log(1e6)] - found)) > 1e-4 * np.max(found)
     with pytest.raises(InputError, match="slowest speed"):
         simulate(scenario.replace({"friction.at_speed": "40 mm/s"}))
@@ -252,7 +252,7 @@ def test_bristles_need_a_speed_and_no_periodic_state(founding):
 
 def test_a_finger_that_sets_out_sticks_before_it_slips(founding):
     """Below the Stribeck speed it ends at the friction of its curve; before, the skin is left behind."""
-    moving = {"speed": "2 mm/s", "programme": {"model": "Press", "rise": 0.01}}
+    moving = {"speed": "2 mm/s", "time_profile": {"model": "Press", "rise": 0.01}}
     scenario = founding.replace({"friction": LUGRE, "motion": moving, "finger": FINGER})
     trace = simulate(scenario, time=np.linspace(0, 1.0, 2001))
     lateral, skin = trace.lateral_force.values, trace.skin_displacement.values

@@ -14,7 +14,7 @@ from electrovib.core.errors import InputError
 CLUTCH = Path(__file__).parents[3] / "shared" / "data" / "clutch"
 PERMITTIVITY, FILM, GAP, CONDUCTIVITY, AREA = 3.35, 90e-6, 5e-6, 2e-9, 1e-4
 SCENARIO = """schema = 1
-force = { model = "GapPlane" }
+force = { model = "MaxwellStressInGap" }
 friction = { model = "Coulomb", coefficient = 0.5 }
 contact = { model = "FixedArea", area = "1 cm2" }
 load = { normal_force = "0.5 N" }

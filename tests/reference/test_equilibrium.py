@@ -198,7 +198,7 @@ def test_states_of_an_averaged_attraction_are_those_of_a_dense_scan(spots):
         assert len(found) == len(expected)
         np.testing.assert_allclose([state.gap for state in found], expected, rtol=1e-7)
         several += len(found) > 1
-        # self-consistent: the relief bears the load and the average over the gaps that it then has
+        # self-consistent: the surface topography bears the load and the average over the gaps that it then has
         for state in found:
             assert state.repulsion == pytest.approx(pressure + attraction.pressure(state.gap), rel=1e-12)
     assert several > 0

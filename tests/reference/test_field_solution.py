@@ -1,4 +1,4 @@
-"""The gap-plane law, the leaky stack and the correction for edges against a field solved on a mesh."""
+"""The Maxwell stress in the gap law, the leaky stack and the correction for edges against a field solved on a mesh."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ spec.loader.exec_module(field)
 EPS0 = field.EPS0
 replace = field.Finger._replace
 FILM = field.Finger(half_width=1e-3)
-COAT = replace(FILM, film=1e-6, film_permittivity=3.9, gap=1e-6, half_width=200e-6)
+COATING = replace(FILM, film=1e-6, film_permittivity=3.9, gap=1e-6, half_width=200e-6)
 SHARP = replace(FILM, edge_radius=10e-6)
 CONDUCTOR = 1e9
 """Permittivity of a skin without any voltage of its own."""
@@ -64,7 +64,7 @@ def field_factor(finger):
 # --- planar limit
 
 
-@pytest.mark.parametrize("finger", [FILM, COAT, replace(COAT, gap=0.1e-6), replace(FILM, gap=100e-6)])
+@pytest.mark.parametrize("finger", [FILM, COATING, replace(COATING, gap=0.1e-6), replace(FILM, gap=100e-6)])
 def test_a_field_between_planes_of_symmetry_is_the_gap_plane_law(finger):
     planar = replace(finger, edge=False)
     force = field.stress_force(field.solve(planar)) / planar.area
@@ -73,7 +73,7 @@ def test_a_field_between_planes_of_symmetry_is_the_gap_plane_law(finger):
     assert force != pytest.approx(field.pressed(replace(finger, gap=1.01 * finger.gap)), rel=1e-4)
 
 
-@pytest.mark.parametrize("finger", [FILM, replace(COAT, half_width=2e-3)])  # wide against the skin as well
+@pytest.mark.parametrize("finger", [FILM, replace(COATING, half_width=2e-3)])  # wide against the skin as well
 def test_widening_a_finite_finger_adds_the_gap_plane_law_per_width(finger):
     wider = replace(finger, half_width=2 * finger.half_width)
     added = field.stress_force(field.solve(wider)) - field.stress_force(field.solve(finger))
@@ -96,7 +96,7 @@ def test_virtual_work_between_planes_of_symmetry_is_the_gap_plane_law():
     [
         FILM,
         SHARP,
-        COAT,
+        COATING,
         replace(SHARP, half_width=200e-6),  # edges carry a third of the force
         in_units_of_thickness(10.0, 0.9, 0.1),
     ],
@@ -236,7 +236,7 @@ def test_fringe_factor_over_widths(times, round_contact, tolerance, permittivity
 def test_a_skin_with_a_voltage_of_its_own_hardly_changes_the_factor(film, radius):
     finger = field.Finger(5e-3, edge_radius=radius, film=film[0], film_permittivity=film[1], gap=1e-6)
     factor = field.fringe(finger)
-    # 0.3 % is stated; largest on a thin coat, where the skin takes 9 % of the voltage
+    # 0.3 % is stated; largest on a thin coating, where the skin takes 9 % of the voltage
     assert factor == pytest.approx(field_factor(finger), rel=3e-3)
     assert factor != pytest.approx(1.0, rel=1e-3) or radius < 1e-3
 
@@ -265,7 +265,7 @@ def planar(finger, material):
 
 
 @pytest.mark.parametrize("name", SKINS)
-@pytest.mark.parametrize("finger", [FILM, COAT])
+@pytest.mark.parametrize("finger", [FILM, COATING])
 def test_a_leaky_stack_in_one_dimension(finger, name):
     material = SKINS[name]
     stack = planar(finger, material)
@@ -283,12 +283,12 @@ def test_a_leaky_stack_in_one_dimension(finger, name):
 def test_the_mean_force_of_the_leaky_stack_with_a_skin_written_apart():
     # rounding; palmar skin is written in the example as an admittance, in the package as a permittivity
     assert field.leaky_error(FILM) < 1e-9
-    assert field.leaky_error(COAT) < 1e-9
+    assert field.leaky_error(COATING) < 1e-9
 
 
 @pytest.mark.parametrize("frequency", [3.0, 1e3, 1e6])
 def test_a_leaky_stack_in_two_dimensions_between_planes_of_symmetry(frequency):
-    finger = field.leaky(replace(COAT, edge=False), frequency)
+    finger = field.leaky(replace(COATING, edge=False), frequency)
     force = field.stress_force(field.solve(finger)) / finger.area
     # the mean of a sine of 1 V peak; rounding, as the field is linear in each layer
     assert force == pytest.approx(EPS0 * abs(field.leaky_gap_field(finger)) ** 2 / 4, rel=1e-8)

@@ -68,7 +68,7 @@ SURROUNDINGS = {
 @pytest.mark.parametrize("surroundings", SURROUNDINGS)
 @pytest.mark.parametrize("gap", [0, 1e-10, 1e-3], ids=["no gap", "dry gap", "wet gap"])
 def test_stacks_of_a_finger(finger, paper_skin, gap, surroundings):
-    """The founding stack with every skin, also with a gap full of sweat."""
+    """The stack of Vezzoli et al. 2014 with every skin, also with a gap full of sweat."""
     debye = reduce_material(paper_skin).debye
     terms = [
         {"strength": s, "relaxation_time": t}

@@ -44,8 +44,8 @@ def stack(finger, film, gap=None, skin=SKIN, level=50.0, **more):
     return finger.build(drive={"model": "Step", "level": level}, stack=layers, **more)
 
 
-def lamps(trace):
-    return {lamp["name"]: lamp for lamp in json.loads(trace.attrs["lamps"])}
+def diagnostics(trace):
+    return {diagnostic["name"]: diagnostic for diagnostic in json.loads(trace.attrs["validity"])}
 
 
 def test_over_a_plate_that_conducts_the_limit_is_that_of_small_gaps(finger):
@@ -60,7 +60,7 @@ def test_a_layer_is_what_its_role_says(finger):
     """The same air under another name gives the same digits; without a role the name is refused."""
     scenario = load("vezzoli_2014/fig6_gap")
     drive = {"drive": {"model": "Step", "level": 1000.0}}
-    tables = scenario.replace(drive | {"force": {"model": "GapPlane"}}).to_dict()
+    tables = scenario.replace(drive | {"force": {"model": "MaxwellStressInGap"}}).to_dict()
     names = {"insulator": ("film", "plate"), "gap": ("air_gap", "gap"), "stratum_corneum": ("skin", "finger")}
     renamed = {names[old][0]: layer | {"role": names[old][1]} for old, layer in tables["stack"].items()}
     time = np.array([0.0, 1e-3, 0.1])
@@ -84,7 +84,8 @@ def test_a_layer_is_what_its_role_says(finger):
 
 
 @pytest.mark.parametrize(
-    "law", ["InsulatorPlane", "StratumCorneumPlane", "EffectiveMediumPlane", "Vezzoli2014Causal"]
+    "law",
+    ["MaxwellStressInInsulator", "MaxwellStressInStratumCorneum", "EffectiveMedium", "Vezzoli2014Causal"],
 )
 def test_every_law_follows_the_roles(finger, law):
     scenario = load("vezzoli_2014/fig6").replace({"force": {"model": law}})
@@ -297,7 +298,7 @@ def test_a_periodic_state_with_a_mean_current_into_a_vanishing_gap_is_refused(fi
     with pytest.raises(InputError, match=r"PeriodicState: the drive has a mean of 25 V.*role = 'gap'"):
         simulate(scenario)
     other = simulate(
-        scenario.replace({"force": {"model": "InsulatorPlane"}})
+        scenario.replace({"force": {"model": "MaxwellStressInInsulator"}})
     )  # it does not read the interface
     assert "interface_field" not in other
     gap = finger.build(
@@ -311,19 +312,19 @@ def test_a_periodic_state_with_a_mean_current_into_a_vanishing_gap_is_refused(fi
 def test_a_diagnostic_says_when_no_real_gap_is_small_enough(finger):
     time = np.linspace(0, 0.1, 101)
     trace = simulate(stack(finger, LEAKY), time=time)
-    lamp = lamps(trace)["vanishing gap"]
+    diagnostic = diagnostics(trace)["vanishing gap"]
     share = trace.interface_field.values * 1e-9 / 50.0
     first = time[np.flatnonzero(share > 0.01)[0]]
-    assert lamp["state"] == "warning"
-    assert f"from {1e3 * first:.3g} ms on" in lamp["text"]
-    assert lamp["value"] == pytest.approx(np.max(share), rel=1e-2)
-    blocking = lamps(simulate(stack(finger, finger.film()), time=time))["vanishing gap"]
+    assert diagnostic["state"] == "warning"
+    assert f"from {1e3 * first:.3g} ms on" in diagnostic["text"]
+    assert diagnostic["value"] == pytest.approx(np.max(share), rel=1e-2)
+    blocking = diagnostics(simulate(stack(finger, finger.film()), time=time))["vanishing gap"]
     assert blocking["state"] == "ok"
     pulse = {"model": "Trapezium", "high": 50.0, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}
     layers = {"insulator": LEAKY, "stratum_corneum": SKIN}
     ended = simulate(finger.build(drive=pulse, stack=layers, resistance=1e3), time=np.linspace(0, 5e-3, 51))
     assert 0 < abs(ended.stack_voltage.values[-1]) < 0.1  # the share is that of the largest voltage so far
-    assert lamps(ended)["vanishing gap"]["state"] == "ok"
+    assert diagnostics(ended)["vanishing gap"]["state"] == "ok"
 
 
 def test_a_negative_attraction_says_why(finger):
@@ -337,8 +338,10 @@ def test_a_negative_attraction_says_why(finger):
     }
     drive = {"model": "Trapezium", "high": 100.0, "rise": 1e-5, "hold": 2e-2, "fall": 1e-5}
     layers = {"insulator": finger.film(1e-6, 3.9), "stratum_corneum": {"thickness": 200e-6, "material": slow}}
-    scenario = finger.build(drive=drive, stack=layers, force="StratumCorneumPlane")
+    scenario = finger.build(drive=drive, stack=layers, force="MaxwellStressInStratumCorneum")
     trace = simulate(scenario, time=np.linspace(0, 0.03, 301))
     assert trace.electrostatic_force.values.min() < 0
-    assert "a convention of this plane" in lamps(trace)["negative attraction"]["text"]
-    assert "negative attraction" not in lamps(simulate(scenario.replace({"force": {"model": "GapPlane"}})))
+    assert "a convention of this plane" in diagnostics(trace)["negative attraction"]["text"]
+    assert "negative attraction" not in diagnostics(
+        simulate(scenario.replace({"force": {"model": "MaxwellStressInGap"}}))
+    )

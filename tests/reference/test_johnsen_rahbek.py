@@ -143,7 +143,7 @@ def test_a_coating_that_leaks_holds_its_attraction():
 
 
 def test_the_leaky_coating_has_to_leak_more_than_the_gap():
-    """A coat as resistive as the gap in all takes half of the voltage, and a quarter of the force is left."""
+    """A coating as resistive as the gap in all takes half of the voltage, and a quarter of the force is left."""
     series = shultz.GAP * shultz.GAP_RESISTIVITY
     tight = shultz.scenarios()["leaky"].replace({"stack.insulator.material.conductivity": 1e-6 / series})
     force = simulate(tight, time=np.array([0.0, 1e5])).electrostatic_force.values[-1]

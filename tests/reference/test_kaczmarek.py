@@ -43,7 +43,7 @@ def test_every_law_on_linear_layers_is_reported_as_unable(blind, without_gap):
             able += [text for ratio, text in told if not np.isnan(ratio) and ratio != 1]
         assert all(text == kaczmarek.BLIND for ratio, text in told if ratio == 1)
     assert not able
-    assert blind["EffectiveMediumPlane"] == (1.0, kaczmarek.BLIND)  # the baseline of the paper
+    assert blind["EffectiveMedium"] == (1.0, kaczmarek.BLIND)  # the baseline of the paper
 
 
 def test_a_law_that_cannot_run_says_why(blind):
@@ -104,7 +104,7 @@ def test_the_other_asymmetry_has_the_other_sign(kind):
 
 
 def test_the_cut_decides():
-    """In the gap plane without a leaking gap, a skin that conducts leaves the gap more, not less."""
+    """In the Maxwell stress in the gap without a leaking gap, a skin that conducts leaves the gap more, not less."""
     leak = kaczmarek.rectifying(kaczmarek.skin_conductivity)
     changes = {"stack.gap.leak": None, "stack.stratum_corneum.leak": leak}
     ratio = kaczmarek.polarity_ratio(kaczmarek.scenarios()["gap_positive"].replace(changes))
@@ -112,8 +112,8 @@ def test_the_cut_decides():
     assert "hardly stronger" in kaczmarek.verdict(ratio=ratio)
     found = kaczmarek.polarity_of_laws(kaczmarek.scenarios()["skin_positive"])
     assert found["Vezzoli2014Causal"][0] < 0.5
-    assert abs(found["EffectiveMediumPlane"][0] - 1) < 1e-6  # it never loses charge
-    assert 1 < found["GapPlane"][0] < 1.01
+    assert abs(found["EffectiveMedium"][0] - 1) < 1e-6  # it never loses charge
+    assert 1 < found["MaxwellStressInGap"][0] < 1.01
 
 
 @pytest.mark.parametrize(
@@ -136,5 +136,5 @@ def test_the_numbers_of_the_disagreement():
     pulse = kaczmarek.scenarios()["skin_positive"]
     found = {name: ratio for name, (ratio, _) in kaczmarek.polarity_of_laws(pulse).items()}
     assert f"{found['Vezzoli2014Causal']:.2f} of a negative one" in kaczmarek.DEFECTS[0]
-    assert f"{found['GapPlane']:.3f} of it in the gap plane" in kaczmarek.DEFECTS[0]
+    assert f"{found['MaxwellStressInGap']:.3f} of it in the Maxwell stress in the gap" in kaczmarek.DEFECTS[0]
     assert round(kaczmarek.SLOW / kaczmarek.FAST) == 3

@@ -171,9 +171,9 @@ def test_what_is_prescribed_and_what_results():
     largest = np.max(np.abs(trace.drive_voltage.values))
     assert largest == pytest.approx(impedance * np.sqrt(2) * 1e-3, rel=2e-2)
     assert largest > np.abs(section.voltage[0]) * np.sqrt(2) * 1e-3 * 0.99
-    lamps = trace.attrs["lamps"]
-    assert "the force goes as 1/area" in lamps
-    assert "above 250 uA" in lamps  # what the founding paper's limiter allows
+    diagnostics = trace.attrs["validity"]
+    assert "the force goes as 1/area" in diagnostics
+    assert "above 250 uA" in diagnostics  # what Vezzoli et al. 2014's limiter allows
 
 
 def test_the_modes_are_those_of_the_layers_alone():

@@ -1,4 +1,4 @@
-"""Two and three leaky layers in series: the classic closed forms, and the founding law out of them."""
+"""Two and three leaky layers in series: the classic closed forms, and the law of Vezzoli et al. 2014 out of them."""
 
 from __future__ import annotations
 

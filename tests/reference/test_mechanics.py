@@ -15,9 +15,9 @@ from electrovib.solve.mechanics.chain import finger_filters, measured, respond_m
 from electrovib.solve.mechanics.filters import filtered, first_order, high_pass, of_stages, second_order
 
 FOUNDING_TIME = 7.7e-3
-"""Time constant of the founding paper [s]: v_e is the drive through a high-pass."""
+"""Time constant of Vezzoli et al. 2014 [s]: v_e is the drive through a high-pass."""
 STATIC = 56.55e-3 / 1000.0**2
-"""Static force of the founding film [N/V2]."""
+"""Static force of the film of Vezzoli et al. 2014 [N/V2]."""
 
 
 def effective_force(times):
@@ -107,7 +107,7 @@ def test_relaxation_of_the_sensor_makes_falling_edges_smaller():
         return shown[times < 0.13].max() - shown[0], shown[times > 0.13].max() - shown[0]
 
     rising, falling = peaks(None)
-    assert falling == pytest.approx(rising, rel=1e-3)  # the founding law itself: equal edges
+    assert falling == pytest.approx(rising, rel=1e-3)  # the law of Vezzoli et al. 2014 itself: equal edges
     rising, falling = peaks(SensorCreep(share=-0.3, time=0.1))
     assert 0.95 * rising < falling < 0.99 * rising
 

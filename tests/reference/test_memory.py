@@ -23,7 +23,7 @@ from electrovib.solve.stack.band import MARGIN, run_band, shortest_time
 from electrovib.solve.stack.expand import modes, phasors, reductions
 from electrovib.solve.stack.keys import FieldOf
 
-SKIN, FILM, COAT, AREA = 200e-6, (90e-6, 3.35), (1e-6, 3.9), 1e-4
+SKIN, FILM, COATING, AREA = 200e-6, (90e-6, 3.35), (1e-6, 3.9), 1e-4
 DIGITS, NODES = 25, 30
 QUANTITIES = ("skin", "gap", "effective")
 DRY = palmar(exponent=MEN, conductance=2e-6)
@@ -53,7 +53,7 @@ def inverse_laplace(transforms, time):
     return [mpmath.re(total) * radius / NODES for total in totals]
 
 
-def polarisation(skin, s):
+def bound_permittivity(skin, s):
     """The published formulas with s in the place of j w."""
     if isinstance(skin, ConstantPhase):
         power = mpmath.mpf(skin.exponent) - 1
@@ -70,9 +70,9 @@ def polarisation(skin, s):
 
 
 def laws(skin, film, resistance, s):
-    """Voltage of the skin, field of a vanishing gap and effective voltage of the founding law, per volt."""
+    """Voltage of the skin, field of a vanishing gap and effective voltage of the law of Vezzoli et al. 2014, per volt."""
     thickness, permittivity = film
-    epsilon = polarisation(skin, s)
+    epsilon = bound_permittivity(skin, s)
     own = SKIN / (s * eps0 * epsilon + skin.conductivity)
     other = thickness / (s * eps0 * permittivity)
     current = 1 / (own + other + resistance * AREA)
@@ -123,11 +123,13 @@ def found_in(trace, quantity):
         return trace.field.sel(layer="stratum_corneum").values * SKIN
     if quantity == "effective":
         return trace.effective_voltage.values
-    return trace.displacement.sel(layer="insulator").values / eps0  # as GapPlane takes it without a gap
+    return (
+        trace.displacement.sel(layer="insulator").values / eps0
+    )  # as MaxwellStressInGap takes it without a gap
 
 
-def lamp(trace, name):
-    return next((one for one in json.loads(trace.attrs["lamps"]) if one["name"] == name), None)
+def diagnostic(trace, name):
+    return next((one for one in json.loads(trace.attrs["validity"]) if one["name"] == name), None)
 
 
 def mittag_leffler(order, x):
@@ -227,9 +229,9 @@ def random_skin(random):
 
 
 def random_run(random):
-    """Durations of 1 ms to 100 s, steps and trapezia, on the film and on the coat."""
+    """Durations of 1 ms to 100 s, steps and trapezia, on the film and on the coating."""
     skin, lasts = random_skin(random), float(10 ** random.uniform(-3, 2))
-    film, resistance = (FILM, COAT)[int(random.integers(2))], (0.0, 1000.0)[int(random.integers(2))]
+    film, resistance = (FILM, COATING)[int(random.integers(2))], (0.0, 1000.0)[int(random.integers(2))]
     drive = {"model": "Step", "level": 100.0}
     if random.random() < 0.5:
         edges = 10 ** random.uniform(-3, -1, 2) * lasts
@@ -277,7 +279,7 @@ def test_many_random_skins():
 def test_many_output_times_are_judged_between_the_probes():
     """The stated error of 2001 times bounds the true one at times that are no probes."""
     drive = {"model": "Trapezium", "high": 100.0, "rise": 0.01, "hold": 0.05, "fall": 0.01}
-    scenario = on(COAT, DRY, drive)
+    scenario = on(COATING, DRY, drive)
     trace = simulate(scenario)
     times = trace.time.values
     assert len(times) > PROBES
@@ -285,7 +287,7 @@ def test_many_output_times_are_judged_between_the_probes():
     told = np.flatnonzero(size > TAIL * np.max(size))
     smallest = told[np.argsort(size[told])[:8]]  # next to where it crosses zero: the largest errors of all
     some = np.append(smallest, np.random.default_rng(1).choice(told, 12))
-    truth = exact(DRY, COAT, 1000.0, drive, times[some])[QUANTITIES.index("effective")]
+    truth = exact(DRY, COATING, 1000.0, drive, times[some])[QUANTITIES.index("effective")]
     error = np.abs(trace.effective_voltage.values[some] / truth - 1)
     assert np.max(error) <= trace.attrs["transfer_error"]
     assert np.max(error) > 2 * np.max(error[8:])
@@ -294,11 +296,11 @@ def test_many_output_times_are_judged_between_the_probes():
 def test_each_quantity_has_an_error_of_its_own():
     """Field of the vanishing gap, its square the attraction, and the voltage of the skin: bounds within four times."""
     drive = {"model": "Trapezium", "high": 100.0, "rise": 0.01, "hold": 0.5, "fall": 0.01}
-    scenario, times = on(COAT, DRY, drive, force="GapPlane"), np.geomspace(1e-3, 1.0, 9)
+    scenario, times = on(COATING, DRY, drive, force="MaxwellStressInGap"), np.geomspace(1e-3, 1.0, 9)
     section, _ = modes(scenario, times)
     answer = solve(scenario, section, times)
     errors = answer_errors(scenario, section, answer, times, known=(0.0, np.inf))
-    skin, gap, _ = exact(DRY, COAT, 1000.0, drive, times)
+    skin, gap, _ = exact(DRY, COATING, 1000.0, drive, times)
     pairs = {
         FieldOf("stratum_corneum"): (answer.found[FieldOf("stratum_corneum")], skin / SKIN),
         "interface_field": (answer.found["interface_field"], gap),
@@ -315,13 +317,13 @@ def test_each_quantity_has_an_error_of_its_own():
 def test_the_current_is_judged_apart():
     """It falls by three decades here; the transform of its charge over that of the field is eps0 times the area."""
     times, level = np.geomspace(1e-3, 1.0, 7), 100.0
-    scenario = on(COAT, DRY, {"model": "Step", "level": level}, force="GapPlane")
+    scenario = on(COATING, DRY, {"model": "Step", "level": level}, force="MaxwellStressInGap")
     section, _ = modes(scenario, times)
     answer = solve(scenario, section, times)
     errors = answer_errors(scenario, section, answer, times, known=(0.0, np.inf))
 
     def current(s):
-        return [level * AREA * eps0 * laws(DRY, COAT, 1000.0, s)[QUANTITIES.index("gap")]]
+        return [level * AREA * eps0 * laws(DRY, COATING, 1000.0, s)[QUANTITIES.index("gap")]]
 
     with mpmath.workdps(DIGITS):
         truth = np.array([float(inverse_laplace(current, time)[0]) for time in times.tolist()])
@@ -370,27 +372,27 @@ def test_a_netlist_holds_the_relaxations_of_the_run():
 def test_a_sum_as_declared_has_nothing_to_state():
     skin = {"model": "Debye", "permittivity_high": 50, "strength": 900, "relaxation_time": 1e-3}
     trace = simulate(on(FILM, skin | {"conductivity": 1e-6}, {"model": "Step", "level": 1.0}))
-    assert lamp(trace, "memory") is None
+    assert diagnostic(trace, "memory") is None
     assert trace.attrs["transfer_error"] < 1e-12
 
 
-def test_the_lamp_warns_where_no_reduction_reaches():
+def test_the_diagnostic_warns_where_no_reduction_reaches():
     """The mean that a blocking power law has held for ever decays without end: no sum of relaxations does."""
     drive = {"model": "Offset", "drive": {"model": "Sine", "amplitude": 10, "frequency": 100}, "level": 100}
     trace = simulate(on(FILM, BLOCKING, drive, settled=True))
-    assert lamp(trace, "memory")["state"] == "warning"
+    assert diagnostic(trace, "memory")["state"] == "warning"
     assert trace.attrs["transfer_error"] > 1
     held = simulate(on(FILM, BLOCKING, {"model": "Step", "level": 100.0}))
-    assert lamp(held, "memory")["state"] == "ok"
-    assert lamp(held, "memory")["value"] <= held.attrs["transfer_error"] < 0.01
+    assert diagnostic(held, "memory")["state"] == "ok"
+    assert diagnostic(held, "memory")["value"] <= held.attrs["transfer_error"] < 0.01
 
 
 def test_a_leak_is_told_not_to_be_judged():
-    scenario = on(FILM, DRY, {"model": "Step", "level": 100.0}, force="GapPlane")
+    scenario = on(FILM, DRY, {"model": "Step", "level": 100.0}, force="MaxwellStressInGap")
     leaky = scenario.replace(
         {"stack.insulator.leak": {"model": "FieldConduction", **FieldConduction.example}}
     )
-    told = lamp(simulate(leaky, time=np.linspace(0, 1e-2, 11)), "memory")
+    told = diagnostic(simulate(leaky, time=np.linspace(0, 1e-2, 11)), "memory")
     assert told["state"] == "unknown"
     assert "nonlinear branch" in told["text"]
 
@@ -402,23 +404,26 @@ def test_a_table_is_not_known_for_longer_than_its_lowest_frequency():
     long = simulate(
         on(FILM, TABLE, {"model": "Trapezium", "high": 1.0, "rise": 0.01, "hold": 0.1, "fall": 0.01})
     )
-    told = lamp(long, "measured band")
+    told = diagnostic(long, "measured band")
     assert told["state"] == "unknown"
     assert told["limit"] == pytest.approx(1 / (2 * np.pi * 10.0))
     assert "from 15.9 ms on" in told["text"]
     short = {"model": "Trapezium", "high": 1.0, "rise": 1e-3, "hold": 5e-3, "fall": 1e-3}
-    assert lamp(simulate(on(FILM, TABLE, short)), "measured band") is None
-    edge = lamp(simulate(on(FILM, TABLE, short | {"rise": 1e-6})), "measured band")
+    assert diagnostic(simulate(on(FILM, TABLE, short)), "measured band") is None
+    edge = diagnostic(simulate(on(FILM, TABLE, short | {"rise": 1e-6})), "measured band")
     assert "within 1.59 us after a corner" in edge["text"]
     slow = {"model": "Sine", "amplitude": 1.0, "frequency": 5.0}
-    assert "5 Hz" in lamp(simulate(on(FILM, TABLE, slow, settled=True)), "measured band")["text"]
+    assert "5 Hz" in diagnostic(simulate(on(FILM, TABLE, slow, settled=True)), "measured band")["text"]
     fine = {"model": "Offset", "drive": slow | {"frequency": 20.0}, "level": 1.0}
-    assert lamp(simulate(on(FILM, TABLE, fine, settled=True)), "measured band") is None
+    assert diagnostic(simulate(on(FILM, TABLE, fine, settled=True)), "measured band") is None
     blocking = TABLE.to_dict() | {
         "conductivity": 0.0
     }  # then the mean rests on polarisation slower than the table
     assert (
-        lamp(simulate(on(FILM, blocking, fine, settled=True, force="GapPlane")), "measured band") is not None
+        diagnostic(
+            simulate(on(FILM, blocking, fine, settled=True, force="MaxwellStressInGap")), "measured band"
+        )
+        is not None
     )
 
 
@@ -445,11 +450,11 @@ def test_materials_are_known_where_all_tables_are():
         "conductivity": 0.0,
     }
     drive = {"model": "Sine", "amplitude": 1.0, "frequency": 5.0}
-    scenario = on(FILM, TABLE, drive, settled=True, force="GapPlane").replace(
+    scenario = on(FILM, TABLE, drive, settled=True, force="MaxwellStressInGap").replace(
         {"stack.insulator.material": other}
     )
     trace = simulate(scenario)
-    told = lamp(trace, "measured band")
+    told = diagnostic(trace, "measured band")
     assert "from 10 Hz to 10 kHz only" in told["text"]
     section, _ = modes(scenario)
     frequency = trace.frequency.values
@@ -465,15 +470,17 @@ def test_materials_are_known_where_all_tables_are():
 def test_what_initial_charge_leaves_behind(resistance):
     """Charge on the face of the film, 0 V: the voltage of the skin against its Laplace transform, and the stated error."""
     charge, times = 1e-5, np.geomspace(1e-3, 1.0, 7)
-    scenario = on(COAT, DRY, {"model": "Step", "level": 0.0}, resistance=resistance, force="GapPlane")
+    scenario = on(
+        COATING, DRY, {"model": "Step", "level": 0.0}, resistance=resistance, force="MaxwellStressInGap"
+    )
     scenario = scenario.replace({"stack.insulator.initial_charge": charge})
     section, _ = modes(scenario, times)
     before, between = section.modes.charges[:2].tolist()  # on the plate, and with the charge added
     assert between - before == pytest.approx(charge)
 
     def skin_voltage(s):
-        own = SKIN / (s * eps0 * polarisation(DRY, s) + DRY.conductivity)
-        other = COAT[0] / (s * eps0 * COAT[1])
+        own = SKIN / (s * eps0 * bound_permittivity(DRY, s) + DRY.conductivity)
+        other = COATING[0] / (s * eps0 * COATING[1])
         current = -(other * before + own * between) / (own + other + resistance * AREA)
         return [own * (between + current)]
 

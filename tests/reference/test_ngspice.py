@@ -120,15 +120,15 @@ def cases(finger):
     rectifying = {"insulator": film, "stratum_corneum": finger.skin(1560) | {"leak": ONE_WAY}}
     founding, old = "Vezzoli2014Causal", {"insulator": film, "gap": leaky, "stratum_corneum": plain}
     return {
-        "founding film": paper_scenario("vezzoli_2014/fig6"),
-        "founding film, palmar skin": build(drive=TRAPEZIUM, stack=bare, force=founding, resistance=1e3),
-        "static law": build(drive=SQUARE, stack=full, force="EffectiveMediumPlane", settled=True),
+        "film of Vezzoli et al. 2014": paper_scenario("vezzoli_2014/fig6"),
+        "film of Vezzoli et al. 2014, palmar skin": build(drive=TRAPEZIUM, stack=bare, force=founding, resistance=1e3),
+        "static law": build(drive=SQUARE, stack=full, force="EffectiveMedium", settled=True),
         "leaky gap": build(drive=SQUARE, stack=full, resistance=1e3),
         "leaky gap, no resistance": build(drive=SQUARE, stack=old),
         "floating": build(drive=SQUARE, stack=full, return_path=FLOATING),
-        "floating, leak": build(drive=SUM, stack=full, return_path=SHOES, settled=True, force="InsulatorPlane"),
+        "floating, leak": build(drive=SUM, stack=full, return_path=SHOES, settled=True, force="MaxwellStressInInsulator"),
         "second electrode": build(drive=SQUARE, stack=full, return_path=SECOND),
-        "modulated": build(drive=MODULATED, stack=bare, force="StratumCorneumPlane", resistance=1e3),
+        "modulated": build(drive=MODULATED, stack=bare, force="MaxwellStressInStratumCorneum", resistance=1e3),
         "modulated, settled": build(drive=MODULATED, stack=full, force=founding, return_path=SECOND, settled=True),
         "step": build(drive={"model": "Step", "level": 100}, stack=full, force=founding, resistance=1e3),
         "burst": build(drive=BURST, stack=old),
@@ -144,7 +144,8 @@ def cases(finger):
 
 
 NAMES = (
-    "founding film", "founding film, palmar skin", "static law", "leaky gap", "leaky gap, no resistance", "floating",
+    "film of Vezzoli et al. 2014", "film of Vezzoli et al. 2014, palmar skin", "static law", "leaky gap", "leaky gap,"
+    " no resistance", "floating",
     "floating, leak", "second electrode", "modulated", "modulated, settled", "step", "burst", "chirp", "measured",
     "initial charge", "initial charge, no resistance", "current", "current, settled", "bridged gap", "rectifying",
 )  # fmt: skip
@@ -238,7 +239,7 @@ def test_frequency_response_of_the_same_debye_terms_agrees(name, cases, ngspice,
 
 
 def random_scenario(finger, seed):
-    """Layers over many decades under a random drive, way back and start."""
+    """Layers over many decades under a random drive, return path and start."""
     random = np.random.default_rng(seed)
     stack = {}
     for name, slab in zip(
@@ -277,7 +278,7 @@ def random_scenario(finger, seed):
     return finger.build(
         drive=drives[random.integers(3)],
         stack=stack,
-        force="InsulatorPlane",
+        force="MaxwellStressInInsulator",
         return_path=paths[random.integers(4)] | {"resistance": resistance},
         settled=bool(random.random() < 0.5),
     )

@@ -30,7 +30,7 @@ def polarity(positive, negative):
 
 
 def conductivity(tau):
-    """Of the founding paper's skin: tau = (C_i + C_s) R_s."""
+    """Of Vezzoli et al. 2014's skin: tau = (C_i + C_s) R_s."""
     return (EPS0 * 3.35 / 90e-6 + EPS0 * 1560 / 200e-6) * 200e-6 / tau
 
 
@@ -204,7 +204,7 @@ def test_a_leak_under_a_prescribed_current():
     )  # a leak elsewhere takes nothing from it
     stored = EPS0 * 1560 * field
     lost = np.concatenate([[0.0], np.cumsum((flow[1:] + flow[:-1]) / 2 * np.diff(time))])
-    # the trapezium rule over 10 us against time constants of 1 ms, and the march
+    # the trapezoidal rule over 10 us against time constants of 1 ms, and the march
     assert np.max(np.abs(stored + lost - charge)) < (1e-4 + MARCH * trace.attrs["step_error"]) * stored[-1]
 
 

@@ -20,7 +20,7 @@ from electrovib.solve.simulate import simulate
 from electrovib.study.felt_spectrum import lines
 from electrovib.study.felt_threshold import crossover, threshold_over_frequency, threshold_ratio
 from electrovib.study.perceive import perceive
-from electrovib.study.percept import just_noticeable
+from electrovib.study.percept import compare_percepts
 
 SINE = vardar_2017.scenarios()["sine"]
 ALONE = Perception(channels=(Pacinian(),))
@@ -67,8 +67,8 @@ def test_the_skin_acts_before_the_weight():
     best = 20 * math.log10(abs(complex(skin.compliance(60.0) / skin.compliance(250.0))))
     assert with_skin.relative - without.relative == pytest.approx(best, abs=1e-9)
     assert (with_skin.unit, without.unit) == ("m", "N")
-    assert "skin elastic to 100 Hz, then viscous (recalled)" in without.alternatives
-    assert not any("recalled" in name for name in with_skin.alternatives)
+    assert "skin elastic to 100 Hz, then viscous (cited from memory, unverified)" in without.alternatives
+    assert not any("unverified" in name for name in with_skin.alternatives)
 
 
 def test_the_interval_holds_what_the_assumptions_give():
@@ -102,14 +102,14 @@ def test_just_noticeable_is_in_decibels_of_the_voltage():
     quiet = perceive(SINE)
     for level, noticeable in ((1.2, False), (1.22, True), (-1.22, True)):
         loud = perceive(SINE, set={"drive.amplitude": 100 * 10 ** (level / 20)})
-        found = just_noticeable(loud, quiet)
+        found = compare_percepts(loud, quiet)
         assert found.difference == pytest.approx(level, abs=1e-9)
         assert found.noticeable is noticeable
     moved = perceive(SINE, perception=Perception(compliance=ElasticSkin(stiffness=1e3)))
     with pytest.raises(InputError, match=r"perception\.compliance"):
-        just_noticeable(moved, quiet)
+        compare_percepts(moved, quiet)
     with pytest.raises(InputError, match="nothing moves"):
-        just_noticeable(perceive(SINE, set={"drive": {"model": "Step", "level": 0.0}}), quiet)
+        compare_percepts(perceive(SINE, set={"drive": {"model": "Step", "level": 0.0}}), quiet)
 
 
 def test_nothing_that_moves_is_not_felt():
@@ -322,7 +322,7 @@ def test_a_slow_square_is_felt_at_a_lower_voltage_on_every_skin_that_conducts(sk
 
 @pytest.mark.parametrize("skin", conducting_skins())
 def test_the_causal_law_gives_the_same_direction(skin):
-    """The founding law with its lost charge, in place of this paper's plane."""
+    """The law of Vezzoli et al. 2014 with its lost charge, in place of this paper's plane."""
     changes = {
         "force": {"model": "Vezzoli2014Causal"},
         "stack.stratum_corneum.material": conducting_skins()[skin],

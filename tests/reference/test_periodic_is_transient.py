@@ -8,7 +8,7 @@ import pytest
 from electrovib.core.model import read_model
 from electrovib.papers.vezzoli_2014 import Vezzoli2014Causal
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.force import EffectiveMediumPlane
+from electrovib.physics.force import EffectiveMedium
 from electrovib.solve.electrics.linear.periodic import periodic
 from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.simulate import simulate
@@ -83,7 +83,7 @@ def quantities(section):
             section[name].field,
             section[name].displacement,
         )
-    for law in (EffectiveMediumPlane(), Vezzoli2014Causal()):
+    for law in (EffectiveMedium(), Vezzoli2014Causal()):
         found[type(law).__name__] = law.amplitudes(section)["E"]
     return found
 

@@ -15,7 +15,7 @@ from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes, phasors
 
-COAT, FILM = 0.378e-6, 27e-6
+COATING, FILM = 0.378e-6, 27e-6
 AREA, VOLTAGE = 1e-4, 100.0
 OF_THE_LAW = 2e-4  # its average takes 32 gaps
 CONDUCTING = {"model": "Constant", "permittivity": 1560.0, "conductivity": 2e-6}
@@ -47,7 +47,7 @@ def by_importance(electrical, gaps, *, seed, count=600_000):
     return float(np.mean(values)), float(np.std(values) / math.sqrt(len(values)))
 
 
-@pytest.mark.parametrize("electrical", [COAT, FILM, COAT * (1 - 0.5j)])
+@pytest.mark.parametrize("electrical", [COATING, FILM, COATING * (1 - 0.5j)])
 @pytest.mark.parametrize("rms", [5e-6, 22e-6])
 @pytest.mark.parametrize("in_rms", [1, 2, 3])
 def test_average_against_importance_sampling(electrical, rms, in_rms):
@@ -57,7 +57,7 @@ def test_average_against_importance_sampling(electrical, rms, in_rms):
     pull = mean_pull(VOLTAGE, electrical_thickness=electrical, gaps=gaps, spots=PullingSpots())
     expected = VACUUM_PERMITTIVITY * VOLTAGE**2 / 2 * sampled
     assert float(pull.total) == pytest.approx(expected, rel=1e-2)
-    # it sees all lengths 6 % smaller, 13 % more pull, and on the coat a contact part that is left out
+    # it sees all lengths 6 % smaller, 13 % more pull, and on the coating a contact part that is left out
     smaller = mean_pull(
         VOLTAGE,
         electrical_thickness=0.94 * electrical,
@@ -65,14 +65,14 @@ def test_average_against_importance_sampling(electrical, rms, in_rms):
         spots=PullingSpots(),
     )
     assert float(smaller.total) != pytest.approx(expected, rel=1e-2)
-    if electrical == COAT:
+    if electrical == COATING:
         assert float(pull.gaps) != pytest.approx(expected, rel=1e-2)
 
 
 def rough(changes=None, *, mean=10e-6, rms=5e-6, spots=None):
     force = {"model": "Persson2018RoughGap", "mean_gap": mean, "rms_gap": rms}
     force |= {"spots": spots} if spots else {}
-    return scenarios()["coat"].replace({"force": force} | (changes or {}))
+    return scenarios()["coating"].replace({"force": force} | (changes or {}))
 
 
 def electrical_thickness(scenario, frequency):
@@ -132,7 +132,7 @@ def test_each_gap_is_a_stack_of_its_own():
     total = np.zeros(len(time))
     for place, share in zip(places, shares, strict=True):
         tables = scenario.to_dict()
-        tables["force"] = {"model": "GapPlane"}
+        tables["force"] = {"model": "MaxwellStressInGap"}
         tables["stack"] = {
             "insulator": film.to_dict(),
             "gap": {"thickness": max(place, 1e-10)},
@@ -167,7 +167,7 @@ def test_spots_that_leak_let_a_held_voltage_go():
 
 
 def test_a_gap_or_no_insulator_or_charge_is_refused():
-    scenario = scenarios()["coat"]
+    scenario = scenarios()["coating"]
     tables = scenario.to_dict()
     film, skin = tables["stack"].values()
     tables["stack"] = {"insulator": film, "gap": {"thickness": 1e-6}, "stratum_corneum": skin}
@@ -185,7 +185,7 @@ def test_a_gap_or_no_insulator_or_charge_is_refused():
 
 def test_gaps_have_no_default():
     with pytest.raises(InputError) as caught:
-        scenarios()["coat"].replace({"force": {"model": "Persson2018RoughGap"}})
+        scenarios()["coating"].replace({"force": {"model": "Persson2018RoughGap"}})
     assert len(caught.value.problems) == 2
     assert "mean_gap" in str(caught.value)
     assert "rms_gap" in str(caught.value)
@@ -193,16 +193,18 @@ def test_gaps_have_no_default():
 
 def test_roughness_is_spoken_of():
     law = Persson2018RoughGap(mean_gap=5e-6, rms_gap=5e-6)
-    coat = law.lamps(scenarios()["coat"].stack.layers)
-    film = law.lamps(scenarios()["coat"].replace({"stack.insulator.thickness": "90 um"}).stack.layers)
-    assert {lamp.name: lamp.state for lamp in coat} == {
+    coating = law.diagnostics(scenarios()["coating"].stack.layers)
+    film = law.diagnostics(
+        scenarios()["coating"].replace({"stack.insulator.thickness": "90 um"}).stack.layers
+    )
+    assert {diagnostic.name: diagnostic.state for diagnostic in coating} == {
         "contact spots": "warning",
         "roughness wavelength": "unknown",
         "stack voltage": "unknown",
     }
-    assert {lamp.name: lamp.state for lamp in film}["roughness wavelength"] == "warning"
+    assert {diagnostic.name: diagnostic.state for diagnostic in film}["roughness wavelength"] == "warning"
     assert "565 um" in film[1].text
-    assert {lamp.name: lamp.state for lamp in film}["contact spots"] == "ok"
+    assert {diagnostic.name: diagnostic.state for diagnostic in film}["contact spots"] == "ok"
 
 
 def test_series_resistance_is_that_of_the_layers_alone():

@@ -34,7 +34,7 @@ SWIPE = {"model": "Swipe", "begin": 0.005, "rise": 0.01, "hold": 0.02, "fall": 0
 TOUCH = {"model": "TouchAndLift", "far": 1e-3, "near": 1e-6, "approach": 0.01, "touch": 0.03, "lift": 0.01}
 MOTIONS = {
     "steady": {"speed": 0.03},
-    "swipe": {"speed": 0.03, "programme": SWIPE},
+    "swipe": {"speed": 0.03, "time_profile": SWIPE},
     "touch": {"speed": 0.03, "distance": TOUCH},
 }
 TIMES = np.linspace(0, 0.06, 301)
@@ -108,7 +108,9 @@ def test_many_calls_are_one_march(monkeypatch):
 @pytest.fixture(scope="module")
 def base():
     """A film at 0.5 N, slid over at 5 cm/s."""
-    return ev.load("vezzoli_2014/fig6_static").replace({"force.model": "GapPlane", "motion.speed": 0.05})
+    return ev.load("vezzoli_2014/fig6_static").replace(
+        {"force.model": "MaxwellStressInGap", "motion.speed": 0.05}
+    )
 
 
 DAHL = {"model": "Dahl", "steady": {"model": "Coulomb", "coefficient": 0.5}, "stiffness": 500.0}
@@ -127,7 +129,7 @@ def test_a_second_at_1_khz_is_marched_to_a_millionth(base):
     rate = 500.0 * 0.05 / steady
     force, step = np.empty(len(time)), time[1]
     force[0] = steady[0]
-    for place in range(len(time) - 1):  # the trapezium rule
+    for place in range(len(time) - 1):  # the trapezoidal rule
         pushed = force[place] * (1 - step / 2 * rate[place]) + step * 500.0 * 0.05
         force[place + 1] = pushed / (1 + step / 2 * rate[place + 1])
     found = ev.simulate(scenario, time=time[::1000]).lateral_force.values

@@ -14,8 +14,8 @@ from electrovib.data.columns import read_columns
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.rig_channels import TribometerChannels
 from electrovib.recordings.recording import read_recording
-from electrovib.recordings.ringing import ringing
-from electrovib.recordings.ringing_parts import damped_sine
+from electrovib.recordings.release import ringing
+from electrovib.recordings.release_parts import damped_sine
 from electrovib.recordings.swipe import reduce_swipe, reduce_swipes
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"

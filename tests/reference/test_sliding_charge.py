@@ -120,7 +120,7 @@ def test_the_way_since_entry_is_the_place(corners, place, when):
     """The finger has gone as far since a place came under it as the place is from the leading edge."""
     times = np.cumsum([gap for gap, _ in corners]).tolist()
     points = [{"time": t, "share": s} for t, (_, s) in zip(times, corners, strict=True)]
-    moving = Motion.model_validate({"speed": 0.1, "programme": {"model": "Corners", "points": points}})
+    moving = Motion.model_validate({"speed": 0.1, "time_profile": {"model": "Corners", "points": points}})
     began = entered(moving, np.array([when]), np.array([place]))[0, 0]
     assert 0 <= began <= when
     fine = np.unique(np.concatenate([np.linspace(began, when, 2001), [t for t in times if began < t < when]]))

@@ -44,7 +44,7 @@ MOTIONS = (
     {},
     {"speed": 0.05},
     {"speed": 1e-3},
-    {"speed": 0.05, "programme": SWIPE},
+    {"speed": 0.05, "time_profile": SWIPE},
     {"speed": 0.05, "distance": TOUCH},
 )
 DRIVES = (
@@ -56,8 +56,8 @@ DRIVES = (
 )
 LOADS = (
     {},
-    {"load.programme": {"model": "Press", "begin": 5e-3, "rise": 5e-3}},
-    {"load.programme": {"model": "LiftOff", "begin": 0.02, "fall": 5e-3}},
+    {"load.time_profile": {"model": "Press", "begin": 5e-3, "rise": 5e-3}},
+    {"load.time_profile": {"model": "LiftOff", "begin": 0.02, "fall": 5e-3}},
 )
 STATES = ({}, {"time.initial_state": {"model": "PeriodicState"}})
 EVERY = (FRICTIONS, FINGERS, RIGS, MOTIONS, DRIVES, LOADS, STATES)
@@ -74,8 +74,8 @@ REFUSALS = (
 
 @pytest.fixture(scope="module")
 def bases():
-    """The founding film; and the same beneath a gap that is moved."""
-    founding = load("vezzoli_2014/fig6").replace({"force.model": "GapPlane", "time.duration": 0.03})
+    """The film of Vezzoli et al. 2014; and the same beneath a gap that is moved."""
+    founding = load("vezzoli_2014/fig6").replace({"force.model": "MaxwellStressInGap", "time.duration": 0.03})
     layers = founding.stack.to_dict()
     gap = {"thickness": 1e-6, "material": {"model": "Constant", "permittivity": 1.0}}
     stack = {"insulator": layers["insulator"], "gap": gap, "stratum_corneum": layers["stratum_corneum"]}

@@ -51,7 +51,7 @@ def test_square_of_the_voltage(drive, expected):
     assert np.max(found[3:20]) < PRECISION
 
 
-@pytest.mark.parametrize("law", ["GapPlane", "EffectiveMediumPlane", "InsulatorPlane"])
+@pytest.mark.parametrize("law", ["MaxwellStressInGap", "EffectiveMedium", "MaxwellStressInInsulator"])
 @pytest.mark.parametrize(("drive", "expected"), CASES.values(), ids=CASES)
 def test_force_of_a_stack_that_does_not_conduct(finger, drive, expected, law):
     layers = {"insulator": finger.film(), "stratum_corneum": finger.skin()}
@@ -65,7 +65,7 @@ def test_force_of_a_stack_that_does_not_conduct(finger, drive, expected, law):
 
 
 @pytest.mark.parametrize(
-    "law", ["GapPlane", "EffectiveMediumPlane", "StratumCorneumPlane", "Vezzoli2014Causal"]
+    "law", ["MaxwellStressInGap", "EffectiveMedium", "MaxwellStressInStratumCorneum", "Vezzoli2014Causal"]
 )
 def test_twice_the_voltage_four_times_the_force(finger, law, conducting_paper_skin):
     layers = {

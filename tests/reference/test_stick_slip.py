@@ -56,7 +56,7 @@ def test_dahl_before_sliding(exponent):
     assert np.all(slide.skin_displacement == 0)
     assert slide.energy_residual < BALANCE
     work = np.trapezoid(exact, way)
-    assert slide.energies.work[-1] == pytest.approx(work, rel=1e-3)  # trapezium rule of 100 steps
+    assert slide.energies.work[-1] == pytest.approx(work, rel=1e-3)  # trapezoidal rule of 100 steps
 
 
 @pytest.mark.parametrize("speed", [1e-3, 5e-3, 0.05])

@@ -99,5 +99,5 @@ def test_size_belongs_to_the_plane():
         ]
         return 10 * np.log10(pair[0] / pair[1])
 
-    assert ratio("StratumCorneumPlane") == pytest.approx(28.9, abs=0.2)
-    assert ratio("GapPlane") == pytest.approx(8.1, abs=0.2)
+    assert ratio("MaxwellStressInStratumCorneum") == pytest.approx(28.9, abs=0.2)
+    assert ratio("MaxwellStressInGap") == pytest.approx(8.1, abs=0.2)

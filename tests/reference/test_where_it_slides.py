@@ -54,7 +54,7 @@ MOTIONS = {
     "no speed": {},
     "a speed": SPEED,
     "speed 0": {"speed": 0.0},
-    "a swipe that stops": SPEED | {"programme": SWIPE},
+    "a swipe that stops": SPEED | {"time_profile": SWIPE},
     "trembling": SPEED | {"distance": TREMOR},
     "held off": SPEED | {"distance": {"model": "HeldOff"}},
     "touch and lift": SPEED | {"distance": TOUCH},
@@ -79,8 +79,8 @@ def dry():
     )
 
 
-def lamps(trace):
-    return {lamp["name"]: lamp for lamp in json.loads(trace.attrs["lamps"])}
+def diagnostics(trace):
+    return {diagnostic["name"]: diagnostic for diagnostic in json.loads(trace.attrs["validity"])}
 
 
 @pytest.mark.parametrize("finger", [None, FINGER], ids=["rigid", "finger"])
@@ -118,10 +118,10 @@ def test_every_friction_with_every_motion(dry, friction, motion, finger):
         whole = 0.5 + trace.electrostatic_force.values
         most = np.max(law.lateral_force(whole, 0 * whole, np.nan * whole)) + 0.02
         assert 0.2 < np.max(lateral[known]) < most
-    state = lamps(trace).get("friction at rest", {"state": None})["state"]
+    state = diagnostics(trace).get("friction at rest", {"state": None})["state"]
     assert state == (None if not np.any(rests) else "ok" if told else "unknown")
     if "distance" in MOTIONS[motion]:
-        assert lamps(trace)["off the plate"]["state"] == "ok"
+        assert diagnostics(trace)["off the plate"]["state"] == "ok"
 
 
 def test_a_finger_held_off_has_no_friction():
@@ -184,14 +184,14 @@ def test_without_a_speed_it_slides_and_at_speed_0_it_rests(dry):
     )
     assert float(sliding.lateral_force.max()) > 0.25
     assert np.all(np.isnan(resting_.lateral_force.values))
-    said = lamps(resting_)["friction at rest"]
+    said = diagnostics(resting_)["friction at rest"]
     assert said["state"] == "unknown"
     assert "motion.speed = 0" in said["text"]
-    assert "friction at rest" not in lamps(sliding)
+    assert "friction at rest" not in diagnostics(sliding)
 
 
 def test_the_moment_of_a_stop_is_rest_and_that_of_setting_out_is_not():
-    motion = Motion(speed=0.03, programme=SWIPE)
+    motion = Motion(speed=0.03, time_profile=SWIPE)
     times = np.array([-1.0, 0.0, 0.02, 0.05, 0.12, 0.2])
     np.testing.assert_array_equal(motion.slides(times), [False, False, True, True, False, False])
     assert resting(motion) == ((-np.inf, 0.02), (0.12, np.inf))
@@ -202,7 +202,7 @@ def test_the_moment_of_a_stop_is_rest_and_that_of_setting_out_is_not():
 @pytest.mark.parametrize("friction", [LAG, RISING, CREEP])
 def test_behind_a_memory_nothing_is_known_until_it_has_forgotten(dry, friction):
     """Two friction forces at rest that could have been: what is given must be the same for both."""
-    scenario = dry.replace({"friction": friction, "motion": SPEED | {"programme": SWIPE}})
+    scenario = dry.replace({"friction": friction, "motion": SPEED | {"time_profile": SWIPE}})
     trace = simulate(scenario, time=np.linspace(0, 0.2, 2001))
     time, lateral = trace.time.values, trace.lateral_force.values
     rate = 2 * np.pi * np.where(time < 0.03, 100 + 0.5 * (time - 0.02) / 0.01 * 0.03 * 13.8e3, 100 + 414)
@@ -218,7 +218,7 @@ def test_behind_a_memory_nothing_is_known_until_it_has_forgotten(dry, friction):
     assert np.all(np.isfinite(lateral[known]))
     assert np.all(np.isnan(lateral[hidden]))
     always = simulate(
-        scenario.replace({"motion.programme": {"model": "Steady"}}), time=time
+        scenario.replace({"motion.time_profile": {"model": "Steady"}}), time=time
     ).lateral_force.values
     if friction is not RISING:
         np.testing.assert_allclose(lateral[known], always[known], rtol=2e-6)
@@ -246,10 +246,10 @@ def test_a_sensor_is_not_known_until_it_has_forgotten():
 
 def test_a_digitiser_counts_no_reading_that_is_not_known(dry):
     digitiser = {"sampling_rate": 1e4, "bits": 16, "normal_range": 10.0, "lateral_range": 10.0, "seed": 1}
-    rests = dry.replace({"motion": SPEED | {"programme": SWIPE}, "rig": RIG | {"digitiser": digitiser}})
+    rests = dry.replace({"motion": SPEED | {"time_profile": SWIPE}, "rig": RIG | {"digitiser": digitiser}})
     trace = simulate(rests, time=TIME)
     assert np.isnan(trace.lateral_force_measured.values).sum() > 100
-    said = lamps(trace)["lateral range"]
+    said = diagnostics(trace)["lateral range"]
     assert said["state"] == "ok"
     assert said["text"].startswith("no lateral reading")
 
@@ -257,7 +257,7 @@ def test_a_digitiser_counts_no_reading_that_is_not_known(dry):
 def test_the_spring_of_the_skin_tells_the_friction_at_rest(dry):
     """By hand: stretched by the way until it slides; held after the stop, down to the friction of sliding."""
     motion = SPEED | {
-        "programme": {"model": "Swipe", "begin": 0.01, "rise": 0.01, "hold": 0.03, "fall": 0.01}
+        "time_profile": {"model": "Swipe", "begin": 0.01, "rise": 0.01, "hold": 0.03, "fall": 0.01}
     }
     drive = {"model": "Trapezium", "high": 1000.0, "rise": 0.01, "hold": 0.06, "fall": 0.04}
     scenario = dry.replace({"motion": motion, "finger": FINGER, "drive": drive})
@@ -277,7 +277,7 @@ def test_the_spring_of_the_skin_tells_the_friction_at_rest(dry):
     held = np.minimum(np.minimum.accumulate(strength[stopped]), strength[time < 0.06][-1])
     np.testing.assert_allclose(lateral[stopped], held, rtol=1e-5)
     assert lateral[-1] == pytest.approx(0.25, rel=1e-5)
-    assert lamps(trace)["friction at rest"]["state"] == "ok"
+    assert diagnostics(trace)["friction at rest"]["state"] == "ok"
     assert float(trace.skin_displacement[-1]) == pytest.approx(0.25e-3, rel=1e-3)
 
 
@@ -286,7 +286,7 @@ def test_a_skin_that_stops_against_its_equation(dry):
     """A second route: scipy's Radau on m w' = k x + c x' - S(t) tanh(w/1 um/s), x' = u - w, of a light skin."""
     light = FINGER | {"mass": 1e-6, "damping": 1e-2}
     motion = SPEED | {
-        "programme": {"model": "Swipe", "begin": 0.01, "rise": 0.01, "hold": 0.03, "fall": 0.01}
+        "time_profile": {"model": "Swipe", "begin": 0.01, "rise": 0.01, "hold": 0.03, "fall": 0.01}
     }
     drive = {"model": "Trapezium", "high": 1000.0, "rise": 0.01, "hold": 0.06, "fall": 0.04}
     scenario = dry.replace({"motion": motion, "finger": light, "drive": drive})
@@ -326,8 +326,8 @@ def test_what_happens_once_has_no_periodic_state_behind_a_skin(dry):
     settled = sine | {"time.initial_state": {"model": "PeriodicState"}, "finger": FINGER}
     still = simulate(dry.replace(settled | {"motion.speed": 0.0}), time=TIME)
     assert np.all(still.lateral_force.values == 0)
-    with pytest.raises(InputError, match=r"motion\.programme = Swipe happens once"):
-        simulate(dry.replace(settled | {"motion": SPEED | {"programme": SWIPE}}), time=TIME)
+    with pytest.raises(InputError, match=r"motion\.time_profile = Swipe happens once"):
+        simulate(dry.replace(settled | {"motion": SPEED | {"time_profile": SWIPE}}), time=TIME)
 
 
 CONTRIBUTED = """

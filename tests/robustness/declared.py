@@ -41,7 +41,7 @@ class _Chance:
         table = self.table(Scenario, {})
         table["stack"] = self.stack()
         if self.happens(0.7):
-            table["force"] = {"model": "GapPlane"}
+            table["force"] = {"model": "MaxwellStressInGap"}
         if self.happens(0.9):
             table.setdefault("motion", {}).setdefault("speed", float(10 ** self.rng.uniform(-3, -0.5)))
         if self.happens(0.5):
@@ -143,7 +143,7 @@ class _Chance:
         table["points"] = [{"time": 0.1 * span, "share": 0.0}, {"time": span, "share": 1.0}]
 
     def _mend_motion(self, table: dict[str, Any]) -> None:
-        if "programme" in table or table.get("renews_film"):
+        if "time_profile" in table or table.get("renews_film"):
             table.setdefault("speed", float(10 ** self.rng.uniform(-3, -0.5)))
 
     def _mend_frequencygrid(self, table: dict[str, Any]) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-STATUSES: Final = ("full text", "abstract", "derived", "recalled")
+STATUSES: Final = ("full text", "abstract", "derived", "unverified")
 """How the source of a model or a value was read, from best to not at all."""
 
 
@@ -31,7 +31,7 @@ class Check:
     compute : callable, optional
         For a check of a whole paper: takes nothing, gives the number.
     status : str
-        One of `STATUSES`; a recalled number is never a check.
+        One of `STATUSES`; a number cited from memory is never a check.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Check:
 
     def __post_init__(self) -> None:
         """Refuse a check whose source nobody has read."""
-        if self.status not in STATUSES or self.status == "recalled":
+        if self.status not in STATUSES or self.status == "unverified":
             msg = f"check '{self.name}': status '{self.status}' cannot be checked against"
             raise TypeError(msg)
         if self.expect == 0 or not 0 < self.rtol < 1:

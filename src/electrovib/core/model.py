@@ -51,6 +51,8 @@ class Model(BaseModel):
     """Parameters without a default, for tests and documents."""
     former_names: ClassVar[tuple[str, ...]] = ()
     """What it was called: files that name it so are read too."""
+    former_parameters: ClassVar[Mapping[str, str]] = {}
+    """What its parameters were called, and what they are called now: such files are read too."""
     offered_by: ClassVar[tuple[str, ...]] = ()
     """Functions of papers that offer ready-made ones, which can then be named ``author_year/name``."""
 
@@ -80,7 +82,15 @@ class Model(BaseModel):
         if name not in (None, cls.__name__, *cls.former_names):
             why = f"expected the model {cls.__name__}, not '{name}'"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
-        return cls._build(content, handler)
+        return cls._build(cls._with_the_names_of_today(content), handler)
+
+    @classmethod
+    def _with_the_names_of_today(cls, content: dict[str, Any]) -> dict[str, Any]:
+        """Read a parameter by its former name, unless the one of today is given beside it."""
+        for former, today in cls.former_parameters.items():
+            if former in content and today not in content:
+                content[today] = content.pop(former)
+        return content
 
     @field_validator("*", mode="before")
     @classmethod

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.core.diagnostics import read_diagnostics
 from electrovib.core.errors import InputError
 from electrovib.core.files import inputs_noted
-from electrovib.core.lamps import read_lamps
 from electrovib.data.atomic import check_writable, write_text
 from electrovib.data.marks import Form
 from electrovib.export.spice.netlist import netlist
@@ -75,6 +75,6 @@ def export(
 
 def _refuse_what_breaks_a_limit(scenario: Scenario) -> None:
     """Run the scenario, which refuses what cannot be run, and refuse what exceeds a declared limit."""
-    lamps = read_lamps(simulate(scenario).attrs["lamps"])
-    if problems := [f"{lamp.text}. Nothing was written" for lamp in broken(lamps)]:
+    diagnostics = read_diagnostics(simulate(scenario).attrs["validity"])
+    if problems := [f"{diagnostic.text}. Nothing was written" for diagnostic in broken(diagnostics)]:
         raise InputError(problems)

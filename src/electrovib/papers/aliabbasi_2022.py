@@ -1,9 +1,10 @@
 """E. AliAbbasi, M. A. Sormoli, C. Basdogan: electrostatic force of a finger over frequency, 2022.
 
 "Frequency-dependent behavior of electrostatic forces between human finger and touch screen under electroadhesion",
-IEEE Transactions on Haptics 15, 2022 (recalled); E. AliAbbasi, thesis, arXiv:2409.18725 (abstract).
+IEEE Transactions on Haptics 15, 2022 (cited from memory, unverified); E. AliAbbasi, thesis, arXiv:2409.18725 (abstract).
 
-Claims: the force rises and falls with frequency, with a maximum near 250 Hz (recalled); below 250 Hz it changes
+Claims: the force rises and falls with frequency, with a maximum near 250 Hz (cited from memory, unverified); below
+250 Hz it changes
 by leakage of charge from the stratum corneum, above by the electrical properties of the stratum corneum
 (abstract of the thesis). Does not claim: a gap, a leak, curves (none was read). What the chain of
 aliabbasi_2024 says: the rise is the corner of the leaking gap, the fall the dispersion of the skin (without any,
@@ -28,17 +29,18 @@ from electrovib.solve.stack.expand import phasors
 
 CITATION = (
     "E. AliAbbasi, M. A. Sormoli, C. Basdogan, Frequency-dependent behavior of electrostatic forces between human"
-    " finger and touch screen under electroadhesion, IEEE Trans. Haptics 15 (2022) (recalled); E. AliAbbasi,"
+    " finger and touch screen under electroadhesion, IEEE Trans. Haptics 15 (2022) (cited from memory, unverified); E. AliAbbasi,"
     " Electro-mechanical contact interactions between human finger and touchscreen under electroadhesion, thesis,"
     " arXiv:2409.18725 (abstract)"
 )
-STATUS = "recalled"
+STATUS = "unverified"
 NOT_READ = (
     "The equations and curves of the paper were not read, and its maximum near 250 Hz is recalled; only the abstract"
     " of the thesis, with the division at 250 Hz, was read."
 )
 DEFECTS = (
-    "AliAbbasi 2022, a maximum near 250 Hz (recalled), against Vezzoli 2014, which rises and saturates: the place of the"
+    "AliAbbasi 2022, a maximum near 250 Hz (cited from memory, unverified), against Vezzoli 2014, which rises and"
+    " saturates: the place of the"
     " maximum goes about as one over the resistivity of the gap, 32 Hz, 1.6 kHz and 32 kHz for 1e9, 2e7 and 1e6 ohm m on one"
     " dispersive skin. So 250 Hz is a fit of the leak and not a constant of fingers.",
 )
@@ -120,7 +122,7 @@ def _maximum(skin: str, gap_resistivity: float, expect: float, rtol: float) -> C
         f"maximum of the force, {skin}, leak of {gap_resistivity:g} ohm m",
         expect=expect,
         rtol=rtol,
-        source="computed apart from this code for 3 um on the coat without body, two to four digits",
+        source="computed apart from this code for 3 um on the coating without body, two to four digits",
         compute=lambda: maximum_of(gap_resistivity=gap_resistivity, skin=_SKINS[skin]),
         status="derived",
     )

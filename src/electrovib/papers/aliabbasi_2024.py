@@ -8,7 +8,7 @@ air gap, which gives its thickness and the force; at low frequency an electrode 
 parallel with the gap and leaks its charge. Does not claim: a gap in micrometres, the form and values of
 the polarisation impedance (none was read). Here the leak is an ohmic resistivity of the gap, a choice. On an
 insulator that blocks, the gap field then has a lower corner at f_c = 1/(2 pi R_g (C_g + C_i)), set by the leak and
-the coat; the skin shifts it only as far as its own impedance counts beside theirs.
+the coating; the skin shifts it only as far as its own impedance counts beside theirs.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ NOT_READ = "The gap, the form of the electrode polarisation impedance and its va
 GAP, GAP_RESISTIVITY = 3e-6, 2e7
 """Gap and its leak, illustrative [m, ohm m]."""
 CHOICE = "not printed in the abstract; a choice"
-COAT = "not printed in the abstract; a thin coat, as in vezzoli_2014 for its figure 7"
+COATING = "not printed in the abstract; a thin coating, as in vezzoli_2014 for its figure 7"
 SKIN = "not printed in the abstract; plutchik_1963, with 1 cm2 and 200 um assumed"
 
 _BAND = np.geomspace(1e-2, 2e6, 6001)
@@ -46,7 +46,7 @@ _BAND = np.geomspace(1e-2, 2e6, 6001)
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give coat, leaky gap and dispersive skin in series."""
+    """Give coating, leaky gap and dispersive skin in series."""
     leak = "not printed; an illustrative leak in place of electrode polarisation"
     gap = {
         "thickness": (GAP, "not printed in the abstract; of the order of skin roughness"),
@@ -58,14 +58,14 @@ def scenarios() -> dict[str, Scenario]:
     }
     body = "not printed in the abstract; the 1.5 kohm of the human-body model"
     in_series = preset(
-        title="AliAbbasi 2024: coat, leaky gap and skin in series",
+        title="AliAbbasi 2024: coating, leaky gap and skin in series",
         unchanged=CHOICE,
         changes={
             "drive": ({"model": "Sine", "amplitude": 100.0, "frequency": 250.0}, CHOICE),
             "circuit.return_path.resistance": (1500.0, body),
             "time.initial_state.model": "PeriodicState",
             "stack": {
-                "insulator": (values.COAT, COAT),
+                "insulator": (values.COATING, COATING),
                 "gap": gap,
                 "stratum_corneum": (plutchik_1963.layer(), SKIN),
             },
@@ -75,7 +75,7 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def chain(*, gap_resistivity: float, skin: Material | None = None, resistance: float = 1500.0) -> Scenario:
-    """Coat, leaky gap and skin in series.
+    """Coating, leaky gap and skin in series.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def chain(*, gap_resistivity: float, skin: Material | None = None, resistance: f
 
 
 def corner(*, gap: float, gap_resistivity: float) -> float:
-    """Lower corner of the gap field on the coat.
+    """Lower corner of the gap field on the coating.
 
     Parameters
     ----------
@@ -113,8 +113,8 @@ def corner(*, gap: float, gap_resistivity: float) -> float:
     float
         1/(2 pi R_g (C_g + C_i)) [Hz]: there the field is 1/sqrt(2) of its plateau (-3 dB) and the mean force half.
     """
-    coat = values.COAT_PERMITTIVITY / values.COAT_THICKNESS
-    return 1 / (2 * math.pi * eps0 * gap_resistivity * gap * (1 / gap + coat))
+    coating = values.COATING_PERMITTIVITY / values.COATING_THICKNESS
+    return 1 / (2 * math.pi * eps0 * gap_resistivity * gap * (1 / gap + coating))
 
 
 def rises_to(scenario: Scenario, *, share: float) -> float:
@@ -199,7 +199,7 @@ def _corner(gap_resistivity: float, expect: float, rtol: float) -> Check:
         f"half force of the gap, leak of {gap_resistivity:g} ohm m",
         expect=expect,
         rtol=rtol,
-        source="1/(2 pi R_g (C_g + C_i)) for 3 um on the coat, computed apart from this code",
+        source="1/(2 pi R_g (C_g + C_i)) for 3 um on the coating, computed apart from this code",
         compute=lambda: rises_to(chain(gap_resistivity=gap_resistivity, resistance=0.0), share=0.5),
         status="derived",
     )
@@ -218,10 +218,10 @@ CHECKS = (
         status="derived",
     ),
     Check(
-        "force from impedances over that of the gap plane, 250 Hz",
+        "force from impedances over that of the Maxwell stress in the gap, 250 Hz",
         expect=1.0,
         rtol=1e-9,
-        source="abstract: remaining impedance gives the force; identity with the gap plane",
+        source="abstract: remaining impedance gives the force; identity with the Maxwell stress in the gap",
         compute=lambda: estimate_against_law(frequency=250.0),
         status="derived",
     ),

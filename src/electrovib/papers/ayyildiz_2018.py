@@ -38,16 +38,21 @@ ROUGHNESSES = (1e-6, 5e-6, 22e-6)
 """rms gaps over which trends are looked at [m]."""
 
 
-def _pull(rms: float, in_rms: float, *, coat: float, voltage: float = 100.0) -> float:
-    """Averaged pull [Pa] on a coat of this electrical thickness [m]."""
+def _pull(rms: float, in_rms: float, *, coating: float, voltage: float = 100.0) -> float:
+    """Averaged pull [Pa] on a coating of this electrical thickness [m]."""
     gaps = GaussianGaps(mean=in_rms * rms, rms=rms)
-    return float(mean_pull(voltage, electrical_thickness=coat, gaps=gaps, spots=PullingSpots()).total)
+    return float(mean_pull(voltage, electrical_thickness=coating, gaps=gaps, spots=PullingSpots()).total)
 
 
-def thinner_coats_pull_more() -> float:
-    """Share of rough contacts in which halving the coat raises the averaged pull."""
-    cases = [(rms, mean, coat) for rms in ROUGHNESSES for mean in (1, 2, 3) for coat in (1e-7, 3e-7, 1e-6)]
-    more = [_pull(rms, mean, coat=coat / 2) > _pull(rms, mean, coat=coat) for rms, mean, coat in cases]
+def thinner_coatings_pull_more() -> float:
+    """Share of rough contacts in which halving the coating raises the averaged pull."""
+    cases = [
+        (rms, mean, coating) for rms in ROUGHNESSES for mean in (1, 2, 3) for coating in (1e-7, 3e-7, 1e-6)
+    ]
+    more = [
+        _pull(rms, mean, coating=coating / 2) > _pull(rms, mean, coating=coating)
+        for rms, mean, coating in cases
+    ]
     return float(np.mean(more))
 
 
@@ -55,7 +60,7 @@ def real_contact_grows() -> float:
     """Share of rough contacts in which every increase of the voltage raises the real contact area."""
     grows = []
     for rms in ROUGHNESSES:
-        pulls = [_pull(rms, 2, coat=3e-7, voltage=voltage) for voltage in (0.0, 50.0, 100.0, 150.0, 200.0)]
+        pulls = [_pull(rms, 2, coating=3e-7, voltage=voltage) for voltage in (0.0, 50.0, 100.0, 150.0, 200.0)]
         areas = contact_fraction(1e3 + np.array(pulls), modulus=1e7, slope=1.0)
         grows.append(np.all(np.diff(areas) > 0))
     return float(np.mean(grows))
@@ -63,11 +68,11 @@ def real_contact_grows() -> float:
 
 CHECKS = (
     Check(
-        "share of rough contacts in which a thinner coat pulls more",
+        "share of rough contacts in which a thinner coating pulls more",
         expect=1.0,
         rtol=1e-6,
         source="statement of significance: an effectively thinner coating does much",
-        compute=thinner_coats_pull_more,
+        compute=thinner_coatings_pull_more,
         status="abstract",
     ),
     Check(

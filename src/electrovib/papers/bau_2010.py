@@ -34,7 +34,7 @@ NOT_READ = (
 DIFFERENCE_THRESHOLD = 1.21
 """Mean difference threshold of the amplitude, abstract of Ryu 2018 [dB]."""
 CHOICE = "not printed in the abstract; a choice"
-COAT = "not printed in the abstract; a thin coat, as in vezzoli_2014 for its figure 7"
+COATING = "not printed in the abstract; a thin coating, as in vezzoli_2014 for its figure 7"
 SKIN = "not printed in the abstract; the skin of vezzoli_2014, section 3.1"
 
 
@@ -54,7 +54,7 @@ def scenarios() -> dict[str, Scenario]:
             "drive": ({"model": "Sine", "amplitude": 100.0, "frequency": 125.0}, CHOICE),
             "time.initial_state.model": "PeriodicState",
             "stack": {
-                "insulator": (values.COAT, COAT),
+                "insulator": (values.COATING, COATING),
                 "gap": {"thickness": gap, "material": AIR},
                 "stratum_corneum": values.point_layer(SKIN),
             },

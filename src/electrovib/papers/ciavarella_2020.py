@@ -49,12 +49,12 @@ class BearingArea(RoughSurface):
     Notes
     -----
     p = c q0 h_rms E* exp(-2 gap/h_rms), q0 = 2 pi over the longest wavelength of the roughness. The form is
-    recalled, not read, so the factor c has to be given. A_real/A0 = erf(sqrt(2) p/(E* h')) is that of
+    cited from memory, unverified, so the factor c has to be given. A_real/A0 = erf(sqrt(2) p/(E* h')) is that of
     Persson's theory, also recalled.
     """
 
     reference: ClassVar[str] = "doi:10.3389/fmech.2020.00027"
-    status: ClassVar[str] = "recalled"
+    status: ClassVar[str] = "unverified"
     equation: ClassVar[Mapping[str, str]] = {
         "pressure": "prefactor*2*pi/longest_wavelength*rms_height*modulus*exp(-2*gap/rms_height)",
         "slope": "-4*pi*prefactor*modulus/longest_wavelength*exp(-2*gap/rms_height)",
@@ -70,7 +70,9 @@ class BearingArea(RoughSurface):
 
     prefactor: Annotated[Number, Quantity("1", 1e-3, 1e3, "factor c of the repulsion")]
     modulus: Annotated[Number, MODULUS]
-    rms_height: Annotated[Number, Quantity("m", 1e-10, 1e-2, "root mean square height of the relief")]
+    rms_height: Annotated[
+        Number, Quantity("m", 1e-10, 1e-2, "root mean square height of the surface topography")
+    ]
     rms_slope: Annotated[Number, SLOPE]
     longest_wavelength: Annotated[Number, Quantity("m", 1e-8, 1, "longest wavelength of the roughness")]
 

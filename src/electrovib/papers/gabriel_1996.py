@@ -4,7 +4,7 @@ Physics in Medicine and Biology 41, 2271, doi:10.1088/0031-9155/41/11/003.
 
 Claims: whole skin, dry and wet, as four Cole-Cole terms from 10 Hz to 100 GHz. Does not claim: stratum corneum
 alone; within its own measurements the fit misses by up to 12 % below 1 kHz and 40 % in conductivity between
-10 and 100 kHz. Its resistivity is about 110 times below what the founding paper's 7.7 ms would need
+10 and 100 kHz. Its resistivity is about 110 times below what Vezzoli et al. 2014's 7.7 ms would need
 as the time constant of the voltage, twice that if they are the decay of the force.
 """
 

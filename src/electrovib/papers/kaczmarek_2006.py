@@ -3,13 +3,14 @@
 Claims: people are less sensitive to positive pulses than to negative or biphasic ones, and thresholds of negative
 pulses are the steadiest; models of a parallel-plate capacitor cannot know the polarity; the asymmetric electrical
 properties of skin may be the cause. Does not claim: in the abstract, which alone was read, a threshold, a pulse, an
-electrode, a law of conduction. The baseline force is EffectiveMediumPlane; that the founding paper took it from
+electrode, a law of conduction. The baseline force is EffectiveMedium; that Vezzoli et al. 2014 took it from
 this one is recalled.
 
 Computed here: every law on linear layers gives the same attraction for either polarity, to the last bit, and is
 reported as unable to show the effect. With a layer that conducts better for positive fields the cut decides. Where
 charge that has crossed the skin no longer pulls, or where the interface itself rectifies, a positive pulse pulls less
-while it is on, and more after it, by the charge it leaves behind. In the gap plane over a gap that does not leak, a
+while it is on, and more after it, by the charge it leaves behind. In the Maxwell stress in the gap over a gap that
+does not leak, a
 skin that conducts more leaves more field to the gap, and the positive pulse is stronger, by less than 1 % on a film.
 """
 
@@ -44,7 +45,7 @@ DEFECTS = (
     "Kaczmarek 2006 against every force law on layers that conduct alike both ways: +V and -V give the same attraction to"
     " the last bit, while people are less sensitive to positive pulses. A layer that rectifies shows it: on skin that"
     " conducts 3 times better for positive fields, a positive pulse of 5 ms pulls 0.45 of a negative one where charge that"
-    " has crossed counts as lost, and 1.003 of it in the gap plane.",
+    " has crossed counts as lost, and 1.003 of it in the Maxwell stress in the gap.",
 )
 
 FAST, SLOW = 2.5e-3, 7.7e-3
@@ -58,7 +59,7 @@ BLIND = "cannot show polarity: +V and -V give the same attraction to the last bi
 
 
 def skin_conductivity(tau: float) -> float:
-    """Conductivity [S/m] that gives lost charge of the founding paper this time constant [s]: (C_i + C_s) R_s."""
+    """Conductivity [S/m] that gives lost charge of Vezzoli et al. 2014 this time constant [s]: (C_i + C_s) R_s."""
     capacitance = values.insulator_capacitance() + values.skin_capacitance()
     return capacitance * values.SKIN_THICKNESS / (values.AREA * tau)
 
@@ -128,7 +129,7 @@ def _scenario(kind: str, pulse: str) -> Scenario:
         unchanged=CHOICE,
         changes={
             "drive": _PULSES[pulse],
-            "force.model": "Vezzoli2014Causal" if kind == "skin" else "GapPlane",
+            "force.model": "Vezzoli2014Causal" if kind == "skin" else "MaxwellStressInGap",
             "time": {"duration": 0.012, "samples": 1201},
             "stack": _layers(kind),
         },
@@ -152,7 +153,7 @@ def polarity_ratio(scenario: Scenario) -> float:
     Parameters
     ----------
     scenario : Scenario
-        With one trapezium as drive.
+        With one trapezoidal pulse as drive.
 
     Returns
     -------
@@ -204,7 +205,7 @@ def polarity_of_laws(scenario: Scenario) -> dict[str, tuple[float, str]]:
 
 
 def edge_ratio(*, positive: float, negative: float, ramp: float = 20e-3, hold: float = 0.2) -> float:
-    """Peak attraction on the falling over that on the rising edge of a positive trapezium, founding law.
+    """Peak attraction on the falling over that on the rising edge of a positive trapezoidal pulse, law of Vezzoli et al. 2014.
 
     Parameters
     ----------
@@ -245,7 +246,7 @@ CHECKS = (
         rtol=1e-12,
         source="abstract: in parallel-plate models the force is insensitive to polarity",
         compute=lambda: polarity_ratio(
-            scenarios()["positive"].replace({"force": {"model": "EffectiveMediumPlane"}})
+            scenarios()["positive"].replace({"force": {"model": "EffectiveMedium"}})
         ),
         status="abstract",
     ),

@@ -27,7 +27,7 @@ CITATION = (
     "H. Kim and others, electrovibration of uniform intensity by current control, IEEE Trans. Haptics 8(4) (2015);"
     " recalled, its page was not found"
 )
-STATUS = "recalled"
+STATUS = "unverified"
 NOT_READ = (
     "The paper itself was not read. That it controls the current is recalled; the law of a prescribed current is"
     " electrostatics and is derived here."

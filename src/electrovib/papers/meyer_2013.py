@@ -6,7 +6,7 @@ Claims: friction, and the attraction inferred from it, grows as the square of th
 between persons; a first-order circuit of skin and coating predicts a cut-off below about 500 Hz; the
 measurements are unambiguously at odds with that model. Does not claim: a coating, a voltage, an
 area, a load, values of the force (none was read). Here the model is the high-pass of the stratum corneum's voltage,
-C_i in series with C_s and R_s, so its cut-off is 1/(2 pi (C_i + C_s) R_s). The founding paper reads the same
+C_i in series with C_s and R_s, so its cut-off is 1/(2 pi (C_i + C_s) R_s). Vezzoli et al. 2014 reads the same
 data as rising from 100 Hz and then saturating, which is such a high-pass with dispersive skin.
 """
 
@@ -43,9 +43,9 @@ DEFECTS = (
 CUT_OFF = 500.0
 """Upper bound of the model's cut-off, abstract [Hz]."""
 BAND = (100.0, 1e4)
-"""Frequencies of the measurement, from the founding paper's figure 7 [Hz]."""
+"""Frequencies of the measurement, from Vezzoli et al. 2014's figure 7 [Hz]."""
 CHOICE = "not printed in the abstract; a choice"
-COAT = "not printed; vezzoli_2014 says only that C_i is comparable with C_s"
+COATING = "not printed; vezzoli_2014 says only that C_i is comparable with C_s"
 
 
 def time_constant(cut_off: float) -> float:
@@ -54,15 +54,15 @@ def time_constant(cut_off: float) -> float:
 
 
 def capacitance_ratio() -> float:
-    """C_i over C_s of the coat chosen here and the founding paper's skin."""
-    coat = values.capacitance(
-        permittivity=values.COAT_PERMITTIVITY, thickness=values.COAT_THICKNESS, area=values.AREA
+    """C_i over C_s of the coating chosen here and Vezzoli et al. 2014's skin."""
+    coating = values.capacitance(
+        permittivity=values.COATING_PERMITTIVITY, thickness=values.COATING_THICKNESS, area=values.AREA
     )
-    return coat / values.skin_capacitance()
+    return coating / values.skin_capacitance()
 
 
 def first_order_skin(*, time_constant: float) -> Constant:
-    """Skin that gives the first-order circuit of the coat this time constant.
+    """Skin that gives the first-order circuit of the coating this time constant.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def first_order_skin(*, time_constant: float) -> Constant:
     Returns
     -------
     Constant
-        Permittivity of the founding paper, conductivity from the time constant: circular.
+        Permittivity of Vezzoli et al. 2014, conductivity from the time constant: circular.
     """
     conductivity = eps0 * values.SKIN_PERMITTIVITY * (1 + capacitance_ratio()) / time_constant
     return Constant(permittivity=values.SKIN_PERMITTIVITY, conductivity=conductivity)
@@ -84,15 +84,15 @@ def scenarios() -> dict[str, Scenario]:
     founding = "not printed; vezzoli_2014, section 3.1"
     skin = first_order_skin(time_constant=time_constant(CUT_OFF))
     first_order = preset(
-        title="Meyer 2013: first-order skin on a thin coat, cut-off 500 Hz",
+        title="Meyer 2013: first-order skin on a thin coating, cut-off 500 Hz",
         unchanged=CHOICE,
         changes={
             "drive": ({"model": "Sine", "amplitude": 100.0, "frequency": 1000.0}, CHOICE),
-            "force.model": "StratumCorneumPlane",
+            "force.model": "MaxwellStressInStratumCorneum",
             "circuit.return_path.resistance": (0.0, "none, so that the circuit is of first order"),
             "time.initial_state.model": "PeriodicState",
             "frequency": {"low": BAND[0], "high": BAND[1], "samples": 81},
-            "stack.insulator": (values.COAT, COAT),
+            "stack.insulator": (values.COATING, COATING),
             "stack.stratum_corneum": ({"thickness": values.SKIN_THICKNESS, "material": skin}, founding),
             "stack.stratum_corneum.material.conductivity": (
                 skin.conductivity,
@@ -104,7 +104,7 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def cut_off(skin: Material) -> float:
-    """Cut-off that the first-order circuit of the coat predicts for a skin.
+    """Cut-off that the first-order circuit of the coating predicts for a skin.
 
     Parameters
     ----------
@@ -119,8 +119,8 @@ def cut_off(skin: Material) -> float:
     """
     frequency = np.geomspace(0.1, 1e6, 4001)
     permittivity = skin.complex_permittivity(frequency)
-    coat = values.COAT_PERMITTIVITY / values.COAT_THICKNESS * values.SKIN_THICKNESS
-    turns = np.log((permittivity.real + coat) / -permittivity.imag)
+    coating = values.COATING_PERMITTIVITY / values.COATING_THICKNESS * values.SKIN_THICKNESS
+    turns = np.log((permittivity.real + coating) / -permittivity.imag)
     if turns[0] > 0 or turns.max() < 0:
         return math.nan
     after = int(np.argmax(turns >= 0))
@@ -161,7 +161,7 @@ CHECKS = (
         status="derived",
     ),
     Check(
-        "cut-off predicted for the founding paper's skin, in Hz",
+        "cut-off predicted for Vezzoli et al. 2014's skin, in Hz",
         expect=13.8,
         rtol=5e-3,
         source="1/(2 pi 7.7 ms (1 + C_i/C_s)) with C_i/C_s = 1/2, by hand, three digits: below 500 Hz",
@@ -172,7 +172,7 @@ CHECKS = (
         "C_i over C_s of 1 um with permittivity 3.9",
         expect=0.5,
         rtol=1e-2,
-        source="3.45 nF against the founding paper's 6.9 nF per cm2: C_i comparable with C_s",
+        source="3.45 nF against Vezzoli et al. 2014's 6.9 nF per cm2: C_i comparable with C_s",
         compute=capacitance_ratio,
         status="derived",
     ),

@@ -9,7 +9,8 @@ thickness, a spring constant.
 The electrics are two leaky layers in series: V = E_d d + E_g g, and the charge between them grows by what one conducts
 more than the other. The gap's field begins at V C_d/(C_d + C_g) and ends at V G_d/(G_d + G_g), with one time constant
 (C_d + C_g)/(G_d + G_g), so that it rises if and only if rho_g > eps_d rho_d. With a third layer that blocks, as the
-founding paper's film, the gap's field always ends at 0, whatever it does first. The mechanical part is not computed.
+paper of Vezzoli et al. 2014's film, the gap's field always ends at 0, whatever it does first. The mechanical part is
+not computed.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ NOT_READ = (
 )
 DEFECTS = (
     "Nakamura 2017 against Vezzoli 2014 under a constant voltage: between two layers that leak the attraction rises if"
-    " rho_g > eps_d rho_d and falls if not; on the founding paper's film, which blocks, that of a gap that leaks at all ends"
+    " rho_g > eps_d rho_d and falls if not; on Vezzoli et al. 2014's film, which blocks, that of a gap that leaks at all ends"
     " at 0. Both follow from layers in series: the stacks differ, not the physics.",
 )
 

@@ -4,7 +4,7 @@ PMID 7666695 (authors not read), with Qiao, Morkrid, Vollestad 1994, doi:10.1007
 
 Claims: below 354 Hz the admittance of palmar skin is G0 + Q (j w)^alpha, alpha 0.8025 in women and 0.7545 in
 men; sweating raises G0 and hardly moves alpha. Does not claim: a thickness, a permittivity, anything above
-1 kHz. Here Q is anchored so that the capacitance at 100 Hz is the founding paper's 6.9 nF per cm2, and G0 is a
+1 kHz. Here Q is anchored so that the capacitance at 100 Hz is Vezzoli et al. 2014's 6.9 nF per cm2, and G0 is a
 skin conductance level of 2 to 20 uS taken as 1 cm2.
 """
 
@@ -28,7 +28,7 @@ THICKNESS = 200e-6
 AREA = 1e-4
 """Assumed electrode area of the conductance levels [m2]."""
 ANCHOR = 6.9e-9
-"""Capacitance at 100 Hz, from the founding paper [F]."""
+"""Capacitance at 100 Hz, from Vezzoli et al. 2014 [F]."""
 
 
 def palmar(*, exponent: float, conductance: float) -> ConstantPhase:

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from electrovib.core.checks import Check
 from electrovib.core.constants import eps0
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.core.lamps import Lamp
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw
@@ -49,9 +49,9 @@ NOT_READ = (
     " takes a Gaussian whose mean and rms the user gives"
 )
 DEFECTS = (
-    "Persson 2018 against one equivalent gap: averaged over gaps with its contact part, the pull on a coat of 1 um is 4.5"
+    "Persson 2018 against one equivalent gap: averaged over gaps with its contact part, the pull on a coating of 1 um is 4.5"
     " to 571 times that at the mean gap for rms gaps of 5 to 22 um and mean gaps of 1 to 3 rms, and half to nearly all of it"
-    " comes from where skin and coat touch. On a film of 90 um it is 1.0 to 1.4 times. A law with one gap states neither.",
+    " comes from where skin and coating touch. On a film of 90 um it is 1.0 to 1.4 times. A law with one gap states neither.",
 )
 
 COUNT, EXTENT = 32, 5.5
@@ -78,14 +78,14 @@ class Persson2018RoughGap(ForceLaw):
     The distribution replaces the layer ``gap``, which the stack must not have, and at least one layer must not
     conduct. V is the voltage of the stack without a gap: what is in series takes more of it than behind rough
     skin, so keep the body grounded and resistance times capacitance of the layers short. Valid for roughness
-    long along the surface against 2 pi T_i. The form is recalled, not read; at one gap it is the Maxwell
-    stress of `GapPlane`.
+    long along the surface against 2 pi T_i. The form is cited from memory, unverified; at one gap it is the Maxwell
+    stress of `MaxwellStressInGap`.
     """
 
     reference: ClassVar[str] = "doi:10.1063/1.5024038, doi:10.1088/1361-648x/abe797"
-    status: ClassVar[str] = "recalled"
+    status: ClassVar[str] = "unverified"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
-    plane: ClassVar[str] = "rough gap"
+    evaluation_surface: ClassVar[str] = "rough gap"
     replaces: ClassVar[tuple[str, ...]] = ("gap",)
     example: ClassVar[Mapping[str, Any]] = {"mean_gap": 10e-6, "rms_gap": 5e-6}
 
@@ -119,11 +119,11 @@ class Persson2018RoughGap(ForceLaw):
         total: NDArray[np.float64] = sum(parts[1:], start=parts[0])
         return total
 
-    def lamps(self, layers: Mapping[str, Layer]) -> tuple[Lamp, ...]:
+    def diagnostics(self, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
         """Say what carries the pull, how rough the skin may be, and which voltage is meant."""
         return (self._carried_by(layers), _wavelengths(layers), _voltage())
 
-    def _carried_by(self, layers: Mapping[str, Layer]) -> Lamp:
+    def _carried_by(self, layers: Mapping[str, Layer]) -> Diagnostic:
         pull = mean_pull(1.0, electrical_thickness=_near(layers), gaps=self.gaps(), spots=PullingSpots())
         share = float(pull.spots / pull.total)
         carried = share > 0.5 and self.spots.leak is not None
@@ -131,7 +131,7 @@ class Persson2018RoughGap(ForceLaw):
             f"{100 * self.gaps().contact_fraction:.3g} % of the area touches; if those spots insulate, they carry"
             f" {100 * share:.3g} % of the pull (force.spots is {type(self.spots).__name__})"
         )
-        return Lamp("contact spots", "warning" if carried else "ok", text)
+        return Diagnostic("contact spots", "warning" if carried else "ok", text)
 
 
 def _refuse_a_gap(section: Section, replaced: tuple[str, ...]) -> None:
@@ -139,7 +139,7 @@ def _refuse_a_gap(section: Section, replaced: tuple[str, ...]) -> None:
         if name in section.names:
             raise InputError(
                 f"stack.{name}: the gaps of Persson2018RoughGap are force.mean_gap and force.rms_gap; take the layer away,"
-                " or use force.model = GapPlane, which has one gap"
+                " or use force.model = MaxwellStressInGap, which has one gap"
             )
 
 
@@ -151,11 +151,11 @@ def _near(layers: Mapping[str, Any]) -> float:
             "stack: every layer conducts, so where skin and plate touch the field of a held voltage grows without bound;"
             " Persson2018RoughGap needs a layer whose material has conductivity 0"
         )
-    parts = [layer.thickness / abs(layer.material.polarisation(SCALE_FREQUENCY)) for layer in blocking]
+    parts = [layer.thickness / abs(layer.material.bound_permittivity(SCALE_FREQUENCY)) for layer in blocking]
     return float(sum(parts))
 
 
-def _wavelengths(layers: Mapping[str, Layer]) -> Lamp:
+def _wavelengths(layers: Mapping[str, Layer]) -> Diagnostic:
     blocking = [layer for layer in layers.values() if layer.material.conductivity == 0]
     length = 2 * math.pi * layers.get("insulator", blocking[0]).thickness
     state = "warning" if length > PRINT_PERIOD else "unknown"
@@ -163,16 +163,16 @@ def _wavelengths(layers: Mapping[str, Layer]) -> Lamp:
         "gaps count one by one only if the roughness is long along the surface against 2 pi T_i ="
         f" {format_quantity(length, 'm', digits=3)}; a print repeats after {format_quantity(PRINT_PERIOD, 'm')}"
     )
-    return Lamp("roughness wavelength", state, text)
+    return Diagnostic("roughness wavelength", state, text)
 
 
-def _voltage() -> Lamp:
+def _voltage() -> Diagnostic:
     text = "the voltage is that of the layers without a gap: a series impedance takes less of it behind rough skin"
-    return Lamp("stack voltage", "unknown", text)
+    return Diagnostic("stack voltage", "unknown", text)
 
 
-COAT, FILM = 0.378e-6, 27e-6
-"""Electrical thickness [m]: 1 um of 3.9 with 200 um of skin of 1650, recalled values; the founding paper's film."""
+COATING, FILM = 0.378e-6, 27e-6
+"""Electrical thickness [m]: 1 um of 3.9 and 200 um of skin of 1650, cited from memory, unverified; film of Vezzoli et al."""
 
 
 def over_the_mean_gap(*, electrical_thickness: float, rms: float, in_rms: float) -> float:
@@ -184,8 +184,8 @@ def over_the_mean_gap(*, electrical_thickness: float, rms: float, in_rms: float)
 
 
 def sine_pull(*, amplitude: float, gap: float) -> float:
-    """Mean pull of a sine on the coat at one gap [Pa], from volts and metres."""
-    return float(local_pull(amplitude / math.sqrt(2), electrical_thickness=COAT, gap=gap))
+    """Mean pull of a sine on the coating at one gap [Pa], from volts and metres."""
+    return float(local_pull(amplitude / math.sqrt(2), electrical_thickness=COATING, gap=gap))
 
 
 _APART = "computed apart from this code by adaptive quadrature"
@@ -197,7 +197,7 @@ def _derived(name: str, expect: float, rtol: float, source: str, compute: Callab
 
 
 def _ratio(electrical: float, rms: float, in_rms: float, expect: float) -> Check:
-    where = "coat" if electrical == COAT else "film"
+    where = "coating" if electrical == COATING else "film"
     return _derived(
         f"pull over that at the mean gap, {where}, rms {rms * 1e6:g} um, mean {in_rms:g} rms",
         expect,
@@ -217,16 +217,16 @@ CHECKS = (
     _derived(
         "pull at 100 V, 10 um", 206.0, 3e-3, _SERIES, functools.partial(sine_pull, amplitude=100.0, gap=1e-5)
     ),
-    _ratio(COAT, 5e-6, 1, 36),
-    _ratio(COAT, 5e-6, 2, 22),
-    _ratio(COAT, 5e-6, 3, 4.5),
-    _ratio(COAT, 22e-6, 1, 571),
-    _ratio(COAT, 22e-6, 2, 329),
-    _ratio(COAT, 22e-6, 3, 46),
+    _ratio(COATING, 5e-6, 1, 36),
+    _ratio(COATING, 5e-6, 2, 22),
+    _ratio(COATING, 5e-6, 3, 4.5),
+    _ratio(COATING, 22e-6, 1, 571),
+    _ratio(COATING, 22e-6, 2, 329),
+    _ratio(COATING, 22e-6, 3, 46),
     _ratio(FILM, 22e-6, 1, 1.4),
 )
 
-_RECALLED = "recalled as the touch screen of this line of papers, not read"
+_UNVERIFIED = "recalled as the touch screen of this line of papers, not read"
 _CHOICE = "not read; a choice"
 
 
@@ -236,9 +236,9 @@ def scenarios() -> dict[str, Scenario]:
     Returns
     -------
     dict of str to Scenario
-        ``coat``.
+        ``coating``.
     """
-    coat = preset(
+    coating = preset(
         title="Rough finger on a coated touch screen: recalled screen, gaps of a choice",
         changes={
             "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 125.0},
@@ -249,4 +249,4 @@ def scenarios() -> dict[str, Scenario]:
         },
         unchanged=_CHOICE,
     )
-    return {"coat": sourced(coat, {"": _CHOICE, "stack": _RECALLED, "time": ""})}
+    return {"coating": sourced(coating, {"": _CHOICE, "stack": _UNVERIFIED, "time": ""})}

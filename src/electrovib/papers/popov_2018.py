@@ -6,7 +6,7 @@ friction with application to electrovibration", Lubricants 7, 102 (2019).
 Claims: two conductors with a thin dielectric between them are an adhesive contact whose energy of separation
 goes as the square of the voltage; with Coulomb's friction the friction force has a closed form. The sequel uses
 the analogy with the theories of Johnson, Kendall and Roberts and of Maugis, and the load of a finger.
-Does not claim: roughness, a gap apart from the coat, conduction; the closed form and the sequel's table of
+Does not claim: roughness, a gap apart from the coating, conduction; the closed form and the sequel's table of
 parameters could not be read. Only the abstracts were read; the numbers here are derived.
 """
 
@@ -27,16 +27,16 @@ NOT_READ = (
 )
 DEFECTS = (
     "Popov 2018 takes the strength of adhesion on the air side of the interface, eps_r times what the stress inside the"
-    " coat would be (673 against 173 kPa for 1 um of 3.9 at 100 V): the choice of a plane again, here that of the gap.",
+    " coating would be (673 against 173 kPa for 1 um of 3.9 at 100 V): the choice of a plane again, here that of the gap.",
 )
 
-_COAT = {"thickness": 1e-6, "permittivity": 3.9}
+_COATING = {"thickness": 1e-6, "permittivity": 3.9}
 _FINGER = {"radius": 1e-2, "modulus": 50e3}
 _VOLTAGE = 100.0
 
 
 def _energy() -> float:
-    return separation_energy(voltage=_VOLTAGE, **_COAT)
+    return separation_energy(voltage=_VOLTAGE, **_COATING)
 
 
 def area_gain(*, normal_force: float) -> float:
@@ -47,7 +47,7 @@ def area_gain(*, normal_force: float) -> float:
 
 def energy_over_strength_and_range() -> float:
     """Energy of separation over strength times range."""
-    return _energy() / (adhesive_strength(voltage=_VOLTAGE, **_COAT) * adhesive_range(**_COAT))
+    return _energy() / (adhesive_strength(voltage=_VOLTAGE, **_COATING) * adhesive_range(**_COATING))
 
 
 _APART = "the abstract's analogy with inputs of a choice, computed apart from this code"
@@ -78,7 +78,7 @@ CHECKS = (
         expect=4.0,
         rtol=1e-12,
         source="abstract: energy quadratic in the voltage",
-        compute=lambda: separation_energy(voltage=2 * _VOLTAGE, **_COAT) / _energy(),
+        compute=lambda: separation_energy(voltage=2 * _VOLTAGE, **_COATING) / _energy(),
         status="abstract",
     ),
     Check(
@@ -94,7 +94,7 @@ CHECKS = (
         expect=673e3,
         rtol=1e-3,
         source=_APART,
-        compute=lambda: adhesive_strength(voltage=_VOLTAGE, **_COAT),
+        compute=lambda: adhesive_strength(voltage=_VOLTAGE, **_COATING),
         status="derived",
     ),
     _gain(0.1, 0.455),

@@ -83,7 +83,7 @@ def clutch_force(
 
     Notes
     -----
-    eps0 k^2 V^2 A/(8 (d + k g)^2): the gap plane with V/2, without fringes.
+    eps0 k^2 V^2 A/(8 (d + k g)^2): the Maxwell stress in the gap with V/2, without fringes.
     """
     return eps0 * (permittivity * voltage) ** 2 * area / (8 * (thickness + permittivity * gap) ** 2)
 

@@ -3,7 +3,7 @@
 Claims: a coating that leaks, in the place of one that insulates, puts nearly all of a DC voltage across the gap between
 finger and coating, the Johnsen-Rahbek effect, so that the attraction eps0 A (V_gap/g)^2/2 lasts under DC where that of
 an insulating coating fades. Does not claim: values of coating, gap and voltage (none was read; the text is recalled,
-the title stands in a list of references). The law is GapPlane on layers that conduct. What decides is which layer
+the title stands in a list of references). The law is MaxwellStressInGap on layers that conduct. What decides is which layer
 leaks least: the coating has to conduct better than the gap, rho_g g against rho_c T_c once all has settled.
 """
 
@@ -23,14 +23,14 @@ CITATION = (
     "C. D. Shultz, M. A. Peshkin, J. E. Colgate, Surface haptics via electroadhesion: expanding electrovibration with"
     " Johnsen and Rahbek, IEEE World Haptics Conference 2015 (title from the references of hal-01341981; text recalled)"
 )
-STATUS = "recalled"
+STATUS = "unverified"
 NOT_READ = "The text was not read: its law is recalled, its coating, gap and voltages are not known here."
 
 VOLTAGE, AREA, GAP = 100.0, 1e-4, 3e-6
-COAT_RESISTIVITY, GAP_RESISTIVITY = 1e7, 1e12
+COATING_RESISTIVITY, GAP_RESISTIVITY = 1e7, 1e12
 """Of a coating that leaks and of a gap that leaks less, a choice [ohm m]."""
 CHOICE = "not read; a choice"
-COAT = "not read; a thin coat, as in vezzoli_2014 for its figure 7"
+COATING = "not read; a thin coating, as in vezzoli_2014 for its figure 7"
 SKIN = "not read; the skin of vezzoli_2014, section 3.1"
 
 
@@ -62,11 +62,11 @@ def scenarios() -> dict[str, Scenario]:
             "drive.level": (VOLTAGE, CHOICE),
             "time.duration": 400.0,
             "stack": {
-                "insulator": (values.COAT, COAT),
+                "insulator": (values.COATING, COATING),
                 "gap": ({"thickness": GAP, "material": gap}, CHOICE),
                 "stratum_corneum": values.point_layer(SKIN),
             },
-            conductivity: (1 / COAT_RESISTIVITY, CHOICE),
+            conductivity: (1 / COATING_RESISTIVITY, CHOICE),
         },
     )
     insulated = preset(
@@ -88,7 +88,7 @@ CHECKS = (
         "attraction with all of 100 V across 3 um and 1 cm2, N",
         expect=0.4919,
         rtol=2e-4,
-        source="limit of the gap plane, by hand, four digits",
+        source="limit of the Maxwell stress in the gap, by hand, four digits",
         compute=lambda: gap_force(voltage=VOLTAGE, gap=GAP, area=AREA),
         status="derived",
     ),
@@ -96,7 +96,7 @@ CHECKS = (
         "settled attraction on a coating that leaks, N",
         expect=0.4919,
         rtol=2e-4,
-        source="limit of the gap plane, by hand: the gap resists 3e4 times as much as coat and skin together",
+        source="limit of the Maxwell stress in the gap, by hand: the gap resists 3e4 times as much as coating and skin together",
         compute=lambda: settled_force("leaky"),
         status="derived",
     ),

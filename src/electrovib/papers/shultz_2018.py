@@ -7,7 +7,7 @@ Claims: skin, body, coating, electrode and an interfacial gap are impedances in 
 by 100 to 1000 %, nothing but the gap explains it, and it vanishes when the finger stops; linear only at high
 frequency or small current. Does not claim: values of the elements, a gap, a force (none was read). With
 capacitors alone a gap g multiplies the impedance by r = 1 + g/K, K the electrical thickness without gap, and the
-same r divides the gap field at fixed voltage: the attraction of the gap plane is the one of contact over r^2.
+same r divides the gap field at fixed voltage: the attraction of the Maxwell stress in the gap is the one of contact over r^2.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ NOT_READ = (
 RISE = (2.0, 11.0)
 """Impedance of a sliding finger over that of a resting one: a rise of 100 to 1000 %, abstract."""
 CHOICE = "not printed in the abstract; a choice"
-COAT = "not printed in the abstract; a thin coat, as in vezzoli_2014 for its figure 7"
+COATING = "not printed in the abstract; a thin coating, as in vezzoli_2014 for its figure 7"
 SKIN = "not printed in the abstract; the skin of vezzoli_2014, section 3.1"
 
 _CARRIER = 1e5
@@ -45,8 +45,11 @@ _CARRIER = 1e5
 
 
 def electrical_thickness() -> float:
-    """Sum T/eps of coat and skin, without gap [m]."""
-    return values.COAT_THICKNESS / values.COAT_PERMITTIVITY + values.SKIN_THICKNESS / values.SKIN_PERMITTIVITY
+    """Sum T/eps of coating and skin, without gap [m]."""
+    return (
+        values.COATING_THICKNESS / values.COATING_PERMITTIVITY
+        + values.SKIN_THICKNESS / values.SKIN_PERMITTIVITY
+    )
 
 
 def gap_for(*, rise: float) -> float:
@@ -64,17 +67,17 @@ def scenarios() -> dict[str, Scenario]:
         "circuit.return_path.resistance": (1000.0, body),
         "time.initial_state.model": "PeriodicState",
     }
-    coat = {"insulator": (values.COAT, COAT)}
+    coating = {"insulator": (values.COATING, COATING)}
     skin = {"stratum_corneum": values.point_layer(SKIN)}
     at_rest = preset(
         title="Shultz 2018: finger at rest, no gap",
         unchanged=CHOICE,
-        changes={**common, "stack": coat | skin, "motion.speed": (0.0, "Shultz 2018: a finger at rest")},
+        changes={**common, "stack": coating | skin, "motion.speed": (0.0, "Shultz 2018: a finger at rest")},
     )
     sliding = preset(
         title="Shultz 2018: sliding finger, impedance 3.6 times that at rest",
         unchanged=CHOICE,
-        changes={**common, "stack": {**coat, "gap": {"thickness": gap, "material": AIR}, **skin}},
+        changes={**common, "stack": {**coating, "gap": {"thickness": gap, "material": AIR}, **skin}},
     )
     return {"at_rest": at_rest, "sliding": sliding}
 

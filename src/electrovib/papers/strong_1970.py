@@ -3,7 +3,8 @@
 Claims: exploring the display gives a sensation of texture whose intensity is set primarily by the peak applied
 voltage, not by the current density. Does not claim: an equation, a thickness, a permittivity, a
 threshold in volts (none was read). The law of one dielectric between two plates, eps0 eps A V^2/(2 d^2), is
-recalled; it is the insulator plane with the whole voltage on the insulator, low by eps against the gap plane.
+recalled; it is the Maxwell stress in the insulator with the whole voltage on the insulator, low by eps against the
+Maxwell stress in the gap.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ CITATION = (
 STATUS = "abstract"
 NOT_READ = (
     "The paper's model of the texture sensation was not read. F = eps0 eps A V^2/(2 d^2) with Coulomb friction is"
-    " recalled; here it is InsulatorPlane on one layer."
+    " recalled; here it is MaxwellStressInInsulator on one layer."
 )
 
 CHOICE = "not printed in the abstract; a choice"
@@ -60,15 +61,17 @@ def scenarios() -> dict[str, Scenario]:
     """Give one display with the recalled law, and the same display cut free in the gap."""
     title = "Strong and Troxel 1970: one dielectric under a sliding finger, "
     display = preset(
-        title=f"{title}InsulatorPlane",
+        title=f"{title}MaxwellStressInInsulator",
         unchanged=CHOICE,
         changes={
             "drive": ({"model": "Sine", "amplitude": VOLTAGE, "frequency": 100.0}, CHOICE),
-            "force.model": "InsulatorPlane",
+            "force.model": "MaxwellStressInInsulator",
             "stack": {"insulator": (values.FILM, FOUNDING)},
         },
     )
-    in_the_gap = preset(display, title=f"{title}GapPlane", changes={"force.model": "GapPlane"})
+    in_the_gap = preset(
+        display, title=f"{title}MaxwellStressInGap", changes={"force.model": "MaxwellStressInGap"}
+    )
     return {"display": display, "display_gap": in_the_gap}
 
 
@@ -117,16 +120,17 @@ CHECKS = (
         expect=0.183096,
         rtol=1e-5,
         source="stress D E/2 in a plate capacitor, film of vezzoli_2014, computed by hand",
-        compute=lambda: attraction("InsulatorPlane", voltage=VOLTAGE),
+        compute=lambda: attraction("MaxwellStressInInsulator", voltage=VOLTAGE),
         status="derived",
     ),
     Check(
-        "gap plane over this law",
+        "Maxwell stress in the gap over this law",
         expect=3.35,
         rtol=1e-9,
         source="identity: one displacement, permittivity of the insulator against that of air",
         compute=lambda: (
-            attraction("GapPlane", voltage=VOLTAGE) / attraction("InsulatorPlane", voltage=VOLTAGE)
+            attraction("MaxwellStressInGap", voltage=VOLTAGE)
+            / attraction("MaxwellStressInInsulator", voltage=VOLTAGE)
         ),
         status="derived",
     ),

@@ -1,6 +1,6 @@
-"""Adhesion of a smooth sphere to a coat under a voltage, by analogy with that of surfaces.
+"""Adhesion of a smooth sphere to a coating under a voltage, by analogy with that of surfaces.
 
-Two conductors with a coat between them attract like an adhesive contact whose energy of separation goes as the
+Two conductors with a coating between them attract like an adhesive contact whose energy of separation goes as the
 square of the voltage; area and load of the sphere then follow Johnson, Kendall and Roberts. It gives contact
 areas. The closed-form friction force of the papers that use the analogy was not read, and is not here.
 """
@@ -20,7 +20,7 @@ def separation_energy(*, voltage: float, thickness: float, permittivity: float) 
     voltage : float
         V.
     thickness, permittivity : float
-        Of the coat [m] and 1.
+        Of the coating [m] and 1.
 
     Returns
     -------
@@ -38,12 +38,12 @@ def adhesive_strength(*, voltage: float, thickness: float, permittivity: float) 
     voltage : float
         V.
     thickness, permittivity : float
-        Of the coat [m] and 1.
+        Of the coating [m] and 1.
 
     Returns
     -------
     float
-        Pa, eps_r times the stress inside the coat.
+        Pa, eps_r times the stress inside the coating.
     """
     return eps0 * (permittivity * voltage / thickness) ** 2 / 2
 
@@ -54,7 +54,7 @@ def adhesive_range(*, thickness: float, permittivity: float) -> float:
     Parameters
     ----------
     thickness, permittivity : float
-        Of the coat [m] and 1.
+        Of the coating [m] and 1.
 
     Returns
     -------

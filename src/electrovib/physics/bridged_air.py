@@ -26,7 +26,7 @@ class BridgedAir(Material):
     `Constant` with a conductivity, is another medium.
     """
 
-    equation: ClassVar[Mapping[str, str]] = {"polarisation": "1 - bridged_share"}
+    equation: ClassVar[Mapping[str, str]] = {"bound_permittivity": "1 - bridged_share"}
     example: ClassVar[Mapping[str, Any]] = {"bridged_share": 0.01, "spot_conductivity": 1e-6}
 
     bridged_share: Annotated[Number, Quantity("1", 1e-9, 0.999, "share of the area that bridges cover")]
@@ -46,9 +46,9 @@ class BridgedAir(Material):
         """Give bridges that together conduct as much [S/m]."""
         return self.model_copy(update={"spot_conductivity": conductivity / self.bridged_share})
 
-    def polarisation(self, frequency: ArrayLike) -> Complex:
+    def bound_permittivity(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone: that of the air on its share."""
-        return Constant(permittivity=1.0).polarisation(frequency) * (1 - self.bridged_share)
+        return Constant(permittivity=1.0).bound_permittivity(frequency) * (1 - self.bridged_share)
 
     def debye(self) -> DebyeSum:
         """Give the sum with no term at all."""

@@ -1,4 +1,4 @@
-"""What is in series with the stack: the amplifier's resistance and the way back through the body."""
+"""What is in series with the stack: the amplifier's resistance and the return path through the body."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class ReturnPath(Model, family=True):
 
     @abstractmethod
     def element(self) -> SeriesElement:
-        """Give the impedance of the way back, without a second contact."""
+        """Give the impedance of the return path, without a second contact."""
 
     def second_contact(self, area: float) -> float:
         """Give first contact area over second.
@@ -135,7 +135,7 @@ class SecondElectrode(ReturnPath):
 
 
 class Circuit(Model):
-    """The electrical surroundings of the stack; the way back is never assumed."""
+    """The electrical surroundings of the stack; the return path is never assumed."""
 
     example: ClassVar[Mapping[str, Any]] = {"return_path": {"model": "Grounded"}}
 

@@ -1,4 +1,4 @@
-"""What the edge of a finite contact adds to the attraction of the gap plane.
+"""What the edge of a finite contact adds to the attraction of the Maxwell stress in the gap.
 
 Every law of a stack in series gives a pressure, which times the contact area is the force. At the rim the field
 bends out under the edge of the finger and pulls there too. Status: derived, with one fit to a field solution
@@ -42,7 +42,7 @@ def fringe_factor(
     edge_radius: ArrayLike = 0.0,
     round_contact: bool = False,
 ) -> Real:
-    r"""Force of a finite contact over pressure of the gap plane times contact area.
+    r"""Force of a finite contact over pressure of the Maxwell stress in the gap times contact area.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def edge_excess(
     .. math:: \frac{e}{d} = \underbrace{\frac{\rho}{s^2} + \frac{2\rho^2 \arctan s}{s^3}}_{\text{wedge}}
         + \left[c^{-p} + \left(\frac{a}{\sqrt\rho}\right)^{-p}\right]^{-1/p}, \qquad s^2 = 1 + 2\rho
 
-    The wedge is the gap-plane law taken point by point under the round edge. The rest is the lateral field.
+    The wedge is the Maxwell stress in the gap law taken point by point under the round edge. The rest is the lateral field.
     Its square limit without a film is the conformal map of a step, c = 2/pi: the field on the finger is
     E0/sqrt(1 - u) with dx = (d/pi) sqrt(1 - u) du/u. Its well rounded limit is the next order of a slowly
     varying gap, :math:`C/\varepsilon_0 = \int [1 + (g'^2/3)(1 + (\varepsilon^2-1)(T/\varepsilon)^3/d^3)]/d\;dx`, so

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 
-from electrovib.core.lamps import Lamp, against
+from electrovib.core.diagnostics import Diagnostic, against
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity, quantity_of
 
@@ -52,7 +52,9 @@ SWITCH_ON: Final = " at switch-on"
 """After the name of a limit that the jump at time 0 is held against."""
 
 
-def limit_lamps(reached: Mapping[str, float], limits: Limits, *, amplified: bool = True) -> list[Lamp]:
+def limit_diagnostics(
+    reached: Mapping[str, float], limits: Limits, *, amplified: bool = True
+) -> list[Diagnostic]:
     """Judge what is reached against what is declared.
 
     Parameters
@@ -67,7 +69,7 @@ def limit_lamps(reached: Mapping[str, float], limits: Limits, *, amplified: bool
 
     Returns
     -------
-    list of Lamp
+    list of Diagnostic
         One for each limit that is declared, in the order of `Limits`, and of its name in words.
     """
     found = []
@@ -92,7 +94,9 @@ def _title(name: str) -> str:
     return name.replace("_", " ")
 
 
-def broken(lamps: list[Lamp]) -> list[Lamp]:
-    """Pick the lamps of declared limits that are exceeded."""
+def broken(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """Pick the diagnostics of declared limits that are exceeded."""
     names = {_title(name) + when for name in WORDS for when in ("", SWITCH_ON)}
-    return [lamp for lamp in lamps if lamp.name in names and lamp.state == "warning"]
+    return [
+        diagnostic for diagnostic in diagnostics if diagnostic.name in names and diagnostic.state == "warning"
+    ]

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
-from electrovib.physics.programme import Programme, Steady
+from electrovib.physics.time_profile import Steady, TimeProfile
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -202,13 +202,15 @@ class Motion(Model):
     Notes
     -----
     Without a speed the finger slides, at a speed that is not stated; it rests where the speed is 0 and where its
-    programme has stopped. It touches unless `distance` says otherwise, however thick a layer ``gap`` is.
+    time profile has stopped. It touches unless `distance` says otherwise, however thick a layer ``gap`` is.
     With `renews_film`, film that comes under the leading edge brings its own charge (the ``initial_charge`` of
     its layer, none by default) and takes what has leaked onto it away at the trailing edge.
     """
 
+    former_parameters: ClassVar[Mapping[str, str]] = {"programme": "time_profile"}
+
     speed: Annotated[Number | None, Quantity("m/s", 0, 100, "full sliding speed of the finger")] = None
-    programme: Programme = Steady()
+    time_profile: TimeProfile = Steady()
     renews_film: Annotated[bool, Field(description="whether sliding brings fresh film under the finger")] = (
         False
     )
@@ -219,9 +221,9 @@ class Motion(Model):
 
     @model_validator(mode="after")
     def _a_speed_is_there(self) -> Self:
-        if self.speed is None and not isinstance(self.programme, Steady):
+        if self.speed is None and not isinstance(self.time_profile, Steady):
             raise ValueError(
-                "programme needs the speed that it is a share of, for instance speed = '30 mm/s'"
+                "time profile needs the speed that it is a share of, for instance speed = '30 mm/s'"
             )
         if self.renews_film and not self.speed:
             raise ValueError("renews_film needs a speed, for instance speed = '30 mm/s'")
@@ -236,7 +238,7 @@ class Motion(Model):
 
     def speeds(self, time: ArrayLike) -> NDArray[np.float64]:
         """Sliding speed [m/s] at times [s]; 0 without a speed."""
-        return np.asarray((self.speed or 0.0) * self.programme.share(time))
+        return np.asarray((self.speed or 0.0) * self.time_profile.share(time))
 
     def touches(self, time: ArrayLike) -> NDArray[np.bool_]:
         """Tell at which times [s] the finger touches the plate."""
@@ -246,7 +248,7 @@ class Motion(Model):
         """Tell at which times [s] it touches and moves; at the moment of a stop it rests."""
         if self.speed is None:
             return self.touches(time)
-        return np.asarray(self.touches(time) & self.programme.runs(time) & (self.speed > 0))
+        return np.asarray(self.touches(time) & self.time_profile.runs(time) & (self.speed > 0))
 
     def rests(self, time: ArrayLike) -> NDArray[np.bool_]:
         """Tell at which times [s] it touches and does not move."""
@@ -255,4 +257,4 @@ class Motion(Model):
     def breaks(self) -> tuple[float, ...]:
         """Times at which it may begin or end to touch or to slide [s], increasing."""
         held = () if self.distance is None else self.distance.breaks()
-        return tuple(sorted({*held, *(time for time, _ in self.programme.corners())}))
+        return tuple(sorted({*held, *(time for time, _ in self.time_profile.corners())}))

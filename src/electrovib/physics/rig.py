@@ -1,6 +1,6 @@
 """The tribometer: what its sensors, conditioners and digitiser make of the forces.
 
-The founding rig has a Kistler 9217A piezo under the plate for the normal force; a floating table on a Honeywell FSG
+The rig of Vezzoli et al. 2014 has a Kistler 9217A piezo under the plate for the normal force; a floating table on a Honeywell FSG
 sensor with a Maxim max4209H conditioner for the lateral one; a Tektronix 3014B oscilloscope as digitiser. The paper
 gives no resonance, damping, bandwidth, time constant, noise, resolution or range of any of them, so that none has a
 default here: identify them on the rig, for instance from the ringing after a tap.
@@ -113,7 +113,7 @@ class Digitiser(Model):
 
     Notes
     -----
-    Level k is k 2 range/2^bits, k from -2^(bits - 1) to 2^(bits - 1) - 1. Beyond, the last level stands: a lamp says
+    Level k is k 2 range/2^bits, k from -2^(bits - 1) to 2^(bits - 1) - 1. Beyond, the last level stands: a diagnostic says
     how often. Noise is normal, white from sample to sample, and one seed gives one record.
     """
 

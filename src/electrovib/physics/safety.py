@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.constants import eps0
-from electrovib.core.lamps import Lamp, against
+from electrovib.core.diagnostics import Diagnostic, against
 from electrovib.core.units import format_quantity
 
 if TYPE_CHECKING:
@@ -19,13 +19,13 @@ PASCHEN_A = 112.50 * 1e-3 * 1e2
 PASCHEN_B = 2737.50 * 1e-3 * 1e2
 """Excitation constant of air [V/(Pa m)]: 2737.50 V/(kPa cm)."""
 SECONDARY_EMISSION = 0.01
-"""Electrons freed per ion that hits the electrode; recalled, not read."""
+"""Electrons freed per ion that hits the electrode; cited from memory, unverified."""
 ATMOSPHERE = 101325.0
 """Pa."""
 SMALLEST_PASCHEN_GAP = 5e-6
 """Below, Paschen's law fails and field emission takes over [m]."""
 FIELD_EMISSION = 75e6
-"""Micro-gap breakdown in air [V/m]; recalled, not read."""
+"""Micro-gap breakdown in air [V/m]; cited from memory, unverified."""
 LINEAR_SKIN = 10.0
 """Voltage up to which skin conducts in proportion: onset of electroporation at 10 to 20 V."""
 SURFACE_TENSION = 0.072
@@ -97,9 +97,9 @@ def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> N
     return np.asarray(np.where(gaps >= SMALLEST_PASCHEN_GAP, np.abs(fields) * gaps / held, 0.0))
 
 
-def film_lamp(
+def film_diagnostic(
     name: str, *, field: float, declared: float | None, permittivity: float, thickness: float
-) -> Lamp:
+) -> Diagnostic:
     """Judge the strength of a layer of the plate.
 
     Parameters
@@ -117,7 +117,7 @@ def film_lamp(
 
     Returns
     -------
-    Lamp
+    Diagnostic
         Against what is declared; else against the range of polymer films where it may be one, by permittivity
         and thickness; else unknown.
     """
@@ -136,14 +136,14 @@ def film_lamp(
     text = (
         f"{what} reaches {shown}; no breakdown_field is declared and no range is known for such a film: {own}"
     )
-    return Lamp(title, "unknown", text)
+    return Diagnostic(title, "unknown", text)
 
 
 def _between(value: float, range_: tuple[float, float]) -> bool:
     return range_[0] <= value <= range_[1]
 
 
-def skin_lamp(name: str, *, voltage: float) -> Lamp:
+def skin_diagnostic(name: str, *, voltage: float) -> Diagnostic:
     """Judge whether a layer of the finger conducts in proportion.
 
     Parameters
@@ -155,14 +155,14 @@ def skin_lamp(name: str, *, voltage: float) -> Lamp:
 
     Returns
     -------
-    Lamp
+    Diagnostic
         Against the onset of electroporation.
     """
     what, why = f"the voltage across '{name}'", "up to there skin conducts in proportion"
     return against(f"linear skin, {name}", value=voltage, limit=LINEAR_SKIN, unit="V", what=what, why=why)
 
 
-def sweat_lamp(*, voltage: float, electrical_thickness: float) -> Lamp:
+def sweat_diagnostic(*, voltage: float, electrical_thickness: float) -> Diagnostic:
     """Judge whether sweat between finger and film follows the voltage.
 
     Parameters
@@ -174,7 +174,7 @@ def sweat_lamp(*, voltage: float, electrical_thickness: float) -> Lamp:
 
     Returns
     -------
-    Lamp
+    Diagnostic
         Against the voltage at which menisci saturate.
     """
     limit = electrowetting_voltage(thickness=electrical_thickness, permittivity=1.0)
@@ -184,7 +184,7 @@ def sweat_lamp(*, voltage: float, electrical_thickness: float) -> Lamp:
     )
 
 
-def air_lamps(*, field: float, gap: float) -> list[Lamp]:
+def air_diagnostics(*, field: float, gap: float) -> list[Diagnostic]:
     """Judge the air between plate and finger.
 
     Parameters
@@ -196,15 +196,15 @@ def air_lamps(*, field: float, gap: float) -> list[Lamp]:
 
     Returns
     -------
-    list of Lamp
+    list of Diagnostic
         Paschen's law where there is a gap, then field emission.
     """
     if gap <= 0:
-        return [emission_lamp(field=field, vanishing=True)]
-    return [paschen_lamp(field=field, gap=gap), emission_lamp(field=field)]
+        return [emission_diagnostic(field=field, vanishing=True)]
+    return [paschen_diagnostic(field=field, gap=gap), emission_diagnostic(field=field)]
 
 
-def paschen_lamp(*, field: float, gap: float) -> Lamp:
+def paschen_diagnostic(*, field: float, gap: float) -> Diagnostic:
     """Judge the field of a gap by Paschen's law.
 
     Parameters
@@ -216,18 +216,18 @@ def paschen_lamp(*, field: float, gap: float) -> Lamp:
 
     Returns
     -------
-    Lamp
+    Diagnostic
         Unknown below 5 um, where the law does not hold.
     """
     if gap < SMALLEST_PASCHEN_GAP:
         text = f"a gap of {format_quantity(gap, 'm')} is below the reach of Paschen's law, 5 um"
-        return Lamp("Paschen", "unknown", text)
-    why = "where air breaks down by Paschen's law (its secondary emission is a recalled value)"
+        return Diagnostic("Paschen", "unknown", text)
+    why = "where air breaks down by Paschen's law (its secondary emission is a value cited from memory, unverified)"
     what = f"the voltage across a gap of {format_quantity(gap, 'm', digits=3)}"
     return against("Paschen", value=field * gap, limit=paschen_voltage(gap=gap), unit="V", what=what, why=why)
 
 
-def emission_lamp(*, field: float, vanishing: bool = False) -> Lamp:
+def emission_diagnostic(*, field: float, vanishing: bool = False) -> Diagnostic:
     """Judge the field of a gap, or of a vanishing one, against field emission.
 
     Parameters
@@ -239,10 +239,10 @@ def emission_lamp(*, field: float, vanishing: bool = False) -> Lamp:
 
     Returns
     -------
-    Lamp
+    Diagnostic
         Against the breakdown of micro-gaps.
     """
-    why = "where micro-gaps break down by field emission (recalled value)"
+    why = "where micro-gaps break down by field emission (value cited from memory, unverified)"
     what = "the field of a vanishing gap" if vanishing else "the gap field"
     return against("field emission", value=field, limit=FIELD_EMISSION, unit="V/m", what=what, why=why)
 

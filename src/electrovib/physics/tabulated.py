@@ -11,10 +11,10 @@ from pydantic_core import PydanticCustomError
 from electrovib.core.arrays import Complex
 from electrovib.core.column_unit import column_unit, is_unit_of
 from electrovib.core.constants import VACUUM_PERMITTIVITY
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.core.files import UNREAD, FileColumn
-from electrovib.core.lamps import Lamp
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
@@ -213,7 +213,7 @@ class Tabulated(Material):
         frequency = self.frequency_samples.values
         return float(frequency[0]), float(frequency[-1])
 
-    def polarisation(self, frequency: ArrayLike) -> Complex:
+    def bound_permittivity(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone.
 
         Parameters
@@ -269,7 +269,7 @@ class Tabulated(Material):
         except InputError:
             return float("nan")
 
-    def lamps(self, name: str) -> tuple[Lamp, ...]:
+    def diagnostics(self, name: str) -> tuple[Diagnostic, ...]:
         """Report passivity, band and Kramers-Kronig residual."""
         residual, (low, high) = self.kramers_kronig, self.band
         state = "unknown" if np.isnan(residual) else "warning" if residual > SUSPICIOUS else "ok"
@@ -279,7 +279,7 @@ class Tabulated(Material):
             f" {format_quantity(low, 'Hz')} to {format_quantity(high, 'Hz')}; its Kramers-Kronig residual is {said}"
             f" (suspicious above {100 * SUSPICIOUS:.0f} %)"
         )
-        return (Lamp("measured table", state, text),)
+        return (Diagnostic("measured table", state, text),)
 
 
 def _relaxation_through(edge: complex, ratio: Real, place: float) -> Complex:

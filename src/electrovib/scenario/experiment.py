@@ -42,7 +42,7 @@ class Scenario(Model):
 
     example: ClassVar[Mapping[str, Any]] = {
         "drive": {"model": "Step", "level": 100},
-        "force": {"model": "GapPlane"},
+        "force": {"model": "MaxwellStressInGap"},
         "friction": {"model": "Coulomb", "coefficient": 0.5},
         "contact": {"model": "FixedArea", "area": 1e-4},
         "load": {"normal_force": 0.5},

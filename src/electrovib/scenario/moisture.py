@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.core.lamps import Lamp
 from electrovib.core.units import format_quantity
 from electrovib.physics.interface import beside_interface
 
@@ -50,7 +50,7 @@ def _skin(scenario: Scenario) -> str | None:
     return beside_interface(scenario.stack.roles, "finger")
 
 
-def moisture_lamp(scenario: Scenario) -> Lamp | None:
+def moisture_diagnostic(scenario: Scenario) -> Diagnostic | None:
     """Say what moisture has set, whatever the tables said of it, and what it found nothing to set for."""
     if scenario.moisture is None:
         return None
@@ -63,7 +63,7 @@ def moisture_lamp(scenario: Scenario) -> Lamp | None:
     idle = [name for start, name in starts.items() if not any(path.startswith(start) for path in moved)]
     if idle:
         text += f"; it has no number of {' and '.join(idle)} to set here"
-    return Lamp("moisture", "warning" if idle else "ok", text)
+    return Diagnostic("moisture", "warning" if idle else "ok", text)
 
 
 def refuse_what_moisture_sets(scenario: Scenario, changes: Collection[str]) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from electrovib.core.budget import Work, refuse_beyond
 from electrovib.physics.drive.parts import Chirped, Smooth, Tones
 from electrovib.physics.drive.pieces import Linear
-from electrovib.physics.force import EffectiveMediumPlane
+from electrovib.physics.force import EffectiveMedium
 from electrovib.physics.friction import BristleFriction
 from electrovib.physics.motion import Distance
 from electrovib.scenario import PeriodicState
@@ -157,7 +157,7 @@ def _modes(scenario: Scenario) -> int:
 
 def _modes_of_law(scenario: Scenario) -> int:
     """About how many relaxations of its own the force law filters by."""
-    filters = scenario.force.plane == EffectiveMediumPlane.plane
+    filters = scenario.force.evaluation_surface == EffectiveMedium.evaluation_surface
     disperses = any(layer.material.debye() is None for layer in scenario.stack.layers.values())
     return _modes(scenario) * NODES_OF_ROOT if filters and disperses else 0
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import refuse_unsolved, solve
-from electrovib.solve.diagnostics import diagnostics, solved, watched
-from electrovib.solve.diagnostics.known import known_band, memory_lamps, worst_of
+from electrovib.solve.diagnostics import judge_run, solved, watched
+from electrovib.solve.diagnostics.known import known_band, memory_diagnostics, worst_of
 from electrovib.solve.diagnostics.memory import answer_errors
 from electrovib.solve.diagnostics.transfer_error import since_corners, transfer_error
 from electrovib.solve.effort import last_time, refuse_large
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
     from electrovib.core.arrays import Real
-    from electrovib.core.lamps import Lamp
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.judged import Judged
     from electrovib.solve.diagnostics.peaks import PeakRecord
@@ -173,7 +173,7 @@ class Expanded:
             solution=solution,
             signals=solution.signals(tuple(section.names)) | moved.signals,
             how=solution.how() | moved.how,
-            lamps=moved.lamps,
+            diagnostics=moved.diagnostics,
             peaks=peaks,
         )
 
@@ -187,7 +187,7 @@ class Expanded:
         self.last = (times, solution)
         return solution
 
-    def judge(self, record: Record) -> tuple[list[Lamp], dict[str, float]]:
+    def judge(self, record: Record) -> tuple[list[Diagnostic], dict[str, float]]:
         """Judge a record before it is handed out.
 
         Parameters
@@ -197,7 +197,7 @@ class Expanded:
 
         Returns
         -------
-        lamps : list of Lamp
+        diagnostics : list of Diagnostic
             What holds for the solution; whether the times show it is for `sampling` to say.
         errors : dict of str to float
             ``reduction_error``, and of a law with a response in time ``transfer_error``; relative.
@@ -209,10 +209,10 @@ class Expanded:
             errors = answer_errors(scenario, self.section, seen.solution, seen.times, known=known)
         peaks = record.peaks or watched(scenario, self.section, record.times, record.solution)
         spoken = [
-            *diagnostics(scenario, self.section, peaks, record.times, record.signals),
-            *memory_lamps(scenario, errors, seen.times, known=known, method=record.solution.method),
-            *record.lamps,
-            *scenario.force.lamps_over_frequency(self.declared),
+            *judge_run(scenario, self.section, peaks, record.times, record.signals),
+            *memory_diagnostics(scenario, errors, seen.times, known=known, method=record.solution.method),
+            *record.diagnostics,
+            *scenario.force.diagnostics_over_frequency(self.declared),
         ]
         return spoken, self.stated(errors)
 
@@ -257,7 +257,7 @@ class Expanded:
             times=record.times[kept] + later,
             solution=record.solution.at(np.flatnonzero(kept)),
             signals={},
-            lamps=[],
+            diagnostics=[],
             peaks=None,
         )
 

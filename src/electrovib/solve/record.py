@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
-    from electrovib.core.lamps import Lamp
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.solve.diagnostics.peaks import PeakRecord
     from electrovib.solve.electrics.solution import Solution
 
@@ -26,7 +26,7 @@ class Record:
         Dimensions and values of every signal over time, in its unit.
     how : dict
         Solver, its reason, errors and events.
-    lamps : list of Lamp
+    diagnostics : list of Diagnostic
         What the mechanics has to say.
     peaks : PeakRecord or None
         What is judged of the whole solution; None where these times show it well enough.
@@ -36,5 +36,5 @@ class Record:
     solution: Solution
     signals: dict[str, Any]
     how: dict[str, Any]
-    lamps: list[Lamp]
+    diagnostics: list[Diagnostic]
     peaks: PeakRecord | None = None

@@ -43,7 +43,7 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        A Trace: signals over time and over frequency, with solver, reason, errors, lamps and the scenario
+        A Trace: signals over time and over frequency, with solver, reason, errors, diagnostics and the scenario
         itself in its attributes.
 
     Raises
@@ -74,7 +74,7 @@ def simulate(
     variables: dict[str, Any] = {**record.signals, **over_frequency(scenario, at_frequency)}
     variables = _chosen(variables, signals)
     spoken += sampling(scenario.drive, times)
-    attributes["lamps"] = json.dumps([lamp.to_dict() for lamp in spoken])
+    attributes["validity"] = json.dumps([diagnostic.to_dict() for diagnostic in spoken])
     coordinates = {
         "time": times,
         "frequency": frequency,

@@ -1,4 +1,4 @@
-"""Why a law's static force differs from that of the gap plane, in words made from numbers."""
+"""Why a law's static force differs from that of the Maxwell stress in the gap, in words made from numbers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ AGREES = 0.01
 
 def static_permittivity(scenario: Scenario, name: str) -> float:
     """Real relative permittivity of a layer at 1 Hz, conduction apart."""
-    return float(scenario.stack.layers[name].material.polarisation(1.0).real)
+    return float(scenario.stack.layers[name].material.bound_permittivity(1.0).real)
 
 
 def explain(scenario: Scenario, *, ratio: float) -> str:
@@ -29,7 +29,7 @@ def explain(scenario: Scenario, *, ratio: float) -> str:
     scenario : Scenario
         Stack and law.
     ratio : float
-        Static force of the law over that of the gap plane.
+        Static force of the law over that of the Maxwell stress in the gap.
 
     Returns
     -------
@@ -38,13 +38,16 @@ def explain(scenario: Scenario, *, ratio: float) -> str:
     """
     expected, words = _reason(scenario)
     if expected is None:
-        said = f"{words}: {ratio:.4g} of the gap plane here"
+        said = f"{words}: {ratio:.4g} of the Maxwell stress in the gap here"
     elif abs(ratio / expected - 1) > AGREES:
-        return f"{words} would give {expected:.4g} of the gap plane, but it is {ratio:.4g}: the law has more in it"
+        return (
+            f"{words} would give {expected:.4g} of the Maxwell stress in the gap, but the law gives {ratio:.4g}: it has"
+            " further terms"
+        )
     elif expected == 1:
         return words
     else:
-        said = f"{words}: {expected:.4g} of the gap plane"
+        said = f"{words}: {expected:.4g} of the Maxwell stress in the gap"
     return said + _equal_gap(scenario, ratio)
 
 
@@ -57,18 +60,20 @@ def _electrical(scenario: Scenario) -> tuple[float, float]:
 
 
 def _equal_gap(scenario: Scenario, ratio: float) -> str:
-    """Name the gap of air at which the gap plane would pull as much; only where the gap leaves the voltage alone."""
+    """Name the gap of air in which the Maxwell stress would pull as much, where the gap does not change the voltage."""
     whole, solid = _electrical(scenario)
     name = scenario.stack.gap_name
     filling = static_permittivity(scenario, name) if name else 1.0
     gap = filling * whole / ratio**0.5 - solid
     if not isinstance(scenario.circuit.return_path, Grounded) or gap <= 0:
         return ""
-    return f", as much as the gap plane at a gap of {format_quantity(float(f'{gap:.2g}'), 'm')}"
+    return (
+        f", as much as the Maxwell stress in the gap at a gap of {format_quantity(float(f'{gap:.2g}'), 'm')}"
+    )
 
 
 def _reason(scenario: Scenario) -> tuple[float | None, str]:
-    plane, layers, gap = scenario.force.plane, scenario.stack.layers, scenario.stack.gap_name
+    plane, layers, gap = scenario.force.evaluation_surface, scenario.stack.layers, scenario.stack.gap_name
     permittivity = {name: static_permittivity(scenario, name) for name in layers}
     electrical, solid = _electrical(scenario)
     in_gap = permittivity[gap] if gap else 1.0
@@ -152,7 +157,7 @@ def _place(scenario: Scenario) -> str:
     if len(read) == 1:
         return read[0]
     gap = scenario.stack.gap_name
-    return gap if gap and scenario.force.plane == "gap" else scenario.force.plane
+    return gap if gap and scenario.force.evaluation_surface == "gap" else scenario.force.evaluation_surface
 
 
 def _because(plane: str, names: tuple[str, ...], *, rises: bool) -> str:

@@ -192,8 +192,8 @@ def _windows(
         found.append(lines(part, span=span, before=previous, signal=signal, how=how))
     if not found:
         raise InputError(
-            f"motion.programme: in every window of the {signal.replace('_', ' ')} the finger rests at times, where friction"
-            " is not determined; give a shorter perception.window, a programme that slides for longer, or a finger"
+            f"motion.time_profile: in every window of the {signal.replace('_', ' ')} the finger rests at times, where friction"
+            " is not determined; give a shorter perception.window, a time profile that slides for longer, or a finger"
         )
     return tuple(found)
 
@@ -209,8 +209,8 @@ def _late(scenario: Scenario, window: float, samples: int) -> tuple[Lines, ...]:
     force = _lateral(start, _middles(2 * count, span / count))
     if np.any(np.isnan(force[count - 1 :])):
         raise InputError(
-            "motion.programme: the finger rests while its friction would be felt, and that friction is not determined; give"
-            " a programme that slides for longer, or a finger, whose spring tells the friction at rest"
+            "motion.time_profile: the finger rests while its friction would be felt, and that friction is not determined; give"
+            " a time profile that slides for longer, or a finger, whose spring tells the friction at rest"
         )
     how = f"{repeats} period(s) of {period:.4g} s from rest, after as many that are left out; not known to have settled"
     return (lines(force[count:], span=span, before=float(force[count - 1]), signal="lateral_force", how=how),)

@@ -15,7 +15,7 @@ from electrovib.core.trace import is_trace
 from electrovib.data.traces import open_if_trace
 from electrovib.physics.perception import (
     BEST_FREQUENCIES,
-    RECALLED_CORNER,
+    UNVERIFIED_CORNER,
     ElasticViscousSkin,
     Pacinian,
     Perception,
@@ -239,8 +239,11 @@ def _alternatives(found: Lines, person: Perception, given: Any) -> dict[str, flo
         alone = person.model_copy(update={"channels": (person.most_sensitive(),)})
         cases[f"{type(person.most_sensitive()).__name__} channel alone"] = (alone, given)
     if given is None and found.signal != "skin_displacement":
-        skin = ElasticViscousSkin(stiffness=1.0, corner=RECALLED_CORNER)
-        cases[f"skin elastic to {RECALLED_CORNER:g} Hz, then viscous (recalled)"] = (person, skin)
+        skin = ElasticViscousSkin(stiffness=1.0, corner=UNVERIFIED_CORNER)
+        cases[f"skin elastic to {UNVERIFIED_CORNER:g} Hz, then viscous (cited from memory, unverified)"] = (
+            person,
+            skin,
+        )
     if _reference(found, person, given) == 0:
         return {}
     return {

@@ -190,7 +190,7 @@ def stands_on(found: Lines, person: Perception, given: Any) -> tuple[str, ...]:
     return (*texts, MOTION)
 
 
-def just_noticeable(first: Percept, second: Percept) -> Difference:
+def compare_percepts(first: Percept, second: Percept) -> Difference:
     """Tell whether two drives can be told apart by their strength.
 
     Parameters

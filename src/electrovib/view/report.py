@@ -152,7 +152,9 @@ def page_of(traces: Mapping[str, xarray.Dataset], *, title: str | None = None) -
         "report.html.jinja",
         title=title or _title(traces),
         labels=list(traces),
-        lamps={label: shown for label, trace in traces.items() if (shown := summary.lamps(trace))},
+        diagnostics={
+            label: shown for label, trace in traces.items() if (shown := summary.diagnostics(trace))
+        },
         unreadable=[
             label for label, trace in traces.items() if "scenario" in trace.attrs and label not in scenarios
         ],

@@ -114,7 +114,11 @@ def _stacks(scenarios: Mapping[str, Scenario]) -> list[PageFigure]:
     """Draw each different stack once."""
     found: dict[tuple[str, str, str], list[str]] = {}
     for label, scenario in scenarios.items():
-        drawn_from = (scenario.stack.canonical(), scenario.circuit.canonical(), scenario.force.plane)
+        drawn_from = (
+            scenario.stack.canonical(),
+            scenario.circuit.canonical(),
+            scenario.force.evaluation_surface,
+        )
         found.setdefault(drawn_from, []).append(label)
     groups = list(found.values())
     drawn = []

@@ -16,7 +16,7 @@ COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e
 """Okabe and Ito's palette without its yellow, which is too faint for a line on white."""
 DASHES: Final = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
 LAYER_COLOURS: Final = {"insulator": "#0072b2", "gap": "#009e73", "stratum_corneum": "#d55e00"}
-"""The three layers of the founding set-up look the same in every figure."""
+"""The three layers of the set-up of Vezzoli et al. 2014 look the same in every figure."""
 SIZE: Final = (5.6, 3.6)
 """Width and height of a single plot [inch]."""
 

@@ -1,4 +1,4 @@
-"""What a Trace says of itself, as texts for people: lamps, key numbers, how it was computed."""
+"""What a Trace says of itself, as texts for people: diagnostics, key numbers, how it was computed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 PARTS: Final = ("electrovib", "numpy", "scipy", "xarray", "pydantic", "matplotlib")
-_TOLD_ELSEWHERE: Final = frozenset({"format", "title", "scenario", "lamps", "over", "quantities", "records"})
+_TOLD_ELSEWHERE: Final = frozenset(
+    {"format", "title", "scenario", "validity", "over", "quantities", "records"}
+)
 _WORDS: Final = {
     "electrovib": "computed by electrovib",
     "scenario_hash": "hash of the scenario",
@@ -36,8 +38,8 @@ _WORDS: Final = {
 _LONGEST: Final = 400
 
 
-def lamps(trace: xarray.Dataset) -> list[dict[str, str]]:
-    """Read the validity lamps.
+def diagnostics(trace: xarray.Dataset) -> list[dict[str, str]]:
+    """Read the validity diagnostics.
 
     Returns
     -------
@@ -45,8 +47,8 @@ def lamps(trace: xarray.Dataset) -> list[dict[str, str]]:
         ``name``, ``state`` and ``text`` of each; empty where there are none.
     """
     try:
-        found = read_json(trace.attrs.get("lamps", "[]"))
-        return [{key: str(lamp[key]) for key in ("name", "state", "text")} for lamp in found]
+        found = read_json(trace.attrs.get("validity", "[]"))
+        return [{key: str(diagnostic[key]) for key in ("name", "state", "text")} for diagnostic in found]
     except (TypeError, ValueError, KeyError):
         return []
 
@@ -101,7 +103,9 @@ def not_known(trace: xarray.Dataset, name: str) -> str:
         For instance ``not known at 40 % of the times (the finger rests)``; empty where it is known, or where the
         Trace does not say that the finger rests.
     """
-    if name not in trace or not any(lamp["name"] == "friction at rest" for lamp in lamps(trace)):
+    if name not in trace or not any(
+        diagnostic["name"] == "friction at rest" for diagnostic in diagnostics(trace)
+    ):
         return ""
     share = float(trace[name].isnull().mean())
     if not share:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.model import Model
+from electrovib.physics.force import ForceLaw
 from electrovib.scenario import is_default
 from electrovib.view.units import pretty_quantity
 
@@ -135,7 +136,7 @@ def walk_models(model: Model, prefix: str = "") -> Iterator[tuple[str, Model]]:
 
 
 def model_rows(scenario: Scenario) -> list[ModelRow]:
-    """List the models that were chosen where another could stand: drive, law, materials, way back.
+    """List the models that were chosen where another could stand: drive, law, materials, return path.
 
     Returns
     -------
@@ -147,7 +148,9 @@ def model_rows(scenario: Scenario) -> list[ModelRow]:
         kind = type(model)
         if not kind.is_member:
             continue
-        facts = [f"evaluated at the plane: {kind.plane}"] if hasattr(kind, "plane") else []
+        facts = (
+            [f"Maxwell stress evaluated in: {kind.evaluation_surface}"] if issubclass(kind, ForceLaw) else []
+        )
         facts += [f"known from: {kind.status}"] if kind.status else []
         equations = tuple(f"{name} = {readable_equation(text)}" for name, text in kind.equation.items())
         meaning, _, rest = inspect.cleandoc(kind.__doc__ or "").partition("\n")

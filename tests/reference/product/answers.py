@@ -41,7 +41,9 @@ def scale(scenario, name, row):
     }.get(kind, 1.0)
     if kind == "field":
         usual = (
-            charge / EPS0 / float(np.real(scenario.stack.layers[layer].material.polarisation(np.array(1e3))))
+            charge
+            / EPS0
+            / float(np.real(scenario.stack.layers[layer].material.bound_permittivity(np.array(1e3))))
         )
     return max(float(np.max(np.abs(row))), usual)
 
@@ -50,7 +52,7 @@ def attraction(scenario, found):
     """Pressure times area of each contact [N], by the law of the scenario."""
     layers, area = scenario.stack.layers, scenario.contact_area
     first, law = found["stack_voltage"], type(scenario.force).__name__
-    if law == "GapPlane":
+    if law == "MaxwellStressInGap":
         share = layers["gap"].material.pulling_share
         pressure = EPS0 * share * found["field gap"] ** 2 / 2
     elif law == "Vezzoli2014Causal":
@@ -61,7 +63,9 @@ def attraction(scenario, found):
         thin = skin.thickness / skin.material.permittivity
         pressure = EPS0 * effective**2 / (2 * (thick + thin) * (film.thickness + skin.thickness))
     else:
-        name = {"InsulatorPlane": "insulator", "StratumCorneumPlane": "stratum_corneum"}[law]
+        name = {"MaxwellStressInInsulator": "insulator", "MaxwellStressInStratumCorneum": "stratum_corneum"}[
+            law
+        ]
         pressure = found[f"field {name}"] * found[f"displacement {name}"] / 2
     second = scenario.circuit.return_path.second_contact(area)
     return area * pressure * (1 + (second or 0.0))

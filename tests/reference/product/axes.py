@@ -147,7 +147,12 @@ AXES = {
     "charge": tuple(CHARGES),
     "path": tuple(PATHS),
     "skin": tuple(SKINS),
-    "law": ("GapPlane", "InsulatorPlane", "StratumCorneumPlane", "Vezzoli2014Causal"),
+    "law": (
+        "MaxwellStressInGap",
+        "MaxwellStressInInsulator",
+        "MaxwellStressInStratumCorneum",
+        "Vezzoli2014Causal",
+    ),
     "start": ("rest", "periodic"),
     "film": ("stays", "renews"),
 }
@@ -162,7 +167,7 @@ def is_scenario(case):
     if case["gap"] != "none":
         return True
     return (
-        case["law"] != "GapPlane"
+        case["law"] != "MaxwellStressInGap"
         and case["leak"] not in {"gap", "two"}
         and case["air"] == "dry"
         and case["charge"] != "two"
@@ -186,7 +191,7 @@ def refusals(case):
         found.append("circuit.amplifier")
     if currents and (moves or case["leak"] == "two"):
         found.append("drive")
-    if case["gap"] == "closes" and (case["path"] in SECOND or case["law"] != "GapPlane"):
+    if case["gap"] == "closes" and (case["path"] in SECOND or case["law"] != "MaxwellStressInGap"):
         found.append("contact.closing")
     if case["film"] == "renews":
         others = {

@@ -88,9 +88,9 @@ def test_perceive_and_equilibrium_name_it_too(cli):
     line = chosen(cli("perceive", "--set", "drive.rise=20ms", "--set", skin)[1])
     assert "drive.rise" not in line
     assert "drive.hold" in line
-    relief = 'contact.surface={ model = "LinearSpring", stiffness = "1 GPa/m", free_gap = "10 um" }'
+    topography = 'contact.surface={ model = "LinearSpring", stiffness = "1 GPa/m", free_gap = "10 um" }'
     solid = "stack.gap.material.conductivity=0"
-    code, out, _ = cli("equilibrium", "vezzoli_2014/fig6_gap", "--set", relief, "--set", solid)
+    code, out, _ = cli("equilibrium", "vezzoli_2014/fig6_gap", "--set", topography, "--set", solid)
     assert code == 0
     assert "stack.gap.thickness 1 um" in chosen(out)
 
@@ -336,8 +336,8 @@ def test_a_parameter_given_twice_is_refused(option, first, second, cli):
 def test_changes_may_be_texts_for_the_public_function_too():
     from electrovib import run
 
-    told = run(set=["drive.high=500 V", 'force={ model = "GapPlane" }'])
-    assert told.equals(run(set={"drive.high": 500, "force": {"model": "GapPlane"}}))
+    told = run(set=["drive.high=500 V", 'force={ model = "MaxwellStressInGap" }'])
+    assert told.equals(run(set={"drive.high": 500, "force": {"model": "MaxwellStressInGap"}}))
 
 
 def test_both_files_of_a_csv_are_named(cli, here):
@@ -367,16 +367,21 @@ def test_usage_errors_are_one_line_and_code_2():
     assert "Traceback" not in result.stderr
 
 
-def test_compare_without_a_scenario_prints_the_truth_table(cli):
+def test_compare_without_a_scenario_prints_the_surfaces(cli):
     code, out, _ = cli("compare")
     assert code == 0
-    for shown in ("56.55 mN", "607.6 mN", "31.05 N", "(recalled)"):
+    for shown in ("56.55 mN", "607.6 mN", "31.05 N", "(unverified)"):
         assert shown in out
 
 
 def test_compare_explains_and_writes_a_page(cli, here):
     code, out, _ = cli(
-        "compare", "vezzoli_2014/fig6_gap", "--models", "GapPlane,StratumCorneumPlane", "-o", "page.html"
+        "compare",
+        "vezzoli_2014/fig6_gap",
+        "--models",
+        "MaxwellStressInGap,MaxwellStressInStratumCorneum",
+        "-o",
+        "page.html",
     )
     assert code == 0
     assert "permittivity 1560" in out
@@ -401,12 +406,12 @@ def test_models_are_listed_and_shown(cli):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["models", "GapPlne"], ["neither a model nor a paper"]),
-        (["compare", "vezzoli_2014/fig6", "--models", "GapPlne"], ["Did you mean 'GapPlane'?"]),
+        (["models", "MaxwellStressInGp"], ["neither a model nor a paper"]),
+        (["compare", "vezzoli_2014/fig6", "--models", "MaxwellStressInGp"], ["Did you mean 'MaxwellStressInGap'?"]),
         (["compare", "vezzoli_2014/fig6", "-o", "page.pdf"], [".html"]),
         (["compare", "nothing.toml"], ["nothing.toml"]),
         (["compare", "-o", "page.html"], ["--output: needs a scenario"]),
-        (["compare", "--models", "GapPlane"], ["--models: needs a scenario"]),
+        (["compare", "--models", "MaxwellStressInGap"], ["--models: needs a scenario"]),
         (["compare", "vezzoli_2014/fig6", "--models", ","], ["names no force law"]),
         (["compare", "vezzoli_2014/fig6", "--models", "Persson2018RoughGap"], ["mean_gap: missing"]),
     ],

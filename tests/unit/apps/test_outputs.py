@@ -145,7 +145,9 @@ def test_a_file_of_somebody_else_needs_force(name, cli, here):
 @pytest.mark.parametrize(("option", "name"), [("--report", "notes.html"), ("-o", "page.html")])
 def test_pages_of_run_and_compare_keep_others_too(option, name, cli, here):
     (here / "page.html").write_text("mine")
-    command = ["run", "b.toml"] if option == "--report" else ["compare", "b.toml", "--models", "GapPlane"]
+    command = (
+        ["run", "b.toml"] if option == "--report" else ["compare", "b.toml", "--models", "MaxwellStressInGap"]
+    )
     code, err = cli(*command, option, name)
     assert code == 2
     assert f"{name}: exists already and is no HTML page" in err

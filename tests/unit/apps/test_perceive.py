@@ -32,7 +32,7 @@ def test_levels_their_interval_and_what_they_stand_on_are_printed(cli):
     assert "NonPacinian: nothing" in out  # 250 Hz lies outside its band
     assert "+0.0 dB relative to a sine of force as large at 250 Hz" in out or "-0.0 dB relative" in out
     assert "between " in out
-    assert "(recalled)" in out
+    assert "(cited from memory, unverified)" in out
     assert "verdict: relative only, calibrate with perception.threshold" in out
     assert "12 dB an octave: an assumption" in out
     assert "Sci. Rep. 8, 4555 (2018)" in out

@@ -99,7 +99,7 @@ COMMANDS = (
     ["run", "words.toml"],
     ["models"],
     ["models", "vezzoli_2014"],
-    ["compare", "words.toml", "--models", "GapPlane,StratumCorneumPlane"],
+    ["compare", "words.toml", "--models", "MaxwellStressInGap,MaxwellStressInStratumCorneum"],
     ["run", "words.toml", "--set", "drive.größe=1"],
 )
 

@@ -11,7 +11,7 @@ from electrovib.core.errors import InputError
 
 SWIPE = {
     "speed": 0.03,
-    "programme": {"model": "Swipe", "begin": 0.0, "rise": 0.01, "hold": 0.05, "fall": 0.01},
+    "time_profile": {"model": "Swipe", "begin": 0.0, "rise": 0.01, "hold": 0.05, "fall": 0.01},
 }
 
 
@@ -80,16 +80,16 @@ def test_a_sweep_holds_it_beside_what_is_known(scenario):
     assert np.any(np.isfinite(swept.lateral_force.values[1]))
     assert np.isnan(swept["mean lateral_force"].values[0])
     assert np.isfinite(swept["mean lateral_force"].values[1])
-    assert "friction at rest" in swept.attrs["lamps"]
+    assert "friction at rest" in swept.attrs["validity"]
 
 
 def test_what_is_not_known_is_not_felt(scenario):
     """Only windows in which the friction is known are felt; where there is none, that is said."""
     with pytest.raises(InputError, match=r"motion\.speed: the finger rests.*nothing to feel"):
         ev.perceive(scenario.replace({"motion": {"speed": 0.0}}))
-    with pytest.raises(InputError, match=r"motion\.programme.*every window"):
+    with pytest.raises(InputError, match=r"motion\.time_profile.*every window"):
         ev.perceive(scenario)
-    long = scenario.replace({"motion.programme.hold": 10.0})
+    long = scenario.replace({"motion.time_profile.hold": 10.0})
     slides = scenario.replace({"motion": {"speed": 0.03}})
     assert ev.perceive(long).level == pytest.approx(ev.perceive(slides).level, abs=1e-9)
     sine = {"drive": {"model": "Sine", "amplitude": 500.0, "frequency": 5.0}}

@@ -46,7 +46,7 @@ def test_negative_numbers_have_tolerances_too():
 @pytest.mark.parametrize(
     "changes",
     [
-        {"status": "recalled"},
+        {"status": "unverified"},
         {"status": "rumour"},
         {"expect": 0.0},
         {"rtol": 0.0},
@@ -62,4 +62,4 @@ def test_what_cannot_check_is_refused(changes):
 
 def test_statuses_go_from_best_to_none():
     assert STATUSES[0] == "full text"
-    assert STATUSES[-1] == "recalled"
+    assert STATUSES[-1] == "unverified"

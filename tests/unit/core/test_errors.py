@@ -75,7 +75,7 @@ def test_a_problem_is_its_sentence_and_knows_its_parts(path, value, sentence):
         ("motion.speed: the finger rests", "motion.speed", ""),
         ("time.initial_state = PeriodicState: start AtRest", "time.initial_state", "PeriodicState"),
         ("--over drive.rise: the same: twice", "", ""),
-        ("no law can be compared here. GapPlane: it fails", "", ""),
+        ("no law can be compared here. MaxwellStressInGap: it fails", "", ""),
         ("'a.b': a map needs two values", "", ""),
         ("skin.csv: the file is empty.", "skin.csv", ""),
     ],

@@ -19,7 +19,7 @@ def scenario():
 def test_values_of_every_kind(scenario):
     assert value_at(scenario, "stack.gap.thickness") == 1e-6
     assert value_at(scenario, "drive.model") == "Trapezium"
-    assert value_at(scenario, "load") == {"normal_force": 0.5, "programme": {"model": "Steady"}}
+    assert value_at(scenario, "load") == {"normal_force": 0.5, "time_profile": {"model": "Steady"}}
     assert value_at(scenario, "drive.repeat") is None
 
 

@@ -27,7 +27,7 @@ from electrovib.export.spice.netlist import netlist
 from electrovib.export.spice.reading import MeterReading
 from electrovib.export.spice.text import Names, continued, number, remark
 from electrovib.physics.conduction import FieldConduction, PolarityConduction
-from electrovib.physics.force import GapPlane
+from electrovib.physics.force import MaxwellStressInGap
 from electrovib.scenario import Scenario
 
 AREA = 1e-4
@@ -45,7 +45,7 @@ SQUARE = {"model": "Square", "high": 100, "low": -50, "frequency": 50}
 def scenario(**changes):
     content = {
         "drive": {"model": "Step", "level": 100},
-        "force": {"model": "GapPlane"},
+        "force": {"model": "MaxwellStressInGap"},
         "friction": {"model": "Coulomb", "coefficient": 0.5},
         "contact": {"model": "FixedArea", "area": AREA},
         "load": {"normal_force": 0.5},
@@ -393,7 +393,7 @@ def test_the_force_is_the_pressure_of_the_amplitudes_times_the_area():
     assert " ".join(element(text, "B_amplitude_e")[3:]).endswith("*V(plate,after_insulator)")
     body = "".join(element(text, "B_force")[4:]).replace("V(amplitude_e)", "field")
     assert evaluated(body, field=1e7) == pytest.approx(
-        AREA * float(GapPlane().pressure(np.array(1e7))), rel=1e-12
+        AREA * float(MaxwellStressInGap().pressure(np.array(1e7))), rel=1e-12
     )
 
 
@@ -461,9 +461,9 @@ def test_a_law_that_is_not_causal_is_refused_and_another_named(tmp_path):
 
 def test_a_law_of_more_than_the_circuit_is_refused(tmp_path):
     with pytest.raises(
-        InputError, match=r"force = Persson2018RoughGap: .* another force\.model such as GapPlane"
+        InputError, match=r"force = Persson2018RoughGap: .* another force\.model such as MaxwellStressInGap"
     ):
-        ev.export("persson_2018/coat", tmp_path / "circuit.cir")
+        ev.export("persson_2018/coating", tmp_path / "circuit.cir")
 
 
 @pytest.mark.parametrize("name", ["circuit.sp", "circuit", "circuit.net"])

@@ -10,7 +10,7 @@ from electrovib.papers import aliabbasi_2022, aliabbasi_2024, plutchik_1963
 
 
 def test_status_is_honest():
-    assert aliabbasi_2022.STATUS == "recalled"
+    assert aliabbasi_2022.STATUS == "unverified"
     assert all(check.status == "derived" for check in aliabbasi_2022.CHECKS)
     assert all(check.expect != aliabbasi_2022.DIVISION for check in aliabbasi_2022.CHECKS)
 

@@ -16,11 +16,11 @@ def test_it_runs_nothing():
 
 
 def test_trends_can_be_missed(monkeypatch):
-    def thicker_and_weaker(_rms, _in_rms, *, coat, voltage=1.0):
-        return coat / (1 + voltage)
+    def thicker_and_weaker(_rms, _in_rms, *, coating, voltage=1.0):
+        return coating / (1 + voltage)
 
-    assert ayyildiz_2018.thinner_coats_pull_more() == 1
+    assert ayyildiz_2018.thinner_coatings_pull_more() == 1
     assert ayyildiz_2018.real_contact_grows() == 1
     monkeypatch.setattr(ayyildiz_2018, "_pull", thicker_and_weaker)
-    assert ayyildiz_2018.thinner_coats_pull_more() == 0
+    assert ayyildiz_2018.thinner_coatings_pull_more() == 0
     assert ayyildiz_2018.real_contact_grows() == 0

@@ -65,7 +65,7 @@ def leaky_force(changes):
     "changes",
     [
         {"stack.gap.material.conductivity": 1e-8},
-        {"stack.stratum_corneum.material.conductivity": 1e-5, "force.model": "StratumCorneumPlane"},
+        {"stack.stratum_corneum.material.conductivity": 1e-5, "force.model": "MaxwellStressInStratumCorneum"},
     ],
     ids=["leaky gap", "plane of a skin that conducts"],
 )

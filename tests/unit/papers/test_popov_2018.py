@@ -10,7 +10,7 @@ from electrovib.papers import popov_2018
 from electrovib.physics import adhesion
 from electrovib.physics.roughness import local_pull
 
-COAT = {"thickness": 1e-6, "permittivity": 3.9}
+COATING = {"thickness": 1e-6, "permittivity": 3.9}
 FINGER = {"radius": 1e-2, "modulus": 50e3}
 
 
@@ -25,32 +25,32 @@ def test_it_runs_nothing():
 
 
 @pytest.mark.parametrize(
-    ("voltage", "coat", "energy", "strength", "reach"),
+    ("voltage", "coating", "energy", "strength", "reach"),
     [
-        (100.0, COAT, 0.1727, 673e3, 0.256e-6),
+        (100.0, COATING, 0.1727, 673e3, 0.256e-6),
         (1000.0, {"thickness": 90e-6, "permittivity": 3.35}, 0.165, 6.13e3, 26.9e-6),
     ],
 )
-def test_energy_strength_and_range(voltage, coat, energy, strength, reach):
-    found = adhesion.separation_energy(voltage=voltage, **coat)
+def test_energy_strength_and_range(voltage, coating, energy, strength, reach):
+    found = adhesion.separation_energy(voltage=voltage, **coating)
     assert found == pytest.approx(energy, rel=2e-3)  # three digits
-    assert adhesion.adhesive_strength(voltage=voltage, **coat) == pytest.approx(strength, rel=2e-3)
-    assert adhesion.adhesive_range(**coat) == pytest.approx(reach, rel=2e-3)
-    product = adhesion.adhesive_strength(voltage=voltage, **coat) * adhesion.adhesive_range(**coat)
+    assert adhesion.adhesive_strength(voltage=voltage, **coating) == pytest.approx(strength, rel=2e-3)
+    assert adhesion.adhesive_range(**coating) == pytest.approx(reach, rel=2e-3)
+    product = adhesion.adhesive_strength(voltage=voltage, **coating) * adhesion.adhesive_range(**coating)
     assert product == pytest.approx(found, rel=1e-14)
 
 
 def test_energy_is_that_of_pulling_the_conductors_apart():
-    """The pull of the coat and a growing gap, summed over the gap, is the energy of separation."""
+    """The pull of the coating and a growing gap, summed over the gap, is the energy of separation."""
 
-    electrical = adhesion.adhesive_range(**COAT)
+    electrical = adhesion.adhesive_range(**COATING)
     in_ranges = quad(
         lambda gap: float(local_pull(100.0, electrical_thickness=electrical, gap=gap * electrical)), 0, np.inf
     )[0]
     work = in_ranges * electrical
-    assert work == pytest.approx(adhesion.separation_energy(voltage=100.0, **COAT), rel=1e-7)
+    assert work == pytest.approx(adhesion.separation_energy(voltage=100.0, **COATING), rel=1e-7)
     quarter = local_pull(100.0, electrical_thickness=electrical, gap=electrical)
-    assert quarter == pytest.approx(adhesion.adhesive_strength(voltage=100.0, **COAT) / 4, rel=1e-12)
+    assert quarter == pytest.approx(adhesion.adhesive_strength(voltage=100.0, **COATING) / 4, rel=1e-12)
 
 
 @pytest.mark.parametrize(("load", "gain"), [(0.1, 45.5), (0.5, 18.5), (2.0, 8.9)])
@@ -58,7 +58,7 @@ def test_growth_of_an_adhesive_sphere(load, gain):
     assert 100 * popov_2018.area_gain(normal_force=load) == pytest.approx(
         gain, abs=0.06
     )  # a tenth of a percent
-    energy = adhesion.separation_energy(voltage=100.0, **COAT)
+    energy = adhesion.separation_energy(voltage=100.0, **COATING)
     soft, stiff = (
         adhesion.contact_area(normal_force=load, radius=1e-2, modulus=modulus, energy=energy)
         / adhesion.contact_area(normal_force=load, radius=1e-2, modulus=modulus)

@@ -23,7 +23,7 @@ def test_a_gap_for_every_rise_of_the_abstract(rise):
 
 
 def test_window_of_gaps():
-    """100 to 1000 % on 1 um of permittivity 3.9 with the founding skin: 0.385 to 3.85 um."""
+    """100 to 1000 % on 1 um of permittivity 3.9 with the skin of Vezzoli et al. 2014: 0.385 to 3.85 um."""
     low, high = (shultz_2018.gap_for(rise=rise) for rise in shultz_2018.RISE)
     assert low / 1e-6 == pytest.approx(0.3846, rel=1e-4)
     assert high / low == pytest.approx(10.0, rel=1e-12)

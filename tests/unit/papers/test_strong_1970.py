@@ -1,4 +1,4 @@
-"""One dielectric: the recalled law is the insulator plane, and the peak voltage decides, not the current."""
+"""One dielectric: the recalled law is the Maxwell stress in the insulator, and the peak voltage decides, not the current."""
 
 from __future__ import annotations
 
@@ -56,13 +56,13 @@ def test_the_law_is_the_insulator_plane_of_one_layer(thickness, permittivity, ar
 def test_drives_of_one_peak_pull_alike_at_their_peak(drive):
     scenario = strong_1970.scenarios()["display"].replace({"drive": drive})
     trace = simulate(scenario, time=np.arange(4001) * 1e-5)
-    static = strong_1970.attraction("InsulatorPlane", voltage=1000.0)
+    static = strong_1970.attraction("MaxwellStressInInsulator", voltage=1000.0)
     # the peak of a sine of 3 kHz may lie half a sample of 10 us away, 1 - cos(0.1)^2 = 0.9 %
     assert float(trace.electrostatic_force.max()) == pytest.approx(static, rel=1e-2)
 
 
 def test_skin_in_series_takes_half_a_percent_of_the_voltage():
-    """The founding film and skin, insulator plane: 181.4 mN, four digits."""
+    """The film of Vezzoli et al. 2014 and skin, insulator plane: 181.4 mN, four digits."""
     base = strong_1970.scenarios()["display"].replace({"drive": {"model": "Step", "level": 1000.0}})
     layers = base.stack.to_dict() | {
         "stratum_corneum": {"thickness": 200e-6, "material": {"model": "Constant", "permittivity": 1560.0}}

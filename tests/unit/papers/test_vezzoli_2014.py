@@ -1,4 +1,4 @@
-"""The reproduction of the founding paper against numbers computed apart from this code."""
+"""The reproduction of Vezzoli et al. 2014 against numbers computed apart from this code."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_lists_of_skins_are_tables_and_not_notes(reproduction):
     shown = {line[0]: line for line in table.rows}
     assert set(shown) == set(compute.figure_6_cases())
     assert shown["palmar men 20 uS"][-1] == "consistent, rises and saturates"
-    assert shown["gap plane, leaky gap 1 um"][-1] == "-"
+    assert shown["Maxwell stress in the gap, leaky gap 1 um"][-1] == "-"
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_lists_of_skins_are_tables_and_not_notes(reproduction):
         ("C_sc", 6.906, 0.0005),
         ("static_force_1000V", 56.55, 0.005),
         ("equation_3", 1.004772, 1e-6),
-        # by hand: K = 90 um/3.35 + T/1560, law (1) goes as 1/(K (T + 90 um)), the gap plane as 1/K^2
+        # by hand: K = 90 um/3.35 + T/1560, law (1) goes as 1/(K (T + 90 um)), the Maxwell stress in the gap as 1/K^2
         ("thickness_spread_law_1", 2.5974, 5e-5),
         ("thickness_spread_gap", 1.0143, 5e-5),
     ],
@@ -106,7 +106,7 @@ def test_single_numbers(rows, name, expect, digits):
         ("attraction_measured", 3.333, 16.67),
         ("past_force", 56.55, 607.6),
         ("return_path_film", 0.567, 0.854),
-        ("return_path_coat", 0.00173, 0.0219),
+        ("return_path_coating", 0.00173, 0.0219),
         ("causality_residual", 0.0843, 0.281),  # Gabriel wet, palmar 20 uS: printed bounds 8 to 30 %
     ],
 )
@@ -126,7 +126,7 @@ def test_ranges(rows, name, low, high):
         ("palmar women 10 uS", 4.1e-3),
         ("palmar men 20 uS", 1.8e-3),
         ("Gabriel wet", 5.6e-3),
-        ("gap plane, leaky gap 5 um", 101e-3),
+        ("Maxwell stress in the gap, leaky gap 5 um", 101e-3),
     ],
 )
 def test_ramp_that_gives_the_printed_force(case, ramp):

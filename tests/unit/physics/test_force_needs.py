@@ -6,12 +6,18 @@ import pytest
 
 from electrovib.physics.force import needed_layer, wanted_layer
 
-ROLES = {"insulator": "plate", "coat": "plate", "gap": "gap", "sweat": "finger", "stratum_corneum": "finger"}
+ROLES = {
+    "insulator": "plate",
+    "coating": "plate",
+    "gap": "gap",
+    "sweat": "finger",
+    "stratum_corneum": "finger",
+}
 
 
 @pytest.mark.parametrize(
     ("wanted", "name"),
-    [("plate", "coat"), ("gap", "gap"), ("finger", "sweat"), ("insulator", "insulator"), ("oil", None)],
+    [("plate", "coating"), ("gap", "gap"), ("finger", "sweat"), ("insulator", "insulator"), ("oil", None)],
 )
 def test_a_role_is_the_layer_nearest_to_the_interface_and_a_name_that_layer(wanted, name):
     assert needed_layer(ROLES, wanted) == name

@@ -1,4 +1,4 @@
-"""What an edge adds to the gap-plane law: closed forms, limits, refusals. Against the field: tests/reference."""
+"""What an edge adds to the Maxwell stress in the gap law: closed forms, limits, refusals. Against the field: tests/reference."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Programmes of load and speed, and distances of a finger held off the plate."""
+"""TimeProfiles of load and speed, and distances of a finger held off the plate."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from electrovib.core.model import read_model
 from electrovib.physics.amplifier import Amplifier
 from electrovib.physics.friction import Load
 from electrovib.physics.motion import Distance, Motion, TouchAndLift, TremblingDistance
-from electrovib.physics.programme import LiftOff, Press, Programme, Steady, Swipe
+from electrovib.physics.time_profile import LiftOff, Press, Steady, Swipe, TimeProfile
 
 
 @pytest.mark.parametrize(
-    ("programme", "times", "shares"),
+    ("time_profile", "times", "shares"),
     [
         (Steady(), [0, 1], [1, 1]),
         (Press(begin=0.1, rise=0.1), [0, 0.1, 0.15, 0.2, 9], [0, 0, 0.5, 1, 1]),
@@ -23,19 +23,19 @@ from electrovib.physics.programme import LiftOff, Press, Programme, Steady, Swip
         (Swipe(rise=0.1, hold=0.0, fall=0.1), [0, 0.1, 0.15], [0, 1, 0.5]),
     ],
 )
-def test_shares(programme, times, shares):
-    np.testing.assert_allclose(programme.share(times), shares, atol=1e-12)
+def test_shares(time_profile, times, shares):
+    np.testing.assert_allclose(time_profile.share(times), shares, atol=1e-12)
 
 
 def test_a_load_follows_its_programme():
-    load = Load(normal_force=0.4, programme=Press(rise=0.1))
+    load = Load(normal_force=0.4, time_profile=Press(rise=0.1))
     np.testing.assert_allclose(load.forces([0.0, 0.05, 1.0]), [0.0, 0.2, 0.4])
 
 
 def test_corners_must_be_in_order():
     points = [{"time": 0.2, "share": 1.0}, {"time": 0.1, "share": 0.0}]
     with pytest.raises(InputError, match="order"):
-        read_model(Programme, {"model": "Corners", "points": points})
+        read_model(TimeProfile, {"model": "Corners", "points": points})
 
 
 def test_touch_and_lift_goes_near_and_away():

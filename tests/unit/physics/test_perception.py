@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.perception import (
-    RECALLED_CORNER,
+    UNVERIFIED_CORNER,
     Channel,
     ElasticSkin,
     ElasticViscousSkin,
@@ -78,11 +78,11 @@ def test_powers_add_inside_a_channel_and_the_highest_channel_counts():
 
 
 def test_the_spring_with_a_damper_is_a_first_order_low_pass():
-    skin = ElasticViscousSkin(stiffness=1000, corner=RECALLED_CORNER)
-    found = skin.compliance(np.array([0.0, RECALLED_CORNER, 100 * RECALLED_CORNER]))
+    skin = ElasticViscousSkin(stiffness=1000, corner=UNVERIFIED_CORNER)
+    found = skin.compliance(np.array([0.0, UNVERIFIED_CORNER, 100 * UNVERIFIED_CORNER]))
     assert found[0] == pytest.approx(1e-3, rel=1e-15)
     assert found[1] == pytest.approx(1e-3 / (1 + 1j), rel=1e-14)
-    damping = 1000 / (2 * np.pi * RECALLED_CORNER)
+    damping = 1000 / (2 * np.pi * UNVERIFIED_CORNER)
     assert found[2] == pytest.approx(1 / (2j * np.pi * 1e4 * damping), rel=1e-2)  # 1 % of spring is left
     assert ElasticSkin(stiffness=1000).compliance(123.0) == pytest.approx(1e-3)
 

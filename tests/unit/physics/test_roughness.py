@@ -23,7 +23,7 @@ from electrovib.physics.roughness import (
 )
 
 EPS0 = 8.8541878128e-12
-COAT, FILM = 0.378e-6, 27e-6
+COATING, FILM = 0.378e-6, 27e-6
 lengths = st.floats(-9.0, -4.0).map(lambda power: 10.0**power)
 
 
@@ -56,8 +56,8 @@ def by_panels(electrical, gaps):
     [(5e-6, 1, 36), (5e-6, 2, 22), (5e-6, 3, 4.5), (22e-6, 1, 571), (22e-6, 2, 329), (22e-6, 3, 46)],
 )
 def test_ratio_on_the_coat(rms, in_rms, expect):
-    assert ratio(COAT, rms, in_rms) == pytest.approx(expect, rel=1.2e-2)  # two digits
-    assert ratio(1.1 * COAT, rms, in_rms) != pytest.approx(expect, rel=1.2e-2)
+    assert ratio(COATING, rms, in_rms) == pytest.approx(expect, rel=1.2e-2)  # two digits
+    assert ratio(1.1 * COATING, rms, in_rms) != pytest.approx(expect, rel=1.2e-2)
 
 
 @pytest.mark.parametrize("rms", [1e-6, 5e-6, 22e-6])
@@ -71,19 +71,19 @@ def test_most_of_the_pull_on_a_coat_is_carried_by_the_spots():
     for rms in (5e-6, 22e-6):
         for in_rms in (1, 2, 3):
             gaps = GaussianGaps(mean=in_rms * rms, rms=rms)
-            pull = mean_pull(1.0, electrical_thickness=COAT, gaps=gaps, spots=PullingSpots())
+            pull = mean_pull(1.0, electrical_thickness=COATING, gaps=gaps, spots=PullingSpots())
             shares.append(float(pull.spots / pull.total))
     assert (min(shares), max(shares)) == pytest.approx((0.50, 0.97), abs=5e-3)  # two digits
 
 
 @pytest.mark.parametrize(("fraction", "expect"), [(1e-4, 15.0), (1e-3, 155.0), (1e-2, 1550.0)])
 def test_what_a_share_in_contact_adds(fraction, expect):
-    """100 V at alternating voltage on the coat."""
+    """100 V at alternating voltage on the coating."""
     from statistics import NormalDist
 
     gaps = GaussianGaps(mean=-NormalDist().inv_cdf(fraction) * 5e-6, rms=5e-6)
     assert gaps.contact_fraction == pytest.approx(fraction, rel=1e-9)
-    pull = mean_pull(100 / math.sqrt(2), electrical_thickness=COAT, gaps=gaps, spots=PullingSpots())
+    pull = mean_pull(100 / math.sqrt(2), electrical_thickness=COATING, gaps=gaps, spots=PullingSpots())
     assert float(pull.spots) == pytest.approx(expect, rel=4e-2)  # two digits
 
 
@@ -112,15 +112,15 @@ def test_shares_and_spots_are_the_whole_area(mean, rms, near):
 def test_a_smooth_skin_has_one_gap():
     gaps = GaussianGaps(mean=3e-6, rms=1e-10)
     assert gaps.contact_fraction == 0
-    pull = mean_pull(100.0, electrical_thickness=COAT, gaps=gaps, spots=PullingSpots())
-    alone = local_pull(100.0, electrical_thickness=COAT, gap=3e-6)
+    pull = mean_pull(100.0, electrical_thickness=COATING, gaps=gaps, spots=PullingSpots())
+    alone = local_pull(100.0, electrical_thickness=COATING, gap=3e-6)
     # second moment: 3 (rms/(u + h))^2
     assert float(pull.total) == pytest.approx(float(alone), rel=1e-8)
 
 
 def test_a_sine_pulls_half_of_its_peak():
-    peak = local_pull(100.0, electrical_thickness=COAT, gap=[0.0, 3e-6, 10e-6])
-    mean = local_pull(100.0 / math.sqrt(2), electrical_thickness=COAT, gap=[0.0, 3e-6, 10e-6])
+    peak = local_pull(100.0, electrical_thickness=COATING, gap=[0.0, 3e-6, 10e-6])
+    mean = local_pull(100.0 / math.sqrt(2), electrical_thickness=COATING, gap=[0.0, 3e-6, 10e-6])
     np.testing.assert_allclose(mean, peak / 2, rtol=1e-14)
     np.testing.assert_allclose(mean, [155e3, 1.94e3, 206.0], rtol=3e-3)  # three digits
     assert abs(mean[2] / 204.0 - 1) > 3e-3
@@ -128,14 +128,14 @@ def test_a_sine_pulls_half_of_its_peak():
 
 def test_shapes_broadcast():
     gaps = GaussianGaps(mean=5e-6, rms=5e-6)
-    thickness = COAT * np.array([[1.0], [2.0 - 0.1j]])
+    thickness = COATING * np.array([[1.0], [2.0 - 0.1j]])
     spots = LeakingSpots(resistivity=1e8)
     many = mean_pull(
         10.0, electrical_thickness=thickness, gaps=gaps, spots=spots, frequency=[1.0, 1e2, 1e4]
     ).total
     assert many.shape == (2, 3)
     alone = mean_pull(
-        10.0, electrical_thickness=2 * COAT - 0.1j * COAT, gaps=gaps, spots=spots, frequency=1e2
+        10.0, electrical_thickness=2 * COATING - 0.1j * COATING, gaps=gaps, spots=spots, frequency=1e2
     )
     assert many[1, 1] == pytest.approx(float(alone.total), rel=1e-13)
 
@@ -144,7 +144,7 @@ def test_kinds_of_spots():
     gaps, frequency = GaussianGaps(mean=5e-6, rms=5e-6), np.array([0.0, 1.0, 1e9])
 
     def spots_pull(spots):
-        return mean_pull(1.0, electrical_thickness=COAT, gaps=gaps, spots=spots, frequency=frequency).spots
+        return mean_pull(1.0, electrical_thickness=COATING, gaps=gaps, spots=spots, frequency=frequency).spots
 
     pulling, leaking = spots_pull(PullingSpots()), spots_pull(LeakingSpots(resistivity=1e8))
     np.testing.assert_array_equal(spots_pull(IdleSpots()), 0.0)
@@ -152,7 +152,7 @@ def test_kinds_of_spots():
     phase = 2 * np.pi * 1.0 * EPS0 * 1e8
     assert leaking[1] == pytest.approx(pulling[1] * phase**2 / (1 + phase**2), rel=1e-12)
     assert leaking[2] == pytest.approx(pulling[2], rel=1e-9)
-    assert pulling[0] == pytest.approx(EPS0 / 2 * gaps.contact_fraction / COAT**2, rel=1e-14)
+    assert pulling[0] == pytest.approx(EPS0 / 2 * gaps.contact_fraction / COATING**2, rel=1e-14)
 
 
 def test_spots_are_objects_by_name():

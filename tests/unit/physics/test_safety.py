@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from electrovib.physics import safety
-from electrovib.physics.limits import Limits, broken, limit_lamps
+from electrovib.physics.limits import Limits, broken, limit_diagnostics
 from electrovib.physics.safety import (
-    air_lamps,
+    air_diagnostics,
     breakdown_share,
     electrowetting_voltage,
-    film_lamp,
+    film_diagnostic,
     paschen_voltage,
-    skin_lamp,
-    sweat_lamp,
+    skin_diagnostic,
+    sweat_diagnostic,
 )
 
 EPS0 = 8.8541878128e-12
@@ -48,9 +48,9 @@ def test_electrowetting_is_where_the_films_energy_is_the_surface_tension():
     voltage = electrowetting_voltage(thickness=2e-6, permittivity=3.0)
     assert EPS0 * 3.0 / 2e-6 * voltage**2 / 2 == pytest.approx(0.072, rel=1e-12)
     assert voltage == pytest.approx(104.13, abs=0.01)
-    lamp = sweat_lamp(voltage=104.2, electrical_thickness=2e-6 / 3.0)
-    assert (lamp.state, lamp.limit) == ("warning", pytest.approx(voltage))
-    assert sweat_lamp(voltage=104.1, electrical_thickness=2e-6 / 3.0).state == "ok"
+    diagnostic = sweat_diagnostic(voltage=104.2, electrical_thickness=2e-6 / 3.0)
+    assert (diagnostic.state, diagnostic.limit) == ("warning", pytest.approx(voltage))
+    assert sweat_diagnostic(voltage=104.1, electrical_thickness=2e-6 / 3.0).state == "ok"
 
 
 def test_the_nearest_to_breakdown_is_neither_the_largest_field_nor_the_smallest_gap():
@@ -61,7 +61,9 @@ def test_the_nearest_to_breakdown_is_neither_the_largest_field_nor_the_smallest_
 
 
 def film(field, *, declared=None, permittivity=3.35, thickness=90e-6):
-    return film_lamp("film", field=field, declared=declared, permittivity=permittivity, thickness=thickness)
+    return film_diagnostic(
+        "film", field=field, declared=declared, permittivity=permittivity, thickness=thickness
+    )
 
 
 def test_a_declared_strength_comes_first():
@@ -74,10 +76,10 @@ def test_a_declared_strength_comes_first():
 
 def test_without_one_a_polymer_film_is_held_against_its_kind():
     assert film(117e6).state == "ok"
-    lamp = film(119e6)
-    assert lamp.state == "warning"
-    assert "118 to 236 MV/m: Kapton HN and PET" in lamp.text
-    assert "stack.film.breakdown_field" in lamp.text
+    diagnostic = film(119e6)
+    assert diagnostic.state == "warning"
+    assert "118 to 236 MV/m: Kapton HN and PET" in diagnostic.text
+    assert "stack.film.breakdown_field" in diagnostic.text
 
 
 @pytest.mark.parametrize(
@@ -85,49 +87,49 @@ def test_without_one_a_polymer_film_is_held_against_its_kind():
     [{"permittivity": 1.9}, {"permittivity": 4.6}, {"thickness": 7e-6}, {"thickness": 0.13e-3}],
 )
 def test_another_film_is_unknown(other):
-    lamp = film(1e9, **other)
-    assert lamp.state == "unknown"
-    assert lamp.value is None
-    assert "no range is known" in lamp.text
+    diagnostic = film(1e9, **other)
+    assert diagnostic.state == "unknown"
+    assert diagnostic.value is None
+    assert "no range is known" in diagnostic.text
 
 
 def test_skin():
-    assert skin_lamp("stratum_corneum", voltage=9.9).state == "ok"
-    assert skin_lamp("stratum_corneum", voltage=10.1).state == "warning"
+    assert skin_diagnostic("stratum_corneum", voltage=9.9).state == "ok"
+    assert skin_diagnostic("stratum_corneum", voltage=10.1).state == "warning"
 
 
 def test_air():
-    paschen, emission = air_lamps(field=31e6, gap=10e-6)  # 310 V, 307 V allowed
+    paschen, emission = air_diagnostics(field=31e6, gap=10e-6)  # 310 V, 307 V allowed
     assert (paschen.state, emission.state) == ("warning", "ok")
-    assert air_lamps(field=30e6, gap=10e-6)[0].state == "ok"
-    assert air_lamps(field=70e6, gap=4.9e-6)[0].state == "unknown"
-    assert air_lamps(field=76e6, gap=4.9e-6)[1].state == "warning"
-    (only,) = air_lamps(field=76e6, gap=0.0)
+    assert air_diagnostics(field=30e6, gap=10e-6)[0].state == "ok"
+    assert air_diagnostics(field=70e6, gap=4.9e-6)[0].state == "unknown"
+    assert air_diagnostics(field=76e6, gap=4.9e-6)[1].state == "warning"
+    (only,) = air_diagnostics(field=76e6, gap=0.0)
     assert only.state == "warning"
     assert "vanishing" in only.text
-    assert air_lamps(field=float("nan"), gap=0.0)[0].state == "unknown"
+    assert air_diagnostics(field=float("nan"), gap=0.0)[0].state == "unknown"
 
 
 REACHED = {"voltage": 100.0, "current": 2e-3, "charge": 3e-9, "stored_energy": 4e-6, "body_current": 5e-4}
 
 
 def test_nothing_that_is_not_declared_is_judged():
-    assert limit_lamps(REACHED, Limits()) == []
+    assert limit_diagnostics(REACHED, Limits()) == []
 
 
 @pytest.mark.parametrize(("name", "value"), REACHED.items())
 def test_each_limit_judges_its_own(name, value):
-    (lamp,) = limit_lamps(REACHED, Limits(**{name: 1.01 * value}))
-    assert (lamp.name, lamp.state, lamp.value) == (name.replace("_", " "), "ok", value)
-    (lamp,) = limit_lamps(REACHED, Limits(**{name: 0.99 * value}))
-    assert lamp.state == "warning"
-    assert f"limits.{name}" in lamp.text
-    assert broken([lamp, film(1e9)]) == [lamp]
+    (diagnostic,) = limit_diagnostics(REACHED, Limits(**{name: 1.01 * value}))
+    assert (diagnostic.name, diagnostic.state, diagnostic.value) == (name.replace("_", " "), "ok", value)
+    (diagnostic,) = limit_diagnostics(REACHED, Limits(**{name: 0.99 * value}))
+    assert diagnostic.state == "warning"
+    assert f"limits.{name}" in diagnostic.text
+    assert broken([diagnostic, film(1e9)]) == [diagnostic]
 
 
 def test_the_jump_at_the_start_is_told_apart():
     reached = {"current": 5.85e-3, "current at switch-on": 0.1}
-    running, jump = limit_lamps(reached, Limits(current=10e-3))
+    running, jump = limit_diagnostics(reached, Limits(current=10e-3))
     assert (running.state, running.value) == ("ok", 5.85e-3)
     assert (jump.state, jump.value, jump.name) == ("warning", 0.1, "current at switch-on")
     assert "in the jump at time 0" in jump.text

@@ -16,7 +16,7 @@ SKIN = "stack.stratum_corneum.material"
 TABLES = """
 schema = 1
 drive = { model = "Step", level = "100 V" }
-force = { model = "GapPlane" }
+force = { model = "MaxwellStressInGap" }
 friction = { model = "Coulomb", coefficient = 0.5 }
 contact = { model = "FixedArea", area = "1 cm2" }
 load = { normal_force = "0.5 N" }

@@ -84,7 +84,7 @@ def test_another_model_leaves_no_source_of_the_former_behind():
     assert "drive.phase" in load("kang_2017/sine").sources  # which both have, at the default of the second
     told = {path for path in made(current, "kang_2017/sine").sources if path.startswith("drive.")}
     assert told == {"drive.amplitude", "drive.frequency"}
-    changed = made({"force.model": "GapPlane"}, "vezzoli_2014/fig6")
+    changed = made({"force.model": "MaxwellStressInGap"}, "vezzoli_2014/fig6")
     assert changed.sources == load("vezzoli_2014/fig6").sources
 
 

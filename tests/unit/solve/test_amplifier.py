@@ -281,7 +281,9 @@ def edges(source, sink):
 def test_edges_are_equal_where_source_and_sink_are():
     rise, fall = edges(250e-6, None)
     assert rise == pytest.approx(fall, rel=1e-10)
-    assert rise == pytest.approx(FILM * 1000 / 250e-6, rel=1e-12)  # 0.13 ms of the founding set-up
+    assert rise == pytest.approx(
+        FILM * 1000 / 250e-6, rel=1e-12
+    )  # 0.13 ms of the set-up of Vezzoli et al. 2014
     rise, fall = edges(250e-6, 100e-6)
     assert fall == pytest.approx(2.5 * rise, rel=1e-10)
 

@@ -187,7 +187,7 @@ def digitised(**changes):
 def test_rig_without_digitiser_is_its_filters():
     found = measured(RIG, EVEN, squared, squared, held=0.0, shortest=1 / 240)
     assert set(found.signals) == {"normal_force_measured", "lateral_force_measured"}
-    assert found.lamps == []
+    assert found.diagnostics == []
     assert 0 < found.error <= 1e-6
     for name, stages in (("normal", RIG.normal_stages()), ("lateral", RIG.lateral_stages())):
         exact = answer(of_stages(stages), EVEN)
@@ -215,10 +215,10 @@ def test_readings_are_held_rounded_and_clipped():
     assert np.mean(found.signals["normal_force_measured"] != expected[place]) < 0.05  # but for a tie
     lateral = found.signals["lateral_force_measured"]
     assert lateral.max() == 0.1 * 127 / 128
-    lamps = {lamp.name: lamp for lamp in found.lamps}
-    assert lamps["normal range"].state == "ok"
-    assert lamps["lateral range"].state == "warning"
-    beyond = int(lamps["lateral range"].text.split(" of ")[0])
+    diagnostics = {diagnostic.name: diagnostic for diagnostic in found.diagnostics}
+    assert diagnostics["normal range"].state == "ok"
+    assert diagnostics["lateral range"].state == "warning"
+    beyond = int(diagnostics["lateral range"].text.split(" of ")[0])
     exact = answer(of_stages(rig.lateral_stages()), moments)
     assert beyond == np.count_nonzero(np.round(exact * 1280) > 127)
 

@@ -93,12 +93,12 @@ def test_a_march_is_asked_once_and_a_closed_form_again_where_it_is_largest(monke
 def test_the_error_of_materials_holds_where_the_answer_is_linear_in_the_drive(method, state):
     skin = {"stack.stratum_corneum.material": "gabriel_1996/dry"}
     trace = ev.simulate(scenario_for(method).replace(skin))
-    (lamp,) = [lamp for lamp in lamps_of(trace) if lamp["name"] == "memory"]
-    assert lamp["state"] == state
+    (diagnostic,) = [diagnostic for diagnostic in diagnostics_of(trace) if diagnostic["name"] == "memory"]
+    assert diagnostic["state"] == state
 
 
-def lamps_of(trace):
-    return json.loads(trace.attrs["lamps"])
+def diagnostics_of(trace):
+    return json.loads(trace.attrs["validity"])
 
 
 def test_only_marches_have_steps_that_cost():

@@ -96,7 +96,7 @@ def test_the_settled_integral_is_periodic_without_mean(command):
     from_rest = charge(drive, time)
     assert np.ptp(found - from_rest) < EXACT * np.ptp(found)  # apart by a constant only
     inner = (found[1:] + found[:-1]) / 2
-    assert abs(np.mean(inner)) < 1e-3 * np.ptp(found)  # of the trapezium rule
+    assert abs(np.mean(inner)) < 1e-3 * np.ptp(found)  # of the trapezoidal rule
     assert found[0] == pytest.approx(found[-1], abs=EXACT * np.ptp(found))
 
 

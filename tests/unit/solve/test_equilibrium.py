@@ -124,7 +124,7 @@ def test_any_attraction_can_take_the_place_of_plates():
     spring = LinearSpring(stiffness=1e9, free_gap=1e-5)
     flat = PlateAttraction(60.0, 0.3e-6)
     printed = TwoPopulations(flat, 2 / 3, 60e-6)
-    # share and depth as recalled; apart from this code: 0.67 of the flat value on a coat at 2 um
+    # share and depth as recalled; apart from this code: 0.67 of the flat value on a coating at 2 um
     assert printed.pressure(2e-6) / flat.pressure(2e-6) == pytest.approx(0.67, abs=0.005)
     states = balance(spring, printed, pressure=100.0)
     assert [state.stable for state in states] == [True, False, True]
@@ -178,8 +178,8 @@ def test_a_scenarios_state_is_where_its_held_force_belongs():
     held = scenario(**{"stack.gap.thickness": state.gap, "time.duration": 1.0, "time.samples": 11})
     trace = simulate(held)
     assert float(trace.electrostatic_force[-1]) == pytest.approx(force, rel=1e-9)
-    relief = 1e9 * (1e-5 - state.gap)
-    assert relief * 1e-4 == pytest.approx(0.1 + force, rel=1e-12)
+    topography = 1e9 * (1e-5 - state.gap)
+    assert topography * 1e-4 == pytest.approx(0.1 + force, rel=1e-12)
 
 
 def test_a_floating_body_takes_its_part_of_a_held_voltage():
@@ -205,14 +205,14 @@ def test_a_growing_area_is_taken_under_the_load():
 
 
 @pytest.mark.parametrize("voltage", [0.0, 100.0, 1000.0])
-@pytest.mark.parametrize("coat", [1e-6, 90e-6])
+@pytest.mark.parametrize("coating", [1e-6, 90e-6])
 @pytest.mark.parametrize(
     "return_path", [{"model": "Grounded"}, {"model": "Floating", "capacitance": 1.5e-10}]
 )
-def test_an_area_that_does_not_grow_is_a_fixed_one(voltage, coat, return_path):
+def test_an_area_that_does_not_grow_is_a_fixed_one(voltage, coating, return_path):
     """Exponent 0 by the route of growing areas: every state, stable or not, is that of the fixed area."""
     changes = {
-        "stack.insulator.thickness": coat,
+        "stack.insulator.thickness": coating,
         "load.normal_force": 0.01,
         "circuit.return_path": return_path,
     }
@@ -228,21 +228,21 @@ def test_an_area_that_does_not_grow_is_a_fixed_one(voltage, coat, return_path):
 @pytest.mark.parametrize("exponent", [0.5, 2 / 3, 1.0])
 def test_every_state_of_a_growing_area_is_of_load_and_attraction(exponent):
     growing = {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": exponent, "surface": SPRING}
-    coat = scenario(contact=growing, **{"stack.insulator.thickness": 1e-6, "load.normal_force": 0.01})
-    found = equilibrium(coat, voltage=100.0)
+    coating = scenario(contact=growing, **{"stack.insulator.thickness": 1e-6, "load.normal_force": 0.01})
+    found = equilibrium(coating, voltage=100.0)
     assert len(found.states) == (3 if exponent < 1 else 1)
     for state, force, area in zip(found.states, found.force, found.areas, strict=True):
-        assert area == pytest.approx(coat.contact.gross_area(0.01 + force), rel=1e-9)
+        assert area == pytest.approx(coating.contact.gross_area(0.01 + force), rel=1e-9)
         assert (state.repulsion + state.stop) * area == pytest.approx(0.01 + force, rel=1e-9)
         assert abs(state.residual) < 1e-9 * (state.repulsion + state.stop)
     if exponent == 1:
         with pytest.raises(InputError, match="without bound"):
-            equilibrium(coat, voltage=300.0)
+            equilibrium(coating, voltage=300.0)
 
 
 def test_two_stable_states_are_both_given():
-    coat = scenario(**{"stack.insulator.thickness": 1e-6, "load.normal_force": 0.0})
-    found = equilibrium(coat, voltage=60.0)
+    coating = scenario(**{"stack.insulator.thickness": 1e-6, "load.normal_force": 0.0})
+    found = equilibrium(coating, voltage=60.0)
     assert [state.stable for state in found.states] == [True, False, True]
     assert len(found.stable) == 2
     assert found.force[0] > 100 * found.force[2]
@@ -269,7 +269,7 @@ def test_spots_average_over_a_rough_surface():
     assert held.stable
     assert held.beyond  # flat it would be held too
     soft = rough.replace({"contact.surface.modulus": 1e5, "load.normal_force": 0.005})
-    with pytest.raises(InputError, match="flattens the relief further"):
+    with pytest.raises(InputError, match="flattens the surface topography further"):
         equilibrium(soft, voltage=200.0, spots=PullingSpots())
 
 

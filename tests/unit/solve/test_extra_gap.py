@@ -68,5 +68,5 @@ def test_without_anything_in_series_it_is_a_layer_of_the_stack(conductivity):
 
 def test_initial_charge_is_refused():
     section, _ = modes(finger(CONDUCTING).replace({"stack.insulator.initial_charge": 1e-6}))
-    with pytest.raises(InputError, match=r"initial_charge .* force\.model = GapPlane"):
+    with pytest.raises(InputError, match=r"initial_charge .* force\.model = MaxwellStressInGap"):
         field_in_gap(section, thickness=1e-6)

@@ -211,7 +211,7 @@ def test_chosen_signals_are_those_of_the_whole_trace():
     whole, force = ev.simulate(scenario), ev.simulate(scenario, signals=["electrostatic_force"])
     assert list(force.data_vars) == ["electrostatic_force"]
     np.testing.assert_array_equal(force["electrostatic_force"], whole["electrostatic_force"])
-    assert force.attrs["lamps"] == whole.attrs["lamps"]
+    assert force.attrs["validity"] == whole.attrs["validity"]
     with pytest.raises(InputError, match="electrostatic_force"):
         ev.simulate(scenario, signals=["electrostatic_forces"])
     with pytest.raises(InputError, match="this scenario has none"):

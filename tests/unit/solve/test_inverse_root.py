@@ -20,7 +20,7 @@ SKINS = {
     if hasattr(module, "skins")
     for name, skin in module.skins().items()
 }
-INSULATORS = {"film": (90e-6, 3.35), "coat": (1e-6, 3.9), "thin coat": (0.3e-6, 3.9)}
+INSULATORS = {"film": (90e-6, 3.35), "coating": (1e-6, 3.9), "thin coating": (0.3e-6, 3.9)}
 
 
 def exact(slabs):

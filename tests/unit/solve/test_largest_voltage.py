@@ -23,7 +23,7 @@ def scenario(drive):
         {
             "schema": 1,
             "drive": drive,
-            "force": {"model": "GapPlane"},
+            "force": {"model": "MaxwellStressInGap"},
             "friction": {"model": "Coulomb", "coefficient": 0.5},
             "contact": {
                 "model": "FixedArea",

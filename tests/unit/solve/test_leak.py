@@ -80,7 +80,7 @@ def test_the_answer_to_a_leak(seed, element):
         if name == leaking:  # minus the layer beside all the others
             expected = -drops[leaking] * (whole - drops[leaking]) / whole
         agrees(answer[name].field * layer.thickness, expected)
-        polarisation = EPS0 * layer.material.polarisation(FREQUENCY) / layer.thickness
+        polarisation = EPS0 * layer.material.bound_permittivity(FREQUENCY) / layer.thickness
         agrees(answer[name].displacement, polarisation * expected)
     agrees(answer.current_density, drops[leaking] / whole)
     own = answer[leaking].field

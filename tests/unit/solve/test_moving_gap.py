@@ -125,7 +125,7 @@ def test_nothing_conducts_closed_form():
     )
     assert (moved.steps, moved.errors["step_error"]) == (0, 0.0)
     assert "closed form" in moved.reason
-    # D_1 behind the current, by the trapezium rule
+    # D_1 behind the current, by the trapezoidal rule
     current = moved.found["current"] / AREA
     brought = np.concatenate([[0.0], np.cumsum((current[1:] + current[:-1]) / 2)]) * times[1]
     held = moved.found[DisplacementOf("insulator")]
@@ -250,26 +250,28 @@ def test_a_gap_that_only_creeps_follows_its_closed_form():
     np.testing.assert_allclose(gap, 5e-6 + 3e-6 * np.exp(-1e3 * times), rtol=1e-8)
 
 
-def test_the_lamp_of_field_emission_sees_the_largest_field():
+def test_the_diagnostic_of_field_emission_sees_the_largest_field():
     """Touch and lift under 1 kV: the gap field is largest in touch, Paschen's law is nearest on the way."""
     touch = {"model": "TouchAndLift", "far": 1e-3, "near": 1e-6, "approach": 0.1, "touch": 0.1, "lift": 0.1}
     scenario = load("vezzoli_2014/fig2_tremor").replace({"motion.distance": touch, "drive.high": 3000.0})
     trace = simulate(scenario, time=np.linspace(0, 0.3, 301))
     assert np.max(np.abs(trace.field.sel(layer="gap").values)) > 75e6
-    lamps = {lamp["name"]: lamp["state"] for lamp in json.loads(trace.attrs["lamps"])}
-    assert lamps["field emission"] == "warning"
+    diagnostics = {
+        diagnostic["name"]: diagnostic["state"] for diagnostic in json.loads(trace.attrs["validity"])
+    }
+    assert diagnostics["field emission"] == "warning"
 
 
 @pytest.mark.parametrize(("load_of", "said"), [(0.0, False), (0.5, True)])
 def test_a_load_while_the_finger_is_off_the_plate_is_said(load_of, said):
     scenario = load("vezzoli_2014/fig2_tremor").replace({"load.normal_force": load_of})
     trace = simulate(scenario, time=np.linspace(0, 0.1, 11))
-    assert ("load off the plate" in trace.attrs["lamps"]) == said
+    assert ("load off the plate" in trace.attrs["validity"]) == said
 
 
 def test_a_load_in_touch_alone_is_not():
     touch = {"model": "TouchAndLift", "far": 1e-3, "near": 1e-6, "approach": 0.1, "touch": 0.1, "lift": 0.1}
     points = [{"time": t, "share": s} for t, s in ((0.1, 0), (0.12, 1), (0.18, 1), (0.2, 0))]
-    load_in_touch = {"load.normal_force": 0.5, "load.programme": {"model": "Corners", "points": points}}
+    load_in_touch = {"load.normal_force": 0.5, "load.time_profile": {"model": "Corners", "points": points}}
     scenario = load("vezzoli_2014/fig2_tremor").replace({"motion.distance": touch} | load_in_touch)
-    assert "load off the plate" not in simulate(scenario, time=np.linspace(0, 0.3, 31)).attrs["lamps"]
+    assert "load off the plate" not in simulate(scenario, time=np.linspace(0, 0.3, 31)).attrs["validity"]

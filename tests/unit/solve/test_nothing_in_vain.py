@@ -1,4 +1,4 @@
-"""What a user sets counts, or is refused, or a lamp says that it does not count."""
+"""What a user sets counts, or is refused, or a diagnostic says that it does not count."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def gap():
     return load("vezzoli_2014/fig6_gap")
 
 
-def lamps(trace):
-    return {lamp["name"]: lamp for lamp in json.loads(trace.attrs["lamps"])}
+def diagnostics(trace):
+    return {diagnostic["name"]: diagnostic for diagnostic in json.loads(trace.attrs["validity"])}
 
 
 def test_a_sink_alone_would_not_limit():
@@ -48,29 +48,29 @@ def test_a_sink_alone_would_not_limit():
 
 
 def test_a_programme_of_no_speed():
-    with pytest.raises(InputError, match="programme needs the speed"):
-        read_model(Motion, {"programme": {"model": "Press", "rise": 0.1}})
+    with pytest.raises(InputError, match="time profile needs the speed"):
+        read_model(Motion, {"time_profile": {"model": "Press", "rise": 0.1}})
 
 
 def test_a_press_has_no_periodic_state_behind_a_memory(gap):
     """Without memory it is exact: the attraction repeats, the load does not."""
-    sine = {"drive": {"model": "Sine", "amplitude": 100.0, "frequency": 50.0}, "load.programme": PRESS}
+    sine = {"drive": {"model": "Sine", "amplitude": 100.0, "frequency": 50.0}, "load.time_profile": PRESS}
     settled = sine | {"time.initial_state": {"model": "PeriodicState"}}
     time = np.linspace(0, 0.2, 201)
     trace = simulate(gap.replace(settled), time=time)
     np.testing.assert_allclose(trace.normal_force.values[-1], 0.5)
     lag = {"friction": {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": 100.0}}
-    with pytest.raises(InputError, match=r"load\.programme = Press happens once"):
+    with pytest.raises(InputError, match=r"load\.time_profile = Press happens once"):
         simulate(gap.replace(settled | lag), time=time)
 
 
 def test_a_closing_gap_without_a_load_begins_as_declared(gap):
-    """A Persson relief carries no load only endlessly far away."""
+    """A Persson surface topography carries no load only endlessly far away."""
     closing = {
         "stack.gap.material.conductivity": 0.0,
         "contact.surface": PERSSON,
         "contact.closing": {"damping": 1e6},
-        "load.programme": PRESS,
+        "load.time_profile": PRESS,
     }
     trace = simulate(gap.replace(closing), time=np.linspace(0, 0.2, 41))
     assert trace.gap.values[0] == gap.stack.layers["gap"].thickness
@@ -92,19 +92,19 @@ def test_the_current_that_a_stray_capacitance_takes_is_not_said_to_enter_the_fin
     stray = {"circuit.amplifier": {"gain": 1.0, "bandwidth": 1e5, "stray_capacitance": 1e-8}}
     trace = simulate(gap.replace(stray))
     assert float(np.abs(trace.amplifier_current).max()) > 10 * float(np.abs(trace.current).max())
-    assert "into plate, stray capacitance and finger" in lamps(trace)["current"]["text"]
-    assert "into the contact" in lamps(simulate(gap))["current"]["text"]
+    assert "into plate, stray capacitance and finger" in diagnostics(trace)["current"]["text"]
+    assert "into the contact" in diagnostics(simulate(gap))["current"]["text"]
 
 
 def test_moisture_says_what_it_sets_and_what_it_finds_nothing_for(gap):
     moist = gap.replace({"moisture": MOIST})
-    lamp = lamps(simulate(moist))["moisture"]
-    assert lamp["state"] == "ok"
-    assert "friction.coefficient = 0.6" in lamp["text"]
+    diagnostic = diagnostics(simulate(moist))["moisture"]
+    assert diagnostic["state"] == "ok"
+    assert "friction.coefficient = 0.6" in diagnostic["text"]
     shear = {"friction": {"model": "AdhesiveShear", "shear_strength": 1e6}, "contact.surface": PERSSON}
-    lamp = lamps(simulate(gap.replace(shear | {"moisture": MOIST})))["moisture"]
-    assert lamp["state"] == "warning"
-    assert "no number of friction" in lamp["text"]
+    diagnostic = diagnostics(simulate(gap.replace(shear | {"moisture": MOIST})))["moisture"]
+    assert diagnostic["state"] == "warning"
+    assert "no number of friction" in diagnostic["text"]
     with pytest.raises(InputError, match=r"friction\.coefficient: moisture sets it"):
         moist.replace({"friction.coefficient": 0.7})
     assert moist.replace({"moisture": None, "friction.coefficient": 0.7}).friction.coefficient == 0.7
@@ -113,9 +113,9 @@ def test_moisture_says_what_it_sets_and_what_it_finds_nothing_for(gap):
 def test_a_load_on_a_finger_held_off_is_told():
     held = load("vezzoli_2014/fig2_tremor")
     time = np.linspace(0, 0.05, 11)
-    assert "load off the plate" not in lamps(simulate(held, time=time))
+    assert "load off the plate" not in diagnostics(simulate(held, time=time))
     pressed = simulate(held.replace({"load.normal_force": 0.5}), time=time)
-    assert lamps(pressed)["load off the plate"]["state"] == "warning"
+    assert diagnostics(pressed)["load off the plate"]["state"] == "warning"
 
 
 def test_a_current_in_an_edge_between_two_times_is_not_missed(gap):
@@ -125,4 +125,4 @@ def test_a_current_in_an_edge_between_two_times_is_not_missed(gap):
         simulate(gap.replace(square), time=time) for time in (np.arange(13) * 5e-3, np.linspace(0, 6e-6, 601))
     )
     assert float(np.abs(fine.current).max()) > 250e-6 > 100 * float(np.abs(coarse.current).max())
-    assert lamps(coarse)["current"]["state"] == lamps(fine)["current"]["state"] == "warning"
+    assert diagnostics(coarse)["current"]["state"] == diagnostics(fine)["current"]["state"] == "warning"

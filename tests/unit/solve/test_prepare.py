@@ -149,7 +149,7 @@ def test_a_judged_answer_has_the_same_numbers_and_says_how_far_they_hold():
     function = ready()
     found = function.judged({"drive.amplitude": 80.0})
     assert found.values == pytest.approx(function({"drive.amplitude": 80.0}), rel=1e-14)
-    assert found.lamps
+    assert found.diagnostics
     assert found.how["solver"] == "periodic"
 
 

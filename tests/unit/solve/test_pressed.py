@@ -32,8 +32,8 @@ TIME = np.array([0.0, 1e-3])
 
 
 @pytest.fixture(scope="module")
-def coat():
-    """A coat of 1 um under a gap of 1 um that holds, with the voltage for the attraction above."""
+def coating():
+    """A coating of 1 um under a gap of 1 um that holds, with the voltage for the attraction above."""
     dry = load("vezzoli_2014/fig6_gap").replace(
         {
             "stack.insulator.thickness": 1e-6,
@@ -48,29 +48,29 @@ def coat():
     return dry.replace({"drive": {"model": "Step", "level": voltage}})
 
 
-def lamps(trace):
-    return {lamp["name"]: lamp for lamp in json.loads(trace.attrs["lamps"])}
+def diagnostics(trace):
+    return {diagnostic["name"]: diagnostic for diagnostic in json.loads(trace.attrs["validity"])}
 
 
-def test_more_area_attracts_more(coat):
+def test_more_area_attracts_more(coating):
     """0.450 N with the area under the load alone; with the area that the attraction makes too, 2.64 N."""
     contact = GrowingArea(**GROWING)
     assert PULL * contact.gross_area(0.2) == pytest.approx(0.450, abs=5e-4)
-    trace = simulate(coat.replace({"load.normal_force": 0.2}), time=TIME)
+    trace = simulate(coating.replace({"load.normal_force": 0.2}), time=TIME)
     force, area = float(trace.electrostatic_force[-1]), float(trace.gross_contact_area[-1])
     assert force == pytest.approx(2.64, abs=5e-3)
     assert force == pytest.approx(PULL * area, rel=1e-9)
     assert area == pytest.approx(contact.gross_area(0.2 + force), rel=1e-9)
     assert float(trace.lateral_force[-1]) == pytest.approx(0.5 * (0.2 + force), rel=1e-12)
-    said = lamps(trace)["contact area"]
+    said = diagnostics(trace)["contact area"]
     assert said["state"] == "unknown"
     assert said["value"] == pytest.approx(area / contact.gross_area(0.2), rel=1e-12)
     assert "54.29 mm2 under the full load alone" in said["text"]
 
 
-def test_the_real_area_does_not_exceed_the_gross_one(coat):
+def test_the_real_area_does_not_exceed_the_gross_one(coating):
     """At 0.05 N it was 4.45e-5 of 2.15e-5 m2."""
-    trace = simulate(coat.replace({"load.normal_force": 0.05}), time=TIME)
+    trace = simulate(coating.replace({"load.normal_force": 0.05}), time=TIME)
     assert GrowingArea(**GROWING).gross_area(0.05) == pytest.approx(2.15e-5, abs=5e-8)
     assert float(trace.real_contact_area[-1]) < float(trace.gross_contact_area[-1])
 
@@ -102,9 +102,9 @@ def test_an_area_in_proportion_to_the_force(pull):
     assert whole[0] == pytest.approx(0.2 / (1 - pull / 5000), rel=1e-9)
 
 
-def test_an_area_without_bound_is_said(coat):
+def test_an_area_without_bound_is_said(coating):
     with pytest.raises(InputError, match=r"GrowingArea.*8\.29 kPa.*without bound.*contact\.exponent"):
-        simulate(coat.replace({"contact.exponent": 1.0, "load.normal_force": 0.2}), time=TIME)
+        simulate(coating.replace({"contact.exponent": 1.0, "load.normal_force": 0.2}), time=TIME)
     assert pressed_states(GrowingArea(area=1e-4, at_force=0.5, exponent=1.0), load=0.2, pull=5001.0) == ()
 
 
@@ -127,7 +127,7 @@ def stepped(self, normal_force):
     return force / area
 
 
-def test_of_several_states_the_one_from_the_load_alone_is_taken_and_all_are_told(coat, monkeypatch):
+def test_of_several_states_the_one_from_the_load_alone_is_taken_and_all_are_told(coating, monkeypatch):
     """0.4 N and 8290 Pa on 1e-5 m2 are 0.4829 N; on 1e-3 m2 8.69 N; between them one that does not last."""
     monkeypatch.setattr(GrowingArea, "mean_pressure", stepped)
     states = pressed_states(GrowingArea(**GROWING), load=0.4, pull=PULL)
@@ -135,30 +135,32 @@ def test_of_several_states_the_one_from_the_load_alone_is_taken_and_all_are_told
     assert states[0][0] == pytest.approx(0.4 + PULL * 1e-5, rel=1e-9)
     assert 0.9 < states[1][0] < 1.1
     assert states[2][0] == pytest.approx(0.4 + PULL * 1e-3, rel=1e-9)
-    coat = coat.replace({"load.normal_force": 0.4})
-    trace = simulate(coat, time=TIME)
+    coating = coating.replace({"load.normal_force": 0.4})
+    trace = simulate(coating, time=TIME)
     assert float(trace.electrostatic_force[-1]) == pytest.approx(PULL * 1e-5, rel=1e-9)
-    said = lamps(trace)["contact states"]
+    said = diagnostics(trace)["contact states"]
     assert said["state"] == "unknown"
     assert "3 states" in said["text"]
     assert "8.29 N" in said["text"]
-    assert "contact states" not in lamps(simulate(coat.replace({"drive.level": 1.0}), time=TIME))
+    assert "contact states" not in diagnostics(simulate(coating.replace({"drive.level": 1.0}), time=TIME))
 
 
-def test_one_sine_over_frequency_is_its_mean_over_time(coat):
+def test_one_sine_over_frequency_is_its_mean_over_time(coating):
     """The mean over the time of the force on the area of each moment."""
     sine = {"drive": {"model": "Sine", "amplitude": 60.0, "frequency": 1e3}, "load.normal_force": 0.2}
-    settled = coat.replace(sine | {"time.initial_state": {"model": "PeriodicState"}})
+    settled = coating.replace(sine | {"time.initial_state": {"model": "PeriodicState"}})
     trace = simulate(settled, time=np.linspace(0, 1e-3, 2001)[:-1])
     over = np.interp(1e3, trace.frequency.values, trace.mean_force.values)
     assert over == pytest.approx(float(trace.electrostatic_force.mean()), rel=1e-6)
 
 
-def test_a_closing_gap_bears_load_and_attraction_on_the_area_that_both_make(coat):
-    relief = RELIEF | {"modulus": 2e7}
-    closing = {"contact": {"model": "GrowingArea", "surface": relief, "closing": {"damping": 1e6}} | GROWING}
+def test_a_closing_gap_bears_load_and_attraction_on_the_area_that_both_make(coating):
+    topography = RELIEF | {"modulus": 2e7}
+    closing = {
+        "contact": {"model": "GrowingArea", "surface": topography, "closing": {"damping": 1e6}} | GROWING
+    }
     film = {"stack.insulator.thickness": 90e-6, "drive.level": 1000.0, "load.normal_force": 0.2}
-    scenario = coat.replace(closing | film)
+    scenario = coating.replace(closing | film)
     trace = simulate(scenario, time=np.array([0.0, 1.0, 3.0]))
     borne = scenario.contact.surface.pressure(trace.gap.values[-1])
     force, area = float(trace.electrostatic_force[-1]), float(trace.gross_contact_area[-1])

@@ -22,7 +22,7 @@ def base():
     gap = {"thickness": FREE_GAP, "material": {"model": "Constant", "permittivity": 1.0}}
     changes = {
         "stack": {"insulator": layers["insulator"], "gap": gap, "stratum_corneum": layers["stratum_corneum"]},
-        "force.model": "GapPlane",
+        "force.model": "MaxwellStressInGap",
         "load.normal_force": 0.02,
         "time.duration": 0.04,
         "contact.surface": {"model": "LinearSpring", "stiffness": STIFFNESS, "free_gap": FREE_GAP},

@@ -227,9 +227,9 @@ def test_a_number_that_is_not_known_is_told(monkeypatch):
     )
     assert math.isnan(found.values["mean lateral_force"])
     assert found.values["mean electrostatic_force"] > 0
-    (lamp,) = [lamp for lamp in found.lamps if lamp.name == "quantities"]
-    assert lamp.state == "unknown"
-    assert lamp.text.startswith("mean lateral_force: not known")
+    (diagnostic,) = [diagnostic for diagnostic in found.diagnostics if diagnostic.name == "quantities"]
+    assert diagnostic.state == "unknown"
+    assert diagnostic.text.startswith("mean lateral_force: not known")
 
 
 def test_a_signal_that_cannot_be_followed_is_told(monkeypatch):
@@ -237,9 +237,9 @@ def test_a_signal_that_cannot_be_followed_is_told(monkeypatch):
     drive = {"model": "AmplitudeModulation", "amplitude": 100, "carrier": 50e3, "modulation": 10, "depth": 1}
     fast = GAP.replace({"drive": drive} | PERIODIC)
     found = asked(fast, "mean electrostatic_force")
-    (lamp,) = [lamp for lamp in found.lamps if lamp.name == "resolution"]
-    assert lamp.state == "warning"
-    assert lamp.value == found.errors["mean electrostatic_force"] > lamp.limit
+    (diagnostic,) = [diagnostic for diagnostic in found.diagnostics if diagnostic.name == "resolution"]
+    assert diagnostic.state == "warning"
+    assert diagnostic.value == found.errors["mean electrostatic_force"] > diagnostic.limit
 
 
 def test_one_sine_in_its_steady_state_is_looked_at_once():
@@ -284,7 +284,7 @@ def test_a_record_of_many_samples_is_followed_with_few_nodes():
         squares, rel=2e-4
     )  # a series resistance of 2 kohm and a skin pole are left
     assert found.errors["mean electrostatic_force"] < 1e-7
-    assert not [lamp for lamp in found.lamps if lamp.name == "resolution"]
+    assert not [diagnostic for diagnostic in found.diagnostics if diagnostic.name == "resolution"]
 
 
 def test_what_bends_where_nothing_says_so_is_halved_until_it_is_followed(monkeypatch):

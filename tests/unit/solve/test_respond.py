@@ -51,10 +51,10 @@ def test_a_prescribed_current_is_the_current(founding):
     dropped = trace.drive_voltage.values - trace.stack_voltage.values
     np.testing.assert_allclose(dropped, 2e6 * trace.drive_current.values, rtol=0, atol=1e-12 * 20)
     assert trace["drive_current"].attrs["units"] == "A"
-    lamps = {lamp["name"]: lamp for lamp in json.loads(trace.attrs["lamps"])}
-    assert lamps["current drive"]["state"] == "unknown"
-    assert "area" in lamps["current drive"]["text"]
-    assert lamps["current"]["state"] == "ok"
+    diagnostics = {diagnostic["name"]: diagnostic for diagnostic in json.loads(trace.attrs["validity"])}
+    assert diagnostics["current drive"]["state"] == "unknown"
+    assert "area" in diagnostics["current drive"]["text"]
+    assert diagnostics["current"]["state"] == "ok"
 
 
 def test_gains_are_per_volt_and_the_mean_force_is_of_the_drive(founding):

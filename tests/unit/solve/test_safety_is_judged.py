@@ -10,8 +10,8 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.constants import eps0
+from electrovib.core.diagnostics import read_diagnostics
 from electrovib.core.errors import InputError
-from electrovib.core.lamps import read_lamps
 from electrovib.solve.diagnostics import solved
 from electrovib.solve.stack.expand import modes
 
@@ -19,8 +19,8 @@ AREA, FILM, SKIN = 1e-4, 90e-6 / 3.35, 200e-6 / 1560
 SHORT = np.linspace(0.0, 1e-3, 3)
 
 
-def lamps(trace):
-    return {lamp.name: lamp for lamp in read_lamps(trace.attrs["lamps"])}
+def diagnostics(trace):
+    return {diagnostic.name: diagnostic for diagnostic in read_diagnostics(trace.attrs["validity"])}
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def with_gap(founding):
 
 
 def test_fifty_kilovolts_on_the_founding_film(founding):
-    found = lamps(ev.simulate(founding.replace({"drive.high": "50 kV"})))
+    found = diagnostics(ev.simulate(founding.replace({"drive.high": "50 kV"})))
     film = found["film strength, insulator"]
     assert film.state == "warning"
     assert film.value == pytest.approx(50e3 / (FILM + SKIN) / 3.35, rel=1e-4)  # 1 kohm takes the rest
@@ -57,7 +57,9 @@ def test_every_layer_of_the_plate_and_of_the_finger_is_judged(founding):
         "outer": {"thickness": "100 um", "role": "finger", "material": skin},
         "inner": {"thickness": "100 um", "role": "finger", "material": skin, "breakdown_field": "10 kV/m"},
     }
-    found = lamps(ev.simulate(founding.replace({"stack": stack, "force": {"model": "GapPlane"}})))
+    found = diagnostics(
+        ev.simulate(founding.replace({"stack": stack, "force": {"model": "MaxwellStressInGap"}}))
+    )
     assert found["film strength, lower"].state == "warning"  # 11.06 MV/m
     assert found["film strength, upper"].state == "ok"
     assert found["film strength, inner"].state == "warning"  # 23.7 kV/m
@@ -67,16 +69,16 @@ def test_every_layer_of_the_plate_and_of_the_finger_is_judged(founding):
 
 
 def test_a_gap_is_judged_by_paschen_and_field_emission(with_gap):
-    found = lamps(ev.simulate(with_gap.replace({"stack.gap.thickness": "28 um", "drive.high": 800.0})))
+    found = diagnostics(ev.simulate(with_gap.replace({"stack.gap.thickness": "28 um", "drive.high": 800.0})))
     assert found["Paschen"].value == pytest.approx(800 * 28e-6 / (28e-6 + FILM + SKIN), rel=1e-4)
-    assert found["Paschen"].state == "warning"  # from 789 V on, facts of the founding rig
+    assert found["Paschen"].state == "warning"  # from 789 V on, facts of the rig of Vezzoli et al. 2014
     assert (
-        lamps(ev.simulate(with_gap.replace({"stack.gap.thickness": "28 um", "drive.high": 780.0})))[
+        diagnostics(ev.simulate(with_gap.replace({"stack.gap.thickness": "28 um", "drive.high": 780.0})))[
             "Paschen"
         ].state
         == "ok"
     )
-    thin = lamps(ev.simulate(with_gap.replace({"stack.gap.thickness": "1 um"})))
+    thin = diagnostics(ev.simulate(with_gap.replace({"stack.gap.thickness": "1 um"})))
     assert (thin["Paschen"].state, thin["field emission"].state) == ("unknown", "ok")
 
 
@@ -146,9 +148,13 @@ def test_checks_do_not_depend_on_the_output_times(with_gap, stack, drive):
     one = with_gap.replace(skin | limits | STACKS[stack] | {"drive": DRIVES[drive]})
     end = 4e-3
     few, many = np.array([0.9 * end, end]), np.linspace(0.0, end, 4001)
-    told = [lamps(ev.simulate(one, time=time)) for time in (few, many)]
+    told = [diagnostics(ev.simulate(one, time=time)) for time in (few, many)]
     values = [
-        {name: lamp.value / lamp.limit for name, lamp in each.items() if lamp.value is not None}
+        {
+            name: diagnostic.value / diagnostic.limit
+            for name, diagnostic in each.items()
+            if diagnostic.value is not None
+        }
         for each in told
     ]
     for each in values:
@@ -161,14 +167,14 @@ def test_checks_do_not_depend_on_the_output_times(with_gap, stack, drive):
     trace = ev.simulate(one, time=many)
     largest = float(np.abs(trace.field.sel(layer="gap")).max())
     assert told[0]["field emission"].value >= largest * (1 - 1e-5)
-    body = max(lamp.value for name, lamp in told[0].items() if name.startswith("body current"))
+    body = max(diagnostic.value for name, diagnostic in told[0].items() if name.startswith("body current"))
     assert body >= float(np.abs(trace.current).max()) * (1 - 1e-5)
 
 
 def test_the_general_reference_too(with_gap):
     one = with_gap.replace(TWO_LEAKS | {"drive": DRIVES["pulse"], "limits.current": 1e-6})
     told = [
-        lamps(ev.simulate(one, time=time))["field emission"].value
+        diagnostics(ev.simulate(one, time=time))["field emission"].value
         for time in (SHORT * 4, np.linspace(0, 4e-3, 401))
     ]
     assert told[0] == pytest.approx(told[1], rel=1e-6)
@@ -178,7 +184,7 @@ def test_the_general_reference_too(with_gap):
 def test_a_sines_largest_values_are_met_between_looks(founding):
     """300 V of 777 Hz from the periodic state: |i| = C V w and E = V/(T eps_film/eps0) to 1e-6."""
     settled = {"time.initial_state": {"model": "PeriodicState"}, "circuit.return_path.resistance": 0.0}
-    one = founding.replace({"drive": DRIVES["sine"], "force": {"model": "GapPlane"}} | settled)
+    one = founding.replace({"drive": DRIVES["sine"], "force": {"model": "MaxwellStressInGap"}} | settled)
     time = np.array([0.0, 1e-9])
     _, record = solved(one, modes(one, time)[0], time)
     peaks = record.peaks()
@@ -200,7 +206,7 @@ def test_each_limit_is_defined(founding):
         "limits": limits,
         "circuit.return_path.resistance": 0.0,
     }
-    found = lamps(ev.simulate(founding.replace(changes)))
+    found = diagnostics(ev.simulate(founding.replace(changes)))
     capacitance = eps0 * AREA / (FILM + SKIN)
     expected = {
         "voltage": 200.0,
@@ -218,7 +224,7 @@ def test_the_energy_of_two_contacts_is_that_of_both(founding):
     held = {"drive": {"model": "Trapezium", "high": 100.0, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}}
     two = {"circuit.return_path": {"model": "SecondElectrode", "area": "0.5 cm2", "resistance": 0.0}}
     limits = {"limits": {"stored_energy": 1e-12, "charge": 1e-12}}
-    found = lamps(ev.simulate(founding.replace(held | two | limits)))
+    found = diagnostics(ev.simulate(founding.replace(held | two | limits)))
     first = eps0 * AREA / (FILM + SKIN)
     series = 1 / (1 / first + 2 / first)
     assert found["charge"].value == pytest.approx(series * 100, rel=1e-6)
@@ -228,12 +234,16 @@ def test_the_energy_of_two_contacts_is_that_of_both(founding):
 def test_nothing_is_said_of_what_is_not_declared(founding):
     square = {"drive": {"model": "Square", "high": 100.0, "frequency": 200.0}}
     trace = ev.simulate(founding.replace(square | {"limits": {}}))
-    assert not {"voltage", "current", "charge", "stored energy", "body current"} & set(lamps(trace))
+    assert not {"voltage", "current", "charge", "stored energy", "body current"} & set(diagnostics(trace))
     for word in ("amplifier", "limits.", "250 uA", "declared"):
         assert word not in json.dumps(
-            [lamp.text for lamp in lamps(trace).values() if lamp.name != "film strength, insulator"]
+            [
+                diagnostic.text
+                for diagnostic in diagnostics(trace).values()
+                if diagnostic.name != "film strength, insulator"
+            ]
         )
-    assert "100 mA" in lamps(trace)["jump"].text
+    assert "100 mA" in diagnostics(trace)["jump"].text
 
 
 def test_the_jump_at_time_0_is_told_apart(founding):
@@ -241,7 +251,7 @@ def test_the_jump_at_time_0_is_told_apart(founding):
     capacitance = eps0 * AREA / (FILM + SKIN)
     frequency = 5.85e-3 / (2 * np.pi * capacitance * 100)
     cosine = {"drive": {"model": "Sine", "amplitude": 100.0, "frequency": frequency, "phase": np.pi / 2}}
-    found = lamps(
+    found = diagnostics(
         ev.simulate(founding.replace(cosine | {"limits": {"current": "10 mA", "body_current": "10 mA"}}))
     )
     for name in ("current", "body current"):
@@ -252,7 +262,7 @@ def test_the_jump_at_time_0_is_told_apart(founding):
     settled = founding.replace(
         cosine | {"limits": {"current": "10 mA"}, "time.initial_state": {"model": "PeriodicState"}}
     )
-    found = lamps(ev.simulate(settled))
+    found = diagnostics(ev.simulate(settled))
     assert not {"jump", "current at switch-on"} & set(found)
     assert found["current"].value == pytest.approx(5.85e-3, rel=3e-3)
 
@@ -261,7 +271,7 @@ def test_a_drive_that_does_not_repeat_tells_its_jump_apart_too(founding):
     once = {
         "drive": {"model": "Trapezium", "low": 20.0, "high": 100.0, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}
     }
-    found = lamps(ev.simulate(founding.replace(once | {"limits": {"current": "1 mA"}})))
+    found = diagnostics(ev.simulate(founding.replace(once | {"limits": {"current": "1 mA"}})))
     assert found["current"].value == pytest.approx(eps0 * AREA / (FILM + SKIN) * 80e3, rel=1e-6)
     assert found["current at switch-on"].value == pytest.approx(20e-3, rel=1e-9)
 
@@ -274,7 +284,7 @@ LATE = {"model": "Trapezium", "high": 100.0, "delay": 1e-3, "rise": 0.0, "hold":
 )
 def test_nothing_in_series_and_a_jump(founding, drive):
     endless = {"drive": drive, "limits": {"current": "1 A"}, "circuit.return_path.resistance": 0.0}
-    found = lamps(ev.simulate(founding.replace(endless)))
+    found = diagnostics(ev.simulate(founding.replace(endless)))
     assert found["current"].state == "warning"
     assert "no bound" in found["current"].text
     assert found["current"].value is None
@@ -288,7 +298,7 @@ def test_a_current_that_is_largest_just_before_a_corner(founding):
         for name, length in (("insulator", 90.0), ("stratum_corneum", 200.0))
     }
     one = founding.replace(leaky | {"drive": triangle, "limits": {"current": "1 mA"}})
-    told = lamps(ev.simulate(one, time=np.array([0.0, 2e-3])))["current"].value
+    told = diagnostics(ev.simulate(one, time=np.array([0.0, 2e-3])))["current"].value
     before = np.array([1e-3 * (1 - 1e-9)])
     assert told == pytest.approx(float(ev.simulate(one, time=before).current[0]), rel=1e-6)
 
@@ -296,7 +306,7 @@ def test_a_current_that_is_largest_just_before_a_corner(founding):
 def test_equilibrium_judges_too():
     content = {
         "drive": {"model": "Step", "level": "1 kV"},
-        "force": {"model": "GapPlane"},
+        "force": {"model": "MaxwellStressInGap"},
         "friction": {"model": "Coulomb", "coefficient": 0.5},
         "contact": {
             "model": "FixedArea",
@@ -316,7 +326,7 @@ def test_equilibrium_judges_too():
         },
     }
     found = ev.equilibrium(content)
-    told = {lamp.name: lamp for lamp in found.lamps}
+    told = {diagnostic.name: diagnostic for diagnostic in found.diagnostics}
     (state,) = found.states
     body = eps0 * AREA / 100e-12
     field = 1000 / (FILM + body + state.gap)
@@ -338,7 +348,7 @@ def test_equilibrium_judges_too():
             "circuit": {"return_path": {"model": "Grounded"}},
         }
     )
-    worst = {lamp.name: lamp.state for lamp in near.lamps}
+    worst = {diagnostic.name: diagnostic.state for diagnostic in near.diagnostics}
     assert worst["field emission"] == "warning"
     assert worst["film strength, insulator"] == "unknown"
     assert len(near.states) == 3
@@ -375,7 +385,7 @@ def test_export_refuses_what_run_refuses(founding, tmp_path):
             "cut_off": 100.0,
         }
     }
-    press = {"load.programme": {"model": "Press", "begin": 0.05, "rise": 0.05}}
+    press = {"load.time_profile": {"model": "Press", "begin": 0.05, "rise": 0.05}}
     changes = lag | press | {"time.initial_state": {"model": "PeriodicState"}, "drive": DRIVES["sine"]}
     for act in (ev.simulate, lambda one: ev.export(one, tmp_path / "circuit.cir")):
         with pytest.raises(InputError, match="Press happens once"):

@@ -31,9 +31,9 @@ def test_eight_samples_a_cycle_are_enough_and_fewer_are_not(name):
     drive = read_model(Drive, content)
     span = 4 / fastest
     assert sampling(drive, np.linspace(0, span, 4 * FEWEST + 1)) == []
-    (lamp,) = sampling(drive, np.linspace(0, span, 4 * FEWEST - 1))
-    assert (lamp.name, lamp.state) == ("sampling", "warning")
-    assert f"time.samples = {4 * FEWEST + 1} " in lamp.text
+    (diagnostic,) = sampling(drive, np.linspace(0, span, 4 * FEWEST - 1))
+    assert (diagnostic.name, diagnostic.state) == ("sampling", "warning")
+    assert f"time.samples = {4 * FEWEST + 1} " in diagnostic.text
 
 
 def test_a_constant_and_a_single_time_say_nothing():
@@ -50,11 +50,11 @@ def test_a_measured_drive_at_its_own_stamps_says_nothing():
 def test_a_sine_met_at_its_zeros_is_not_shown_in_silence():
     """One second of 1 kHz at the usual 2001 times: every one of them is a zero of the drive."""
     fine = load("vezzoli_2014/fig7")
-    names = {lamp["name"] for lamp in json.loads(simulate(fine).attrs["lamps"])}
+    names = {diagnostic["name"] for diagnostic in json.loads(simulate(fine).attrs["validity"])}
     assert "sampling" not in names
     trace = simulate(fine.replace({"time.duration": 1.0}))
     assert np.max(np.abs(trace.drive_voltage)) < 1e-9 * 100
-    told = {lamp["name"]: lamp["text"] for lamp in json.loads(trace.attrs["lamps"])}
+    told = {diagnostic["name"]: diagnostic["text"] for diagnostic in json.loads(trace.attrs["validity"])}
     assert "time.samples = 8001 would show it" in told["sampling"]
 
 
@@ -82,26 +82,26 @@ NARROW = {
 @pytest.mark.parametrize("count", [50, 2001])
 def test_the_advice_holds_when_it_is_followed(name, count):
     drive = read_model(Drive, NARROW[name])
-    (lamp,) = sampling(drive, np.linspace(0, 0.3, count))
-    assert lamp.value > lamp.limit == count
-    assert f"time.samples = {lamp.value:.0f} would show it" in lamp.text
-    assert sampling(drive, np.linspace(0, 0.3, int(lamp.value))) == []
+    (diagnostic,) = sampling(drive, np.linspace(0, 0.3, count))
+    assert diagnostic.value > diagnostic.limit == count
+    assert f"time.samples = {diagnostic.value:.0f} would show it" in diagnostic.text
+    assert sampling(drive, np.linspace(0, 0.3, int(diagnostic.value))) == []
 
 
 def test_a_measured_drive_on_other_times_is_told_to_keep_its_own():
     time = np.linspace(0, 1, 40_001)
     record = {"model": "Sampled", "time_samples": time, "voltage_samples": np.sin(2 * np.pi * 1e3 * time)}
     drive = read_model(Drive, {"model": "Offset", "level": 5, "drive": record})
-    (lamp,) = sampling(drive, np.linspace(0, 1, 2001))
-    assert "leave time.samples away" in lamp.text
+    (diagnostic,) = sampling(drive, np.linspace(0, 1, 2001))
+    assert "leave time.samples away" in diagnostic.text
     assert sampling(drive, drive.time_stamps) == []
     assert sampling(drive, np.linspace(0, 1, 16_001)) == []
 
 
 def test_where_no_even_times_would_do_numbers_are_advised():
     drive = read_model(Drive, {"model": "PulseTrain", "high": 1, "width": 1e-8, "frequency": 1})
-    (lamp,) = sampling(drive, np.linspace(0, 5, 2001))
-    assert "ask for numbers with --quantity" in lamp.text
+    (diagnostic,) = sampling(drive, np.linspace(0, 5, 2001))
+    assert "ask for numbers with --quantity" in diagnostic.text
 
 
 @pytest.mark.parametrize("samples", [9, 17, 2001])

@@ -31,7 +31,7 @@ def founding():
 
 
 def test_bridges_take_their_share_of_the_pull_that_closes_a_gap(suspended):
-    """At rest the relief carries load and attraction, the attraction that the Trace reports."""
+    """At rest the surface topography carries load and attraction, the attraction that the Trace reports."""
     bridged = {"stack.gap.material": {"model": "BridgedAir", "bridged_share": 0.4, "spot_conductivity": 0.0}}
     held = {"drive": {"model": "Step", "level": 400.0}, "load.normal_force": 0.5}
     trace = simulate(suspended.replace(CLOSES | bridged | held), time=np.linspace(0, 0.05, 11))

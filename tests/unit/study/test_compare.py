@@ -31,18 +31,18 @@ def test_entries_are_ordered_and_explained(leaky):
     forces = [entry.static for entry in leaky.entries]
     assert forces == sorted(forces, reverse=True)
     why = {entry.name: entry.why for entry in leaky.entries}
-    assert "permittivity 1560" in why["StratumCorneumPlane"]
-    assert "effective permittivity 10.74" in why["EffectiveMediumPlane"]
-    assert "rises" in why["InsulatorPlane"]
-    assert "falls" in why["GapPlane"]
-    assert not any("has more in it" in entry.why for entry in leaky.entries if entry.name.endswith("Plane"))
+    assert "permittivity 1560" in why["MaxwellStressInStratumCorneum"]
+    assert "effective permittivity 10.74" in why["EffectiveMedium"]
+    assert "rises" in why["MaxwellStressInInsulator"]
+    assert "falls" in why["MaxwellStressInGap"]
+    assert not any("further terms" in entry.why for entry in leaky.entries)
 
 
 def test_planes_differ_in_time_as_well_as_in_size(leaky):
     change = {entry.name: entry.late / entry.early for entry in leaky.entries if len(entry.step)}
-    assert change["EffectiveMediumPlane"] == pytest.approx(1.0, abs=1e-2)
-    assert change["GapPlane"] < 1e-4
-    assert change["InsulatorPlane"] > 1.05
+    assert change["EffectiveMedium"] == pytest.approx(1.0, abs=1e-2)
+    assert change["MaxwellStressInGap"] < 1e-4
+    assert change["MaxwellStressInInsulator"] > 1.05
 
 
 def test_a_law_of_magnitudes_has_a_static_force_but_no_step(leaky):
@@ -74,11 +74,11 @@ def test_the_static_force_is_drawn_over_a_parameter(leaky):
 
 
 def test_an_unknown_law_is_refused_with_the_nearest_name():
-    with pytest.raises(InputError, match="Did you mean 'GapPlane'"):
-        compare(load("vezzoli_2014/fig6"), models=["GapPlan"])
+    with pytest.raises(InputError, match="Did you mean 'MaxwellStressInGap'"):
+        compare(load("vezzoli_2014/fig6"), models=["MaxwellStressInGp"])
 
 
-COAT = {
+COATING = {
     "stack.insulator.thickness": 1e-6,
     "stack.insulator.material.permittivity": 3.9,
     "stack.stratum_corneum.material.permittivity": 1650.0,
@@ -87,47 +87,52 @@ COAT = {
 
 
 @pytest.fixture(scope="module")
-def coat():
+def coating():
     """31 N on 1 cm2: 265 MV/m in a gap that is no layer of the stack."""
-    return compare(load("vezzoli_2014/fig6").replace(COAT), over={"drive.level": np.array([10.0, 100.0])})
+    return compare(load("vezzoli_2014/fig6").replace(COATING), over={"drive.level": np.array([10.0, 100.0])})
 
 
-def test_an_entry_beyond_breakdown_carries_its_lamp(coat):
-    broken = {entry.name: entry.breakdown for entry in coat.entries}
-    assert "265 MV/m" in broken.pop("GapPlane")
+def test_an_entry_beyond_breakdown_carries_its_diagnostic(coating):
+    broken = {entry.name: entry.breakdown for entry in coating.entries}
+    assert "265 MV/m" in broken.pop("MaxwellStressInGap")
     assert not any(broken.values())
-    rows = {row[0]: row for row in coat.tables[0].rows}
-    assert "(beyond breakdown)" in rows["GapPlane"][3]
-    assert "(beyond breakdown)" not in rows["InsulatorPlane"][3]
-    told = {what: law for law, what in coat.tables[1].rows}
+    rows = {row[0]: row for row in coating.tables[0].rows}
+    assert "(beyond breakdown)" in rows["MaxwellStressInGap"][3]
+    assert "(beyond breakdown)" not in rows["MaxwellStressInInsulator"][3]
+    told = {what: law for law, what in coating.tables[1].rows}
     assert (
         next(law for what, law in told.items() if "static: the field of a vanishing gap" in what)
-        == "GapPlane"
+        == "MaxwellStressInGap"
     )
     assert next(law for what, law in told.items() if "across 'stratum_corneum'" in what) == "every law"
 
 
-def test_lamps_of_a_law_without_a_response_in_time_are_those_of_the_stack(coat):
-    found = {entry.name: entry for entry in coat.entries}
-    assert found["Vezzoli2014PerFrequency"].warnings == found["StratumCorneumPlane"].warnings != ()
+def test_diagnostics_of_a_law_without_a_response_in_time_are_those_of_the_stack(coating):
+    found = {entry.name: entry for entry in coating.entries}
+    assert found["Vezzoli2014PerFrequency"].warnings == found["MaxwellStressInStratumCorneum"].warnings != ()
 
 
-def test_air_that_breaks_down_is_marked_in_the_figure(coat):
-    marks = [curve for curve in coat.panels[-1].curves if curve.kind == "points"]
-    assert [(curve.label, list(curve.x)) for curve in marks] == [("GapPlane: air breaks down", [100.0])]
+def test_air_that_breaks_down_is_marked_in_the_figure(coating):
+    marks = [curve for curve in coating.panels[-1].curves if curve.kind == "points"]
+    assert [(curve.label, list(curve.x)) for curve in marks] == [
+        ("MaxwellStressInGap: air breaks down", [100.0])
+    ]
 
 
-def test_a_law_pulls_as_the_gap_plane_at_some_gap(coat):
-    """V^2/(K + g)^2 of the gap plane against each law: 8 and 15 um on the coat."""
-    why = {entry.name: entry.why for entry in coat.entries}
+def test_a_law_pulls_as_the_gap_plane_at_some_gap(coating):
+    """V^2/(K + g)^2 of the Maxwell stress in the gap against each law: 8 and 15 um on the coating."""
+    why = {entry.name: entry.why for entry in coating.entries}
     electrical = 1e-6 / 3.9 + 200e-6 / 1650
-    for name, ratio in (("EffectiveMediumPlane", electrical / 201e-6), ("StratumCorneumPlane", 1 / 1650)):
+    for name, ratio in (
+        ("EffectiveMedium", electrical / 201e-6),
+        ("MaxwellStressInStratumCorneum", 1 / 1650),
+    ):
         gap = electrical * (1 / math.sqrt(ratio) - 1)
-        assert f"gap plane at a gap of {1e6 * gap:.2g} um" in why[name]
+        assert f"Maxwell stress in the gap at a gap of {1e6 * gap:.2g} um" in why[name]
 
 
-def test_leak_time_and_polarity_are_told(coat, leaky):
-    said = coat.pages[0].paragraphs
+def test_leak_time_and_polarity_are_told(coating, leaky):
+    said = coating.pages[0].paragraphs
     assert any("no gap that could leak" in text for text in said)
     assert any("from 18.66 mN to" in text for text in said)
     assert any("No law can show a polarity effect" in text for text in said)
@@ -139,38 +144,39 @@ def test_a_rectifying_layer_shows_polarity():
     found = compare(load("kaczmarek_2006/skin_positive"))
     polarity = {entry.name: entry.polarity for entry in found.entries}
     # the skin's own voltage decays 7.7/2.5 times faster in one direction, and so does the integral of its square
-    assert polarity["StratumCorneumPlane"] == pytest.approx(2.5 / 7.7, rel=2e-2)
-    assert polarity["GapPlane"] == pytest.approx(1.0, abs=1e-2)
+    assert polarity["MaxwellStressInStratumCorneum"] == pytest.approx(2.5 / 7.7, rel=2e-2)
+    assert polarity["MaxwellStressInGap"] == pytest.approx(1.0, abs=1e-2)
     assert any("A layer tells the polarity" in text for text in found.pages[0].paragraphs)
 
 
 def test_nothing_that_conducts_keeps_every_force():
     still = {"stack.stratum_corneum.material.conductivity": 0.0}
-    found = compare(load("vezzoli_2014/fig6").replace(still), models=["GapPlane"])
+    found = compare(load("vezzoli_2014/fig6").replace(still), models=["MaxwellStressInGap"])
     text = " ".join(found.pages[0].paragraphs)
     assert "nothing conducts" in text
     assert "differ by a factor" not in text
 
 
-def test_a_law_looks_the_same_in_every_figure_and_none_hides_another(coat):
+def test_a_law_looks_the_same_in_every_figure_and_none_hides_another(coating):
     looks = [
-        {curve.label: curve.look for curve in panel.curves if curve.kind != "points"} for panel in coat.panels
+        {curve.label: curve.look for curve in panel.curves if curve.kind != "points"}
+        for panel in coating.panels
     ]
     for look in looks:
         assert look.items() <= looks[0].items()
-    kinds = {curve.label: curve.kind for curve in coat.panels[-1].curves}
-    assert [kinds[name] for name in ("EffectiveMediumPlane", "Vezzoli2014Causal", "Vezzoli2014PerFrequency")] == [
+    kinds = {curve.label: curve.kind for curve in coating.panels[-1].curves}
+    assert [kinds[name] for name in ("EffectiveMedium", "Vezzoli2014Causal", "Vezzoli2014PerFrequency")] == [
         "line", "dashed", "dotted",
     ]  # fmt: skip
 
 
 def test_a_parameter_of_one_law_moves_no_other():
-    scenario = load("persson_2018/coat")
+    scenario = load("persson_2018/coating")
     over = {"force.mean_gap": np.array([5e-6, 20e-6])}
-    found = compare(scenario, models=["Persson2018RoughGap", "GapPlane"], over=over)
+    found = compare(scenario, models=["Persson2018RoughGap", "MaxwellStressInGap"], over=over)
     forces = {curve.label: curve.y for curve in found.panels[-1].curves if curve.kind != "points"}
     assert forces["Persson2018RoughGap"][0] > 2 * forces["Persson2018RoughGap"][1]
-    assert forces["GapPlane"][0] == forces["GapPlane"][1]
+    assert forces["MaxwellStressInGap"][0] == forces["MaxwellStressInGap"][1]
 
 
 def test_laws_that_cannot_run_here_leave_nothing_to_compare():
@@ -189,9 +195,11 @@ def test_catalogue_lists_everything_found_with_status_and_checks():
 
 
 def test_one_model_can_be_asked_for():
-    assert [entry.predicts for entry in catalogue.models("GapPlane")] == ["attraction of the finger"]
-    with pytest.raises(InputError, match="Did you mean 'GapPlane'"):
-        catalogue.models("GapPlne")
+    assert [entry.predicts for entry in catalogue.models("MaxwellStressInGap")] == [
+        "attraction of the finger"
+    ]
+    with pytest.raises(InputError, match="Did you mean 'MaxwellStressInGap'"):
+        catalogue.models("MaxwellStressInGp")
 
 
 @pytest.mark.parametrize("name", list(papers()))
@@ -243,7 +251,7 @@ def test_a_paper_shows_its_values_with_their_sources():
 
 
 def test_values_of_one_parameter_with_different_sources_are_told_apart():
-    """1 um is a choice for a figure whose film the founding paper does not print; 90 um is printed."""
+    """1 um is a choice for a figure whose film Vezzoli et al. 2014 does not print; 90 um is printed."""
     rows = catalogue.values(papers()["vezzoli_2014"]).rows
     films = [row[1:] for row in rows if row[0] == "stack.insulator.thickness"]
     assert films == [
@@ -265,7 +273,7 @@ def test_bibtex_can_be_typeset():
 
 def test_an_unknown_name_is_refused():
     with pytest.raises(InputError, match="neither a model nor a paper"):
-        catalogue.find("GapPlne")
+        catalogue.find("MaxwellStressInGp")
 
 
 def test_parts_without_a_choice_are_found_too():
@@ -275,18 +283,23 @@ def test_parts_without_a_choice_are_found_too():
     assert find("Amplifier") is Amplifier
 
 
-@pytest.mark.parametrize("law", ["InsulatorPlane", "StratumCorneumPlane", "EffectiveMediumPlane", "GapPlane"])
+@pytest.mark.parametrize(
+    "law",
+    ["MaxwellStressInInsulator", "MaxwellStressInStratumCorneum", "EffectiveMedium", "MaxwellStressInGap"],
+)
 def test_a_filled_gap_is_accounted_for(law):
-    """The field in a gap falls with what fills it, and its stress with the square: no law has more in it."""
+    """The field in a gap falls with what fills it, and its stress with the square: no law has further terms."""
     filled = {"stack.gap.material.permittivity": 2.5, "force": {"model": law}}
     scenario = load("vezzoli_2014/fig6_gap").replace(filled)
-    plane = static_force(scenario.replace({"force": {"model": "GapPlane"}}), voltage=100.0)
+    plane = static_force(scenario.replace({"force": {"model": "MaxwellStressInGap"}}), voltage=100.0)
     words = explain(scenario, ratio=static_force(scenario, voltage=100.0) / plane)
     assert "would give" not in words
-    air = re.search(r"gap plane at a gap of ([0-9.]+) um", words)
+    air = re.search(r"Maxwell stress in the gap at a gap of ([0-9.]+) um", words)
     if air is not None:
         changes = {"stack.gap.material.permittivity": 1.0, "stack.gap.thickness": f"{air[1]} um"}
-        same = static_force(scenario.replace(changes | {"force": {"model": "GapPlane"}}), voltage=100.0)
+        same = static_force(
+            scenario.replace(changes | {"force": {"model": "MaxwellStressInGap"}}), voltage=100.0
+        )
         assert same == pytest.approx(
             static_force(scenario, voltage=100.0), rel=0.1
         )  # two digits of the gap are printed
@@ -298,8 +311,9 @@ def test_a_drive_at_0_volts_is_told_and_a_swipe_is_compared_under_its_full_load(
         compare(scenario.replace({"drive.high": 0.0}))
     growing = {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.5}
     pressed = scenario.replace({"contact": growing})
-    swiped = pressed.replace({"load.programme": {"model": "Swipe", "rise": 0.1, "hold": 0.5, "fall": 0.1}})
+    swiped = pressed.replace({"load.time_profile": {"model": "Swipe", "rise": 0.1, "hold": 0.5, "fall": 0.1}})
     ours, theirs = (
-        compare(each, models=["GapPlane", "InsulatorPlane"]).entries for each in (swiped, pressed)
+        compare(each, models=["MaxwellStressInGap", "MaxwellStressInInsulator"]).entries
+        for each in (swiped, pressed)
     )
     assert [entry.static for entry in ours] == [entry.static for entry in theirs]

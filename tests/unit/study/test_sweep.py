@@ -7,8 +7,8 @@ import json
 import numpy as np
 import pytest
 
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.core.lamps import Lamp
 from electrovib.data.traces import load_csv
 from electrovib.export.save import save
 from electrovib.scenario import load, scenario_of
@@ -27,7 +27,7 @@ SINE = {
 
 
 def checks(trace):
-    return {lamp["name"]: lamp for lamp in json.loads(trace.attrs["lamps"])}
+    return {diagnostic["name"]: diagnostic for diagnostic in json.loads(trace.attrs["validity"])}
 
 
 def test_every_case_of_twenty_frequencies_equals_its_own_run():
@@ -149,34 +149,41 @@ def test_a_warning_says_in_how_many_cases():
     assert same["text"].endswith("; the same in all 2 cases")
 
 
-def lamp(name, value=None, limit=None, *, state="ok", text="x"):
-    return Lamp(name, state, text, value, limit, "V")
+def diagnostic(name, value=None, limit=None, *, state="ok", text="x"):
+    return Diagnostic(name, state, text, value, limit, "V")
 
 
 def told(*cases):
     return over_all(
-        [({"a": float(place)}, lamps) for place, lamps in enumerate(cases)],
+        [({"a": float(place)}, diagnostics) for place, diagnostics in enumerate(cases)],
         words=lambda at: f"a = {at['a']:g}",
     )
 
 
 def test_the_largest_is_relative_to_the_limit_of_its_case():
-    (found,) = told([lamp("x", 5.0, 10.0)], [lamp("x", 6.0, 100.0)], [lamp("x", 0.4, 0.0)][:0])
+    (found,) = told(
+        [diagnostic("x", 5.0, 10.0)], [diagnostic("x", 6.0, 100.0)], [diagnostic("x", 0.4, 0.0)][:0]
+    )
     assert (found["value"], found["at"]) == (5.0, {"a": 0.0})
-    (found,) = told([lamp("x", 5.0, 10.0)], [lamp("x", 1e-3, 0.0)], [lamp("x", np.nan, 1.0)])
+    (found,) = told(
+        [diagnostic("x", 5.0, 10.0)], [diagnostic("x", 1e-3, 0.0)], [diagnostic("x", np.nan, 1.0)]
+    )
     assert found["at"] == {"a": 1.0}
 
 
 def test_a_check_of_two_layers_stays_two():
     first, second = told(
-        [lamp("film", 1.0, 10.0), lamp("film", 9.0, 10.0)], [lamp("film", 3.0, 10.0), lamp("film", 2.0, 10.0)]
+        [diagnostic("film", 1.0, 10.0), diagnostic("film", 9.0, 10.0)],
+        [diagnostic("film", 3.0, 10.0), diagnostic("film", 2.0, 10.0)],
     )
     assert (first["value"], second["value"]) == (3.0, 9.0)
 
 
 def test_what_some_cases_cannot_judge_is_told_beside_the_largest():
     judged, unknown = told(
-        [lamp("x", 1.0, 10.0)], [lamp("x", state="unknown", text="no law")], [lamp("x", 2.0, 10.0)]
+        [diagnostic("x", 1.0, 10.0)],
+        [diagnostic("x", state="unknown", text="no law")],
+        [diagnostic("x", 2.0, 10.0)],
     )
     assert (judged["value"], judged["at"]) == (2.0, {"a": 2.0})
     assert (unknown["state"], unknown["cases"], unknown["at"]) == ("unknown", 1, {"a": 1.0})
@@ -185,14 +192,14 @@ def test_what_some_cases_cannot_judge_is_told_beside_the_largest():
 
 def test_words_without_a_number():
     (found,) = told(
-        [lamp("x", text="fine")],
-        [lamp("x", state="warning", text="bad")],
-        [lamp("x", state="warning", text="worse")],
+        [diagnostic("x", text="fine")],
+        [diagnostic("x", state="warning", text="bad")],
+        [diagnostic("x", state="warning", text="worse")],
     )
     assert (found["state"], found["text"]) == ("warning", "bad; so in 2 of 3 cases, the first at a = 1")
-    (found,) = told([lamp("x", text="fine")], [lamp("x", text="fine")])
+    (found,) = told([diagnostic("x", text="fine")], [diagnostic("x", text="fine")])
     assert found["text"] == "fine"
-    (found,) = told([lamp("x", text="a 1")], [lamp("x", text="a 2")])
+    (found,) = told([diagnostic("x", text="a 1")], [diagnostic("x", text="a 2")])
     assert found["text"] == "a 1; so in all cases, this is the one at a = 0"
 
 

@@ -40,7 +40,7 @@ def points_of(over):
     ]
 
 
-def assert_same_lamps(found, alone):
+def assert_same_diagnostics(found, alone):
     assert [(each.name, each.state) for each in found] == [(each.name, each.state) for each in alone]
     for each, other in zip(found, alone, strict=True):
         assert (each.text, each.unit) == (other.text, other.unit)
@@ -69,7 +69,7 @@ def test_cases_of_one_stack_answer_as_each_alone(preset, monkeypatch):
         np.testing.assert_allclose(list(found.errors.values()), list(alone.errors.values()), atol=1e-15)
         assert {**found.how, "transfer_error": 0} == {**alone.how, "transfer_error": 0}
         assert found.how["transfer_error"] == pytest.approx(alone.how["transfer_error"], rel=1e-8)
-        assert_same_lamps(found.lamps, alone.lamps)
+        assert_same_diagnostics(found.diagnostics, alone.diagnostics)
     assert len(asked_alone) <= 4  # those whose materials need another band
 
 
@@ -80,7 +80,7 @@ def test_a_sweep_is_the_same_in_any_order_of_its_parameters():
     for name in NAMES:
         np.testing.assert_allclose(other[name].transpose(*one[name].dims), one[name], rtol=1e-12)
     named = [
-        {each["name"]: each["value"] for each in json.loads(trace.attrs["lamps"]) if "value" in each}
+        {each["name"]: each["value"] for each in json.loads(trace.attrs["validity"]) if "value" in each}
         for trace in (one, other)
     ]
     assert named[0] == pytest.approx(named[1], rel=1e-9)
@@ -134,7 +134,7 @@ def test_more_cases_than_are_held_at_once(monkeypatch):
 
 def test_a_load_that_changes_bends_the_signals_of_a_sine():
     """The pieces end where the load begins to rise, so that the mean of the friction is exact."""
-    changes = {"load.programme": {"model": "Press", "begin": 0.13e-3, "rise": 0.31e-3}}
+    changes = {"load.time_profile": {"model": "Press", "begin": 0.13e-3, "rise": 0.31e-3}}
     scenario = load("vezzoli_2014/fig6").replace(SETTLED | {"drive.amplitude": 1e-3} | changes)
     trace = sweep(scenario, {}, quantities=["mean normal_force", "minimum normal_force"])
     share = (0.5 * 0.31e-3 + 1e-3 - 0.44e-3) / 1e-3
@@ -149,4 +149,6 @@ def test_cases_beside_a_measured_table_say_so_as_each_alone():
     points = points_of({"drive.frequency": [3.0, 5.0, 100.0, 1e3, 3e5, 4e5]})
     together = Together(_scenarios(scenario, points), names)
     for place, point in enumerate(points):
-        assert_same_lamps(together.answer(place).lamps, answer(solved(scenario.replace(point)), names).lamps)
+        assert_same_diagnostics(
+            together.answer(place).diagnostics, answer(solved(scenario.replace(point)), names).diagnostics
+        )

@@ -15,7 +15,7 @@ from electrovib.study.sweep import sweep
 CONTENT = {
     "title": "Glass & <film>",
     "drive": {"model": "Trapezium", "high": "1 kV", "rise": "36 ms", "hold": "0.1 s", "fall": "36 ms"},
-    "force": {"model": "GapPlane"},
+    "force": {"model": "MaxwellStressInGap"},
     "friction": {"model": "Coulomb", "coefficient": 0.5},
     "contact": {"model": "FixedArea", "area": "1 cm2"},
     "load": {"normal_force": "0.5 N"},
@@ -52,7 +52,7 @@ def trace(scenario):
 
 @pytest.fixture(scope="session")
 def other(scenario):
-    changes = {"force": {"model": "EffectiveMediumPlane"}, "stack.gap.thickness": "1 um"}
+    changes = {"force": {"model": "EffectiveMedium"}, "stack.gap.thickness": "1 um"}
     return simulate(scenario.replace(changes))
 
 

@@ -21,7 +21,7 @@ def test_the_page_is_as_the_code_is():
 
 def test_recalled_models_are_shown_as_such():
     page = as_markdown(own=True)
-    assert "| Persson2018RoughGap | persson_2018 | recalled |" in page
+    assert "| Persson2018RoughGap | persson_2018 | unverified |" in page
     assert "| Vezzoli2014Causal | vezzoli_2014 | full text |" in page
 
 

@@ -101,11 +101,11 @@ def test_effective_voltage_stands_where_the_law_has_one(tmp_path, trace, other):
 
 
 def test_several_traces_show_first_what_differs(tmp_path, trace, other):
-    text, page = written(tmp_path, {"gap plane": trace, "effective medium": other})
+    text, page = written(tmp_path, {"Maxwell stress in the gap": trace, "effective medium": other})
     assert "2 Traces compared" in page.words
     differs, same = page.words.index("What differs"), page.words.index("What is the same")
     between = page.words[differs:same]
-    assert {"5 µm", "1 µm", "GapPlane", "EffectiveMediumPlane"} <= set(between)
+    assert {"5 µm", "1 µm", "MaxwellStressInGap", "EffectiveMedium"} <= set(between)
     assert "90 µm" not in between
     assert "90 µm" in page.words[same:]
     assert page.tags.count("svg") == 4

@@ -21,7 +21,7 @@ def test_settings_of_matplotlib_come_back(trace):
 
 
 def test_layers_differ_in_colour():
-    names = ["insulator", "coat", "gap", "sweat", "stratum_corneum", "dermis"]
+    names = ["insulator", "coating", "gap", "sweat", "stratum_corneum", "dermis"]
     found = layer_colours(names)
     assert list(found) == names
     assert len(set(found.values())) == len(names)

@@ -8,8 +8,8 @@ import pytest
 from electrovib.core.trace import make_trace
 from electrovib.scenario import load
 from electrovib.view.summary import (
+    diagnostics,
     key_numbers,
-    lamps,
     provenance,
     quantity_ranges,
     scenario_text,
@@ -71,15 +71,15 @@ def test_what_is_not_known_of_a_sweep_is_counted(swept):
     assert found["swing lateral_force"] == "not known"
 
 
-def test_lamps(trace, measured):
-    found = lamps(trace)
-    assert {lamp["state"] for lamp in found} <= {"ok", "warning", "unknown"}
-    assert "electrowetting" in {lamp["name"] for lamp in found}
-    assert lamps(measured) == []
+def test_diagnostics(trace, measured):
+    found = diagnostics(trace)
+    assert {diagnostic["state"] for diagnostic in found} <= {"ok", "warning", "unknown"}
+    assert "electrowetting" in {diagnostic["name"] for diagnostic in found}
+    assert diagnostics(measured) == []
     broken = measured.copy()
     for text in ("{", '[{"name": "x"}]', "[1]"):
-        broken.attrs["lamps"] = text
-        assert lamps(broken) == []
+        broken.attrs["validity"] = text
+        assert diagnostics(broken) == []
 
 
 def test_provenance(trace, measured):

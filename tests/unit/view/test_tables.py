@@ -45,11 +45,11 @@ def test_a_swept_parameter_shows_its_range(scenario):
 
 
 def test_what_differs(scenario):
-    changed = scenario.replace({"force": {"model": "EffectiveMediumPlane"}, "stack.gap.thickness": "1 um"})
+    changed = scenario.replace({"force": {"model": "EffectiveMedium"}, "stack.gap.thickness": "1 um"})
     rows = parameter_rows({"a": scenario, "b": changed}, {})
     differing = {row.path: row.values for row in rows if row.differs}
     assert differing == {
-        "force.model": ("GapPlane", "EffectiveMediumPlane"),
+        "force.model": ("MaxwellStressInGap", "EffectiveMedium"),
         "stack.gap.thickness": ("5 µm", "1 µm"),
     }
     assert not any(row.differs for row in parameter_rows({"a": scenario, "b": scenario}, {}))
@@ -71,8 +71,8 @@ def test_models_are_those_that_were_chosen(scenario):
         "force",
         "friction",
         "contact",
-        "load.programme",
-        "motion.programme",
+        "load.time_profile",
+        "motion.time_profile",
         "circuit.return_path",
         "stack.insulator.material",
         "stack.gap.material",
@@ -80,9 +80,9 @@ def test_models_are_those_that_were_chosen(scenario):
         "time.initial_state",
     }
     law = found["force"]
-    assert law.name == "GapPlane"
+    assert law.name == "MaxwellStressInGap"
     assert law.equations == ("pressure = ε₀·E²/2",)
-    assert law.facts == ("evaluated at the plane: gap", "known from: derived")
+    assert law.facts == ("Maxwell stress evaluated in: gap", "known from: derived")
     assert law.notes.startswith("p = eps0 E^2/2. Equal to virtual work")
     assert "``" not in law.notes
 
@@ -100,7 +100,7 @@ def test_equations_are_written_for_people(text, shown):
 
 
 def test_references_name_the_models_that_cite_them_and_count_values(scenario):
-    medium = scenario.replace({"force": {"model": "EffectiveMediumPlane"}})
+    medium = scenario.replace({"force": {"model": "EffectiveMedium"}})
     found = references({"a": medium, "b": medium})
-    assert (type(medium.force).reference, "EffectiveMediumPlane") in found
+    assert (type(medium.force).reference, "EffectiveMedium") in found
     assert ("printed", "2 values") in found

@@ -19,7 +19,8 @@ def command(
     scenario: Annotated[
         str,
         typer.Argument(
-            help="A scenario; without one, the static truth table of two stacks.", show_default=False
+            help="A scenario; without one, the static comparison of the published force laws of two stacks.",
+            show_default=False,
         ),
     ] = "",
     models: Annotated[str | None, typer.Option(metavar="A,B,...", help="Force laws; all if absent.")] = None,
@@ -34,10 +35,10 @@ def command(
     from electrovib.apps.cli.table import as_text
 
     if not scenario:
-        from electrovib.study.truth_table import truth_table
+        from electrovib.study.surfaces import compare_surfaces
 
         _refuse_without_scenario({"--models": models, "--over": over, "--output": output})
-        show(as_text(truth_table()))
+        show(as_text(compare_surfaces()))
         return
     from electrovib.apps.progress import tracked
     from electrovib.view.compare import compare

@@ -73,9 +73,9 @@ def summary(found: Balance) -> list[str]:
         )
     if found.beyond:
         lines.append(
-            "a flatter state, with more than half of the area in contact, is not described by this relief"
+            "a flatter state, with more than half of the area in contact, is not described by this surface topography"
         )
-    return lines + told(found.lamps)
+    return lines + told(found.diagnostics)
 
 
 def _kind(state: Equilibrium) -> str:

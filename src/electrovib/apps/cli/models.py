@@ -68,7 +68,7 @@ def model_lines(model: type[Model]) -> list[str]:
     lines += [f"equation   {name} = {text}" for name, text in model.equation.items()]
     table = catalogue.parameters(model)
     lines += ["", as_text(table)] if table.rows else ["parameters none"]
-    lines.append(f"how read   {model.status or 'a definition'}")
+    lines.append(f"source status   {model.status or 'a definition'}")
     if model.reference:
         lines.append(f"reference  {model.reference}")
     name = paper_of(model)
@@ -82,24 +82,24 @@ def model_lines(model: type[Model]) -> list[str]:
 
 
 def _beside_the_gap_plane(model: type[Model]) -> list[str]:
-    """Say where a force law stands on the founding film."""
+    """Say where a force law stands on the film of Vezzoli et al. 2014."""
     from electrovib.core.errors import ElectrovibError
     from electrovib.core.units import format_quantity
     from electrovib.physics.force import ForceLaw
     from electrovib.study.compare import compare
-    from electrovib.study.truth_table import FILM
+    from electrovib.study.surfaces import FILM
 
     if not issubclass(model, ForceLaw):
         return []
     try:
-        found = compare(FILM.scenario("GapPlane"), models=["GapPlane", model.__name__])
+        found = compare(FILM.scenario("MaxwellStressInGap"), models=["MaxwellStressInGap", model.__name__])
     except ElectrovibError:
         return []
     for entry in found.entries:
         if entry.name == model.__name__:
             force = format_quantity(entry.static, "N", digits=4)
-            return ["", f"On the founding film at 1000 V: {force}. {entry.why}."]
-    return ["", f"On the founding film: {found.left_out[model.__name__]}"]
+            return ["", f"On the film of Vezzoli et al. 2014 at 1000 V: {force}. {entry.why}."]
+    return ["", f"On the film of Vezzoli et al. 2014: {found.left_out[model.__name__]}"]
 
 
 def paper_lines(module: ModuleType, name: str) -> list[str]:
@@ -107,7 +107,7 @@ def paper_lines(module: ModuleType, name: str) -> list[str]:
     from electrovib.apps.cli.table import as_text
     from electrovib.study import catalogue
 
-    lines = [name, "=" * len(name), module.CITATION, "", f"how read   {module.STATUS}"]
+    lines = [name, "=" * len(name), module.CITATION, "", f"source status   {module.STATUS}"]
     lines += [f"{key:<10} {text}" for key, text in catalogue.claims(module).items()]
     if hasattr(module, "NOT_READ"):
         lines.append(f"not read   {' '.join(module.NOT_READ.split())}")

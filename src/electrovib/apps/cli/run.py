@@ -12,7 +12,7 @@ from electrovib.apps.cli.terminal import say
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from electrovib.core.lamps import Lamp
+    from electrovib.core.diagnostics import Diagnostic
 
 FORCES = ("electrostatic_force", "lateral_force")
 
@@ -74,7 +74,7 @@ def command(
 def summary(trace: Any, output: str | None, report: str | None, *, source: str = "") -> list[str]:
     """Say in a few lines what came out, and what of a paper's scenario is not found in the paper."""
     from electrovib.apps.cli.chosen import chosen
-    from electrovib.core.lamps import read_lamps
+    from electrovib.core.diagnostics import read_diagnostics
     from electrovib.scenario import scenario_of
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
@@ -87,7 +87,7 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
     if trace.attrs.get("reduction_error"):
         error = 100 * float(trace.attrs.get("transfer_error", float("nan")))
         lines.append(f"error of the answer through materials reduced to relaxations: at most {error:.2g} %")
-    lines += told(read_lamps(trace.attrs["lamps"]))
+    lines += told(read_diagnostics(trace.attrs["validity"]))
     if "friction_solver" in trace.attrs:
         lines.append(f"friction: {trace.attrs['friction_solver']}")
     if dropped := trace.attrs["dropped_samples"]:
@@ -121,10 +121,10 @@ def _numbers(trace: Any) -> list[str]:
     return lines + [f"{name}: {text}" for name, text in quantity_ranges(trace, plain=True).items()]
 
 
-def told(lamps: Sequence[Lamp]) -> list[str]:
+def told(diagnostics: Sequence[Diagnostic]) -> list[str]:
     """Say what is beyond a limit, one line each, and in one more line what could not be judged."""
-    lines = [f"warning: {lamp.text}" for lamp in lamps if lamp.state == "warning"]
-    unknown = [lamp.text for lamp in lamps if lamp.state == "unknown"]
+    lines = [f"warning: {diagnostic.text}" for diagnostic in diagnostics if diagnostic.state == "warning"]
+    unknown = [diagnostic.text for diagnostic in diagnostics if diagnostic.state == "unknown"]
     return [*lines, f"not judged: {'; '.join(unknown)}"] if unknown else lines
 
 

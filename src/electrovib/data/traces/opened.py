@@ -24,6 +24,9 @@ FORMATS: Final[dict[str, Callable[[Path], xarray.Dataset]]] = {
 }
 """Suffix to reader."""
 
+FORMER_ATTRIBUTES: Final = {"lamps": "validity"}
+"""What attributes of a Trace were called in files that were written earlier, and what they are called now."""
+
 
 Source = TypeVar("Source")
 
@@ -65,4 +68,6 @@ def open_trace(path: str | Path) -> xarray.Dataset:
             " electrovib.load",
             path=place,
         )
-    return reader(place)
+    trace = reader(place)
+    trace.attrs = {FORMER_ATTRIBUTES.get(name, name): value for name, value in trace.attrs.items()}
+    return trace

@@ -41,7 +41,11 @@ def force_sources(law: ForceLaw, section: ReadSection, *, second: float) -> tupl
     """
     amplitudes = _readings(law, section)
     names, nodes = Names(), {}
-    lines = [remark(f"force: {type(law).__name__}, plane: {law.plane}; V(force) is the attraction in N")]
+    lines = [
+        remark(
+            f"force: {type(law).__name__}, plane: {law.evaluation_surface}; V(force) is the attraction in N"
+        )
+    ]
     sources = []
     for name, reading in amplitudes.items():
         nodes[name] = "effective" if name == "effective_voltage" else names.new(f"amplitude_{name}")
@@ -70,6 +74,6 @@ def _readings(law: ForceLaw, section: ReadSection) -> dict[str, MeterReading]:
     if not all(isinstance(reading, MeterReading) for reading in found.values()):
         raise InputError(
             f"force = {type(law).__name__}: what it takes from the stack is no sum of voltages and currents of a"
-            f" circuit{why}; use 'electrovib run', or another force.model such as GapPlane"
+            f" circuit{why}; use 'electrovib run', or another force.model such as MaxwellStressInGap"
         )
     return found

@@ -149,7 +149,7 @@ def crossovers() -> Panel:
     return Panel(
         id="crossover",
         title="Frequency of equal thresholds against the time constant of the skin",
-        caption="Skins without dispersion on the coat. A reading of the skin, and a little of the weight: 60 Hz is forced"
+        caption="Skins without dispersion on the coating. A reading of the skin, and a little of the weight: 60 Hz is forced"
         " by nothing. A channel for low frequencies changes nothing here: its points lie on the first line.",
         x=("time constant", "s"),
         y=("frequency of equal thresholds", "Hz"),

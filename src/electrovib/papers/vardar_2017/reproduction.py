@@ -237,7 +237,7 @@ def _page() -> Page:
         (
             NOT_READ,
             "60 Hz is not required of the model: the frequency of equal thresholds follows the time constant of the"
-            " skin on the coat, and depends little on how touch is weighed.",
+            " skin on the coating, and depends little on how touch is weighed.",
             "Above it the model has the square less felt than the sine by more than the paper's 'similar', because an"
             " ideal square voltage has a constant square. Edges of 200 us take most of that away.",
             f"The weights: {Pacinian.reference}. {NonPacinian.reference}.",

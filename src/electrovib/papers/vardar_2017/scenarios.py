@@ -16,7 +16,7 @@ VOLTAGE = 100.0
 """Peak of the ready-made drives, a choice [V]."""
 
 CHOICE = "not printed in the abstract; a choice"
-COAT = "not printed in the abstract; recalled of 3M-type screens, and the coat of vezzoli_2014"
+COATING = "not printed in the abstract; recalled of 3M-type screens, and the coating of vezzoli_2014"
 SKIN = "plutchik_1963: solved from its abstract with 1 cm2 and 200 um assumed; the paper's own curves were not read"
 
 
@@ -25,9 +25,9 @@ def scenarios() -> dict[str, Scenario]:
     """Give a sine and a square voltage of one peak and one frequency on one screen."""
     fundamental = (30.0, "Vardar 2017, abstract: one of seven")
     screen = {
-        "force.model": "StratumCorneumPlane",
+        "force.model": "MaxwellStressInStratumCorneum",
         "time.initial_state.model": "PeriodicState",
-        "stack.insulator": (values.COAT, COAT),
+        "stack.insulator": (values.COATING, COATING),
         "stack.stratum_corneum": (plutchik_1963.layer(), SKIN),
         "stack.stratum_corneum.thickness": (
             plutchik_1963.THICKNESS,
@@ -47,8 +47,8 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def first_order_skin(*, time_constant: float) -> Constant:
-    """Skin without dispersion whose circuit with the coat has this time constant (C_i + C_s) R_s [s]."""
-    coat = values.COAT_PERMITTIVITY / values.COAT_THICKNESS
+    """Skin without dispersion whose circuit with the coating has this time constant (C_i + C_s) R_s [s]."""
+    coating = values.COATING_PERMITTIVITY / values.COATING_THICKNESS
     skin = values.SKIN_PERMITTIVITY / values.SKIN_THICKNESS
-    conductivity = eps0 * (coat + skin) * values.SKIN_THICKNESS / time_constant
+    conductivity = eps0 * (coating + skin) * values.SKIN_THICKNESS / time_constant
     return Constant(permittivity=values.SKIN_PERMITTIVITY, conductivity=conductivity)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from electrovib.core.arrays import Real
 from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, scenarios
 from electrovib.physics.material import Material
-from electrovib.physics.perception import RECALLED_CORNER, ElasticViscousSkin, Pacinian, Perception
+from electrovib.physics.perception import UNVERIFIED_CORNER, ElasticViscousSkin, Pacinian, Perception
 from electrovib.scenario import Scenario
 from electrovib.study import felt_threshold, perceive
 
@@ -18,7 +18,7 @@ ON_FORCE: Final = Perception(channels=(Pacinian(),))
 BOTH_CHANNELS: Final = Perception()
 """Both channels, on the force."""
 ON_DISPLACEMENT: Final = Perception(
-    channels=(Pacinian(),), compliance=ElasticViscousSkin(stiffness=1000.0, corner=RECALLED_CORNER)
+    channels=(Pacinian(),), compliance=ElasticViscousSkin(stiffness=1000.0, corner=UNVERIFIED_CORNER)
 )
 """The Pacinian weight after a skin with a recalled corner; its stiffness plays no part in a ratio."""
 

@@ -115,7 +115,7 @@ def _results(own: Tabulated | None) -> Table:
     )
     caption = (
         "Figure 6: 0 to 1000 V on the printed film, hold of 100 ms, neither ramp nor hold printed. Figure 7: rise ="
-        " F(10 kHz)/F(100 Hz), saturation = F(10 kHz)/largest F, on a coat of 1 um with eps 3.9, not printed."
+        " F(10 kHz)/F(100 Hz), saturation = F(10 kHz)/largest F, on a coating of 1 um with eps 3.9, not printed."
     )
     return Table("What every skin and plane gives", headings, tuple(lines), caption=caption)
 
@@ -131,7 +131,7 @@ def _skins(own: Tabulated | None) -> Table:
     ]
     if own is not None:
         lines.append(("your table", own.file, *_taus(own), "your own", ""))
-    headings = ("skin", "path", "tau 100 Hz [ms]", "1 kHz", "10 kHz", "how read", "what it is")
+    headings = ("skin", "path", "tau 100 Hz [ms]", "1 kHz", "10 kHz", "source status", "what it is")
     return Table("The skins used, and how far each can be believed", headings, tuple(lines))
 
 

@@ -22,7 +22,10 @@ from electrovib.solve.stack.expand import phasors
 
 POINT_BY_FORCE = "paper point, 15.4 ms"
 """The paper's skin if its 7.7 ms is the decay of the force."""
-LEAKY_GAPS = {"gap plane, leaky gap 1 um": 1e-6, "gap plane, leaky gap 5 um": 5e-6}
+LEAKY_GAPS = {
+    "Maxwell stress in the gap, leaky gap 1 um": 1e-6,
+    "Maxwell stress in the gap, leaky gap 5 um": 5e-6,
+}
 
 
 def all_skins() -> dict[str, Skin]:
@@ -119,7 +122,7 @@ def edge_ratio(scenario: Scenario) -> float:
 
 
 def frequency_force(material: Material, frequency: Real, *, thickness: float = values.SKIN_THICKNESS) -> Real:
-    """Mean attraction on the thin coat of figure 7 under a 100 V sine [N], by the law as printed.
+    """Mean attraction on the thin coating of figure 7 under a 100 V sine [N], by the law as printed.
 
     Notes
     -----
@@ -145,7 +148,7 @@ def rise_and_saturation(material: Material) -> tuple[float, float, float]:
 def floating_factor(scenario: Scenario, *, capacitance: float) -> float:
     """Static attraction with the body floating over that with the body grounded."""
     static = scenario.replace(
-        {"drive": {"model": "Step", "level": 1.0}, "force.model": "EffectiveMediumPlane"}
+        {"drive": {"model": "Step", "level": 1.0}, "force.model": "EffectiveMedium"}
     ).replace(
         {"stack.stratum_corneum.material": {"model": "Constant", "permittivity": values.SKIN_PERMITTIVITY}}
     )

@@ -1,4 +1,4 @@
-"""What the founding paper's own equations do not bear, told plainly."""
+"""What Vezzoli et al. 2014's own equations do not bear, told plainly."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ DEFECTS = (
     " measured"
     " 2 to 5 mN lateral force, which is less by the coefficient of friction.",
     "Vezzoli 2014, falling edges: equation (5) is linear and (6) even, so with one relaxation time and a long hold a"
-    " symmetric trapezium gives two equal pulses, while the measurement differs. With the dispersive causal skin the second"
+    " symmetric trapezoidal pulse gives two equal pulses, while the measurement differs. With the dispersive causal"
+    " skin the second"
     " is smaller, 0.66 to 0.93 for 25 ms ramps and holds of 20 to 200 ms, without new physics.",
     "Vezzoli 2014, dispersion: permittivity and resistivity at a frequency are put into a formula for a pulse without saying"
     " how. Read literally it answers before the pulse begins; it is kept for one sine at a time, beside a causal law.",

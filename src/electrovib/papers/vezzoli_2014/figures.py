@@ -42,7 +42,8 @@ def figure_2() -> Panel:
     return Panel(
         id="fig2",
         title="Figure 2: finger held 100 um off the plate",
-        caption="Attraction in the gap under a 0 to 1000 V trapezium. A gap that does not conduct keeps the force constant,"
+        caption="Attraction in the gap under a 0 to 1000 V trapezoidal pulse. A gap that does not conduct keeps the force"
+        " constant,"
         " as measured; a gap that leaks with 8.7e8 ohm m, the leak that 7.7 ms in contact would need, loses it. A hand"
         " that trembles by a tenth of the gap, 8 times a second, gives oscillations such as the paper remarks. The paper"
         " prints neither gap nor voltage of this figure.",
@@ -112,7 +113,7 @@ def figure_4(own: Tabulated | None) -> Panel:
 
 
 def figure_6() -> Panel:
-    """Force over time under the trapezium."""
+    """Force over time under the trapezoidal pulse."""
     cases = {
         "static law (1), nothing lost": (scenarios()["fig6_static"], "dashed"),
         "non-dispersive, 7.7 ms": (scenarios()["fig6"], "line"),
@@ -173,7 +174,8 @@ def figure_6_ramps() -> Panel:
     return Panel(
         id="fig6_ramps",
         title="Figure 6: which ramp would give the measured force",
-        caption="Peak attraction of the trapezium against its ramp, over skins under the causal law and over leaky gaps cut in"
+        caption="Peak attraction of the trapezoidal pulse against its ramp, over skins under the causal law and over leaky"
+        " gaps cut in"
         f" the gap. {_BAND} Any skin meets it at some ramp.",
         x=("ramp", "s"),
         y=("peak electrostatic force", "N"),
@@ -184,7 +186,7 @@ def figure_6_ramps() -> Panel:
 
 
 def figure_7_skins(own: Tabulated | None) -> Panel:
-    """Force over frequency on a thin coat, relative to 10 kHz."""
+    """Force over frequency on a thin coating, relative to 10 kHz."""
     frequency = np.geomspace(100.0, 1e4, 81)
     curves = []
     for name, skin in compute.force_skins().items():
@@ -196,8 +198,8 @@ def figure_7_skins(own: Tabulated | None) -> Panel:
         curves.append(Curve(label="your table", x=frequency, y=force / force[-1], kind="points"))
     return Panel(
         id="fig7",
-        title="Figure 7: mean force over frequency on a thin coat, relative to 10 kHz",
-        caption="Law as printed, tau = (C_i + C_sc) R_sc, coat of 1 um with eps 3.9 (not printed). Some skins rise and"
+        title="Figure 7: mean force over frequency on a thin coating, relative to 10 kHz",
+        caption="Law as printed, tau = (C_i + C_sc) R_sc, coating of 1 um with eps 3.9 (not printed). Some skins rise and"
         " saturate as measured by Meyer, some peak and fall, the set that gives 7.7 ms is flat. Meyer's points are not"
         " drawn: they could not be obtained.",
         x=("frequency", "Hz"),

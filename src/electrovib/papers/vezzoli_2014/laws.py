@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.core.lamps import Lamp
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw, equivalent_field, layer_of
 from electrovib.physics.interface import Role, beside_interface, roles_of
@@ -37,13 +37,13 @@ def insulator_permittivity(film: LayerState) -> float:
         kind = type(film.material).__name__
         raise InputError(
             f"stack.insulator.material = {kind}: the law of Vezzoli 2014 has one permittivity for the"
-            ' insulator; use { model = "Constant", permittivity = ... }, or force.model = GapPlane'
+            ' insulator; use { model = "Constant", permittivity = ... }, or force.model = MaxwellStressInGap'
         )
     return exact.high
 
 
 class Vezzoli2014Causal(ForceLaw):
-    """The founding force with only direct conduction as lost charge: causal, for any drive.
+    """The force of Vezzoli et al. 2014 with only direct conduction as lost charge: causal, for any drive.
 
     Notes
     -----
@@ -58,7 +58,7 @@ class Vezzoli2014Causal(ForceLaw):
     reference: ClassVar[str] = _REFERENCE
     status: ClassVar[str] = "full text"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
-    plane: ClassVar[str] = "effective medium"
+    evaluation_surface: ClassVar[str] = "effective medium"
     needs: ClassVar[tuple[str, ...]] = _LAYERS
 
     def effective_voltage(self, section: Section) -> Linear:
@@ -75,18 +75,18 @@ class Vezzoli2014Causal(ForceLaw):
         """Attraction per area from the equivalent field [V/m]."""
         return eps0 * E**2 / 2
 
-    def lamps(self, layers: Mapping[str, Layer]) -> tuple[Lamp, ...]:
+    def diagnostics(self, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
         """Warn when nothing conducts, and when a table leaves open how much does."""
         film, skin = (layers[name] for role in _LAYERS if (name := beside_interface(roles_of(layers), role)))
         found = []
         if skin.material.conductivity == 0 and skin.leak is None:
             text = "the stratum corneum has conductivity 0: no charge is ever lost, the force never fades"
-            found.append(Lamp("lost charge", "warning", text))
+            found.append(Diagnostic("lost charge", "warning", text))
         if isinstance(skin.material, Tabulated):
-            found.append(Lamp("lost charge", "warning", _interval(film, skin, skin.material)))
+            found.append(Diagnostic("lost charge", "warning", _interval(film, skin, skin.material)))
         return tuple(found)
 
-    def lamps_over_frequency(self, section: Section) -> tuple[Lamp, ...]:
+    def diagnostics_over_frequency(self, section: Section) -> tuple[Diagnostic, ...]:
         """Say by how much the paper's other reading gives another effective voltage; nothing without dispersion."""
         frequency = np.asarray(section.frequency, dtype=float)
         own = np.abs(self.effective_voltage(section))
@@ -105,7 +105,9 @@ class Vezzoli2014Causal(ForceLaw):
         )
         state = "ok" if abs(difference) <= READINGS_AGREE else "warning"
         return (
-            Lamp("readings of the law", state, text, value=abs(difference), limit=READINGS_AGREE, unit="1"),
+            Diagnostic(
+                "readings of the law", state, text, value=abs(difference), limit=READINGS_AGREE, unit="1"
+            ),
         )
 
 
@@ -122,7 +124,7 @@ def _interval(film: Layer, skin: Layer, table: Tabulated) -> str:
 
 
 class Vezzoli2014PerFrequency(ForceLaw):
-    """The founding force as printed, with the skin's values at the frequency: magnitudes of one sine only.
+    """The force of Vezzoli et al. 2014 as printed, with the skin's values at the frequency: magnitudes of one sine only.
 
     Notes
     -----
@@ -134,7 +136,7 @@ class Vezzoli2014PerFrequency(ForceLaw):
     reference: ClassVar[str] = _REFERENCE
     status: ClassVar[str] = "full text"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
-    plane: ClassVar[str] = "effective medium"
+    evaluation_surface: ClassVar[str] = "effective medium"
     causal: ClassVar[bool] = False
     needs: ClassVar[tuple[str, ...]] = _LAYERS
     instead: ClassVar[str] = "Vezzoli2014Causal"
@@ -151,7 +153,7 @@ class Vezzoli2014PerFrequency(ForceLaw):
     def amplitudes(self, section: Section) -> dict[str, Linear]:
         """Give the equivalent field, 1/K with the real permittivity at the frequency."""
         film, skin = (layer_of(section, role) for role in _LAYERS)
-        permittivity = skin.material.polarisation(section.frequency).real
+        permittivity = skin.material.bound_permittivity(section.frequency).real
         electrical = film.thickness / insulator_permittivity(film) + skin.thickness / permittivity
         length = film.thickness + skin.thickness
         return {"E": self.effective_voltage(section) * (electrical * length) ** -0.5}

@@ -74,31 +74,33 @@ def _equations() -> tuple[Row, ...]:
 
 def _static() -> tuple[Row, ...]:
     force = values.static_force(voltage=values.VOLTAGE)
-    vanishing, micron = (compute.static_force("GapPlane", gap=gap) for gap in (None, 1e-6))
+    vanishing, micron = (compute.static_force("MaxwellStressInGap", gap=gap) for gap in (None, 1e-6))
     past = values.FORCE_PAST
     law, gap = (
         compute.static_force(plane, skin=values.THICKNESSES[0])
         / compute.static_force(plane, skin=values.THICKNESSES[1])
-        for plane in ("EffectiveMediumPlane", "GapPlane")
+        for plane in ("EffectiveMedium", "MaxwellStressInGap")
     )
     thin, thick = (f"{1e6 * thickness:g}" for thickness in values.THICKNESSES)
     chosen = (
         f"{thin} to {thick} um is a choice of ours: the paper refers to its reference 7 and prints no range"
     )
     return (
-        Row("past_force", "attraction measured in the past (reference 3 of the paper), against law (1) and the gap plane at"
-            " 1000 V on the printed film", past / 1e-3, (force / 1e-3, vanishing / 1e-3), "mN", "open",
+        Row("past_force", "attraction measured in the past (reference 3 of the paper), against law (1) and the Maxwell"
+            " stress in the gap at 1000 V on the printed film", past / 1e-3, (force / 1e-3, vanishing / 1e-3), "mN", "open",
             f"the paper prints 'around 100 mN' without film, voltage or area. Law (1) gives {force / 1e-3:.3g} mN,"
-            f" {past / force:.2g} times less; the gap plane {micron / 1e-3:.3g} mN at a gap of 1 um and {vanishing / 1e-3:.3g}"
+            f" {past / force:.2g} times less; the Maxwell stress in the gap {micron / 1e-3:.3g} mN at a gap of 1 um and"
+            f" {vanishing / 1e-3:.3g}"
             " mN at"
             f" a vanishing one, {micron / past:.2g} and {vanishing / past:.2g} times more"),
         Row("static_force_1000V", "static force of equation (1) at 1000 V", None, force / 1e-3, "mN", "check",
-            f"from the printed inputs; the paper prints no such force. The gap plane gives {vanishing / 1e-3:.4g} mN:"
+            "from the printed inputs; the paper prints no such force. The Maxwell stress in the gap gives"
+            f" {vanishing / 1e-3:.4g} mN:"
             f" {vanishing / force:.4g} times more"),
         Row("thickness_spread_law_1", f"static force with a skin of {thin} um over that with {thick} um, law (1)", None, law,
             "1", "open", f"{chosen}. The measured forces differ 2.5 times; in law (1) it is the geometric thickness that spreads"
             " the force", "the spread of 2 to 5 mN can be explained by the thickness of the stratum corneum"),
-        Row("thickness_spread_gap", "the same ratio at the gap plane", None, gap, "1", "open",
+        Row("thickness_spread_gap", "the same ratio at the Maxwell stress in the gap", None, gap, "1", "open",
             f"{chosen}. On a thick film the skin's thickness hardly changes the force in the gap: that the spread between"
             " persons comes from thickness follows from law (1), not from the field"),
     )  # fmt: skip
@@ -136,7 +138,7 @@ def _trapezium() -> tuple[Row, ...]:
         Row("trapezium_force", "peak attraction of the model under a 0 to 1000 V trapezium", 2.5, _range(force), "mN", "open",
             "the paper prints no ramp; taken as 36 ms, which gives 2.5 mN with law (1) and 7.7 ms of the voltage. Over the"
             " skins and planes of the table below"),
-        Row("trapezium_force_measured", "peak lateral force under the trapezium, as measured",
+        Row("trapezium_force_measured", "peak lateral force under the trapezoidal pulse, as measured",
             _range(each / 1e-3 for each in values.FORCE_MEASURED), lateral, "mN", "open",
             f"ours is the attraction of the row above times {friction}; the paper prints neither ramp nor friction"),
         Row("attraction_measured", "attraction behind the measured 2 to 5 mN of lateral force", None, needed, "mN", "open",
@@ -164,7 +166,7 @@ def _figure_7() -> tuple[Row, ...]:
     agree = sum(shape.words.startswith("consistent") for shape in shapes)
     note = (
         f"{agree} of {len(shapes)} skins rise and saturate, each in the table below. The paper prints no insulator, voltage,"
-        " area or load: a coat of 1 um with eps 3.9 is taken"
+        " area or load: a coating of 1 um with eps 3.9 is taken"
     )
     return (
         Row("fig7_rise", "figure 7, F(10 kHz)/F(100 Hz)", None, _range(s.rise for s in shapes), "1", "open", note, stated),
@@ -174,12 +176,12 @@ def _figure_7() -> tuple[Row, ...]:
 
 
 def _surroundings() -> tuple[Row, ...]:
-    film, coat = (
+    film, coating = (
         scenarios()["fig6_static"],
-        scenarios()["fig7"].replace({"force.model": "EffectiveMediumPlane"}),
+        scenarios()["fig7"].replace({"force.model": "EffectiveMedium"}),
     )
     found = []
-    for name, scenario in (("film", film), ("coat", coat)):
+    for name, scenario in (("film", film), ("coating", coating)):
         factors = tuple(
             compute.floating_factor(scenario, capacitance=capacitance) for capacitance in (100e-12, 400e-12)
         )

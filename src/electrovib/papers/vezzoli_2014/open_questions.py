@@ -14,7 +14,7 @@ _PARAGRAPHS: Final = (
     " ramp only once skin and plane are chosen: {trapezium_ramp} ms over those here. The curve of"
     " figure 6 is the electrostatic force, so a coefficient of friction is not in it.",
     "One skin does not serve both the 7.7 ms and figure 7. A rise from 100 Hz to 10 kHz needs a time constant"
-    " at 100 Hz below about 1.5 ms on a thin coat; the set that gives 7.7 ms is flat there, and constant-phase"
+    " at 100 Hz below about 1.5 ms on a thin coating; the set that gives 7.7 ms is flat there, and constant-phase"
     " skins through the same point fall. Wet and moist skins rise and saturate, but decay within a millisecond.",
     "What the decay identifies. On a thick film the insulator holds 99.5 % of the voltage, and what conducts"
     " in the skin cannot discharge it. If charge leaks from the finger across the interface, the field in the"
@@ -36,7 +36,7 @@ _PARAGRAPHS: Final = (
     " no cited measurement of stratum corneum gives.",
     "The return path. The paper does not say whether the subject was grounded. A floating body of 100 to"
     " 400 pF leaves {return_path_film} of the force on the film, and"
-    " {return_path_coat} on a coat of 1 um.",
+    " {return_path_coating} on a coating of 1 um.",
     "The falling edge. The paper reports a difference on the discharging parts and suspects the sensor. Its sentence"
     " can be read in two ways, and each candidate answers for itself in the table below. Read as the falling ramp:"
     " one relaxation time and a long hold give two equal pulses, so the paper's own model cannot; made causal with a"
@@ -47,7 +47,7 @@ _PARAGRAPHS: Final = (
     " hardly move it. Read as the decay during the hold: sliding keeps a plateau of the static force, a dispersive"
     " skin a slow tail, a leak that depends on polarity or field another time constant, and viscoelastic skin and"
     " the sensor their own relaxations.",
-    "An experiment that would tell. A periodic trapezium of equal halves gives exactly equal pulses under any linear"
+    "An experiment that would tell. A periodic trapezoidal pulse of equal halves gives exactly equal pulses under any linear"
     " law without a field held by fresh or charged film (largest difference here {periodic_trapezium} of"
     " the peak): what remains different is then polarity, the amplifier or sliding; a sensor or a skin that relaxes"
     " linearly leaves equal pulses equal. Inverting the drive turns over what knows its sign, which is polarity, the"
@@ -97,7 +97,8 @@ def findings(rows: tuple[Row, ...]) -> tuple[str, ...]:
     by_voltage, by_force = decays
     return (
         "The paper's two capacitances are reproduced; its force and its time constant cannot be, because it prints no ramp,"
-        f" no resistivity and no friction. Over the published skins and two planes its trapezium gives {force} mN of attraction"
+        f" no resistivity and no friction. Over the published skins and two planes its trapezoidal pulse gives {force}"
+        " mN of attraction"
         f" with a ramp of {values.RAMP * 1e3:g} ms, and 2.5 mN needs a ramp of {ramp} ms.",
         "Two of its comparisons set unlike things side by side. If its 7.7 ms is the time constant of the voltage, the force"
         " decays in"

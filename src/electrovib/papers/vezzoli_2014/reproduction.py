@@ -23,7 +23,7 @@ EQUATIONS: Final[Mapping[str, str]] = {
 
 
 def reproduce(*, skin: str | None = None) -> Reproduction:
-    """Compute everything the founding paper states.
+    """Compute everything Vezzoli et al. 2014 states.
 
     Parameters
     ----------

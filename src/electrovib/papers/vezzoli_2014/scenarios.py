@@ -83,7 +83,7 @@ def _figure_2(figure_6_gap: Scenario) -> dict[str, Scenario]:
 
 def _figure_6() -> dict[str, Scenario]:
     fig6 = _set_up(
-        "Vezzoli 2014, figure 6: 0 to 1000 V trapezium on a plastic film",
+        "Vezzoli 2014, figure 6: 0 to 1000 V trapezoidal pulse on a plastic film",
         {
             "drive": _TRAPEZIUM,
             "force.model": "Vezzoli2014Causal",
@@ -93,13 +93,13 @@ def _figure_6() -> dict[str, Scenario]:
     static = preset(
         fig6,
         title="Vezzoli 2014, figure 6 with the static law (1): no charge is lost",
-        changes={"force.model": "EffectiveMediumPlane"},
+        changes={"force.model": "EffectiveMedium"},
     )
     gap = preset(
         fig6,
         title="Vezzoli 2014, figure 6 as a stack with a leaky gap, cut in the gap",
         changes={
-            "force.model": "GapPlane",
+            "force.model": "MaxwellStressInGap",
             "stack": {"insulator": _FILM, "gap": _GAP, "stratum_corneum": _SKIN},
         },
     )
@@ -116,7 +116,7 @@ def _figure_7() -> Scenario:
         "conductivity": (palm.conductivity, "palmar_1995, 20 uS"),
     }
     return _set_up(
-        "Vezzoli 2014, figure 7: mean force over frequency on a thin coat",
+        "Vezzoli 2014, figure 7: mean force over frequency on a thin coating",
         {
             "drive.model": "Sine",
             "drive.amplitude": (100.0, NOT_PRINTED),
@@ -125,7 +125,7 @@ def _figure_7() -> Scenario:
             "time.initial_state.model": "PeriodicState",
             "frequency": {"low": 100.0, "high": 1e4, "samples": 81},
             "stack": {
-                "insulator": (values.COAT, "not printed: only that C_i is comparable with C_s"),
+                "insulator": (values.COATING, "not printed: only that C_i is comparable with C_s"),
                 "stratum_corneum": {"thickness": _THICKNESS, "material": skin},
             },
         },

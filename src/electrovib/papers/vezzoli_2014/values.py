@@ -45,11 +45,11 @@ THICKNESSES = (100e-6, 400e-6)
 """Thinnest and thickest stratum corneum of a spread; the paper prints none: a choice of ours [m]."""
 RAMP = 36e-3
 """The paper prints no ramp; with 7.7 ms and law (1) this one gives its 2.5 mN [s]."""
-COAT_THICKNESS, COAT_PERMITTIVITY = 1e-6, 3.9
-"""Of the thin coat of figure 7 the paper says only that C_i is comparable with C_s: a choice of ours."""
+COATING_THICKNESS, COATING_PERMITTIVITY = 1e-6, 3.9
+"""Of the thin coating of figure 7 the paper says only that C_i is comparable with C_s: a choice of ours."""
 
 FILM = Layer(thickness=FILM_THICKNESS, material=Constant(permittivity=FILM_PERMITTIVITY))
-COAT = Layer(thickness=COAT_THICKNESS, material=Constant(permittivity=COAT_PERMITTIVITY))
+COATING = Layer(thickness=COATING_THICKNESS, material=Constant(permittivity=COATING_PERMITTIVITY))
 POINT = Constant(permittivity=SKIN_PERMITTIVITY, conductivity=CONDUCTIVITY)
 """Skin of the paper's one point."""
 
@@ -148,8 +148,8 @@ def skins() -> dict[str, Skin]:
 
 
 def materials() -> dict[str, Material]:
-    """Give the plastic film of figures 2 and 6, and the thin coat chosen here for figure 7."""
-    return {"film": FILM.material, "coat": COAT.material}
+    """Give the plastic film of figures 2 and 6, and the thin coating chosen here for figure 7."""
+    return {"film": FILM.material, "coating": COATING.material}
 
 
 def _check(

@@ -24,13 +24,13 @@ _CLOSING = Field(description="lets the gap follow load and attraction; it stays 
 
 
 class Closing(Model):
-    """A gap that follows load and attraction: the layer ``gap`` closes against the relief of the skin.
+    """A gap that follows load and attraction: the layer ``gap`` closes against the surface topography of the skin.
 
     Notes
     -----
     damping g' = repulsion(g) - load pressure - attraction: what is squeezed out resists, no mass. It begins at
-    rest where the relief carries the load of time 0; with the thickness of the layer where a relief that reaches
-    endlessly far carries none.
+    rest where the surface topography carries the load of time 0; with the thickness of the layer where a surface
+    topography that reaches endlessly far carries none.
     """
 
     example: ClassVar[Mapping[str, Any]] = {"damping": 1e6}
@@ -46,7 +46,7 @@ class Contact(Model, family=True):
     Notes
     -----
     Two areas that are not each other. The gross area is that of the outline and what forces per area are
-    multiplied with; the real area is where the relief of the skin touches the plate, and needs a `surface`. Both
+    multiplied with; the real area is where the surface topography of the skin touches the plate, and needs a `surface`. Both
     are those under load and attraction together (`solve.equilibrium.pressed`). A ridged print touches with a third
     less than flat skin (Warman and Ennos 2009); no force law here knows of ridges, so no parameter does.
     """
@@ -59,7 +59,7 @@ class Contact(Model, family=True):
 
         @property
         def surface(self) -> Surface | None:
-            """How the relief answers a pressure, if given."""
+            """How the surface topography answers a pressure, if given."""
 
         @property
         def closing(self) -> Closing | None:
@@ -129,7 +129,7 @@ class Contact(Model, family=True):
         return math.sqrt(self.gross_area(normal_force)) if self.length is None else self.length
 
     def real_area(self, normal_force: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Area where the relief of the skin touches the plate.
+        """Area where the surface topography of the skin touches the plate.
 
         Parameters
         ----------
@@ -148,7 +148,7 @@ class Contact(Model, family=True):
         """
         if self.surface is None:
             raise InputError(
-                "contact.surface is not given: real contact follows from the relief of the skin, for instance"
+                "contact.surface is not given: real contact follows from the surface topography of the skin, for instance"
                 ' contact.surface = { model = "PerssonSurface", ... }; the gross area needs none'
             )
         force = np.asarray(normal_force, dtype=float)

@@ -111,7 +111,7 @@ class RoughAttraction:
 
     @property
     def smallest_gap(self) -> float:
-        """Mean gap [m] from which on the relief is a Gaussian: at most half of the area touches there."""
+        """Mean gap [m] from which on the surface topography is a Gaussian: at most half of the area touches there."""
         low, high = SMALLEST * self.electrical_thickness, 1.0
         if self._touching(low) <= MOST_TOUCHING:
             return low

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 MOST_TOUCHING = 0.5
-"""Share of real contact up to which a Gaussian of gaps with a mean not below 0 stands for the relief."""
+"""Share of real contact up to which a Gaussian of gaps with a mean not below 0 stands for the surface topography."""
 MODULUS = Quantity("Pa", 1e2, 1e12, "effective modulus E/(1 - nu^2) of the skin at the plate")
-SLOPE = Quantity("1", 1e-6, 1e3, "root mean square slope of the relief")
+SLOPE = Quantity("1", 1e-6, 1e3, "root mean square slope of the surface topography")
 
 
 class RoughSurface(Surface, family=True):
@@ -39,7 +39,7 @@ class RoughSurface(Surface, family=True):
 
         @property
         def rms_slope(self) -> float:
-            """Root mean square slope of the relief."""
+            """Root mean square slope of the surface topography."""
 
     def real_share(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
         """Share that touches."""
@@ -61,13 +61,13 @@ class PerssonSurface(RoughSurface):
     Notes
     -----
     p = pressure_factor E* exp(-gap/(decay_factor rms_gap)) and A_real/A0 = erf(sqrt(2) p/(E* h')). The forms
-    are recalled, not read; so are the two factors (for the pressure of the order of the wave number of the
+    are cited from memory, unverified; so are the two factors (for the pressure of the order of the wave number of the
     longest roughness times its rms height, for the decay somewhat below 1), which therefore have no default.
     Valid for small pressures, mean gaps of some rms gaps; towards gap 0 the exponential has no ground.
     """
 
     reference: ClassVar[str] = "doi:10.1063/1.5024038"
-    status: ClassVar[str] = "recalled"
+    status: ClassVar[str] = "unverified"
     equation: ClassVar[Mapping[str, str]] = {
         "pressure": "pressure_factor*modulus*exp(-gap/(decay_factor*rms_gap))",
         "slope": "-pressure_factor*modulus*exp(-gap/(decay_factor*rms_gap))/(decay_factor*rms_gap)",
@@ -83,7 +83,9 @@ class PerssonSurface(RoughSurface):
 
     modulus: Annotated[Number, MODULUS]
     rms_slope: Annotated[Number, SLOPE]
-    rms_gap: Annotated[Number, Quantity("m", 1e-10, 1e-2, "root mean square height of the relief")]
+    rms_gap: Annotated[
+        Number, Quantity("m", 1e-10, 1e-2, "root mean square height of the surface topography")
+    ]
     pressure_factor: Annotated[Number, Quantity("1", 1e-6, 1e3, "repulsion at gap 0 over the modulus")]
     decay_factor: Annotated[Number, Quantity("1", 0.01, 10, "gap of an e-fold of repulsion over rms height")]
 
@@ -147,7 +149,7 @@ def exponential_gap(pressure: ArrayLike, *, flat: float, decay: float) -> NDArra
 
 
 def gaussian_gaps(*, mean_gap: float, touching: float) -> GaussianGaps:
-    """Gaps of a relief whose mean gap and whose real contact are known.
+    """Gaps of a surface topography whose mean gap and whose real contact are known.
 
     Parameters
     ----------
@@ -164,13 +166,14 @@ def gaussian_gaps(*, mean_gap: float, touching: float) -> GaussianGaps:
     Raises
     ------
     InputError
-        If the relief is flattened too far for a Gaussian, or bears nothing.
+        If the surface topography is flattened too far for a Gaussian, or bears nothing.
     """
     from scipy.special import ndtr, ndtri
 
     if not (mean_gap > 0 and math.isfinite(mean_gap) and 0 < touching <= MOST_TOUCHING):
         raise InputError(
-            f"a share of {touching:g} in contact at a mean gap of {mean_gap:g} m: a Gaussian of gaps stands for the relief"
+            f"a share of {touching:g} in contact at a mean gap of {mean_gap:g} m: a Gaussian of gaps stands for the"
+            " surface topography"
             f" only above gap 0 and up to {MOST_TOUCHING:g} in contact; lower the pressure, or use one gap (no 'spots')"
         )
     x = -float(ndtri(touching))

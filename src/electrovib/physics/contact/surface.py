@@ -1,4 +1,4 @@
-"""What the relief of the skin does under pressure: the gap it keeps, and how much of it touches."""
+"""What the surface topography of the skin does under pressure: the gap it keeps, and how much of it touches."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 
 class Surface(Model, family=True):
-    """The relief of the skin as a cushion between skin and plate.
+    """The surface topography of the skin as a cushion between skin and plate.
 
     Notes
     -----
     The repulsion falls with the gap, ever less (decreasing and convex): what `solve.equilibrium` rests on.
-    At gap 0 the relief is flat and the skin stands on the plate, which bears any more pressure.
+    At gap 0 the surface topography is flat and the skin stands on the plate, which bears any more pressure.
     """
 
     @abstractmethod
@@ -72,7 +72,7 @@ class Surface(Model, family=True):
         Returns
         -------
         float or ndarray
-            m, same shape; 0 where the pressure flattens the relief.
+            m, same shape; 0 where the pressure flattens the surface topography.
         """
 
     @abstractmethod

@@ -1,4 +1,4 @@
-"""Drives made of straight pieces: constant, square, pulse train, trapezium."""
+"""Drives made of straight pieces: constant, square, pulse train, trapezoidal pulse."""
 
 from __future__ import annotations
 
@@ -73,7 +73,9 @@ class Trapezium(Drive):
     rise: Annotated[Number, _EDGE]
     hold: Annotated[Number, Quantity("s", 0, 1e3, "time at the high voltage")]
     fall: Annotated[Number, _EDGE]
-    repeat: Annotated[Number | None, Quantity("s", 1e-9, 1e4, "period, if the trapezium repeats")] = None
+    repeat: Annotated[Number | None, Quantity("s", 1e-9, 1e4, "period, if the trapezoidal pulse repeats")] = (
+        None
+    )
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -100,7 +102,7 @@ class Trapezium(Drive):
 
     @property
     def duration(self) -> float:
-        """One trapezium and as long again after it as its hold, or one period."""
+        """One trapezoidal pulse and as long again after it as its hold, or one period."""
         return self.repeat or self.delay + self.rise + 2 * self.hold + self.fall
 
 

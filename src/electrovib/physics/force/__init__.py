@@ -2,24 +2,24 @@
 
 The published static formulas are one displacement divided by the permittivity of different planes, 3.4 to
 1650 times apart. Each is a law with a name. The finger can separate from the plate only in the gap, so the
-gap plane is the physical one; inside a lossy dielectric a Maxwell stress is a convention.
+Maxwell stress in the gap is the physical one; inside a lossy dielectric a Maxwell stress is a convention.
 """
 
 from electrovib.physics.force.base import ForceLaw, gap_field, layer_of, needed_layer, wanted_layer
-from electrovib.physics.force.planes import (
-    EffectiveMediumPlane,
-    GapPlane,
-    InsulatorPlane,
-    StratumCorneumPlane,
+from electrovib.physics.force.maxwell_stress import (
+    EffectiveMedium,
+    MaxwellStressInGap,
+    MaxwellStressInInsulator,
+    MaxwellStressInStratumCorneum,
     equivalent_field,
 )
 
 __all__ = [
-    "EffectiveMediumPlane",
+    "EffectiveMedium",
     "ForceLaw",
-    "GapPlane",
-    "InsulatorPlane",
-    "StratumCorneumPlane",
+    "MaxwellStressInGap",
+    "MaxwellStressInInsulator",
+    "MaxwellStressInStratumCorneum",
     "equivalent_field",
     "gap_field",
     "layer_of",

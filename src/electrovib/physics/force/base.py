@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from electrovib.core.constants import eps0
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.core.lamps import Lamp
 from electrovib.core.model import Model
 from electrovib.physics.interface import IMPLIED, ORDER, Role, beside_interface
 
@@ -32,7 +32,7 @@ class ForceLaw(Model, family=True):
     A law whose pressure can be negative says in `negative` why its attraction may be.
     """
 
-    plane: ClassVar[str] = "gap"
+    evaluation_surface: ClassVar[str] = "gap"
     causal: ClassVar[bool] = True
     instead: ClassVar[str] = ""
     needs: ClassVar[tuple[str, ...]] = ()
@@ -68,12 +68,12 @@ class ForceLaw(Model, family=True):
         del section
         return None
 
-    def lamps(self, layers: Mapping[str, Layer]) -> tuple[Lamp, ...]:
+    def diagnostics(self, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
         """Say what a user should know of this law with these layers."""
         del layers
         return ()
 
-    def lamps_over_frequency(self, section: Section) -> tuple[Lamp, ...]:
+    def diagnostics_over_frequency(self, section: Section) -> tuple[Diagnostic, ...]:
         """Say what a user should know of this law over these frequencies, of layers without their leaks."""
         del section
         return ()

@@ -11,7 +11,7 @@ from pydantic import Field
 from electrovib.core.arrays import Real
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
-from electrovib.physics.programme import Programme, Steady
+from electrovib.physics.time_profile import Steady, TimeProfile
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -27,12 +27,14 @@ class Load(Model):
 
     example: ClassVar[Mapping[str, Any]] = {"normal_force": 0.5}
 
+    former_parameters: ClassVar[Mapping[str, str]] = {"programme": "time_profile"}
+
     normal_force: Annotated[Number, Quantity("N", 0, 1e3, "full force with which the finger is pressed")]
-    programme: Programme = Steady()
+    time_profile: TimeProfile = Steady()
 
     def forces(self, time: ArrayLike) -> Real:
         """Force with which the finger is pressed [N] at times [s]."""
-        return np.asarray(self.normal_force * self.programme.share(time))
+        return np.asarray(self.normal_force * self.time_profile.share(time))
 
 
 class Friction(Model, family=True):

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from electrovib.core.arrays import Complex
 from electrovib.core.constants import VACUUM_PERMITTIVITY
-from electrovib.core.lamps import Lamp
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.model import Model
 from electrovib.core.quantity import Quantity
 from electrovib.physics.debye_sum import DebyeSum
@@ -26,7 +26,7 @@ class Material(Model, family=True):
 
     Notes
     -----
-    Time factor exp(+j w t), eps* = eps' - j eps''; eps*(w) = polarisation(w) + conductivity/(j w eps0).
+    Time factor exp(+j w t), eps* = eps' - j eps''; eps*(w) = bound_permittivity(w) + conductivity/(j w eps0).
     Passive: Im eps* <= 0 at all frequencies. Every member declares its `conductivity` at zero frequency.
     """
 
@@ -44,7 +44,7 @@ class Material(Model, family=True):
             """Conductivity at zero frequency [S/m]."""
 
     @abstractmethod
-    def polarisation(self, frequency: ArrayLike) -> Complex:
+    def bound_permittivity(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone.
 
         Parameters
@@ -73,7 +73,7 @@ class Material(Model, family=True):
             eps' - j eps'', 1, same shape.
         """
         angular = 2 * np.pi * np.asarray(frequency, dtype=float)
-        total: Complex = self.polarisation(frequency) + self.conductivity / (
+        total: Complex = self.bound_permittivity(frequency) + self.conductivity / (
             1j * angular * VACUUM_PERMITTIVITY
         )
         return total
@@ -101,7 +101,7 @@ class Material(Model, family=True):
         """Lowest and highest frequency at which the material is known [Hz]; a formula is, everywhere."""
         return 0.0, math.inf
 
-    def lamps(self, name: str) -> tuple[Lamp, ...]:
+    def diagnostics(self, name: str) -> tuple[Diagnostic, ...]:
         """Say how far the values of this material can be believed, in the layer of this name."""
         del name
         return ()

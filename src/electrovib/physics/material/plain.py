@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 class Constant(Material):
     """A dielectric without dispersion."""
 
-    equation: ClassVar[Mapping[str, str]] = {"polarisation": "permittivity"}
+    equation: ClassVar[Mapping[str, str]] = {"bound_permittivity": "permittivity"}
     example: ClassVar[Mapping[str, Any]] = {"permittivity": 3.35}
 
     permittivity: Annotated[Number, Quantity("1", 1, 1e9, "relative permittivity")]
     conductivity: Annotated[Number, CONDUCTIVITY] = 0.0
 
     @NAN_PASSES
-    def polarisation(self, frequency: ArrayLike) -> Complex:
+    def bound_permittivity(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone, the same at all frequencies."""
         return level(self.permittivity, frequency=frequency)
 
@@ -47,7 +47,7 @@ class ConstantPhase(Material):
     """
 
     equation: ClassVar[Mapping[str, str]] = {
-        "polarisation": "permittivity*(I*frequency/reference_frequency)**(exponent - 1)"
+        "bound_permittivity": "permittivity*(I*frequency/reference_frequency)**(exponent - 1)"
         "/cos((exponent - 1)*pi/2)"
     }
     example: ClassVar[Mapping[str, Any]] = {
@@ -63,7 +63,7 @@ class ConstantPhase(Material):
     conductivity: Annotated[Number, CONDUCTIVITY]
 
     @NAN_PASSES
-    def polarisation(self, frequency: ArrayLike) -> Complex:
+    def bound_permittivity(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone."""
         power = self.exponent - 1
         ratio = 1j * np.asarray(frequency, dtype=float) / self.reference_frequency

@@ -27,7 +27,7 @@ class Debye(Material):
     """A dielectric with one relaxation time."""
 
     equation: ClassVar[Mapping[str, str]] = {
-        "polarisation": "permittivity_high + strength/(1 + 2*pi*I*frequency*relaxation_time)"
+        "bound_permittivity": "permittivity_high + strength/(1 + 2*pi*I*frequency*relaxation_time)"
     }
     example: ClassVar[Mapping[str, Any]] = {
         "permittivity_high": 4,
@@ -42,7 +42,7 @@ class Debye(Material):
     conductivity: Annotated[Number, CONDUCTIVITY]
 
     @NAN_PASSES
-    def polarisation(self, frequency: ArrayLike) -> Complex:
+    def bound_permittivity(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone."""
         return self.debye().permittivity(frequency)
 
@@ -55,7 +55,7 @@ class DebyeTerm(Model):
     """One relaxation of a Prony sum."""
 
     equation: ClassVar[Mapping[str, str]] = {
-        "polarisation": "strength/(1 + 2*pi*I*frequency*relaxation_time)"
+        "bound_permittivity": "strength/(1 + 2*pi*I*frequency*relaxation_time)"
     }
     example: ClassVar[Mapping[str, Any]] = {"strength": 100, "relaxation_time": 1e-3}
 
@@ -63,7 +63,7 @@ class DebyeTerm(Model):
     relaxation_time: Annotated[Number, _TIME]
 
     @NAN_PASSES
-    def polarisation(self, frequency: ArrayLike) -> Complex:
+    def bound_permittivity(self, frequency: ArrayLike) -> Complex:
         """Contribution to the relative permittivity [1] at frequencies [Hz] above 0; NaN gives NaN."""
         part: Complex = self.strength / (1 + axis(frequency) * self.relaxation_time)
         return part
@@ -83,7 +83,7 @@ class Prony(Material):
     conductivity: Annotated[Number, CONDUCTIVITY]
 
     @NAN_PASSES
-    def polarisation(self, frequency: ArrayLike) -> Complex:
+    def bound_permittivity(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone."""
         return _added(self.permittivity_high, self.terms, frequency)
 
@@ -97,7 +97,7 @@ class ColeColeTerm(Model):
 
     reference: ClassVar[str] = "doi:10.1063/1.1750906"
     equation: ClassVar[Mapping[str, str]] = {
-        "polarisation": "strength/(1 + (2*pi*I*frequency*relaxation_time)**(1 - broadening))"
+        "bound_permittivity": "strength/(1 + (2*pi*I*frequency*relaxation_time)**(1 - broadening))"
     }
     example: ClassVar[Mapping[str, Any]] = {"strength": 280, "relaxation_time": 8e-8, "broadening": 0.16}
 
@@ -106,7 +106,7 @@ class ColeColeTerm(Model):
     broadening: Annotated[Number, _BROADENING] = 0.0
 
     @NAN_PASSES
-    def polarisation(self, frequency: ArrayLike) -> Complex:
+    def bound_permittivity(self, frequency: ArrayLike) -> Complex:
         """Contribution to the relative permittivity [1] at frequencies [Hz] above 0; NaN gives NaN."""
         part: Complex = self.strength / (
             1 + (axis(frequency) * self.relaxation_time) ** (1 - self.broadening)
@@ -129,7 +129,7 @@ class ColeCole(Material):
     conductivity: Annotated[Number, CONDUCTIVITY]
 
     @NAN_PASSES
-    def polarisation(self, frequency: ArrayLike) -> Complex:
+    def bound_permittivity(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone."""
         return _added(self.permittivity_high, self.terms, frequency)
 
@@ -151,7 +151,7 @@ class HavriliakNegami(Material):
 
     reference: ClassVar[str] = "doi:10.1016/0032-3861(67)90021-3"
     equation: ClassVar[Mapping[str, str]] = {
-        "polarisation": "permittivity_high"
+        "bound_permittivity": "permittivity_high"
         " + strength/(1 + (2*pi*I*frequency*relaxation_time)**broadness)**skewness"
     }
     example: ClassVar[Mapping[str, Any]] = {
@@ -179,7 +179,7 @@ class HavriliakNegami(Material):
         return self
 
     @NAN_PASSES
-    def polarisation(self, frequency: ArrayLike) -> Complex:
+    def bound_permittivity(self, frequency: ArrayLike) -> Complex:
         """Relative permittivity of the bound charge alone."""
         spread = (axis(frequency) * self.relaxation_time) ** self.broadness
         total: Complex = self.permittivity_high + self.strength / (1 + spread) ** self.skewness
@@ -188,7 +188,7 @@ class HavriliakNegami(Material):
 
 def _added(high: float, terms: Sequence[DebyeTerm | ColeColeTerm], frequency: ArrayLike) -> Complex:
     """Add what relaxes to the relative permittivity far above the band."""
-    return sum((term.polarisation(frequency) for term in terms), start=level(high, frequency=frequency))
+    return sum((term.bound_permittivity(frequency) for term in terms), start=level(high, frequency=frequency))
 
 
 def _debye_sum(high: float, terms: Sequence[DebyeTerm | ColeColeTerm]) -> DebyeSum:

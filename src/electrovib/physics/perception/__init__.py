@@ -7,7 +7,7 @@ threshold that the user has measured. What is not in it: summation over time and
 
 from electrovib.physics.perception.channels import BEST_FREQUENCIES, RYU, Channel, NonPacinian, Pacinian
 from electrovib.physics.perception.compliance import (
-    RECALLED_CORNER,
+    UNVERIFIED_CORNER,
     ElasticSkin,
     ElasticViscousSkin,
     SkinCompliance,
@@ -17,8 +17,8 @@ from electrovib.physics.perception.person import MOTION, Perception, decibels, f
 __all__ = [
     "BEST_FREQUENCIES",
     "MOTION",
-    "RECALLED_CORNER",
     "RYU",
+    "UNVERIFIED_CORNER",
     "Channel",
     "ElasticSkin",
     "ElasticViscousSkin",

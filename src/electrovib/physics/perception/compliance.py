@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 
-RECALLED_CORNER: Final = 100.0
+UNVERIFIED_CORNER: Final = 100.0
 """Where the skin of a fingertip turns from elastic to viscous: recalled, never a default, only shown beside [Hz]."""
 
 
@@ -63,7 +63,7 @@ class ElasticViscousSkin(SkinCompliance):
     near 1 N/mm are recalled of measurements on fingertips whose paper was not read: they are no defaults.
     """
 
-    status: ClassVar[str] = "recalled"
+    status: ClassVar[str] = "unverified"
     reference: ClassVar[str] = (
         "elastic below some 100 Hz, viscous above: Wiertlewski and Hayward 2012, not read"
     )

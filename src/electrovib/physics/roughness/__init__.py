@@ -1,7 +1,7 @@
 """Rough contact: gaps that differ from place to place, and the pull averaged over them with its contact part.
 
 At each place the layers and the local gap are taken as plates in series. That holds where the roughness varies
-along the surface over lengths long against 2 pi T_i, T_i being the thickness of the insulator: on a coat of a
+along the surface over lengths long against 2 pi T_i, T_i being the thickness of the insulator: on a coating of a
 micrometre, not on a film of 90 um (0.57 mm, more than the period of a print).
 """
 

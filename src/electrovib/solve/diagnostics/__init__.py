@@ -6,17 +6,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.core.lamps import Lamp
 from electrovib.core.units import format_quantity
 from electrovib.physics.motion import Distance
 from electrovib.scenario import PeriodicState
-from electrovib.scenario.moisture import moisture_lamp
+from electrovib.scenario.moisture import moisture_diagnostic
 from electrovib.solve.choice import chosen, solve, solve_fields
-from electrovib.solve.diagnostics.judge import circuit_lamps, jumps, return_path_lamps, stack_lamps
+from electrovib.solve.diagnostics.judge import (
+    circuit_diagnostics,
+    jumps,
+    return_path_diagnostics,
+    stack_diagnostics,
+)
 from electrovib.solve.diagnostics.looks import looks, shows_every_sample
 from electrovib.solve.diagnostics.peaks import PeakRecord, refined
-from electrovib.solve.diagnostics.touch import contact_lamps
+from electrovib.solve.diagnostics.touch import contact_diagnostics
 from electrovib.solve.diagnostics.vanishing_gap import negative_attraction, vanishing_gap
 from electrovib.solve.electrics.linear.current import caveat
 
@@ -109,9 +114,9 @@ def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Solu
     )
 
 
-def diagnostics(
+def judge_run(
     scenario: Scenario, section: ModalSection, record: PeakRecord, times: Real, variables: dict[str, Any]
-) -> list[Lamp]:
+) -> list[Diagnostic]:
     """Judge a result before it is handed out.
 
     Parameters
@@ -129,21 +134,24 @@ def diagnostics(
 
     Returns
     -------
-    list of Lamp
+    list of Diagnostic
         Law, materials, layers from plate to finger, circuit, contact, motion.
     """
     layers = scenario.stack.layers
-    spoken = [*scenario.force.lamps(layers), *([] if scenario.drive.quantity == "voltage" else [caveat()])]
-    moist = moisture_lamp(scenario)
+    spoken = [
+        *scenario.force.diagnostics(layers),
+        *([] if scenario.drive.quantity == "voltage" else [caveat()]),
+    ]
+    moist = moisture_diagnostic(scenario)
     spoken += [] if moist is None else [moist]
     for name, layer in layers.items():
-        spoken += layer.material.lamps(name)
+        spoken += layer.material.diagnostics(name)
     return [
         *spoken,
-        *stack_lamps(scenario, record),
-        *circuit_lamps(scenario, record, _running(scenario, section, record)),
-        *return_path_lamps(scenario),
-        *contact_lamps(scenario, variables, times),
+        *stack_diagnostics(scenario, record),
+        *circuit_diagnostics(scenario, record, _running(scenario, section, record)),
+        *return_path_diagnostics(scenario),
+        *contact_diagnostics(scenario, variables, times),
         *_moving_gap(scenario, variables),
         *vanishing_gap(scenario, times, variables),
         *negative_attraction(scenario, variables),
@@ -184,7 +192,7 @@ def _running(scenario: Scenario, section: ModalSection, record: PeakRecord) -> d
         return None
 
 
-def _moving_gap(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
+def _moving_gap(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
     """Say what the declared thickness of a gap that moves is used for."""
     if "gap" not in variables:
         return []
@@ -195,4 +203,4 @@ def _moving_gap(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
     text = (
         f"the gap is {low} to {high} over time; over frequency, and as drawn, it is the declared {declared}"
     )
-    return [Lamp("moving gap", "ok", text)]
+    return [Diagnostic("moving gap", "ok", text)]

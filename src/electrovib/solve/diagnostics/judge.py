@@ -7,10 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.lamps import Lamp
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
-from electrovib.physics.limits import SWITCH_ON, limit_lamps
-from electrovib.physics.safety import emission_lamp, film_lamp, paschen_lamp, skin_lamp, sweat_lamp
+from electrovib.physics.limits import SWITCH_ON, limit_diagnostics
+from electrovib.physics.safety import (
+    emission_diagnostic,
+    film_diagnostic,
+    paschen_diagnostic,
+    skin_diagnostic,
+    sweat_diagnostic,
+)
 from electrovib.scenario import PeriodicState
 from electrovib.solve.stack.keys import FieldOf
 
@@ -25,7 +31,7 @@ _ROUNDED = 1e-9
 """Height of a jump over the largest value of the drive, below which it is rounding."""
 
 
-def stack_lamps(scenario: Scenario, record: PeakRecord) -> list[Lamp]:
+def stack_diagnostics(scenario: Scenario, record: PeakRecord) -> list[Diagnostic]:
     """Judge every layer, the interface and the sweat between.
 
     Parameters
@@ -37,25 +43,25 @@ def stack_lamps(scenario: Scenario, record: PeakRecord) -> list[Lamp]:
 
     Returns
     -------
-    list of Lamp
+    list of Diagnostic
         From plate to finger.
     """
     peaks = record.peaks()
     nearest = record.nearest_to_breakdown() if "gap" in record.rows else None
     fields = {name: peaks[FieldOf(name)] for name in scenario.stack.layers}
-    return layer_lamps(
+    return layer_diagnostics(
         scenario, fields, interface=peaks["interface"], nearest=nearest, across=peaks["across"]
     )
 
 
-def layer_lamps(
+def layer_diagnostics(
     scenario: Scenario,
     fields: Mapping[str, float],
     *,
     interface: float,
     nearest: tuple[float, float] | None,
     across: float,
-) -> list[Lamp]:
+) -> list[Diagnostic]:
     """Judge layers, interface and sweat by their largest values.
 
     Parameters
@@ -73,31 +79,33 @@ def layer_lamps(
 
     Returns
     -------
-    list of Lamp
+    list of Diagnostic
         From plate to finger.
     """
     roles, layers = scenario.stack.roles, scenario.stack.layers
     plate = [name for name, role in roles.items() if role == "plate"]
     finger = [name for name, role in roles.items() if role == "finger"]
-    found: list[Lamp] = []
+    found: list[Diagnostic] = []
     for name, layer in layers.items():
         if name in plate or layer.breakdown_field is not None:
             own = {"permittivity": _permittivity(layer), "thickness": layer.thickness}
-            found.append(film_lamp(name, field=fields[name], declared=layer.breakdown_field, **own))
+            found.append(film_diagnostic(name, field=fields[name], declared=layer.breakdown_field, **own))
     if nearest is not None:
         field, gap = nearest
-        found.append(paschen_lamp(field=field, gap=gap))
-    found.append(emission_lamp(field=interface, vanishing=nearest is None))
-    found += [skin_lamp(name, voltage=fields[name] * layers[name].thickness) for name in finger]
+        found.append(paschen_diagnostic(field=field, gap=gap))
+    found.append(emission_diagnostic(field=interface, vanishing=nearest is None))
+    found += [skin_diagnostic(name, voltage=fields[name] * layers[name].thickness) for name in finger]
     blocking = sum(layers[name].thickness / _permittivity(layers[name]) for name in plate)
-    return [*found, sweat_lamp(voltage=across, electrical_thickness=blocking)] if blocking else found
+    return [*found, sweat_diagnostic(voltage=across, electrical_thickness=blocking)] if blocking else found
 
 
 def _permittivity(layer: Layer) -> float:
-    return float(layer.material.polarisation(np.array(1e3)).real)
+    return float(layer.material.bound_permittivity(np.array(1e3)).real)
 
 
-def circuit_lamps(scenario: Scenario, record: PeakRecord, running: Mapping[str, float] | None) -> list[Lamp]:
+def circuit_diagnostics(
+    scenario: Scenario, record: PeakRecord, running: Mapping[str, float] | None
+) -> list[Diagnostic]:
     """Judge voltage, current, charge and energy against what is declared, and tell of jumps.
 
     Parameters
@@ -111,7 +119,7 @@ def circuit_lamps(scenario: Scenario, record: PeakRecord, running: Mapping[str, 
 
     Returns
     -------
-    list of Lamp
+    list of Diagnostic
         Only of limits that are declared.
     """
     drive, circuit = scenario.drive, scenario.circuit
@@ -131,7 +139,7 @@ def circuit_lamps(scenario: Scenario, record: PeakRecord, running: Mapping[str, 
         reached |= {**running, **{f"{name}{SWITCH_ON}": value for name, value in switched.items()}}
     amplified = circuit.amplifier is not None
     return [
-        *limit_lamps(reached, scenario.limits, amplified=amplified),
+        *limit_diagnostics(reached, scenario.limits, amplified=amplified),
         *_jump(scenario, reached, first=first, later=later),
     ]
 
@@ -164,7 +172,9 @@ def jumps(scenario: Scenario, *, end: float) -> tuple[float, float]:
     return first * (first > smallest), later * (later > smallest)
 
 
-def _jump(scenario: Scenario, reached: Mapping[str, float], *, first: float, later: float) -> list[Lamp]:
+def _jump(
+    scenario: Scenario, reached: Mapping[str, float], *, first: float, later: float
+) -> list[Diagnostic]:
     if not first and not later:
         return []
     resistance = scenario.circuit.element().resistance
@@ -184,13 +194,15 @@ def _jump(scenario: Scenario, reached: Mapping[str, float], *, first: float, lat
             told = f"{switched} at time 0, {told} apart from that"
         text += f" is bounded by the {format_quantity(resistance, 'ohm')} in series alone ({told})"
     return [
-        Lamp("jump", "warning", f"{text}; give the drive an edge time or a start at 0 V, as a real one has")
+        Diagnostic(
+            "jump", "warning", f"{text}; give the drive an edge time or a start at 0 V, as a real one has"
+        )
     ]
 
 
-def return_path_lamps(scenario: Scenario) -> list[Lamp]:
+def return_path_diagnostics(scenario: Scenario) -> list[Diagnostic]:
     """Warn of a body that is not grounded."""
     if type(scenario.circuit.return_path).__name__ != "Floating":
         return []
     text = "the body is not grounded: part of the voltage drops between body and ground"
-    return [Lamp("return path", "warning", text)]
+    return [Diagnostic("return path", "warning", text)]

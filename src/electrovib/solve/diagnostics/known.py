@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.lamps import Lamp
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
 from electrovib.scenario import PeriodicState
 from electrovib.solve.diagnostics.judged import LARGEST, TAIL
@@ -40,14 +40,14 @@ def known_band(scenario: Scenario) -> tuple[float, float]:
     return max(low for low, _ in bands), min(high for _, high in bands)
 
 
-def memory_lamps(
+def memory_diagnostics(
     scenario: Scenario,
     errors: Mapping[Key, Judged],
     times: Real,
     *,
     known: tuple[float, float],
     method: Method,
-) -> list[Lamp]:
+) -> list[Diagnostic]:
     """Say how far an answer in time is off because materials were reduced, and from when on it is not known.
 
     Parameters
@@ -65,7 +65,7 @@ def memory_lamps(
 
     Returns
     -------
-    list of Lamp
+    list of Diagnostic
         None where every layer is a sum of Debye terms as declared.
     """
     layers = scenario.stack.layers
@@ -80,7 +80,7 @@ def worst_of(errors: Mapping[Key, Judged]) -> float:
     return max((found.error for name, found in errors.items() if name != CURRENT), default=0.0)
 
 
-def _of_error(reduced: list[str], errors: Mapping[Key, Judged], method: Method) -> list[Lamp]:
+def _of_error(reduced: list[str], errors: Mapping[Key, Judged], method: Method) -> list[Diagnostic]:
     if not errors:
         return []
     names, worst = " and ".join(f"'{name}'" for name in reduced), worst_of(errors)
@@ -97,7 +97,7 @@ def _of_error(reduced: list[str], errors: Mapping[Key, Judged], method: Method) 
             f"{names} stands as a sum of relaxations: without leak, motion, limits and renewal that changes {change};"
             f" what it does to the answer of the solver '{method.name}' is not known"
         )
-        return [Lamp("memory", "unknown", text)]
+        return [Diagnostic("memory", "unknown", text)]
     text = f"{names} stands as a sum of relaxations, which changes {change}"
     judged = {name: found for name, found in errors.items() if name != CURRENT}
     share, lost = max(found.share for found in judged.values()), min(found.lost for found in judged.values())
@@ -108,10 +108,10 @@ def _of_error(reduced: list[str], errors: Mapping[Key, Judged], method: Method) 
             f" {format_quantity(lost, 's', digits=3)} on"
         )
     state = "warning" if np.isfinite(lost) else "ok"
-    return [Lamp("memory", state, text, value=share, limit=LARGEST, unit="1")]
+    return [Diagnostic("memory", state, text, value=share, limit=LARGEST, unit="1")]
 
 
-def _beyond_tables(scenario: Scenario, times: Real, known: tuple[float, float]) -> list[Lamp]:
+def _beyond_tables(scenario: Scenario, times: Real, known: tuple[float, float]) -> list[Diagnostic]:
     """Say which part of an answer rests on frequencies that no table holds."""
     (low, high), said = known, []
     last = 1 / (2 * np.pi * low) if low else np.inf
@@ -131,4 +131,4 @@ def _beyond_tables(scenario: Scenario, times: Real, known: tuple[float, float]) 
     )
     ends = " to ".join(format_quantity(end, "Hz", digits=3) for end in known)
     text = f"{tables} is measured from {ends} only: {', '.join(said).removeprefix('nor is it')}"
-    return [Lamp("measured band", "unknown", text, value=float(times[-1]), limit=last, unit="s")]
+    return [Diagnostic("measured band", "unknown", text, value=float(times[-1]), limit=last, unit="s")]

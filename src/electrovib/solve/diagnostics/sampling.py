@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.lamps import Lamp
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
 from electrovib.physics.drive.parts import Part
 from electrovib.physics.drive.pieces import Linear
@@ -27,7 +27,7 @@ MOST: Final = 4_000_000
 """Samples beyond which no number of even times is advised."""
 
 
-def sampling(drive: Drive, times: Real) -> list[Lamp]:
+def sampling(drive: Drive, times: Real) -> list[Diagnostic]:
     """Warn where a result is exact at its times but a line through them is not the result.
 
     Parameters
@@ -39,7 +39,7 @@ def sampling(drive: Drive, times: Real) -> list[Lamp]:
 
     Returns
     -------
-    list of Lamp
+    list of Diagnostic
         One warning with the number of samples that would do, or none.
     """
     if len(times) < 2 or _shows(drive, times):
@@ -61,7 +61,7 @@ def sampling(drive: Drive, times: Real) -> list[Lamp]:
         f"the times are {format_quantity(step, 's')} apart, but the drive {changes}: right at each of them, misleading"
         f" between them; {advice}"
     )
-    return [Lamp("sampling", "warning", text, float(needed), float(len(times)), "1")]
+    return [Diagnostic("sampling", "warning", text, float(needed), float(len(times)), "1")]
 
 
 def _shows(drive: Drive, times: Real) -> bool:

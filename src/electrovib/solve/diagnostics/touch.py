@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.core.lamps import Lamp
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import BristleFriction
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 
-def contact_lamps(scenario: Scenario, variables: dict[str, Any], times: Real) -> list[Lamp]:
+def contact_diagnostics(scenario: Scenario, variables: dict[str, Any], times: Real) -> list[Diagnostic]:
     """Say what is not known of contact and friction.
 
     Parameters
@@ -34,7 +34,7 @@ def contact_lamps(scenario: Scenario, variables: dict[str, Any], times: Real) ->
 
     Returns
     -------
-    list of Lamp
+    list of Diagnostic
         Off the plate, at rest, and of a contact that grows.
     """
     return [
@@ -44,39 +44,39 @@ def contact_lamps(scenario: Scenario, variables: dict[str, Any], times: Real) ->
     ]
 
 
-def _off_the_plate(scenario: Scenario, times: Real) -> list[Lamp]:
+def _off_the_plate(scenario: Scenario, times: Real) -> list[Diagnostic]:
     """Say that nothing rubs off the plate, and warn of a load there."""
     off = ~scenario.motion.touches(times)
     if not np.any(off):
         return []
     found = [
-        Lamp(
+        Diagnostic(
             "off the plate",
             "ok",
             f"the finger is off the plate at {_share(off)} of the times: no friction there",
         )
     ]
     if np.any(scenario.load.forces(times)[off] > 0):
-        text = "presses while the finger is held off the plate, where nothing bears it: set it to 0, or give load.programme"
-        found.append(Lamp("load off the plate", "warning", f"load.normal_force {text}"))
+        text = "presses while the finger is held off the plate, where nothing bears it: set it to 0, or give load.time_profile"
+        found.append(Diagnostic("load off the plate", "warning", f"load.normal_force {text}"))
     return found
 
 
-def _at_rest(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
+def _at_rest(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
     """Say what is not known of friction and lateral reading, or what stands for it, where the finger rests."""
     motion, spans = scenario.motion, resting(scenario.motion)
     if not spans:
         return []
-    still = "motion.speed = 0" if not motion.speed else "motion.programme gives a speed of 0"
+    still = "motion.speed = 0" if not motion.speed else "motion.time_profile gives a speed of 0"
     if isinstance(scenario.friction, BristleFriction):
         text = f"the finger rests ({still}): the friction is what its bristles hold"
-        return [Lamp("friction at rest", "ok", text)]
+        return [Diagnostic("friction at rest", "ok", text)]
     if scenario.finger is not None:
         text = (
             f"the finger rests ({still}): the friction is what the spring of the skin holds, none where it has not slid"
             " before; mass and damper of the skin are left out of that"
         )
-        return [Lamp("friction at rest", "ok", text)]
+        return [Diagnostic("friction at rest", "ok", text)]
     missing = [
         f"{name.replace('_', ' ')} at {_share(unknown)} of the times"
         for name in ("lateral_force", "lateral_force_measured")
@@ -89,10 +89,10 @@ def _at_rest(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
         " sliding, and a memory behind it has to forget that first. Give it a finger, whose spring tells it, a friction"
         " of bristles, or another motion.speed"
     )
-    return [Lamp("friction at rest", "unknown", text)]
+    return [Diagnostic("friction at rest", "unknown", text)]
 
 
-def _contact(scenario: Scenario, variables: dict[str, Any], times: Real) -> list[Lamp]:
+def _contact(scenario: Scenario, variables: dict[str, Any], times: Real) -> list[Diagnostic]:
     """Say which area a contact that grows has, which one the circuit saw, and whether there are other states."""
     contact, circuit = scenario.contact, scenario.contact_area
     if isinstance(contact, FixedArea):
@@ -104,7 +104,7 @@ def _contact(scenario: Scenario, variables: dict[str, Any], times: Real) -> list
         f"load and attraction make an outline of {low} to {high} together; charge and current are those of the"
         f" {format_quantity(circuit, 'm2', digits=4)} under the full load alone"
     )
-    found = [Lamp("contact area", "ok" if 0.99 < ratio < 1.01 else "unknown", text, ratio, 1.01, "1")]
+    found = [Diagnostic("contact area", "ok" if 0.99 < ratio < 1.01 else "unknown", text, ratio, 1.01, "1")]
     force = variables["electrostatic_force"][1]
     worst = int(np.argmax(np.where(scenario.motion.touches(times), force, -np.inf)))
     load = float(scenario.load.forces(times)[worst])
@@ -120,7 +120,7 @@ def _contact(scenario: Scenario, variables: dict[str, Any], times: Real) -> list
             f"at {format_quantity(float(times[worst]), 's')} load and attraction balance in {len(states)} states, with an"
             f" attraction of {listed}; used is the first, which a slowly rising attraction reaches from the load alone"
         )
-        found.append(Lamp("contact states", "unknown", text))
+        found.append(Diagnostic("contact states", "unknown", text))
     return found
 
 

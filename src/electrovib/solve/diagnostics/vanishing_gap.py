@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.lamps import Lamp
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ _ROUNDING = 1e-9
 """Negative attraction over the largest, below which it is rounding."""
 
 
-def vanishing_gap(scenario: Scenario, times: Real, variables: dict[str, Any]) -> list[Lamp]:
+def vanishing_gap(scenario: Scenario, times: Real, variables: dict[str, Any]) -> list[Diagnostic]:
     """Judge whether the limit of a vanishing gap stands for the smallest real one.
 
     Parameters
@@ -35,7 +35,7 @@ def vanishing_gap(scenario: Scenario, times: Real, variables: dict[str, Any]) ->
 
     Returns
     -------
-    list of Lamp
+    list of Diagnostic
         None if the stack has a gap, or the law reads no field at the interface.
 
     Notes
@@ -43,13 +43,13 @@ def vanishing_gap(scenario: Scenario, times: Real, variables: dict[str, Any]) ->
     A gap g holds the voltage E g. While that is a small share of the whole voltage, closing the gap further
     changes nothing; over a plate that conducts E grows as long as the voltage is held.
     """
-    if scenario.stack.gap_name is not None or scenario.force.plane != "gap":
+    if scenario.stack.gap_name is not None or scenario.force.evaluation_surface != "gap":
         return []
     name, gap = "vanishing gap", format_quantity(SMALLEST_GAP, "m")
     add = "give the stack a layer with role = 'gap', for instance stack.gap.thickness = '1 um'"
     if "interface_field" not in variables:
         text = f"the field of a vanishing gap is not known, so no gap of {gap} could be judged: {add}"
-        return [Lamp(name, "unknown", text)]
+        return [Diagnostic(name, "unknown", text)]
     field, voltage = (np.abs(variables[each][1]) for each in ("interface_field", "stack_voltage"))
     reached = np.maximum.accumulate(voltage)
     share = np.divide(field * SMALLEST_GAP, reached, out=np.zeros_like(field), where=reached > 0)
@@ -62,12 +62,12 @@ def vanishing_gap(scenario: Scenario, times: Real, variables: dict[str, Any]) ->
             f"{said}, from {since} on more than {100 * LARGEST_SHARE:g} %: from then on the force is larger than that of any"
             f" real gap; {add}"
         )
-        return [Lamp(name, "warning", text, worst, LARGEST_SHARE, "1")]
+        return [Diagnostic(name, "warning", text, worst, LARGEST_SHARE, "1")]
     text = f"the stack has no gap: the force is the limit of a vanishing one; {said} at most"
-    return [Lamp(name, "ok", text, worst, LARGEST_SHARE, "1")]
+    return [Diagnostic(name, "ok", text, worst, LARGEST_SHARE, "1")]
 
 
-def negative_attraction(scenario: Scenario, variables: dict[str, Any]) -> list[Lamp]:
+def negative_attraction(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
     """Say why an attraction is negative, where it is.
 
     Parameters
@@ -79,7 +79,7 @@ def negative_attraction(scenario: Scenario, variables: dict[str, Any]) -> list[L
 
     Returns
     -------
-    list of Lamp
+    list of Diagnostic
         One warning, or none.
     """
     force = variables["electrostatic_force"][1]
@@ -89,4 +89,4 @@ def negative_attraction(scenario: Scenario, variables: dict[str, Any]) -> list[L
     law = scenario.force
     why = law.negative or f"{type(law).__name__} does not say why its pressure may be negative"
     text = f"the attraction falls to {format_quantity(lowest, 'N', digits=3)}: {why}"
-    return [Lamp("negative attraction", "warning", text, -lowest, 0.0, "N")]
+    return [Diagnostic("negative attraction", "warning", text, -lowest, 0.0, "N")]

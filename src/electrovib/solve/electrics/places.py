@@ -99,7 +99,7 @@ def entered(motion: Motion, time: Real, places: Real) -> Real:
     -----
     The way is a square between corners of the speed, so the time is the root of a square.
     """
-    corners = np.array([t for t, _ in motion.programme.corners()])
+    corners = np.array([t for t, _ in motion.time_profile.corners()])
     marks = np.unique(np.concatenate([[0.0], corners[corners > 0], [max(float(np.max(time)), 1e-300)]]))
     speeds = motion.speeds(marks)
     ways = np.append(0.0, np.cumsum(np.diff(marks) * (speeds[1:] + speeds[:-1]) / 2))

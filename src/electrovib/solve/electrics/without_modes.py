@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.contact import FixedArea
-from electrovib.physics.force import GapPlane
+from electrovib.physics.force import MaxwellStressInGap
 from electrovib.physics.interface import INTERFACE
 from electrovib.scenario import PeriodicState
 from electrovib.solve.electrics.pressed import pressed
@@ -198,15 +198,16 @@ def refuse_without_modes(scenario: Scenario) -> None:
     if getattr(type(scenario.force), "replaces", ()):
         raise InputError(
             f"force = {type(scenario.force).__name__}: its gaps are no layers of the stack, and {why} is not followed into"
-            " them. Give the stack a layer 'gap' and use force.model = GapPlane"
+            " them. Give the stack a layer 'gap' and use force.model = MaxwellStressInGap"
         )
     law = type(scenario.force)
     if scenario.contact.closing is not None and (
-        law.pressure is not GapPlane.pressure or law.amplitudes is not GapPlane.amplitudes
+        law.pressure is not MaxwellStressInGap.pressure or law.amplitudes is not MaxwellStressInGap.amplitudes
     ):
         raise InputError(
             f"contact.closing: the gap follows the attraction in the plane of the gap, eps0 E^2/2, and force = {law.__name__}"
-            f" gives another one (plane: {law.plane}); use force.model = GapPlane, or leave contact.closing away"
+            f" gives another one (plane: {law.evaluation_surface}); use force.model = MaxwellStressInGap, or leave"
+            " contact.closing away"
         )
     if scenario.contact.closing is not None and scenario.motion.distance is not None:
         raise InputError(
@@ -221,13 +222,13 @@ def refuse_without_modes(scenario: Scenario) -> None:
         _moving(scenario)
     if scenario.contact.closing is not None and scenario.contact.surface is None:
         raise InputError(
-            "contact.closing needs contact.surface, the relief that the gap closes against, for instance"
+            "contact.closing needs contact.surface, the surface topography that the gap closes against, for instance"
             ' contact.surface = { model = "LinearSpring", ... }'
         )
 
 
 def _yielding(scenario: Scenario) -> Yielding:
-    """Give the gap that follows the forces, beginning where the relief carries the load; as declared if there is none."""
+    """Give the gap that follows the forces; it begins where the surface topography carries the load, else as declared."""
     from electrovib.solve.nonlinear.yielding import Yielding
 
     contact = scenario.contact
@@ -242,11 +243,11 @@ def _yielding(scenario: Scenario) -> Yielding:
         return float(contact.mean_pressure(pressed(contact, scenario.load.forces(time), np.asarray(pull))))
 
     start = float(surface.gap(np.asarray(load(0.0))))
-    if not np.isfinite(start):  # without a load such a relief is endlessly far
+    if not np.isfinite(start):  # without a load such a surface topography is endlessly far
         start = scenario.stack.layers[_moving(scenario)].thickness
     if not start > 0:
         raise InputError(
-            "contact.surface: the load alone closes the gap; give a stiffer relief, or less load.normal_force"
+            "contact.surface: the load alone closes the gap; give a stiffer surface topography, or less load.normal_force"
         )
     return Yielding(
         surface=surface,

@@ -1,4 +1,4 @@
-"""Equilibrium of area, relief, load and attraction: all of it, stable or not, and the path over a changing voltage."""
+"""Every equilibrium of contact area, surface topography, load and attraction, stable or not, and its path over voltage."""
 
 from electrovib.physics.contact.surface import pull_in_voltage
 from electrovib.solve.equilibrium.of_scenario import Balance, equilibrium

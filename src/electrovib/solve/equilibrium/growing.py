@@ -1,4 +1,4 @@
-"""States of a gap whose relief, load and attraction balance on an area that grows with both."""
+"""States of a gap whose surface topography, load and attraction balance on an area that grows with both."""
 
 from __future__ import annotations
 
@@ -48,13 +48,13 @@ def growing_states(
 
     Notes
     -----
-    For each whole force W the relief, pressed with W over area(W), keeps a gap, and what the voltage draws across it
+    For each whole force W the surface topography, pressed with W over area(W), keeps a gap, and what the voltage draws across it
     has to be W - load. Looked for in steps of a 64th of the force: two states closer than that are missed.
     """
     least = float(surface.gap(np.asarray(contact.mean_pressure(np.asarray(load)))))
     if not math.isfinite(least):
         raise InputError(
-            "contact.surface: under this load the relief keeps no gap; give load.normal_force above 0"
+            "contact.surface: under this load the surface topography keeps no gap; give load.normal_force above 0"
         )
 
     def gap(whole: float) -> float:

@@ -9,17 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from electrovib.core.constants import eps0
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.core.lamps import Lamp
 from electrovib.physics.contact.area import FixedArea
 from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
 from electrovib.physics.contact.surface import Surface
-from electrovib.physics.limits import limit_lamps
+from electrovib.physics.limits import limit_diagnostics
 from electrovib.physics.roughness import ContactSpots
 from electrovib.physics.safety import breakdown_share
 from electrovib.physics.stack import Layer
 from electrovib.scenario import Scenario, Source, read_scenario
-from electrovib.solve.diagnostics.judge import layer_lamps
+from electrovib.solve.diagnostics.judge import layer_diagnostics
 from electrovib.solve.equilibrium.growing import growing_states
 from electrovib.solve.equilibrium.states import Equilibrium, balance
 
@@ -47,9 +47,9 @@ class Balance:
     blocking : tuple of str
         The layers that block, and ``return_path`` where it does.
     beyond : bool
-        With spots: the attraction would also hold the relief flatter than a Gaussian of gaps describes, more
+        With spots: the attraction would also hold the surface topography flatter than a Gaussian of gaps describes, more
         than half in contact; that state is not among these.
-    lamps : tuple of Lamp
+    diagnostics : tuple of Diagnostic
         Films and air judged in the state whose field is largest, and the declared limits.
     """
 
@@ -62,7 +62,7 @@ class Balance:
     electrical_thickness: float
     blocking: tuple[str, ...]
     beyond: bool
-    lamps: tuple[Lamp, ...]
+    diagnostics: tuple[Diagnostic, ...]
 
     @property
     def stable(self) -> tuple[Equilibrium, ...]:
@@ -76,7 +76,7 @@ def equilibrium(
     voltage: float | None = None,
     spots: ContactSpots | None = None,
 ) -> Balance:
-    """Gap and attraction of a finger whose relief, load and attraction balance under a held voltage.
+    """Gap and attraction of a finger whose surface topography, load and attraction balance under a held voltage.
 
     Parameters
     ----------
@@ -134,11 +134,11 @@ def equilibrium(
     beyond = low > 0 and float(surface.pressure(np.asarray(low))) < pressure + attraction.pressure(low)
     if not states:
         raise InputError(
-            "contact.surface: the attraction flattens the relief further than a Gaussian of gaps describes; lower the"
+            "contact.surface: the attraction flattens the surface topography further than a Gaussian of gaps describes; lower the"
             " voltage, or leave 'spots' out for one gap with the plate as its stop"
         )
     force = tuple(state.attraction * each for state, each in zip(states, areas, strict=True))
-    lamps = _lamps(known, states, areas, held=held, filling=filling)
+    diagnostics = _diagnostics(known, states, areas, held=held, filling=filling)
     return Balance(
         states=states,
         force=force,
@@ -149,18 +149,18 @@ def equilibrium(
         electrical_thickness=thickness,
         blocking=tuple(parts),
         beyond=beyond,
-        lamps=lamps,
+        diagnostics=diagnostics,
     )
 
 
-def _lamps(
+def _diagnostics(
     scenario: Scenario,
     states: Sequence[Equilibrium],
     areas: Sequence[float],
     *,
     held: float,
     filling: float,
-) -> tuple[Lamp, ...]:
+) -> tuple[Diagnostic, ...]:
     """Judge films and air in every state, and the declared limits; of each the worst."""
     layers, gap = scenario.stack.layers, str(scenario.stack.gap_name)
     stray = 0.0 if scenario.circuit.amplifier is None else scenario.circuit.amplifier.stray_capacitance
@@ -175,17 +175,18 @@ def _lamps(
         left.append(abs(held) - flux * parts.get("return_path", 0.0))
         charges.append(eps0 * area * flux)
         energies.append((charges[-1] * left[-1] + stray * held**2) / 2)
-    judged = layer_lamps(
+    judged = layer_diagnostics(
         scenario, inside | {gap: field}, interface=field, nearest=(nearest[0], nearest[1]), across=max(left)
     )
     reached = {"voltage": abs(held), "charge": max(charges), "stored_energy": max(energies)}
-    return (*judged, *limit_lamps(reached, scenario.limits))
+    return (*judged, *limit_diagnostics(reached, scenario.limits))
 
 
 def _surface(scenario: Scenario) -> Surface:
     if scenario.contact.surface is None:
         raise InputError(
-            "contact.surface is not given: the gap is found from how the skin's relief answers a pressure, for instance"
+            "contact.surface is not given: the gap is found from how the skin's surface topography answers a pressure,"
+            " for instance"
             ' contact.surface = { model = "LinearSpring", stiffness = "1 GPa/m", free_gap = "10 um" }'
         )
     return scenario.contact.surface
@@ -221,7 +222,7 @@ def _blocks(layer: Layer) -> bool:
 
 
 def _permittivity(layer: Layer, scenario: Scenario) -> float:
-    return float(np.real(layer.material.polarisation(scenario.frequency.low)))
+    return float(np.real(layer.material.bound_permittivity(scenario.frequency.low)))
 
 
 def _blocking(scenario: Scenario, area: float) -> dict[str, float]:

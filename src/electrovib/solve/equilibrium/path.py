@@ -135,7 +135,7 @@ def follow(
 
     Notes
     -----
-    At each voltage the gap moves the way that relief, load and attraction push it, to the first balance it
+    At each voltage the gap moves the way that surface topography, load and attraction push it, to the first balance it
     meets. All states lie on one curve V^2(g) = (repulsion - pressure)/(attraction of 1 V); a branch has ended
     where that curve turns between two steps.
     """

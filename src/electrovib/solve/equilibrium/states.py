@@ -1,4 +1,4 @@
-"""States in which relief, load and attraction balance."""
+"""States in which surface topography, load and attraction balance."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ class Equilibrium:
     fold : bool
         Two states closer than rounding tells, where a branch ends.
     repulsion, attraction : float
-        Of the relief and of the voltage at this gap [Pa].
+        Of the surface topography and of the voltage at this gap [Pa].
     stop : float
-        What the plate itself bears [Pa]; 0 where the relief is not flat.
+        What the plate itself bears [Pa]; 0 where the surface topography is not flat.
     residual : float
         repulsion + stop - load - attraction [Pa].
     iterations : int
@@ -61,7 +61,7 @@ def equilibria(
     electrical_thickness: float,
     gaps: tuple[float, float] | None = None,
 ) -> tuple[Equilibrium, ...]:
-    """Gaps at which relief, load and the attraction of plates balance: all of them.
+    """Gaps at which surface topography, load and the attraction of plates balance: all of them.
 
     Parameters
     ----------
@@ -89,8 +89,8 @@ def equilibria(
     Notes
     -----
     repulsion(g) = pressure + eps0 V^2/(2 (K + g)^2). With the plate as a stop at gap 0 the closed state is one
-    more where the relief bears less there than presses. A relief that stiffens has one state, or two stable
-    ones with an unstable one between.
+    more where the surface topography bears less there than presses. A surface topography that stiffens has one
+    state, or two stable ones with an unstable one between.
     """
     return balance(surface, PlateAttraction(voltage, electrical_thickness), pressure=pressure, gaps=gaps)
 
@@ -102,7 +102,7 @@ def balance(
     pressure: float,
     gaps: tuple[float, float] | None = None,
 ) -> tuple[Equilibrium, ...]:
-    """Gaps at which relief, load and any attraction balance.
+    """Gaps at which surface topography, load and any attraction balance.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from electrovib.core.lamps import Lamp
+from electrovib.core.diagnostics import Diagnostic
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -21,13 +21,13 @@ class Mechanics:
         Dimensions and values of every signal.
     how : dict
         Errors and events, for the Trace.
-    lamps : list of Lamp
+    diagnostics : list of Diagnostic
         What a user should know.
     """
 
     signals: dict[str, Any] = field(default_factory=dict)
     how: dict[str, Any] = field(default_factory=dict)
-    lamps: list[Lamp] = field(default_factory=list)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
 
     def add(self, rows: dict[str, Real]) -> None:
         """Take signals over time.

@@ -63,7 +63,7 @@ def slide(
     assert motion.speed is not None
     assert finger is None or isinstance(finger, MassSpringDamper)
     skin = {} if finger is None else _skin(finger.at_speed(motion.speed))
-    bends = np.array([time for time, _ in motion.programme.corners()])
+    bends = np.array([time for time, _ in motion.time_profile.corners()])
     breaks = np.union1d(bends[bends > 0], corners[corners > 0])
     asked = times if times[0] == 0 else np.append(0.0, times)
     strength = Between(force_at, asked, breaks, shortest=shortest_time(scenario.drive))

@@ -11,7 +11,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.finger import Finger, MassSpringDamper
 from electrovib.physics.friction import BristleFriction, SteadyFriction
-from electrovib.physics.programme import Steady
+from electrovib.physics.time_profile import Steady
 from electrovib.scenario import PeriodicState
 from electrovib.solve.mechanics.answer import Mechanics
 from electrovib.solve.mechanics.between import Between
@@ -137,7 +137,7 @@ class FrictionChain:
         scenario = self.scenario
         if self.settled and len(scenario.motion.breaks()) > 1:
             raise InputError(
-                f"time.initial_state = PeriodicState: motion.programme = {type(scenario.motion.programme).__name__}"
+                f"time.initial_state = PeriodicState: motion.time_profile = {type(scenario.motion.time_profile).__name__}"
                 " happens once, and the friction remembers it. Start AtRest"
             )
         self.prepare()
@@ -245,10 +245,11 @@ class FrictionChain:
 
     def _settling(self, slow: float) -> float:
         """Whole periods of the drive [s] in which a rate [1/s] forgets; a press happens once and has none."""
-        programme = self.scenario.load.programme
-        if not isinstance(programme, Steady):
+        time_profile = self.scenario.load.time_profile
+        if not isinstance(time_profile, Steady):
             raise InputError(
-                f"time.initial_state = PeriodicState: load.programme = {type(programme).__name__} happens once. Start AtRest"
+                f"time.initial_state = PeriodicState: load.time_profile = {type(time_profile).__name__} happens once."
+                " Start AtRest"
             )
         periods = math.ceil(FORGOTTEN / (slow * self._period))
         if periods > MOST_PERIODS:
@@ -265,7 +266,7 @@ class FrictionChain:
     def _corners(self) -> Real:
         """Times at which the attraction, the load or the contact may bend or jump."""
         end = float(self.times[-1])
-        load = np.array([time for time, _ in self.scenario.load.programme.corners()])
+        load = np.array([time for time, _ in self.scenario.load.time_profile.corners()])
         moves = np.array([time for time in self.scenario.motion.breaks() if time >= 0])
         corners = np.concatenate([[0.0], self.scenario.drive.corners(end)[0], load, moves])
         if self.settled and self.run_in:
@@ -287,7 +288,7 @@ class FrictionChain:
         assert rig is not None
 
         normal: Any = self._normal
-        if scenario.motion.distance is None and isinstance(scenario.load.programme, Steady):
+        if scenario.motion.distance is None and isinstance(scenario.load.time_profile, Steady):
             normal = scenario.load.forces(self.times)  # samples of what is held are exact
         sensor = of_stages(rig.lateral_stages())
         options = self._options()

@@ -66,7 +66,7 @@ def _memory(scenario: Scenario, speeds: Real) -> tuple[tuple[float, Real], ...]:
     if np.any(np.isnan(rates)):
         raise InputError(f"{path}: its memory needs motion.speed, for instance motion.speed = '50 mm/s'")
     if np.any(rates <= 0):
-        slowest = ", the slowest speed of motion.programme" if len(speeds) > 1 else ""
+        slowest = ", the slowest speed of motion.time_profile" if len(speeds) > 1 else ""
         raise InputError(
             f"{path}: its memory has a rate of {np.min(rates):.4g} 1/s, which must be above 0, at"
             f" {np.min(speeds):.4g} m/s{slowest}; of a FirstOrderLag give friction.cut_off at a speed nearer to it"
@@ -79,7 +79,7 @@ def memory_changes(scenario: Scenario) -> bool:
     motion = scenario.motion
     if motion.speed is None or not isinstance(scenario.friction, FollowingFriction):
         return False
-    speeds = motion.speeds(np.array([time for time, _ in motion.programme.corners()]))
+    speeds = motion.speeds(np.array([time for time, _ in motion.time_profile.corners()]))
     return any(bool(np.any(rate != rate[0])) for _, rate in _memory(scenario, speeds))
 
 
@@ -133,7 +133,7 @@ def along_the_motion(
     Raises
     ------
     InputError
-        If the rate of a memory is not above 0 at some speed that the programme passes.
+        If the rate of a memory is not above 0 at some speed that the time profile passes.
 
     Notes
     -----

@@ -41,7 +41,7 @@ def mechanical(
     Returns
     -------
     Mechanics
-        Signals, errors and lamps.
+        Signals, errors and diagnostics.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def mechanical(
         chain.prepare()
         readings = chain.measured()
         moved.add(readings.signals)
-        moved.lamps += readings.lamps
+        moved.diagnostics += readings.diagnostics
         error = max(error, readings.error)
     if error:
         moved.how["mechanics_error"] = max(error, chain.bend)

@@ -121,7 +121,7 @@ class FingerOverPlate(System):
     def _closed(self, time: float, state: Real, mode: Mode) -> str:
         """Say that the gap has closed: when, under which voltage, and what the user may do."""
         assert isinstance(self.motion, Yielding)
-        electrics, relief = self.electrics, type(self.motion.surface).__name__
+        electrics, topography = self.electrics, type(self.motion.surface).__name__
         count = electrics.size
         pull = self.motion.pulling * electrics.attraction(
             state[:count], mode, time=time, gap=float(state[count])
@@ -130,8 +130,10 @@ class FingerOverPlate(System):
         return (
             f"contact.closing: the layer '{electrics.space.names[electrics.space.moving or 0]}' closes at {time:.6g} s, under a"
             f" drive of {float(electrics.drive.voltage(np.array(time))):.4g} V: load and attraction press with"
-            f" {self._pressing(time, pull):.4g} Pa, and contact.surface = {relief} holds {held:.4g} Pa at most (pull-in). What a"
-            " closed gap does is not followed: choose a lower drive voltage, a stiffer relief or a shorter time.duration;"
+            f" {self._pressing(time, pull):.4g} Pa, and contact.surface = {topography} holds {held:.4g} Pa at most"
+            " (pull-in). What a"
+            " closed gap does is not followed: choose a lower drive voltage, a stiffer surface topography or a shorter"
+            " time.duration;"
             " 'electrovib equilibrium' tells the gap at a voltage"
         )
 

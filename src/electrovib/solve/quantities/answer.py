@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest
-from electrovib.core.lamps import Lamp
 from electrovib.solve.quantities.pieces import of_extremes, taken_from
 from electrovib.solve.quantities.resolve import Resolved, resolve, values_of, window
 
@@ -38,14 +38,14 @@ class Answer:
         What the looking itself may have missed of each signal, as a share of its largest value.
     how : dict
         Solver, its reason, events, and the errors of solver and reduction.
-    lamps : list of Lamp
+    diagnostics : list of Diagnostic
         How far to believe the solution.
     """
 
     values: dict[str, float]
     errors: dict[str, float]
     how: dict[str, Any]
-    lamps: list[Lamp]
+    diagnostics: list[Diagnostic]
 
 
 def answer(expanded: Expanded, names: Sequence[Named]) -> Answer:
@@ -77,9 +77,9 @@ def answer(expanded: Expanded, names: Sequence[Named]) -> Answer:
     values, found, held = numbers(expanded, names)
     errors = {each.name: found.error(each.key) for each in names if each not in held}
     spoken, stated = expanded.judge(found.record)
-    lamps = [*spoken, *doubts(values, errors)]
+    diagnostics = [*spoken, *doubts(values, errors)]
     how = found.record.how | stated
-    return Answer(values, errors, how, lamps)
+    return Answer(values, errors, how, diagnostics)
 
 
 def numbers(
@@ -170,7 +170,7 @@ def _absent(expanded: Expanded, signal: str) -> str:
     return f"quantity: this scenario has no signal '{signal}'.{nearest(signal, have)}"
 
 
-def doubts(values: dict[str, float], errors: dict[str, float]) -> list[Lamp]:
+def doubts(values: dict[str, float], errors: dict[str, float]) -> list[Diagnostic]:
     """Say which numbers are not known, and which were not followed closely.
 
     Parameters
@@ -180,20 +180,20 @@ def doubts(values: dict[str, float], errors: dict[str, float]) -> list[Lamp]:
 
     Returns
     -------
-    list of Lamp
+    list of Diagnostic
         None where all is well.
     """
     return [*_unknown(values), *_unresolved(errors)]
 
 
-def _unknown(values: dict[str, float]) -> list[Lamp]:
+def _unknown(values: dict[str, float]) -> list[Diagnostic]:
     """Say which numbers are not known because their signal is not."""
     lost = [name for name, value in values.items() if math.isnan(value)]
     text = f"{', '.join(lost)}: not known, because the signal is not known during part of the time"
-    return [Lamp("quantities", "unknown", text)] if lost else []
+    return [Diagnostic("quantities", "unknown", text)] if lost else []
 
 
-def _unresolved(errors: dict[str, float]) -> list[Lamp]:
+def _unresolved(errors: dict[str, float]) -> list[Diagnostic]:
     """Warn where a signal changes faster than it could be followed."""
     missed = {name: error for name, error in errors.items() if error > UNRESOLVED}
     if not missed:
@@ -203,4 +203,4 @@ def _unresolved(errors: dict[str, float]) -> list[Lamp]:
         f"{', '.join(missed)}: the signal changes too often to be followed closely; about {missed[worst]:.1g} of its largest"
         " value may be missed in the mean. A shorter time.duration shows more of it"
     )
-    return [Lamp("resolution", "warning", text, missed[worst], UNRESOLVED, "1")]
+    return [Diagnostic("resolution", "warning", text, missed[worst], UNRESOLVED, "1")]

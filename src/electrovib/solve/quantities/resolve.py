@@ -257,8 +257,8 @@ def _graded(length: float, rate: float) -> Real:
 
 def _corners(scenario: Scenario, end: float) -> Real:
     """Times from 0 to the end at which drive, load, speed or distance is not smooth [s]."""
-    found = [0.0, end, *(time for time, _ in scenario.load.programme.corners())]
-    found += [time for time, _ in scenario.motion.programme.corners()]
+    found = [0.0, end, *(time for time, _ in scenario.load.time_profile.corners())]
+    found += [time for time, _ in scenario.motion.time_profile.corners()]
     found += scenario.motion.distance.breaks() if scenario.motion.distance else ()
     times = np.unique(np.concatenate([found, scenario.drive.corners(end)[0]]))
     return np.asarray(times[(times >= 0) & (times <= end)])

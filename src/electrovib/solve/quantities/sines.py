@@ -12,11 +12,11 @@ from electrovib.physics.contact import FixedArea
 from electrovib.physics.drive.parts import Tones
 from electrovib.physics.drive.sines import Sine
 from electrovib.physics.friction import SteadyFriction
-from electrovib.physics.programme import Steady
+from electrovib.physics.time_profile import Steady
 from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import chosen, solve
-from electrovib.solve.diagnostics import diagnostics
-from electrovib.solve.diagnostics.known import known_band, memory_lamps
+from electrovib.solve.diagnostics import judge_run
+from electrovib.solve.diagnostics.known import known_band, memory_diagnostics
 from electrovib.solve.diagnostics.many_peaks import many_peaks
 from electrovib.solve.diagnostics.memory import errors_of_sines
 from electrovib.solve.diagnostics.peaks import PeakRecord
@@ -69,8 +69,8 @@ def is_of_sines(scenario: Scenario) -> bool:
         and scenario.finger is None
         and scenario.rig is None
         and motion.distance is None
-        and isinstance(motion.programme, Steady)
-        and isinstance(scenario.load.programme, Steady)
+        and isinstance(motion.time_profile, Steady)
+        and isinstance(scenario.load.time_profile, Steady)
         and not slowest_rates(scenario)
     )
 
@@ -158,7 +158,7 @@ class _Group:
     def signals(self) -> dict[str, Any] | None:
         """Name all signals, one case after the other; None where the mechanics has more to say."""
         moved = mechanical(self.expanded.scenario, self.times.ravel(), self.solution, lambda _: self.solution)
-        if moved.lamps or moved.how:
+        if moved.diagnostics or moved.how:
             return None
         return self.solution.signals(tuple(self.expanded.section.names)) | moved.signals
 
@@ -203,18 +203,18 @@ class _Group:
         peaks = many_peaks(
             self.times, self._split(self._judged_rows(self.times.ravel(), self.solution.found)), self._look
         )
-        over_frequency = scenario.force.lamps_over_frequency(expanded.declared)
+        over_frequency = scenario.force.diagnostics_over_frequency(expanded.declared)
         how, found = self.solution.how(), []
         for case, member in enumerate(self.members):
             some = slice(case * count, (case + 1) * count)
             own = {name: (dims, row[..., some]) for name, (dims, row) in signals.items()}
-            lamps = [
-                *diagnostics(member, expanded.section, peaks[case], self.times[case], own),
-                *memory_lamps(member, off[case], later[case], known=known, method=PERIODIC),
+            diagnostics = [
+                *judge_run(member, expanded.section, peaks[case], self.times[case], own),
+                *memory_diagnostics(member, off[case], later[case], known=known, method=PERIODIC),
                 *over_frequency,
                 *doubts(values[case], errors[case]),
             ]
-            found.append(Answer(values[case], errors[case], how | expanded.stated(off[case]), lamps))
+            found.append(Answer(values[case], errors[case], how | expanded.stated(off[case]), diagnostics))
         return found
 
     def _respond(self, transfers: Mapping[Key, Transfer]) -> dict[Key, Real]:

@@ -146,7 +146,7 @@ def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> Charge
     states = {}
     for name, layer in layers.items():
         field = drops[name] * (held[name] + current) / layer.thickness
-        bound = eps0 * layer.material.polarisation(frequency) * field
+        bound = eps0 * layer.material.bound_permittivity(frequency) * field
         states[name] = PhasorLayer(layer.thickness, layer.material, field, bound)
     voltage = np.sum([state.field * state.thickness for state in states.values()], axis=0)
     roles = roles_of(layers)

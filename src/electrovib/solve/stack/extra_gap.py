@@ -69,7 +69,7 @@ def _modal(section: ModalSection, thickness: float, conductivity: float) -> Tran
     if any(np.any(layer.field.free) for layer in section.layers.values()):
         raise InputError(
             "stack: initial_charge is not carried into gaps that differ from place to place. Give the stack one layer"
-            " 'gap' and a law of it, for instance force.model = GapPlane, or take the charge away"
+            " 'gap' and a law of it, for instance force.model = MaxwellStressInGap, or take the charge away"
         )
     slabs = [
         Slab(layer.thickness, section.debye[name], layer.material.conductivity)

@@ -1,4 +1,4 @@
-"""The founding law's factor 1/sqrt(K), K = sum T/eps_pol, as a causal filter with real poles."""
+"""The law of Vezzoli et al. 2014's factor 1/sqrt(K), K = sum T/eps_pol, as a causal filter with real poles."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ def _fit_law(material: Material, low: float, high: float, terms: int) -> PronyFi
     from electrovib.solve.stack.prony import fit_debye
 
     return fit_debye(
-        lambda frequency: np.asarray(material.polarisation(frequency)),
+        lambda frequency: np.asarray(material.bound_permittivity(frequency)),
         low=low,
         high=high,
         terms=terms,

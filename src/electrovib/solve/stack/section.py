@@ -64,7 +64,7 @@ class PhasorSection:
 
     def inverse_root_thickness(self, names: Sequence[str]) -> Complex:
         """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2]."""
-        parts = [self[n].thickness / self[n].material.polarisation(self.frequency) for n in names]
+        parts = [self[n].thickness / self[n].material.bound_permittivity(self.frequency) for n in names]
         total: Complex = np.sum(parts, axis=0) ** -0.5
         return total
 
@@ -110,7 +110,7 @@ def phasor_section(
     states = {}
     for name, layer in layers.items():
         field = drops[name] * current / layer.thickness
-        displacement = eps0 * layer.material.polarisation(frequency) * field
+        displacement = eps0 * layer.material.bound_permittivity(frequency) * field
         states[name] = PhasorLayer(layer.thickness, layer.material, field, displacement)
     return PhasorSection(frequency, states, roles_of(layers), stack * current, current)
 

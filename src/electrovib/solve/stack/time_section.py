@@ -68,11 +68,11 @@ class TimeSection:
         """
         total: Any = 0.0
         for name in names:
-            low, high = (self[name].material.polarisation(np.array(f)) for f in _APART)
+            low, high = (self[name].material.bound_permittivity(np.array(f)) for f in _APART)
             if abs(low - high) > 1e-12 * abs(high):
                 raise InputError(
                     f"stack.{name}.material: the law filters by permittivities, which depend on frequency here; with this"
-                    " gap, leak or amplifier use force.model = GapPlane, or a material that does not disperse"
+                    " gap, leak or amplifier use force.model = MaxwellStressInGap, or a material that does not disperse"
                 )
             total = total + self[name].thickness / float(high.real)
         return total**-0.5

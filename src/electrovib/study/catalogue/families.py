@@ -16,7 +16,7 @@ from electrovib.physics.material import Material
 PREDICTS: dict[type[Model], str] = {
     Drive: "voltage or current of the drive",
     Material: "permittivity and conductivity of a layer",
-    ReturnPath: "the way back of the current",
+    ReturnPath: "the return path of the current",
     ForceLaw: "attraction of the finger",
     Contact: "contact area",
     Friction: "friction force",

@@ -106,10 +106,10 @@ def tables(*, own: bool = False) -> Iterator[Table]:
     for group in dict.fromkeys(entry.predicts for entry in everything):
         lines = [entry for entry in everything if entry.predicts == group]
         if group == "papers":
-            headings: tuple[str, ...] = ("paper", "how read", "checks", "runnable")
+            headings: tuple[str, ...] = ("paper", "source status", "checks", "runnable")
             rows = tuple((e.name, e.status, str(e.checks), e.runnable) for e in lines)
         else:
-            headings = ("model", "paper", "how read", "checks")
+            headings = ("model", "paper", "source status", "checks")
             rows = tuple((e.name, e.paper or "-", e.status or "definition", str(e.checks)) for e in lines)
         yield Table(group, headings, rows)
 

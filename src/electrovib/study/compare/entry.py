@@ -16,12 +16,12 @@ class Entry:
 
     Parameters
     ----------
-    name, plane, status : str
+    name, evaluation_surface, status : str
         Law, where it cuts the finger free, how its source was read.
     static : float
         Attraction at the peak voltage held for ever when nothing conducts [N].
     ratio : float
-        Static attraction over that of the gap plane.
+        Static attraction over that of the Maxwell stress in the gap.
     early, late : float
         Attraction 50 us and 50 ms after a step to the peak voltage [N]; NaN for a law without a response in
         time.
@@ -41,7 +41,7 @@ class Entry:
     """
 
     name: str
-    plane: str
+    evaluation_surface: str
     status: str
     static: float
     ratio: float

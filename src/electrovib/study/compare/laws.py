@@ -12,7 +12,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError, NotCausalError, nearest
 from electrovib.physics.force import ForceLaw
-from electrovib.physics.programme import Steady
+from electrovib.physics.time_profile import Steady
 from electrovib.scenario import Scenario
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
@@ -62,7 +62,7 @@ def compare(
 
     Notes
     -----
-    The finger is pressed with the full load all the time, whatever `load.programme` says.
+    The finger is pressed with the full load all the time, whatever `load.time_profile` says.
     """
     if scenario.drive.quantity == "current":
         raise InputError(
@@ -75,8 +75,8 @@ def compare(
             f"drive = {type(scenario.drive).__name__}: it stays at 0 V, where no law attracts and none differs; give it a"
             " voltage"
         )
-    if not isinstance(scenario.load.programme, Steady):
-        scenario = scenario.replace({"load.programme": {"model": "Steady"}})
+    if not isinstance(scenario.load.time_profile, Steady):
+        scenario = scenario.replace({"load.time_profile": {"model": "Steady"}})
     cases, left_out = _cases(scenario, models)
     frequency = scenario.frequency.frequencies()
     time = np.concatenate([[0.0], np.geomspace(1e-6, STEP, 400)])
@@ -134,11 +134,11 @@ def _cases(scenario: Scenario, models: Sequence[str] | None) -> tuple[dict[str, 
 
 
 class _Bench:
-    """What all laws on one stack are held against: the gap plane, and the air in the gap."""
+    """What all laws on one stack are held against: the Maxwell stress in the gap, and the air in the gap."""
 
     def __init__(self, scenario: Scenario, voltage: float, frequency: Real, time: Real) -> None:
         self.voltage, self.frequency, self.time = voltage, frequency, time
-        plane = scenario.replace({"force": {"model": "GapPlane"}})
+        plane = scenario.replace({"force": {"model": "MaxwellStressInGap"}})
         self.static = static_force(plane, voltage=voltage)
         self.breakdown = air_breaks_down(scenario, voltage=voltage)
         step = self.step(plane, voltage)
@@ -166,12 +166,12 @@ class _Bench:
             early, late = float(np.interp(EARLY, self.time, step)), float(step[-1])
             why += f"; {in_time(case, early=early, late=late)}"
             polarity = self.polarity(case, step)
-        in_the_gap = law.plane == "gap"
+        in_the_gap = law.evaluation_surface == "gap"
         if in_the_gap:
             warnings = tuple(dict.fromkeys([*warnings, *self.air_warnings]))
         return Entry(
             name=name,
-            plane=law.plane,
+            evaluation_surface=law.evaluation_surface,
             status=law.status,
             static=static,
             ratio=static / self.static,
@@ -194,5 +194,9 @@ class _Bench:
 
 
 def _warnings(trace: xarray.Dataset) -> tuple[str, ...]:
-    found = [lamp["text"] for lamp in json.loads(trace.attrs["lamps"]) if lamp["state"] == "warning"]
+    found = [
+        diagnostic["text"]
+        for diagnostic in json.loads(trace.attrs["validity"])
+        if diagnostic["state"] == "warning"
+    ]
     return tuple(text for text in found if "the drive jumps" not in text)

@@ -120,7 +120,7 @@ def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str,
         varied = [_with(case, path, float(value)) for value in values]
         forces = np.array([static_force(one, voltage=one.drive.largest()) for one in varied])
         curves.append(Curve(label=name, x=values, y=forces, look=look))
-        if case.force.plane == "gap":
+        if case.force.evaluation_surface == "gap":
             broken = np.array([bool(air_breaks_down(one, voltage=one.drive.largest())) for one in varied])
             label = f"{name}: air breaks down"
             marks += (

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.physics.material import Material
-from electrovib.physics.safety import air_lamps, peak
+from electrovib.physics.safety import air_diagnostics, peak
 from electrovib.scenario import Scenario
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
@@ -70,10 +70,10 @@ def air_breaks_down(scenario: Scenario, *, voltage: float) -> str:
     Returns
     -------
     str
-        The texts of the lamps beyond their limits; empty if there are none.
+        The texts of the diagnostics beyond their limits; empty if there are none.
     """
     changes = {
-        "force": {"model": "GapPlane"},
+        "force": {"model": "MaxwellStressInGap"},
         "drive": {"model": "Step", "level": voltage},
         "time.initial_state": {"model": "PeriodicState"},
     }
@@ -94,11 +94,15 @@ def air_warnings(scenario: Scenario, trace: xarray.Dataset) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        The texts of the lamps beyond their limits.
+        The texts of the diagnostics beyond their limits.
     """
     gap = scenario.stack.gap_name
     field, thickness = (
         peak(trace.interface_field.values),
         scenario.stack.layers[gap].thickness if gap else 0.0,
     )
-    return tuple(lamp.text for lamp in air_lamps(field=field, gap=thickness) if lamp.state == "warning")
+    return tuple(
+        diagnostic.text
+        for diagnostic in air_diagnostics(field=field, gap=thickness)
+        if diagnostic.state == "warning"
+    )

@@ -17,9 +17,9 @@ from electrovib.study.reproduction import Page, Table
 HEADINGS = (
     "law",
     "plane",
-    "how read",
+    "source status",
     "static",
-    "over gap plane",
+    "over Maxwell stress in the gap",
     "50 us after a step",
     "50 ms after",
 )
@@ -32,7 +32,7 @@ def tables(entries: Sequence[Entry], left_out: Mapping[str, str]) -> tuple[Table
     rows = tuple(
         (
             entry.name,
-            entry.plane,
+            entry.evaluation_surface,
             entry.status,
             _force(entry.static) + (" (beyond breakdown)" if entry.breakdown else ""),
             f"{entry.ratio:.4g}",
@@ -87,7 +87,8 @@ def _in_size(entries: Sequence[Entry]) -> tuple[str, ...]:
     largest, smallest = entries[0], entries[-1]
     planes = (
         "The static laws are one electric displacement, divided by the permittivity of the plane at which each cuts the"
-        " finger free. The finger can separate from the plate only in the gap, so the gap plane is the physical one"
+        " finger free. The finger can separate from the plate only in the gap, so the Maxwell stress in the gap is the"
+        " physical one"
     )
     if len(entries) == 1:
         return (f"{planes}.",)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from electrovib.core.lamps import STATES, Lamp
+from electrovib.core.diagnostics import STATES, Diagnostic
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
 SAME: Final = 1e-9
 """Share by which two values differ at most that count as one: rounding."""
-Judged: TypeAlias = "tuple[Mapping[str, float], Sequence[Lamp]]"
+Judged: TypeAlias = "tuple[Mapping[str, float], Sequence[Diagnostic]]"
 """The values of the swept parameters of a case, and its checks."""
 
 
@@ -21,7 +21,7 @@ def over_all(cases: Sequence[Judged], *, words: Callable[[Mapping[str, float]], 
 
     Parameters
     ----------
-    cases : sequence of (mapping, sequence of Lamp)
+    cases : sequence of (mapping, sequence of Diagnostic)
         Of every case the values of its parameters and its checks. A check that a case has several times, as one for
         each layer, is told apart by its place among those of its name.
     words : callable
@@ -33,59 +33,71 @@ def over_all(cases: Sequence[Judged], *, words: Callable[[Mapping[str, float]], 
         As of a run, and where it occurred: ``at`` with the values of the parameters, ``cases`` with how many cases are
         in this state. A check that some cases could judge and others could not stands there twice.
     """
-    found: dict[tuple[str, int], list[tuple[Mapping[str, float], Lamp]]] = {}
-    for at, lamps in cases:
+    found: dict[tuple[str, int], list[tuple[Mapping[str, float], Diagnostic]]] = {}
+    for at, diagnostics in cases:
         seen: dict[str, int] = {}
-        for lamp in lamps:
-            place = seen[lamp.name] = seen.get(lamp.name, -1) + 1
-            found.setdefault((lamp.name, place), []).append((at, lamp))
+        for diagnostic in diagnostics:
+            place = seen[diagnostic.name] = seen.get(diagnostic.name, -1) + 1
+            found.setdefault((diagnostic.name, place), []).append((at, diagnostic))
     return [told for group in found.values() for told in _of_one_check(group, len(cases), words)]
 
 
 def _of_one_check(
-    group: Sequence[tuple[Mapping[str, float], Lamp]],
+    group: Sequence[tuple[Mapping[str, float], Diagnostic]],
     count: int,
     words: Callable[[Mapping[str, float]], str],
 ) -> list[dict[str, Any]]:
     told = []
-    measured = [(at, lamp) for at, lamp in group if lamp.value is not None and lamp.limit is not None]
+    measured = [
+        (at, diagnostic)
+        for at, diagnostic in group
+        if diagnostic.value is not None and diagnostic.limit is not None
+    ]
     if measured:
-        at, lamp = max(measured, key=lambda pair: share_of_limit(pair[1]))
-        alike = [other for _, other in measured if other.state == lamp.state]
+        at, diagnostic = max(measured, key=lambda pair: share_of_limit(pair[1]))
+        alike = [other for _, other in measured if other.state == diagnostic.state]
         lowest = min(share_of_limit(other) for _, other in measured)
         if count == 1:
             tail = ""
-        elif len(measured) == count and share_of_limit(lamp) - lowest <= SAME * abs(share_of_limit(lamp)):
+        elif len(measured) == count and share_of_limit(diagnostic) - lowest <= SAME * abs(
+            share_of_limit(diagnostic)
+        ):
             tail = f"; the same in all {count} cases"
         else:
             tail = f"; largest at {words(at)}"
-            tail += f", {lamp.state} in {len(alike)} of {count} cases" if lamp.state == "warning" else ""
-        told.append(_as_told(lamp, at, len(alike), tail))
-    plain = [(at, lamp) for at, lamp in group if lamp.value is None or lamp.limit is None]
+            tail += (
+                f", {diagnostic.state} in {len(alike)} of {count} cases"
+                if diagnostic.state == "warning"
+                else ""
+            )
+        told.append(_as_told(diagnostic, at, len(alike), tail))
+    plain = [
+        (at, diagnostic) for at, diagnostic in group if diagnostic.value is None or diagnostic.limit is None
+    ]
     plain = [pair for pair in plain if not measured or pair[1].state != "ok"]
     if plain:
-        worst = max(STATES.index(lamp.state) for _, lamp in plain)
-        alike = [lamp for _, lamp in plain if STATES.index(lamp.state) == worst]
-        at, lamp = next(pair for pair in plain if STATES.index(pair[1].state) == worst)
+        worst = max(STATES.index(diagnostic.state) for _, diagnostic in plain)
+        alike = [diagnostic for _, diagnostic in plain if STATES.index(diagnostic.state) == worst]
+        at, diagnostic = next(pair for pair in plain if STATES.index(pair[1].state) == worst)
         if len(alike) < count:
             tail = f"; so in {len(alike)} of {count} cases, the first at {words(at)}"
         else:
             same = len({each.text for each in alike}) == 1
             tail = "" if same else f"; so in all cases, this is the one at {words(at)}"
-        told.append(_as_told(lamp, at, len(alike), tail))
+        told.append(_as_told(diagnostic, at, len(alike), tail))
     return told
 
 
-def _as_told(lamp: Lamp, at: Mapping[str, float], cases: int, tail: str) -> dict[str, Any]:
-    return lamp.to_dict() | {"text": lamp.text + tail, "at": dict(at), "cases": cases}
+def _as_told(diagnostic: Diagnostic, at: Mapping[str, float], cases: int, tail: str) -> dict[str, Any]:
+    return diagnostic.to_dict() | {"text": diagnostic.text + tail, "at": dict(at), "cases": cases}
 
 
-def share_of_limit(lamp: Lamp) -> float:
+def share_of_limit(diagnostic: Diagnostic) -> float:
     """Value over limit of a check that has both [1]; minus infinity for NaN."""
-    assert lamp.value is not None
-    assert lamp.limit is not None
-    if math.isnan(lamp.value) or math.isnan(lamp.limit):
+    assert diagnostic.value is not None
+    assert diagnostic.limit is not None
+    if math.isnan(diagnostic.value) or math.isnan(diagnostic.limit):
         return -math.inf
-    if lamp.limit == 0:
-        return math.inf if lamp.value > 0 else 0.0
-    return lamp.value / lamp.limit
+    if diagnostic.limit == 0:
+        return math.inf if diagnostic.value > 0 else 0.0
+    return diagnostic.value / diagnostic.limit

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.lamps import Lamp
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.study.perceive import perceive
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ FELT: Final = {
 """Name to unit and meaning."""
 
 
-def felt(name: str, scenario: Scenario) -> tuple[float, list[Lamp]]:
+def felt(name: str, scenario: Scenario) -> tuple[float, list[Diagnostic]]:
     """Take a number from what is felt.
 
     Parameters
@@ -32,7 +32,7 @@ def felt(name: str, scenario: Scenario) -> tuple[float, list[Lamp]]:
     -------
     value : float
         dB; minus infinity where nothing moves, NaN where the level is not calibrated.
-    lamps : list of Lamp
+    diagnostics : list of Diagnostic
         That it is not calibrated.
     """
     found = perceive(scenario)
@@ -41,4 +41,4 @@ def felt(name: str, scenario: Scenario) -> tuple[float, list[Lamp]]:
     if found.sensation is not None or not found.loudest:
         return -math.inf if found.sensation is None else found.sensation, []
     text = "detection level: not calibrated; give perception.threshold, or ask for 'relative level'"
-    return math.nan, [Lamp("detection level", "unknown", text)]
+    return math.nan, [Diagnostic("detection level", "unknown", text)]

@@ -234,15 +234,17 @@ def _solved(
     point: Mapping[str, float], together: Together, case: int, asked: Asked, *, records: bool
 ) -> Case:
     member, found = together.members[case], together.answer(case)
-    values, lamps = dict(found.values), list(found.lamps)
+    values, diagnostics = dict(found.values), list(found.diagnostics)
     for name in asked.felt:
         values[name], spoken = felt(name, member)
-        lamps += spoken
+        diagnostics += spoken
     record = None
     if records:
         record = simulate(member)
-        lamps += sampling(member.drive, record["time"].values)
-    return Case(at=point, values=values, errors=found.errors, how=found.how, lamps=lamps, record=record)
+        diagnostics += sampling(member.drive, record["time"].values)
+    return Case(
+        at=point, values=values, errors=found.errors, how=found.how, diagnostics=diagnostics, record=record
+    )
 
 
 def _words(units: Mapping[str, str], point: Mapping[str, float]) -> str:

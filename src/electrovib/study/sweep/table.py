@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.core.arrays import Real
-    from electrovib.core.lamps import Lamp
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
 
 LARGEST: Final = (
@@ -48,7 +48,7 @@ class Case:
         Quantities, in their units, and what was missed of their signals, relative.
     how : mapping
         Solver, its reason, errors and events.
-    lamps : sequence of Lamp
+    diagnostics : sequence of Diagnostic
         Its checks.
     record : Trace or None
         What `simulate` gives, if that was asked for.
@@ -58,7 +58,7 @@ class Case:
     values: Mapping[str, float]
     errors: Mapping[str, float]
     how: Mapping[str, Any]
-    lamps: Sequence[Lamp]
+    diagnostics: Sequence[Diagnostic]
     record: xarray.Dataset | None = None
 
 
@@ -127,14 +127,14 @@ def _attributes(
     words: Callable[[Mapping[str, Any]], str],
 ) -> dict[str, Any]:
     """Say what was swept, how it was computed, and how far to believe it."""
-    checks = over_all([(case.at, case.lamps) for case in cases], words=words)
+    checks = over_all([(case.at, case.diagnostics) for case in cases], words=words)
     found = {"format": FORMAT} | provenance(scenario)
     found |= {
         "over": json.dumps({path: values.tolist() for path, values in axes.items()}),
         "quantities": json.dumps(names),
         "taken_over": window(scenario)[1],
         "records": int(records),
-        "lamps": json.dumps(checks),
+        "validity": json.dumps(checks),
     }
     for name in ("solver", "solver_reason"):
         found[name] = "; ".join(dict.fromkeys(str(case.how[name]) for case in cases))

@@ -75,7 +75,7 @@ def _points_per_metre(ax: Axes, height: float) -> float:
 
 
 def _surroundings(ax: Axes, scenario: Scenario, bottom: float, top: float) -> None:
-    """Draw plate and finger as strips, with the way back of the current."""
+    """Draw plate and finger as strips, with the return path of the current."""
     from matplotlib.patches import Rectangle
 
     total = scenario.stack.thickness
@@ -115,7 +115,7 @@ def _slabs(ax: Axes, scenario: Scenario, scale: float) -> None:
             ax.plot([0, _WIDTH], [middle, middle], color=colour, linewidth=_LINE)
         bend = [_WIDTH, _WIDTH + 0.035, _WIDTH + 0.075, _WIDTH + 0.085]
         ax.plot(bend, [middle, middle, height, height], color=colour, linewidth=0.8)
-        here = "  ·  force evaluated here" if scenario.force.plane == name else ""
+        here = "  ·  force evaluated here" if scenario.force.evaluation_surface == name else ""
         note = "  (thinner than the line that shows it)" if thin else ""
         title = f"{name.replace('_', ' ')}  {pretty_quantity(layer.thickness, 'm')}"
         at: dict[str, Any] = {
@@ -146,7 +146,7 @@ def values(layer: Layer, scenario: Scenario) -> str:
     kind = type(material).__name__
     grid = scenario.frequency
     frequency = min(max(_SHOWN_FREQUENCY, grid.low), grid.high)
-    permittivity = float(np.real(material.polarisation(np.array(frequency))))
+    permittivity = float(np.real(material.bound_permittivity(np.array(frequency))))
     if kind == "Constant":
         parts = [f"ε = {permittivity:.4g}"]
     else:

@@ -15,23 +15,23 @@ from electrovib.physics.contact import PerssonSurface, PlateAttraction, RoughAtt
 from electrovib.physics.roughness import IdleSpots, LeakingSpots, PullingSpots, local_pull
 
 EPS0 = 8.8541878128e-12
-COAT, FILM = 0.378e-6, 27e-6
+COATING, FILM = 0.378e-6, 27e-6
 SURFACES = {kind.__name__: kind.model_validate(dict(kind.example)) for kind in (PerssonSurface, BearingArea)}
 SPOTS = {"pulling": PullingSpots(), "idle": IdleSpots()}
 
 
-def rough(surface="PerssonSurface", spots="pulling", thickness=COAT, voltage=100.0):
+def rough(surface="PerssonSurface", spots="pulling", thickness=COATING, voltage=100.0):
     return RoughAttraction(
         voltage=voltage, electrical_thickness=thickness, surface=SURFACES[surface], spots=SPOTS[spots]
     )
 
 
 def test_plates_are_the_local_pull():
-    plates = PlateAttraction(100.0, COAT)
+    plates = PlateAttraction(100.0, COATING)
     for gap in (0.0, 1e-6, 3e-5):
-        expected = local_pull(100.0, electrical_thickness=COAT, gap=gap)
+        expected = local_pull(100.0, electrical_thickness=COATING, gap=gap)
         assert plates.pressure(gap) == pytest.approx(float(expected), rel=1e-14)
-        step = 1e-4 * (COAT + gap)
+        step = 1e-4 * (COATING + gap)
         difference = (plates.pressure(gap + step) - plates.pressure(gap - step)) / (2 * step)
         assert plates.slope(gap) == pytest.approx(difference, rel=1e-7)  # 2 (step/(K + g))^2
 
@@ -57,7 +57,7 @@ def by_quadrature(gaps, thickness, voltage):
 
 
 @pytest.mark.parametrize("surface", SURFACES)
-@pytest.mark.parametrize("thickness", [COAT, FILM])
+@pytest.mark.parametrize("thickness", [COATING, FILM])
 @pytest.mark.parametrize("gap", [1e-5, 4e-5, 8e-5])
 def test_a_rough_skin_is_the_integral_over_its_gaps(surface, thickness, gap):
     skin = SURFACES[surface]
@@ -73,14 +73,14 @@ def test_idle_spots_take_their_part_away():
     assert idle.gaps == pytest.approx(pulling.gaps, rel=1e-14)
     held = RoughAttraction(
         voltage=100.0,
-        electrical_thickness=COAT,
+        electrical_thickness=COATING,
         surface=SURFACES["PerssonSurface"],
         spots=LeakingSpots(resistivity=1e8),
     )
     assert held.parts(6e-5).spots == 0  # a held voltage: the charge has crossed
     fast = RoughAttraction(
         voltage=100.0,
-        electrical_thickness=COAT,
+        electrical_thickness=COATING,
         surface=SURFACES["PerssonSurface"],
         spots=LeakingSpots(resistivity=1e8),
         frequency=1e9,
@@ -90,7 +90,7 @@ def test_idle_spots_take_their_part_away():
 
 @pytest.mark.parametrize("surface", SURFACES)
 @pytest.mark.parametrize("spots", SPOTS)
-@pytest.mark.parametrize("thickness", [COAT, FILM])
+@pytest.mark.parametrize("thickness", [COATING, FILM])
 def test_the_slope_is_the_slope(surface, spots, thickness):
     attraction = rough(surface, spots, thickness)
     for gap in np.geomspace(1.1 * max(attraction.smallest_gap, 1e-6), 2e-4, 12):
@@ -102,7 +102,7 @@ def test_the_slope_is_the_slope(surface, spots, thickness):
 
 def test_only_plates_are_said_to_fall_ever_less():
     """What the search for all states rests on, and where it must not rest on it."""
-    plates = PlateAttraction(100.0, COAT)
+    plates = PlateAttraction(100.0, COATING)
     slopes = np.array([plates.slope(gap) for gap in np.geomspace(1e-9, 1e-3, 100)])
     assert plates.convex
     assert np.all(slopes < 0)
@@ -121,5 +121,5 @@ def test_half_of_the_area_touches_at_the_smallest_gap():
         attraction.pressure(0.9 * attraction.smallest_gap)
     soft = PerssonSurface(**{**PerssonSurface.example, "pressure_factor": 0.01})
     assert RoughAttraction(
-        voltage=1.0, electrical_thickness=COAT, surface=soft, spots=PullingSpots()
-    ).smallest_gap == pytest.approx(1e-9 * COAT)
+        voltage=1.0, electrical_thickness=COATING, surface=soft, spots=PullingSpots()
+    ).smallest_gap == pytest.approx(1e-9 * COATING)

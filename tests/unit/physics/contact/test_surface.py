@@ -1,4 +1,4 @@
-"""Relief under pressure: repulsion and gap are inverse, slopes are slopes, gaps have the contact's own share."""
+"""Surface topography under pressure: repulsion and gap are inverse, slopes are slopes, gaps have the contact's own share."""
 
 from __future__ import annotations
 

@@ -206,7 +206,7 @@ def test_charge_is_conserved():
     brought = np.concatenate([[0.0], np.cumsum((found["current"][1:] + found["current"][:-1]) / 2)])
     brought = brought * (times[1] - times[0]) / AREA
     held = found[DisplacementOf("insulator")]
-    # the trapezium rule over 1 us across the three corners of the drive, where the current steps
+    # the trapezoidal rule over 1 us across the three corners of the drive, where the current steps
     assert np.max(np.abs(brought - held)) < 2e-4 * np.max(held)
     assert np.max(np.abs(found[DisplacementOf("gap")] - held)) < 1e-9 * np.max(held)  # no charge between them
 
@@ -262,7 +262,7 @@ def test_a_stack_only_stores_and_loses(drawn, name):
             space.permittivities[index] * found[FieldOf(key)] ** 2 + polarised**2 / space.strengths[index]
         )
         stored += AREA * space.thicknesses[index] * energy / 2
-    # the trapezium rule of the power over 10 us
+    # the trapezoidal rule of the power over 10 us
     assert np.all(given_ - stored >= -1e-3 * np.max(stored))
     lost = given_ - stored
     assert np.all(np.diff(lost) >= -1e-3 * np.max(stored))

@@ -22,7 +22,9 @@ def words(ax):
 
 
 def with_stack(scenario, **layers):
-    return load({**scenario.to_dict(), "force": {"model": "GapPlane"}, "sources": {}, "stack": layers})
+    return load(
+        {**scenario.to_dict(), "force": {"model": "MaxwellStressInGap"}, "sources": {}, "stack": layers}
+    )
 
 
 def test_layers_are_to_scale_and_in_order(trace, scenario):
@@ -75,13 +77,13 @@ def test_a_layer_thinner_than_a_line_is_seen_and_says_so(scenario):
 
 
 def test_many_thin_layers_have_labels_that_do_not_touch(scenario):
-    coat = {"thickness": 1e-7, "material": {"model": "Constant", "permittivity": 3}}
+    coating = {"thickness": 1e-7, "material": {"model": "Constant", "permittivity": 3}}
     layers = {
-        "insulator": coat,
-        "gap": coat,
-        "sweat": coat | {"role": "finger"},
-        "wax": coat | {"role": "finger"},
-        "stratum_corneum": {**coat, "thickness": 1e-3},
+        "insulator": coating,
+        "gap": coating,
+        "sweat": coating | {"role": "finger"},
+        "wax": coating | {"role": "finger"},
+        "stratum_corneum": {**coating, "thickness": 1e-3},
     }
     ax = plots.stack(with_stack(scenario, **layers))
     ax.figure.canvas.draw()

@@ -67,10 +67,10 @@ def test_layer_voltages_need_fields_and_thicknesses(measured):
 
 
 def test_overlay_has_labels_and_one_line_a_trace(trace, other, measured):
-    ax = plots.lateral_force({"gap plane": trace, "_medium": other, "$5": measured})
+    ax = plots.lateral_force({"Maxwell stress in the gap": trace, "_medium": other, "$5": measured})
     assert len(ax.lines) == 3
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert texts == ["gap plane", " _medium", r"\$5"]
+    assert texts == ["Maxwell stress in the gap", " _medium", r"\$5"]
     ax.figure.canvas.draw()
 
 

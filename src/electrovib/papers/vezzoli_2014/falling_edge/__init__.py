@@ -1,4 +1,4 @@
-"""The falling edge: what could make the second pulse of the trapezium differ from the first, each as a switch.
+"""The falling edge: what could make the second pulse of the trapezoidal pulse differ from the first, each as a switch.
 
 The paper says only that on the discharging parts there is a difference between model and measurement, and suspects
 the sensor. Each candidate here is the paper's own scenario with one thing changed.

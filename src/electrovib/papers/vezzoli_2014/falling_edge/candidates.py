@@ -13,7 +13,7 @@ from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.scenario import Scenario
 
 RAMP, HOLD = 25e-3, 200e-3
-"""Of the trapezium on which the candidates are compared, a choice [s]."""
+"""Of the trapezoidal pulse on which the candidates are compared, a choice [s]."""
 FILM_CHARGE = 70e-6
 """Charge that an earlier pass left on the film, a choice: 210 V [C/m2]."""
 TRIBOCHARGE = 7e-6
@@ -37,7 +37,7 @@ class Candidate:
     values : str
         What was taken, and that it is a choice where it is.
     linear : bool
-        Whether it answers in proportion to the drive, so that a periodic trapezium of equal halves gives equal
+        Whether it answers in proportion to the drive, so that a periodic trapezoidal pulse of equal halves gives equal
         pulses.
     """
 
@@ -72,7 +72,7 @@ def _skin(name: str) -> dict[str, Any]:
     return {"stack.stratum_corneum.material": compute.force_skins()[name].material}
 
 
-_MEMORY_TEST = "vary the hold: the ratio comes back to 1 as a power of it; the periodic trapezium of equal halves is equal"
+_MEMORY_TEST = "vary the hold: the ratio returns to 1 as a power of it; both halves of a periodic trapezoidal pulse are equal"
 _SLIDING_TEST = "vary the speed: the plateau of the hold grows in proportion; a finger at rest shows neither"
 
 _RELAXING: Final = {

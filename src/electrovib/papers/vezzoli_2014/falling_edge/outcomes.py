@@ -1,4 +1,4 @@
-"""What each candidate does to the trapezium."""
+"""What each candidate does to the trapezoidal pulse."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from electrovib.solve.simulate import simulate
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a candidate does to the trapezium.
+    """What a candidate does to the trapezoidal pulse.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def outcome(candidate: Candidate, *, ramp: float = RAMP, hold: float = HOLD) -> 
     candidate : Candidate
         The cause.
     ramp, hold : float
-        Of the trapezium [s].
+        Of the trapezoidal pulse [s].
 
     Returns
     -------
@@ -86,7 +86,7 @@ def outcomes() -> dict[str, Outcome]:
 
 @functools.cache
 def periodic_asymmetry() -> float:
-    """Largest difference between both pulses of a periodic trapezium of equal halves, over linear candidates.
+    """Largest difference between both pulses of a periodic trapezoidal pulse of equal halves, over linear candidates.
 
     Notes
     -----

@@ -156,7 +156,7 @@ def rows() -> tuple[Row, ...]:
         ),
         Row(
             "periodic_trapezium",
-            "largest difference between both pulses of a periodic trapezium of equal halves, linear causes",
+            "largest difference between both pulses of a periodic trapezoidal pulse of equal halves, linear causes",
             None,
             periodic_asymmetry(),
             "1",

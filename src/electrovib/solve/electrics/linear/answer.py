@@ -120,7 +120,7 @@ def refuse_gaps_of_a_law(scenario: Scenario, leak: str | None = None) -> None:
             why = "under a prescribed current they would decide on the voltage themselves"
         raise InputError(
             f"force = {law.__name__}: its gaps are no layers of the stack, and {why}. Give the stack a layer 'gap' and"
-            " use force.model = GapPlane"
+            " use force.model = MaxwellStressInGap"
         )
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.lamps import Lamp
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.stack.integrator import INTEGRATING
 from electrovib.solve.stack.transfer import Transfer
@@ -60,10 +60,10 @@ def drive_voltage(
     return stack_voltage * (1 + second) + transient(around, drive, time, settled=settled)["voltage"]
 
 
-def caveat() -> Lamp:
+def caveat() -> Diagnostic:
     """Say what a prescribed current does not tell."""
     text = (
         "the whole current of the drive is taken to cross this contact area: the force goes as 1/area, and what"
         " passes through stray capacitance or leaks beside the gap does not pull; neither is known here"
     )
-    return Lamp("current drive", "unknown", text)
+    return Diagnostic("current drive", "unknown", text)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.core.lamps import Lamp
 from electrovib.core.units import format_quantity
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.mechanics.chain.grid import increasing
@@ -55,13 +55,13 @@ class Measured:
         ``normal_force_measured`` and ``lateral_force_measured`` at the times asked for [N].
     error : float
         As from `respond_mechanically`; 0 for forces given as samples, which are followed exactly.
-    lamps : list of Lamp
+    diagnostics : list of Diagnostic
         One for each channel of a digitiser: whether it was driven beyond its range.
     """
 
     signals: dict[str, Real]
     error: float
-    lamps: list[Lamp]
+    diagnostics: list[Diagnostic]
 
 
 def measured(
@@ -103,7 +103,7 @@ def measured(
     Returns
     -------
     Measured
-        Readings [N], error and lamps.
+        Readings [N], error and diagnostics.
 
     Raises
     ------
@@ -130,12 +130,12 @@ def measured(
             found[name] = _of_samples(filter_, stamps, force, moments, held, f"{name}_force")
     if unknown is not None:
         found["lateral"] = np.where(unknown(moments), np.nan, found["lateral"])
-    signals, lamps = found, list[Lamp]()
+    signals, diagnostics = found, list[Diagnostic]()
     if rig.digitiser is not None:
-        signals, lamps = _digitised(rig, rig.digitiser, found)
+        signals, diagnostics = _digitised(rig, rig.digitiser, found)
         place = np.floor((stamps - stamps[0]) * rig.digitiser.sampling_rate + 1e-6).astype(int)
         signals = {name: values[np.minimum(place, len(moments) - 1)] for name, values in signals.items()}
-    return Measured({f"{name}_force_measured": row for name, row in signals.items()}, worst, lamps)
+    return Measured({f"{name}_force_measured": row for name, row in signals.items()}, worst, diagnostics)
 
 
 def _moments(digitiser: Digitiser, stamps: Real, most: int) -> Real:
@@ -188,11 +188,13 @@ def _of_samples(
     return through_pieces(filter_, part, moments - stamps[0], filter_.state(float(samples[0]), held=held))
 
 
-def _digitised(rig: Rig, digitiser: Digitiser, forces: dict[str, Real]) -> tuple[dict[str, Real], list[Lamp]]:
+def _digitised(
+    rig: Rig, digitiser: Digitiser, forces: dict[str, Real]
+) -> tuple[dict[str, Real], list[Diagnostic]]:
     """Add noise, round, clip; one stream of noise for each channel."""
     streams = np.random.SeedSequence(digitiser.seed).spawn(2)
     ranges = (digitiser.normal_range, digitiser.lateral_range)
-    readings, lamps = {}, []
+    readings, diagnostics = {}, []
     for (name, force), noise, full_scale, stream in zip(
         forces.items(), rig.noises(), ranges, streams, strict=True
     ):
@@ -206,5 +208,7 @@ def _digitised(rig: Rig, digitiser: Digitiser, forces: dict[str, Real]) -> tuple
             if beyond
             else f"no {name} reading lies beyond the range of {allowed}, none is"
         )
-        lamps.append(Lamp(f"{name} range", "warning" if beyond else "ok", f"{text} cut off there"))
-    return readings, lamps
+        diagnostics.append(
+            Diagnostic(f"{name} range", "warning" if beyond else "ok", f"{text} cut off there")
+        )
+    return readings, diagnostics

@@ -53,7 +53,7 @@ def slide_quickly(
     law : BristleFriction
         Friction of the contact; its `bristles` are not None.
     motion : Motion
-        Speed of the bone over the plate and touch; its programme is straight between its corners. A finger that moves
+        Speed of the bone over the plate and touch; its time profile is straight between its corners. A finger that moves
         at time 0 has always slid with the speed and strength of time 0; else it begins at rest, undeflected.
     strength : Between
         What the law's steady friction gives under load and attraction [N]; its corners are also those of speed and touch.

@@ -74,7 +74,7 @@ def evaluated(polarisation: Callable[[Real], npt.ArrayLike], frequency: Real) ->
     target = np.asarray(polarisation(frequency), dtype=complex)
     if target.shape != frequency.shape:
         raise InputError(
-            f"polarisation gave shape {target.shape} for frequencies of shape {frequency.shape}: "
+            f"the bound permittivity has shape {target.shape} for frequencies of shape {frequency.shape}: "
             "give one value for each frequency."
         )
     _refuse_unphysical(frequency, target)

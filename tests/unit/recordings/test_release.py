@@ -12,8 +12,8 @@ from electrovib.core.errors import InputError
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.drive.sampled import KeepIncreasing
 from electrovib.physics.resonance import release_seen_by_sensor
-from electrovib.recordings.ringing import ringing
-from electrovib.recordings.ringing_parts import damped_sine, drive_end
+from electrovib.recordings.release import ringing
+from electrovib.recordings.release_parts import damped_sine, drive_end
 
 
 def made(

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.recordings.correlated import autocovariance, covariance
-from electrovib.recordings.ringing_fit import refined
+from electrovib.recordings.release_fit import refined
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from electrovib.recordings.ringing_fit import Release
-    from electrovib.recordings.ringing_parts import Decay
+    from electrovib.recordings.release_fit import Release
+    from electrovib.recordings.release_parts import Decay
 
 JUDGED = ("delay", "frequency", "quality")
 _LATER_STARTS = (0.25, 0.5, 0.75)

@@ -23,11 +23,11 @@ _PLATE_AND_FINGER: tuple[Role, ...] = ("plate", "finger")
 
 _NEGATIVE = (
     "in a layer that polarises slowly the field turns before the bound displacement does, and their product is then"
-    " negative: a convention of this plane, not a push; a force between plate and finger is that of the gap plane"
+    " negative: a convention of this plane, not a push; a force between plate and finger is that of the Maxwell stress in the gap"
 )
 
 
-class GapPlane(ForceLaw):
+class MaxwellStressInGap(ForceLaw):
     """Maxwell stress in the air between plate and finger: where they separate.
 
     Notes
@@ -42,7 +42,8 @@ class GapPlane(ForceLaw):
     reference: ClassVar[str] = "virtual work at fixed voltage"
     status: ClassVar[str] = "derived"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
-    plane: ClassVar[str] = "gap"
+    former_names: ClassVar[tuple[str, ...]] = ("GapPlane",)
+    evaluation_surface: ClassVar[str] = "gap"
     checks: ClassVar[tuple[Check, ...]] = (
         Check(
             "pressure",
@@ -67,7 +68,7 @@ class GapPlane(ForceLaw):
         return eps0 * E**2 / 2
 
 
-class InsulatorPlane(ForceLaw):
+class MaxwellStressInInsulator(ForceLaw):
     """Stress evaluated inside the insulator: a convention, low by its permittivity.
 
     Notes
@@ -77,7 +78,8 @@ class InsulatorPlane(ForceLaw):
 
     status: ClassVar[str] = "derived"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
-    plane: ClassVar[str] = "insulator"
+    former_names: ClassVar[tuple[str, ...]] = ("InsulatorPlane",)
+    evaluation_surface: ClassVar[str] = "insulator"
     needs: ClassVar[tuple[str, ...]] = ("plate",)
     negative: ClassVar[str] = _NEGATIVE
     checks: ClassVar[tuple[Check, ...]] = (
@@ -86,7 +88,7 @@ class InsulatorPlane(ForceLaw):
             given={"E": 1.10583e7, "D": 3.28008e-4},
             expect=1814.0,
             rtol=1e-3,
-            source="181.4 mN on 1 cm2 of the founding film at 1000 V, computed apart from this code",
+            source="181.4 mN on 1 cm2 of the film of Vezzoli et al. 2014 at 1000 V, computed apart from this code",
             status="derived",
         ),
     )
@@ -101,7 +103,7 @@ class InsulatorPlane(ForceLaw):
         return E * D / 2
 
 
-class StratumCorneumPlane(ForceLaw):
+class MaxwellStressInStratumCorneum(ForceLaw):
     """Stress evaluated inside the stratum corneum: a convention, low by its permittivity.
 
     Notes
@@ -112,7 +114,8 @@ class StratumCorneumPlane(ForceLaw):
 
     status: ClassVar[str] = "derived"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
-    plane: ClassVar[str] = "stratum_corneum"
+    former_names: ClassVar[tuple[str, ...]] = ("StratumCorneumPlane",)
+    evaluation_surface: ClassVar[str] = "stratum_corneum"
     needs: ClassVar[tuple[str, ...]] = ("finger",)
     negative: ClassVar[str] = _NEGATIVE
     checks: ClassVar[tuple[Check, ...]] = (
@@ -121,7 +124,7 @@ class StratumCorneumPlane(ForceLaw):
             given={"E": 2.37474e4, "D": 3.28008e-4},
             expect=3.895,
             rtol=1e-3,
-            source="0.3895 mN on 1 cm2 of the founding film at 1000 V, computed apart from this code",
+            source="0.3895 mN on 1 cm2 of the film of Vezzoli et al. 2014 at 1000 V, computed apart from this code",
             status="derived",
         ),
     )
@@ -136,8 +139,8 @@ class StratumCorneumPlane(ForceLaw):
         return E * D / 2
 
 
-class EffectiveMediumPlane(ForceLaw):
-    """Energy of the capacitor divided by the geometric thickness: the static law of the founding paper.
+class EffectiveMedium(ForceLaw):
+    """Energy of the capacitor divided by the geometric thickness: the static law of Vezzoli et al. 2014.
 
     Notes
     -----
@@ -151,7 +154,8 @@ class EffectiveMediumPlane(ForceLaw):
     )
     status: ClassVar[str] = "full text"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
-    plane: ClassVar[str] = "effective medium"
+    former_names: ClassVar[tuple[str, ...]] = ("EffectiveMediumPlane",)
+    evaluation_surface: ClassVar[str] = "effective medium"
     needs: ClassVar[tuple[str, ...]] = _PLATE_AND_FINGER
     checks: ClassVar[tuple[Check, ...]] = (
         Check(
@@ -159,7 +163,7 @@ class EffectiveMediumPlane(ForceLaw):
             given={"E": 1.13023e7},
             expect=565.5,
             rtol=1e-3,
-            source="56.55 mN on 1 cm2 of the founding film at 1000 V, computed apart from this code",
+            source="56.55 mN on 1 cm2 of the film of Vezzoli et al. 2014 at 1000 V, computed apart from this code",
             status="derived",
         ),
     )
@@ -178,7 +182,7 @@ class EffectiveMediumPlane(ForceLaw):
 
 
 def equivalent_field(section: Section, voltage: Linear) -> Linear:
-    """Field E = V/sqrt(K L) whose stress in vacuum is the founding paper's static force."""
+    """Field E = V/sqrt(K L) whose stress in vacuum is Vezzoli et al. 2014's static force."""
     found = [beside_interface(section.roles, role) for role in _PLATE_AND_FINGER]
     names = [name for name in found if name is not None]
     length = sum(layer_of(section, role).thickness for role in _PLATE_AND_FINGER)

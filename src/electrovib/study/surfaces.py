@@ -29,7 +29,7 @@ class PlateStack:
     film, film_permittivity, skin, skin_permittivity : float
         m, 1, m, 1.
     gaps : tuple of float
-        Gaps at which the gap plane is shown [m].
+        Gaps at which the Maxwell stress in the gap is shown [m].
     """
 
     name: str
@@ -96,9 +96,9 @@ FILM: Final = PlateStack(
     gaps=(1e-6, 5e-6, 25e-6, 100e-6),
 )
 SCREEN: Final = PlateStack(
-    name="touchscreen with a 1 um coat, 100 V",
-    status="recalled",
-    source="values of the Persson, Ayyildiz and Vardar line, recalled and not read",
+    name="touchscreen with a 1 um coating, 100 V",
+    status="unverified",
+    source="values of the Persson, Ayyildiz and Vardar line, cited from memory, unverified",
     voltage=100.0,
     film=1e-6,
     film_permittivity=3.9,
@@ -107,14 +107,14 @@ SCREEN: Final = PlateStack(
     gaps=(0.1e-6, 1e-6, 3e-6, 10e-6),
 )
 FORMS: Final = {
-    "EffectiveMediumPlane": "eps0 A V^2/(2 K (T_s + T_i)), the founding paper's (1)",
-    "GapPlane": "eps0 A V^2/(2 (K + g)^2), stress in the gap",
-    "StratumCorneumPlane": "eps0 eps_s A (V_s/T_s)^2/2, stress in the skin",
-    "InsulatorPlane": "eps0 eps_i A (V_i/T_i)^2/2, stress in the insulator",
+    "EffectiveMedium": "eps0 A V^2/(2 K (T_s + T_i)), Vezzoli et al. 2014's (1)",
+    "MaxwellStressInGap": "eps0 A V^2/(2 (K + g)^2), stress in the gap",
+    "MaxwellStressInStratumCorneum": "eps0 eps_s A (V_s/T_s)^2/2, stress in the skin",
+    "MaxwellStressInInsulator": "eps0 eps_i A (V_i/T_i)^2/2, stress in the insulator",
 }
 
 
-def truth_table() -> Table:
+def compare_surfaces() -> Table:
     """Compute every static form on both stacks.
 
     Returns
@@ -125,14 +125,15 @@ def truth_table() -> Table:
     rows = []
     for law, formula in FORMS.items():
         rows.append((law, formula, "0", *(_cell(stack, law) for stack in (FILM, SCREEN))))
-        if law == "GapPlane":
+        if law == "MaxwellStressInGap":
             for gap in sorted({*FILM.gaps, *SCREEN.gaps}):
                 cells = (_cell(stack, law, gap) for stack in (FILM, SCREEN))
                 rows.append((law, formula, format_quantity(gap, "m"), *cells))
     headings = ("law", "form", "gap", *(f"{stack.name} ({stack.status})" for stack in (FILM, SCREEN)))
     caption = (
         "Static force on 1 cm2, nothing conducting. Beyond breakdown: more than"
-        f" {format_quantity(FIELD_EMISSION, 'V/m')} in air (a recalled value), or from 5 um on more than Paschen's"
+        f" {format_quantity(FIELD_EMISSION, 'V/m')} in air (a value cited from memory, unverified), or from 5 um on"
+        " more than Paschen's"
         " voltage across the gap: a limit and not a force one would see. Under a sine, half."
     )
     return Table("Static force by plane", headings, tuple(rows), caption=caption)
@@ -161,5 +162,7 @@ def cell(stack: PlateStack, law: str, *, gap: float = 0.0) -> float:
 def _cell(stack: PlateStack, law: str, gap: float = 0.0) -> str:
     force = cell(stack, law, gap=gap)
     shown = format_quantity(force, "N", digits=4)
-    broken = law == "GapPlane" and air_breaks_down(stack.scenario(law, gap=gap), voltage=stack.voltage)
+    broken = law == "MaxwellStressInGap" and air_breaks_down(
+        stack.scenario(law, gap=gap), voltage=stack.voltage
+    )
     return f"{shown} (beyond breakdown)" if broken else shown

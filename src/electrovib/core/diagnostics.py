@@ -14,7 +14,7 @@ STATES: Final = ("ok", "unknown", "warning")
 
 
 @dataclass(frozen=True)
-class Lamp:
+class Diagnostic:
     """One statement on how far a result can be believed.
 
     Parameters
@@ -41,7 +41,7 @@ class Lamp:
     def __post_init__(self) -> None:
         """Refuse an unknown state."""
         if self.state not in STATES:
-            msg = f"lamp '{self.name}': state '{self.state}' is not one of {', '.join(STATES)}"
+            msg = f"diagnostic '{self.name}': state '{self.state}' is not one of {', '.join(STATES)}"
             raise ValueError(msg)
 
     def to_dict(self) -> dict[str, str | float]:
@@ -52,13 +52,15 @@ class Lamp:
         return {name: value for name, value in content.items() if value is not None}
 
 
-def read_lamps(text: str) -> list[Lamp]:
-    """Read what the attribute ``lamps`` of a Trace holds; what a sweep adds, such as the case, is in the text too."""
-    known = {each.name for each in fields(Lamp)}
-    return [Lamp(**{name: content[name] for name in known & set(content)}) for content in json.loads(text)]
+def read_diagnostics(text: str) -> list[Diagnostic]:
+    """Read what the attribute ``validity`` of a Trace holds; what a sweep adds, such as the case, is in the text too."""
+    known = {each.name for each in fields(Diagnostic)}
+    return [
+        Diagnostic(**{name: content[name] for name in known & set(content)}) for content in json.loads(text)
+    ]
 
 
-def against(name: str, *, value: float, limit: float, unit: str, what: str, why: str) -> Lamp:
+def against(name: str, *, value: float, limit: float, unit: str, what: str, why: str) -> Diagnostic:
     """Judge a value against a limit.
 
     Parameters
@@ -74,15 +76,15 @@ def against(name: str, *, value: float, limit: float, unit: str, what: str, why:
 
     Returns
     -------
-    Lamp
+    Diagnostic
         A warning above the limit.
     """
     bound = format_quantity(limit, unit, digits=3)
     if math.isnan(value):
-        return Lamp(name, "unknown", f"{what} is not known, so it was not held against {bound}: {why}")
+        return Diagnostic(name, "unknown", f"{what} is not known, so it was not held against {bound}: {why}")
     if math.isinf(value):
-        return Lamp(name, "warning", f"{what} has no bound, above {bound}: {why}")
+        return Diagnostic(name, "warning", f"{what} has no bound, above {bound}: {why}")
     state = "warning" if value > limit else "ok"
     word = "above" if state == "warning" else "within"
     shown = format_quantity(value, unit, digits=3)
-    return Lamp(name, state, f"{what} reaches {shown}, {word} {bound}: {why}", value, limit, unit)
+    return Diagnostic(name, state, f"{what} reaches {shown}, {word} {bound}: {why}", value, limit, unit)

@@ -1,4 +1,4 @@
-"""The founding law of lost charge: closed forms in time, and the shape of its causal reading."""
+"""The law of Vezzoli et al. 2014 of lost charge: closed forms in time, and the shape of its causal reading."""
 
 from __future__ import annotations
 
@@ -198,7 +198,7 @@ def check_stieltjes(voltage, exact, conductivity):
     assert np.max(np.diff(step)) <= 1e-14
 
 
-@pytest.mark.parametrize(("thickness", "permittivity"), [(90e-6, 3.35), (1e-6, 3.9)], ids=["film", "coat"])
+@pytest.mark.parametrize(("thickness", "permittivity"), [(90e-6, 3.35), (1e-6, 3.9)], ids=["film", "coating"])
 def test_step_response_falls_for_every_skin(paper_skin, thickness, permittivity):
     debye = reduce_material(paper_skin).debye
     voltage, exact = causal_voltage(thickness, permittivity, debye, paper_skin.conductivity)
@@ -226,8 +226,8 @@ def test_step_response_falls_for_random_skins(thickness, permittivity, high, ter
 
 def difference_of_readings(scenario):
     """Find the diagnostic that compares both readings of the law in a Trace, or None."""
-    spoken = json.loads(simulate(scenario, time=np.array([0.0, 1e-3])).attrs["lamps"])
-    return next((lamp for lamp in spoken if lamp["name"] == "readings of the law"), None)
+    spoken = json.loads(simulate(scenario, time=np.array([0.0, 1e-3])).attrs["validity"])
+    return next((diagnostic for diagnostic in spoken if diagnostic["name"] == "readings of the law"), None)
 
 
 def peak_loss(*, high, strength):

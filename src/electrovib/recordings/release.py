@@ -11,17 +11,17 @@ from electrovib.physics.drive.readback import WholeVoltage
 from electrovib.physics.drive.sampled import Refuse
 from electrovib.recordings.correlated import line
 from electrovib.recordings.recording import increasing, without_missing
-from electrovib.recordings.ringing_fit import plain_release, resonant_release
-from electrovib.recordings.ringing_parts import (
+from electrovib.recordings.release_fit import plain_release, resonant_release
+from electrovib.recordings.release_parts import (
     Decay,
     Extremum,
     damped_sine,
     drive_end,
     find_extrema,
 )
-from electrovib.recordings.ringing_result import Ringing
-from electrovib.recordings.ringing_uncertainty import uncertainties, with_change
-from electrovib.recordings.ringing_words import about_the_record, words_about
+from electrovib.recordings.release_result import Ringing
+from electrovib.recordings.release_uncertainty import uncertainties, with_change
+from electrovib.recordings.release_words import about_the_record, words_about
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from electrovib.physics.drive.readback import Readback
     from electrovib.physics.drive.sampled import StampTreatment
-    from electrovib.recordings.ringing_fit import Release
+    from electrovib.recordings.release_fit import Release
 
 _REMAINS = 0.05
 """The fit ends when the fitted ringing has fallen to this."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _BEGIN = Quantity("s", 0, 1e5, "when it begins")
 
 
-class Programme(Model, family=True):
+class TimeProfile(Model, family=True):
     """A share of the full value, from 0 to 1, over time.
 
     Notes
@@ -54,7 +54,7 @@ class Programme(Model, family=True):
         return np.asarray(above[np.searchsorted(times, np.asarray(time, dtype=float), side="right")])
 
 
-class Steady(Programme):
+class Steady(TimeProfile):
     """The full value all the time."""
 
     def corners(self) -> tuple[tuple[float, float], ...]:
@@ -62,7 +62,7 @@ class Steady(Programme):
         return ((0.0, 1.0),)
 
 
-class Press(Programme):
+class Press(TimeProfile):
     """Nothing before it begins, then a straight rise to the full value, which stays."""
 
     example: ClassVar[Mapping[str, Any]] = {"rise": 0.05}
@@ -75,7 +75,7 @@ class Press(Programme):
         return ((self.begin, 0.0), (self.begin + self.rise, 1.0))
 
 
-class LiftOff(Programme):
+class LiftOff(TimeProfile):
     """The full value, then a straight fall to nothing."""
 
     example: ClassVar[Mapping[str, Any]] = {"begin": 0.1, "fall": 0.05}
@@ -88,7 +88,7 @@ class LiftOff(Programme):
         return ((self.begin, 1.0), (self.begin + self.fall, 0.0))
 
 
-class Swipe(Programme):
+class Swipe(TimeProfile):
     """A rise, a steady stretch and a fall: one stroke of a finger."""
 
     example: ClassVar[Mapping[str, Any]] = {"rise": 0.05, "hold": 0.2, "fall": 0.05}
@@ -99,14 +99,14 @@ class Swipe(Programme):
     fall: Annotated[Number, Quantity("s", 1e-6, 1e5, "time of the fall")]
 
     def corners(self) -> tuple[tuple[float, float], ...]:
-        """Give the corners of the trapezium."""
+        """Give the corners of the trapezoidal pulse."""
         top, end = self.begin + self.rise, self.begin + self.rise + self.hold
         corners = [(self.begin, 0.0), (top, 1.0), (end, 1.0), (end + self.fall, 0.0)]
         return tuple(dict(corners).items())  # without a stretch, three
 
 
 class Corner(Model):
-    """One corner of a programme."""
+    """One corner of a time profile."""
 
     example: ClassVar[Mapping[str, Any]] = {"time": 0.1, "share": 1.0}
 
@@ -114,7 +114,7 @@ class Corner(Model):
     share: Annotated[Number, Quantity("1", 0, 1, "of the full value")]
 
 
-class Corners(Programme):
+class Corners(TimeProfile):
     """Any straight pieces between given corners."""
 
     example: ClassVar[Mapping[str, Any]] = {

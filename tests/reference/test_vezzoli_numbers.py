@@ -1,4 +1,4 @@
-"""The numbers of the founding paper and of its film under other cut planes, by formula and by simulation."""
+"""The numbers of Vezzoli et al. 2014 and of its film under other cut planes, by formula and by simulation."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ ROUNDING = 1e-12  # a handful of roundings of formula and modes
 
 # law, gap in um, printed force in mN, half a unit of its last digit
 PLANES = [
-    ("EffectiveMediumPlane", 0, 56.55, 0.005),
-    ("GapPlane", 0, 607.6, 0.05),
-    ("GapPlane", 1, 564.9, 0.05),
-    ("GapPlane", 5, 432.5, 0.05),
-    ("GapPlane", 25, 163.8, 0.05),
-    ("GapPlane", 100, 27.5, 0.05),
-    ("StratumCorneumPlane", 0, 0.389, 0.0005),
-    ("InsulatorPlane", 0, 181.4, 0.05),
+    ("EffectiveMedium", 0, 56.55, 0.005),
+    ("MaxwellStressInGap", 0, 607.6, 0.05),
+    ("MaxwellStressInGap", 1, 564.9, 0.05),
+    ("MaxwellStressInGap", 5, 432.5, 0.05),
+    ("MaxwellStressInGap", 25, 163.8, 0.05),
+    ("MaxwellStressInGap", 100, 27.5, 0.05),
+    ("MaxwellStressInStratumCorneum", 0, 0.389, 0.0005),
+    ("MaxwellStressInInsulator", 0, 181.4, 0.05),
 ]
 
 
@@ -33,10 +33,10 @@ def formula(law, gap, *, permittivity=SKIN_PERMITTIVITY):
     electrical = FILM_ELECTRICAL + SKIN / permittivity
     vacuum = EPS0 * AREA * VOLTAGE**2 / 2
     return {
-        "EffectiveMediumPlane": vacuum / (electrical * (FILM + SKIN)),
-        "GapPlane": vacuum / (electrical + gap) ** 2,
-        "StratumCorneumPlane": vacuum / electrical**2 / permittivity,
-        "InsulatorPlane": vacuum / electrical**2 / FILM_PERMITTIVITY,
+        "EffectiveMedium": vacuum / (electrical * (FILM + SKIN)),
+        "MaxwellStressInGap": vacuum / (electrical + gap) ** 2,
+        "MaxwellStressInStratumCorneum": vacuum / electrical**2 / permittivity,
+        "MaxwellStressInInsulator": vacuum / electrical**2 / FILM_PERMITTIVITY,
     }[law]
 
 
@@ -59,8 +59,8 @@ def test_static_force(finger, law, gap, printed, half_digit):
 
 
 def test_the_digits_are_sharp_enough_to_refuse_another_skin():
-    assert abs(formula("EffectiveMediumPlane", 0, permittivity=1500) * 1e3 - 56.55) > 0.005
-    assert abs(formula("StratumCorneumPlane", 0, permittivity=1500) * 1e3 - 0.389) > 0.0005
+    assert abs(formula("EffectiveMedium", 0, permittivity=1500) * 1e3 - 56.55) > 0.005
+    assert abs(formula("MaxwellStressInStratumCorneum", 0, permittivity=1500) * 1e3 - 0.389) > 0.0005
 
 
 @pytest.mark.parametrize(
@@ -79,10 +79,12 @@ def test_capacitance(finger, name, printed, half_digit):
 
 
 def test_planes_are_one_displacement_over_different_permittivities():
-    gap_plane = formula("GapPlane", 0)
-    assert gap_plane / formula("InsulatorPlane", 0) == pytest.approx(FILM_PERMITTIVITY, rel=1e-14)
-    assert gap_plane / formula("StratumCorneumPlane", 0) == pytest.approx(SKIN_PERMITTIVITY, rel=1e-14)
-    ratio = gap_plane / formula("EffectiveMediumPlane", 0)
+    gap_plane = formula("MaxwellStressInGap", 0)
+    assert gap_plane / formula("MaxwellStressInInsulator", 0) == pytest.approx(FILM_PERMITTIVITY, rel=1e-14)
+    assert gap_plane / formula("MaxwellStressInStratumCorneum", 0) == pytest.approx(
+        SKIN_PERMITTIVITY, rel=1e-14
+    )
+    ratio = gap_plane / formula("EffectiveMedium", 0)
     assert ratio == pytest.approx((FILM + SKIN) / ELECTRICAL, rel=1e-14)
     assert ratio == pytest.approx(10.74, abs=0.005)  # printed with four digits
 
@@ -91,7 +93,7 @@ def test_force_of_a_sine_is_half_in_the_mean(finger):
     drive = {"model": "Sine", "amplitude": VOLTAGE, "frequency": 100}
     scenario = finger.build(drive=drive, stack=stack(finger, 5e-6), settled=True)
     mean = simulate(scenario)["mean_force"].values
-    assert np.max(np.abs(mean / formula("GapPlane", 5e-6) - 0.5)) < ROUNDING
+    assert np.max(np.abs(mean / formula("MaxwellStressInGap", 5e-6) - 0.5)) < ROUNDING
 
 
 def test_a_body_resistance_hides_the_step_only_for_its_time_constant(finger):
@@ -101,7 +103,7 @@ def test_a_body_resistance_hides_the_step_only_for_its_time_constant(finger):
     capacitance = EPS0 * AREA / (ELECTRICAL + 5e-6)
     times = np.array([0.0, 0.5, 1, 2, 5]) * 1000.0 * capacitance
     force = simulate(scenario, time=times)["electrostatic_force"].values
-    expected = formula("GapPlane", 5e-6) * np.expm1(-times / (1000.0 * capacitance)) ** 2
+    expected = formula("MaxwellStressInGap", 5e-6) * np.expm1(-times / (1000.0 * capacitance)) ** 2
     assert np.max(np.abs(force - expected)) < ROUNDING * expected[-1]
 
 
@@ -123,7 +125,7 @@ def test_floating_body_divides_the_voltage(finger):
     trace = simulate(finger.build(drive=drive, stack=stack(finger, 0), return_path=path))
     capacitance = EPS0 * AREA / ELECTRICAL
     share = 100e-12 / (100e-12 + capacitance)
-    force = trace["electrostatic_force"].values / formula("GapPlane", 0)
+    force = trace["electrostatic_force"].values / formula("MaxwellStressInGap", 0)
     assert np.max(np.abs(force / share**2 - 1)) < ROUNDING
     assert share**2 == pytest.approx(0.57, abs=0.005)  # the factor on the film, two digits
 

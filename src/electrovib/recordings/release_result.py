@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.recordings.ringing_parts import (
+from electrovib.recordings.release_parts import (
     Decay,
     Extremum,
 )
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from electrovib.recordings.ringing_uncertainty import Uncertainty
+    from electrovib.recordings.release_uncertainty import Uncertainty
 
 
 @dataclass(frozen=True, kw_only=True)

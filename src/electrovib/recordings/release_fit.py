@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.resonance import release_seen_by_sensor
-from electrovib.recordings.ringing_parts import levels_and_misfit
+from electrovib.recordings.release_parts import levels_and_misfit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from electrovib.physics.drive.readback import Readback
-    from electrovib.recordings.ringing_fit import Release
-    from electrovib.recordings.ringing_parts import Decay, Extremum
-    from electrovib.recordings.ringing_uncertainty import Uncertainty
+    from electrovib.recordings.release_fit import Release
+    from electrovib.recordings.release_parts import Decay, Extremum
+    from electrovib.recordings.release_uncertainty import Uncertainty
 
 _APART = 3.0
 """Two numbers differ if they lie this many standard uncertainties apart."""
