@@ -96,7 +96,9 @@ def test_equations_with_strange_symbols_are_refused(discovered):
 def test_an_equation_is_checked_for_every_law_and_every_plain_material(discovered):
     for name, law in discovered["law_class"].items():
         assert "pressure" in law.equation, name
-    printed = {name for name, kind in discovered["material_class"].items() if "bound_permittivity" in kind.equation}
+    printed = {
+        name for name, kind in discovered["material_class"].items() if "bound_permittivity" in kind.equation
+    }
     sums_and_tables = {
         name
         for name, kind in discovered["material_class"].items()

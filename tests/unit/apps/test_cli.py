@@ -407,7 +407,10 @@ def test_models_are_listed_and_shown(cli):
     ("arguments", "words"),
     [
         (["models", "MaxwellStressInGp"], ["neither a model nor a paper"]),
-        (["compare", "vezzoli_2014/fig6", "--models", "MaxwellStressInGp"], ["Did you mean 'MaxwellStressInGap'?"]),
+        (
+            ["compare", "vezzoli_2014/fig6", "--models", "MaxwellStressInGp"],
+            ["Did you mean 'MaxwellStressInGap'?"],
+        ),
         (["compare", "vezzoli_2014/fig6", "-o", "page.pdf"], [".html"]),
         (["compare", "nothing.toml"], ["nothing.toml"]),
         (["compare", "-o", "page.html"], ["--output: needs a scenario"]),
