@@ -1,0 +1,196 @@
+"""What a least-squares fit knows: values, covariance, criteria, and combinations that the data do not determine."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.core.arrays import Real
+
+LEAST_DETERMINED: Final = 1e-13
+"""Smallest over largest singular value of the scaled derivatives that is above their rounding."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """Parameters at the least sum of squares.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        Each parameter in its unit.
+    covariance : ndarray, shape (parameters, parameters), or None
+        In the order of `values`, in their units; None where the data do not determine them.
+    why_no_covariance : str
+        Reason where there is none; else empty.
+    sum_of_squares : float
+        Of the residuals, dimensionless where the noise is known.
+    count : int
+        Number of residuals.
+    noise_is_known : bool
+        Whether the covariance stands on a stated noise; else on the scatter of the residuals.
+    on_bound : mapping of str to str
+        Parameters that ended on a bound, and on which.
+    evaluations : int
+        How often the model was evaluated.
+    converged : bool
+        Whether the search ended by itself.
+    """
+
+    values: Mapping[str, float]
+    covariance: Real | None
+    why_no_covariance: str
+    sum_of_squares: float
+    count: int
+    noise_is_known: bool
+    on_bound: Mapping[str, str]
+    evaluations: int
+    converged: bool
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Residuals less parameters."""
+        return self.count - len(self.values)
+
+    @property
+    def standard_deviations(self) -> dict[str, float]:
+        """Of each parameter, in its unit; NaN where there is none."""
+        if self.covariance is None:
+            return dict.fromkeys(self.values, math.nan)
+        found = np.sqrt(np.diag(self.covariance))
+        return {name: float(each) for name, each in zip(self.values, found, strict=True)}
+
+    @property
+    def correlation(self) -> Real:
+        """Correlation of the parameters, shape (parameters, parameters); NaN where there is none."""
+        if self.covariance is None:
+            return np.full((len(self.values), len(self.values)), np.nan)
+        scale = np.sqrt(np.diag(self.covariance))
+        return np.asarray(self.covariance / np.outer(scale, scale))
+
+    @property
+    def _deviance(self) -> float:
+        """Minus twice the logarithm of the largest likelihood, up to a constant of the data."""
+        if self.noise_is_known:
+            return self.sum_of_squares
+        return self.count * math.log(max(self.sum_of_squares, math.ulp(0.0)) / self.count)
+
+    @property
+    def _counted(self) -> int:
+        """Estimated parameters, the noise among them where it is not known."""
+        return len(self.values) + (not self.noise_is_known)
+
+    @property
+    def aicc(self) -> float:
+        """Akaike's criterion with the correction for few data; infinite with as many parameters as data."""
+        left = self.count - self._counted - 1
+        if left <= 0:
+            return math.inf
+        return self._deviance + 2 * self._counted + 2 * self._counted * (self._counted + 1) / left
+
+    @property
+    def bic(self) -> float:
+        """Criterion of Schwarz."""
+        return self._deviance + self._counted * math.log(self.count)
+
+    def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
+        """Interval of one parameter from its standard deviation and Student's t.
+
+        Parameters
+        ----------
+        name : str
+            Which.
+        level : float
+            Probability, between 0 and 1.
+
+        Returns
+        -------
+        lower : float
+            In the parameter's unit; NaN where there is no standard deviation.
+        upper : float
+            Likewise.
+        """
+        from scipy.stats import norm, t
+
+        quantile = 0.5 + level / 2
+        factor = (
+            norm.ppf(quantile) if self.noise_is_known else t.ppf(quantile, max(self.degrees_of_freedom, 1))
+        )
+        half = float(factor) * self.standard_deviations[name]
+        return self.values[name] - half, self.values[name] + half
+
+
+def estimate_at(
+    values: Mapping[str, float],
+    *,
+    residual: Real,
+    derivatives: Real,
+    noise_is_known: bool,
+    on_bound: Mapping[str, str],
+    evaluations: int,
+    converged: bool,
+) -> Estimate:
+    """Judge the parameters at which a search has ended.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        Each parameter in its unit.
+    residual : ndarray, shape (n,)
+        Weighted residuals there, dimensionless.
+    derivatives : ndarray, shape (n, parameters)
+        Of the residuals after the parameters.
+    noise_is_known, on_bound, evaluations, converged
+        As in `Estimate`.
+
+    Returns
+    -------
+    Estimate
+        Parameters on a bound have variance 0 there, which `on_bound` states.
+    """
+    inside = [at for at, name in enumerate(values) if name not in on_bound]
+    squares = float(residual @ residual)
+    left = residual.size - len(values)
+    variance = 1.0 if noise_is_known else (squares / left if left > 0 else math.nan)
+    covariance: Real | None = np.zeros((len(values), len(values)))
+    why = ""
+    if inside:
+        inner, undetermined = _inverse(derivatives[:, inside], tuple(np.array(list(values))[inside]))
+        if undetermined:
+            covariance, why = None, undetermined
+        elif left <= 0 and not noise_is_known:
+            covariance, why = None, "as many parameters as data leave no scatter to judge by: state the noise"
+        else:
+            assert covariance is not None
+            covariance[np.ix_(inside, inside)] = inner * variance
+    return Estimate(
+        values=dict(values),
+        covariance=covariance,
+        why_no_covariance=why,
+        sum_of_squares=squares,
+        count=residual.size,
+        noise_is_known=noise_is_known,
+        on_bound=dict(on_bound),
+        evaluations=evaluations,
+        converged=converged,
+    )
+
+
+def _inverse(derivatives: Real, names: tuple[str, ...]) -> tuple[Real, str]:
+    """Invert the normal matrix by singular values of the scaled derivatives; name the combination that is not determined."""
+    scale = np.linalg.norm(derivatives, axis=0)
+    if flat := [name for name, each in zip(names, scale, strict=True) if each == 0 or not np.isfinite(each)]:
+        return derivatives[:0], f"the data do not depend on {', '.join(flat)}"
+    _, singular, rows = np.linalg.svd(derivatives / scale, full_matrices=False)
+    if singular[-1] < LEAST_DETERMINED * singular[0]:
+        share = np.abs(rows[-1])
+        part = [name for name, each in zip(names, share, strict=True) if each > 0.1 * share.max()]
+        return derivatives[:0], f"the data determine only combinations of {' and '.join(part)}"
+    unscaled = rows.T / singular / scale[:, None]
+    return np.asarray(unscaled @ unscaled.T), ""
