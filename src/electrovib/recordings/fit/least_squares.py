@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -58,6 +59,10 @@ class FreeParameter:
         if self.logarithmic and self.start <= 0:
             raise InputError(f"start = {self.start:g}: expected a positive number for a logarithmic search")
 
+    def starting_at(self, value: float) -> FreeParameter:
+        """Give the same parameter with another initial value, in its unit [1], moved between the bounds if need be."""
+        return dataclasses.replace(self, start=min(max(value, self.lower), self.upper))
+
     def coordinate(self, value: float) -> float:
         """Coordinate of the search at a value: its logarithm, or the value [1]."""
         if not self.logarithmic:
@@ -82,6 +87,8 @@ def least_squares(
     *,
     derivatives: Callable[[Mapping[str, float]], Real],
     noise_is_known: bool,
+    final_derivatives: Callable[[Mapping[str, float]], Real] | None = None,
+    converged: float = CONVERGED,
 ) -> Estimate:
     """Minimise the sum of squares of a weighted residual.
 
@@ -96,6 +103,10 @@ def least_squares(
         The same values to the derivatives of the residuals after the values, shape (n, parameters).
     noise_is_known : bool
         Whether the residuals are in units of their standard deviation; else the scatter of the residuals is taken for it.
+    final_derivatives : callable, optional
+        More accurate ones, for the covariance; by default `derivatives`.
+    converged : float
+        Relative change of the sum of squares and of the parameters at which the search ends.
 
     Returns
     -------
@@ -144,13 +155,13 @@ def least_squares(
     search = lmfit.Minimizer(evaluated, searched, max_nfev=_MOST_EVALUATIONS, calc_covar=False)
     with np.errstate(all="ignore"):
         found = search.minimize(
-            method="leastsq", Dfun=sloped, col_deriv=1, xtol=CONVERGED, ftol=CONVERGED, gtol=0.0
+            method="leastsq", Dfun=sloped, col_deriv=1, xtol=converged, ftol=converged, gtol=0.0
         )
     values = values_of(found.params)
     return estimate_at(
         values,
         residual=np.asarray(residual(values), dtype=float),
-        derivatives=np.asarray(derivatives(values), dtype=float),
+        derivatives=np.asarray((final_derivatives or derivatives)(values), dtype=float),
         noise_is_known=noise_is_known,
         on_bound={name: bound for name in names if (bound := free[name].bound_at(values[name]))},
         evaluations=int(found.nfev),

@@ -1,0 +1,141 @@
+"""What was measured, as a fit takes it: recordings with their settings, their noise and their session."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError, nearest
+from electrovib.core.signals import SIGNALS
+
+if TYPE_CHECKING:
+    import xarray
+    from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Real
+
+PRESCRIBED: Final = frozenset({"time", "frequency", "layer", "drive_voltage", "drive_current"})
+"""Signals that a scenario is given and does not predict."""
+AXES: Final = ("time", "frequency")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measured:
+    """One recording of an experiment, with what a fit has to know beside its numbers.
+
+    Parameters
+    ----------
+    trace : xarray.Dataset
+        A Trace: signals over ``time`` or over ``frequency``.
+    name : str
+        Name in tables and messages, the file's for instance.
+    changes : mapping of str to value
+        Settings under which it was recorded and in which it differs from the scenario, by dotted path.
+    noise : mapping of str to float
+        Standard deviation of a signal in its unit, of each part where it is complex; what is absent is estimated from
+        the scatter of the residuals.
+    offsets : collection of str
+        Signals whose zero is unknown: a constant is fitted to each.
+    session : str
+        Day, finger or mounting to which the recording belongs; parameters may vary between sessions.
+    """
+
+    trace: xarray.Dataset
+    name: str = "recording"
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    noise: Mapping[str, float] = field(default_factory=dict)
+    offsets: Collection[str] = ()
+    session: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observed:
+    """One signal of one recording.
+
+    Parameters
+    ----------
+    signal : str
+        Name in the nomenclature.
+    axis : str
+        ``"time"`` or ``"frequency"``.
+    x : ndarray, shape (n,)
+        s or Hz, increasing.
+    y : ndarray, shape (n,)
+        Real or complex, in the signal's unit.
+    noise : float or None
+        Standard deviation in that unit; None where it is not stated.
+    offset : bool
+        Whether its zero is unknown.
+    """
+
+    signal: str
+    axis: str
+    x: Real
+    y: NDArray[Any]
+    noise: float | None
+    offset: bool
+
+    @property
+    def parts(self) -> int:
+        """Real numbers for each sample: 2 of a complex signal."""
+        return 2 if np.iscomplexobj(self.y) else 1
+
+
+def observed(measured: Measured, signals: Sequence[str] | None = None) -> tuple[Observed, ...]:
+    """Collect the signals of a recording that a scenario predicts.
+
+    Parameters
+    ----------
+    measured : Measured
+        The recording.
+    signals : sequence of str, optional
+        Only these; by default every signal that a scenario predicts.
+
+    Returns
+    -------
+    tuple of Observed
+        At least one; samples that are no number are left out.
+
+    Raises
+    ------
+    InputError
+        If a name is no signal of the recording, or nothing is left.
+    """
+    trace = measured.trace
+    offered = {
+        str(name): str(variable.dims[0])
+        for name, variable in trace.data_vars.items()
+        if name in SIGNALS and name not in PRESCRIBED and len(variable.dims) == 1 and variable.dims[0] in AXES
+    }
+    wanted = list(offered) if signals is None else [name for name in signals if name in offered]
+    problems = [
+        f"{measured.name}: {what} = '{name}': the recording has no such signal.{nearest(name, offered)}"
+        for what, names in (("noise", measured.noise), ("offsets", measured.offsets))
+        for name in names
+        if name not in offered
+    ]
+    if not wanted:
+        problems.append(
+            f"{measured.name}: holds no signal to fit; it has {', '.join(map(str, trace.data_vars)) or 'no variables'}, and a"
+            " fit takes signals of the nomenclature over time or frequency, such as electrostatic_force or impedance"
+        )
+    if problems:
+        raise InputError(problems)
+    return tuple(_observed(measured, name, offered[name]) for name in wanted)
+
+
+def _observed(measured: Measured, name: str, axis: str) -> Observed:
+    x = np.asarray(measured.trace[axis].values, dtype=float)
+    y = np.asarray(measured.trace[name].values)
+    good = np.isfinite(y) & np.isfinite(x)
+    noise = measured.noise.get(name)
+    if noise is not None and not (np.isfinite(noise) and noise > 0):
+        raise InputError(f"{measured.name}: noise.{name} = {noise}: expected a standard deviation above 0")
+    if not good.any() or (np.diff(x[good]) <= 0).any():
+        raise InputError(f"{measured.name}: {axis} of '{name}': expected increasing numbers")
+    return Observed(
+        signal=name, axis=axis, x=x[good], y=y[good], noise=noise, offset=name in measured.offsets
+    )

@@ -1,0 +1,261 @@
+"""What a scenario predicts for recordings, as one vector over the unknown numbers, and its derivatives."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.paths import quantity_at, value_at
+from electrovib.recordings.fit.least_squares import FreeParameter
+from electrovib.recordings.fit.measured import Measured, Observed, observed
+from electrovib.solve.electrics.over_frequency import over_frequency
+from electrovib.solve.prepare import Prepared
+from electrovib.solve.stack.expand import phasors
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Real
+    from electrovib.scenario import Scenario
+
+SEARCH_STEP: Final = 1e-6
+"""Relative step of the derivatives while searching, one-sided: truncation and rounding are both near 1e-7 of them."""
+FINAL_STEP: Final = 1e-4
+"""Relative step of the derivatives at the end, central: accurate to about 1e-8 of them."""
+_DECADES: Final = 100.0
+"""Ratio of the declared bounds from which a positive parameter is searched by its logarithm."""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One number that a fit looks for.
+
+    Parameters
+    ----------
+    name : str
+        In tables: the dotted path, with the session where it varies between sessions.
+    path : str
+        Dotted path; of an offset, the signal.
+    session : str
+        Session to which it belongs, empty if all share it.
+    record, column : int
+        Of an offset: the recording and the signal of it; else -1.
+    """
+
+    name: str
+    path: str
+    session: str = ""
+    record: int = -1
+    column: int = -1
+
+    @property
+    def is_offset(self) -> bool:
+        """Whether it is the zero of a signal."""
+        return self.record >= 0
+
+
+class Prediction:
+    """The predictions for several recordings as a function of the unknown numbers.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What all recordings share.
+    measured : sequence of Measured
+        The recordings.
+    free : sequence of str
+        Dotted paths of the unknown parameters.
+    varying : sequence of str
+        Those of them that differ between sessions.
+    signals : sequence of str, optional
+        Only these signals.
+    start : mapping of str to float, optional
+        Initial values by path, in SI; by default those of the scenario.
+
+    Raises
+    ------
+    InputError
+        Every path that does not exist, and recordings that the scenario does not predict.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        measured: Sequence[Measured],
+        *,
+        free: Sequence[str],
+        varying: Sequence[str] = (),
+        signals: Sequence[str] | None = None,
+        start: Mapping[str, float] | None = None,
+    ) -> None:
+        if not measured:
+            raise InputError("a fit needs at least one recording")
+        if foreign := [path for path in varying if path not in free]:
+            raise InputError(f"{foreign[0]}: varies between sessions, but is not among the free parameters")
+        self.measured = tuple(measured)
+        self.columns: tuple[tuple[Observed, ...], ...] = tuple(observed(each, signals) for each in measured)
+        self.prepared = tuple(
+            Prepared(scenario.replace(each.changes) if each.changes else scenario, free=free)
+            for each in measured
+        )
+        self.unknowns = tuple(self._unknowns(free, varying))
+        if len({each.name for each in self.unknowns}) < len(self.unknowns):
+            raise InputError("two recordings have the same name: give each its own")
+        self.free = {each.name: self._parameter(each, start or {}) for each in self.unknowns}
+        self._predicted = functools.lru_cache(maxsize=2 * len(measured) + 2)(self._of_record)
+
+    @property
+    def data(self) -> Real:
+        """All data in one row, of complex ones the real parts and then the imaginary parts, shape (n,)."""
+        return np.concatenate([_flat(each.y) for column in self.columns for each in column])
+
+    def _unknowns(self, free: Sequence[str], varying: Sequence[str]) -> list[Unknown]:
+        sessions = list(dict.fromkeys(each.session for each in self.measured))
+        if varying and len(sessions) < 2:
+            raise InputError(
+                f"{varying[0]}: varies between sessions, but all recordings are of one: name the sessions"
+            )
+        found = [Unknown(path, path) for path in free if path not in varying]
+        found += [Unknown(f"{path} [{name}]", path, name) for path in varying for name in sessions]
+        for at, columns in enumerate(self.columns):
+            found += [
+                Unknown(f"{self.measured[at].name}: zero of {each.signal}", each.signal, "", at, column)
+                for column, each in enumerate(columns)
+                if each.offset
+            ]
+        return found
+
+    def _parameter(self, unknown: Unknown, start: Mapping[str, float]) -> FreeParameter:
+        if unknown.is_offset:
+            return FreeParameter(start=0.0)
+        base = self.prepared[0].base
+        declared = quantity_at(base, unknown.path)
+        begin = float(start.get(unknown.path, value_at(base, unknown.path)))
+        positive = declared.low > 0 and declared.high / declared.low > _DECADES
+        return FreeParameter(start=begin, lower=declared.low, upper=declared.high, logarithmic=positive)
+
+    def point(self, record: int, values: Mapping[str, float]) -> dict[str, float]:
+        """Parameters of the scenario of one recording.
+
+        Parameters
+        ----------
+        record : int
+            Which.
+        values : mapping of str to float
+            Of all unknowns by name, in SI.
+
+        Returns
+        -------
+        dict of str to float
+            By dotted path, in SI.
+        """
+        session = self.measured[record].session
+        return {
+            each.path: values[each.name]
+            for each in self.unknowns
+            if not each.is_offset and each.session in ("", session)
+        }
+
+    def __call__(self, values: Mapping[str, float]) -> Real:
+        """Predict all data.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Of all unknowns by name, in SI.
+
+        Returns
+        -------
+        prediction : ndarray, shape (n,)
+            In the order of `data`.
+        """
+        rows = []
+        for at in range(len(self.measured)):
+            shift = {each.column: values[each.name] for each in self.unknowns if each.record == at}
+            rows += [
+                _flat(row + shift.get(column, 0.0))
+                for column, row in enumerate(self._predicted(at, tuple(self.point(at, values).items())))
+            ]
+        return np.concatenate(rows)
+
+    def _of_record(self, at: int, point: tuple[tuple[str, float], ...]) -> tuple[NDArray[Any], ...]:
+        """Predict the signals of one recording; not a number where the models refuse the values."""
+        prepared, columns = self.prepared[at], self.columns[at]
+        found: dict[int, NDArray[Any]] = {}
+        for axis in dict.fromkeys(each.axis for each in columns):
+            there = [number for number, each in enumerate(columns) if each.axis == axis]
+            stamps = np.unique(np.concatenate([columns[number].x for number in there]))
+            names = list(dict.fromkeys(columns[number].signal for number in there))
+            if axis == "time":
+                rows = prepared.signals(dict(point), names=names, time=stamps)
+            else:
+                rows = _over_frequency(prepared.scenario(dict(point)), stamps, names)
+            for number in there:
+                each = columns[number]
+                row = np.asarray(rows[each.signal])
+                found[number] = row if row.size == each.x.size else row[np.searchsorted(stamps, each.x)]
+        return tuple(found[number] for number in range(len(columns)))
+
+    def derivatives(self, values: Mapping[str, float], *, final: bool = False) -> Real:
+        """Differentiate all predictions after the unknowns.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Of all unknowns by name, in SI.
+        final : bool
+            Central differences, for the covariance; else one-sided ones, for the search.
+
+        Returns
+        -------
+        derivatives : ndarray, shape (n, unknowns)
+            In the unit of each datum over that of each unknown.
+        """
+        base = self(values)
+        found = np.zeros((base.size, len(self.unknowns)))
+        for number, unknown in enumerate(self.unknowns):
+            if unknown.is_offset:
+                found[self._rows(unknown), number] = 1.0
+                continue
+            step = (FINAL_STEP if final else SEARCH_STEP) * (abs(values[unknown.name]) or 1.0)
+            free = self.free[unknown.name]
+            above, below = min(values[unknown.name] + step, free.upper), values[unknown.name]
+            if final or above == below:
+                below = max(below - step, free.lower)
+            moved = [
+                base if value == values[unknown.name] else self(dict(values) | {unknown.name: value})
+                for value in (above, below)
+            ]
+            found[:, number] = (moved[0] - moved[1]) / (above - below)
+        return found
+
+    def _rows(self, unknown: Unknown) -> NDArray[np.bool_]:
+        """Mark the real parts of the data of the signal that an offset belongs to."""
+        marks = []
+        for at, columns in enumerate(self.columns):
+            for column, each in enumerate(columns):
+                own = (at, column) == (unknown.record, unknown.column)
+                marks.append(np.full(each.x.size, own))
+                marks += [np.zeros(each.x.size, bool)] * (each.parts - 1)
+        return np.concatenate(marks)
+
+
+def _flat(values: NDArray[Any]) -> Real:
+    return np.concatenate([values.real, values.imag]) if np.iscomplexobj(values) else np.asarray(values)
+
+
+def _over_frequency(scenario: Scenario, frequency: Real, names: Sequence[str]) -> dict[str, NDArray[Any]]:
+    """Predict signals over frequency, exactly, for the materials as declared."""
+    variables = over_frequency(scenario, phasors(scenario, frequency))
+    absent = [name for name in names if name not in variables or variables[name][0] != ("frequency",)]
+    if absent:
+        known = ", ".join(name for name, (dims, _) in variables.items() if dims == ("frequency",))
+        raise ElectrovibError(
+            f"'{absent[0]}' is not predicted over frequency by this scenario. Known: {known}."
+        )
+    return {name: np.asarray(variables[name][1]) for name in names}
