@@ -138,10 +138,10 @@ def least_squares(
     def sloped(parameters: Any) -> Real:
         values = values_of(parameters)
         with np.errstate(all="ignore"):
-            found = np.asarray(derivatives(values), dtype=float).T
+            found = np.array(derivatives(values), dtype=float)
         for at, name in enumerate(names):
             if free[name].logarithmic:
-                found[at] *= values[name]
+                found[:, at] *= values[name]
         return np.where(np.isfinite(found), found, 0.0)
 
     searched = lmfit.Parameters()
@@ -153,10 +153,15 @@ def least_squares(
             max=each.coordinate(each.upper),
         )
     search = lmfit.Minimizer(evaluated, searched, max_nfev=_MOST_EVALUATIONS, calc_covar=False)
+    bounded = any(math.isfinite(bound) for each in free.values() for bound in (each.lower, each.upper))
     with np.errstate(all="ignore"):
-        found = search.minimize(
-            method="leastsq", Dfun=sloped, col_deriv=1, xtol=converged, ftol=converged, gtol=0.0
-        )
+        if bounded:  # by a trust region: lmfit's transformation of bounds loses half of the digits
+            tolerances = {"xtol": converged, "ftol": converged, "gtol": None, "x_scale": "jac"}
+            found = search.minimize(method="least_squares", jac=sloped, **tolerances)
+        else:
+            found = search.minimize(
+                method="leastsq", Dfun=sloped, xtol=converged, ftol=converged, gtol=0.0
+            )
     values = values_of(found.params)
     return estimate_at(
         values,
