@@ -159,9 +159,7 @@ def least_squares(
             tolerances = {"xtol": converged, "ftol": converged, "gtol": None, "x_scale": "jac"}
             found = search.minimize(method="least_squares", jac=sloped, **tolerances)
         else:
-            found = search.minimize(
-                method="leastsq", Dfun=sloped, xtol=converged, ftol=converged, gtol=0.0
-            )
+            found = search.minimize(method="leastsq", Dfun=sloped, xtol=converged, ftol=converged, gtol=0.0)
     values = values_of(found.params)
     return estimate_at(
         values,

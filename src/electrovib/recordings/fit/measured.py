@@ -35,8 +35,10 @@ class Measured:
     changes : mapping of str to value
         Settings under which it was recorded and in which it differs from the scenario, by dotted path.
     noise : mapping of str to float
-        Standard deviation of a signal in its unit, of each part where it is complex; what is absent is estimated from
-        the scatter of the residuals.
+        Standard deviation of a signal in its unit, of each part where it is complex, or over its modulus where it is among
+        `proportional`; what is absent is estimated from the scatter of the residuals.
+    proportional : collection of str
+        Signals whose noise is proportional to their modulus, as an impedance analyser's is.
     offsets : collection of str
         Signals whose zero is unknown: a constant is fitted to each.
     session : str
@@ -47,6 +49,7 @@ class Measured:
     name: str = "recording"
     changes: Mapping[str, Any] = field(default_factory=dict)
     noise: Mapping[str, float] = field(default_factory=dict)
+    proportional: Collection[str] = frozenset({"impedance"})
     offsets: Collection[str] = ()
     session: str = ""
 
@@ -66,7 +69,9 @@ class Observed:
     y : ndarray, shape (n,)
         Real or complex, in the signal's unit.
     noise : float or None
-        Standard deviation in that unit; None where it is not stated.
+        Standard deviation over `scale`; None where it is not stated.
+    scale : ndarray, shape (n,)
+        What the noise is proportional to: 1 in the signal's unit, or the modulus of the data.
     offset : bool
         Whether its zero is unknown.
     """
@@ -76,6 +81,7 @@ class Observed:
     x: Real
     y: NDArray[Any]
     noise: float | None
+    scale: Real
     offset: bool
 
     @property
@@ -136,6 +142,17 @@ def _observed(measured: Measured, name: str, axis: str) -> Observed:
         raise InputError(f"{measured.name}: noise.{name} = {noise}: expected a standard deviation above 0")
     if not good.any() or (np.diff(x[good]) <= 0).any():
         raise InputError(f"{measured.name}: {axis} of '{name}': expected increasing numbers")
+    scale = np.abs(y[good]) if name in measured.proportional else np.ones(good.sum())
+    if (scale == 0).any():
+        raise InputError(
+            f"{measured.name}: '{name}' is 0 somewhere, where a noise proportional to it would be 0 too"
+        )
     return Observed(
-        signal=name, axis=axis, x=x[good], y=y[good], noise=noise, offset=name in measured.offsets
+        signal=name,
+        axis=axis,
+        x=x[good],
+        y=y[good],
+        noise=noise,
+        scale=scale,
+        offset=name in measured.offsets,
     )

@@ -42,7 +42,7 @@ class Residuals:
     predicted : ndarray, shape (n,)
         By the scenario with the estimated parameters, in the signal's unit.
     noise : float
-        Standard deviation with which it was weighted, in that unit.
+        Standard deviation over the scale of the data with which it was weighted.
     """
 
     recording: str
@@ -57,8 +57,8 @@ class Residuals:
 
     @property
     def root_mean_square(self) -> float:
-        """Of the residuals, of each part where they are complex, in the signal's unit."""
-        return float(np.sqrt(np.mean(np.abs(self.values) ** 2) / self.observed.parts))
+        """Of the residuals over the scale of the data, of each part where they are complex."""
+        return float(np.sqrt(np.mean(np.abs(self.values / self.observed.scale) ** 2) / self.observed.parts))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -193,13 +193,13 @@ def _weighted(
 
 
 def _first_guess(column: Observed) -> float:
-    """Noise of a signal [its unit] from its third differences, in which what is smooth cancels."""
+    """Noise of a signal over its scale from its third differences, in which what is smooth cancels."""
     if column.y.size > 8:
-        rough = np.diff(column.y, 3)
+        rough = np.diff(column.y / column.scale, 3)
         found = float(np.median(np.abs(rough)) / 0.6745 / np.sqrt(20 * column.parts))
         if found > 0:
             return found
-    return float(np.max(np.abs(column.y))) * 1e-3 or 1.0
+    return float(np.max(np.abs(column.y / column.scale))) * 1e-3 or 1.0
 
 
 def _once(
@@ -212,7 +212,7 @@ def _once(
 ) -> Estimate:
     columns = [each for group in prediction.columns for each in group]
     weights = np.concatenate(
-        [np.full(each.x.size * each.parts, 1 / sigma) for each, sigma in zip(columns, noise, strict=True)]
+        [np.tile(1 / (sigma * each.scale), each.parts) for each, sigma in zip(columns, noise, strict=True)]
     )
     data, first, count = prediction.data, True, 0
 
