@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.fit.least_squares import FreeParameter, least_squares
+from electrovib.recordings.fit.least_squares import CONVERGED, FreeParameter, least_squares
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -31,6 +31,7 @@ def fit_function(
     start: Mapping[str, float | FreeParameter],
     noise: ArrayLike | None = None,
     derivatives: Callable[..., ArrayLike] | None = None,
+    converged: float = CONVERGED,
 ) -> Estimate:
     """Fit the parameters of a function to data by least squares.
 
@@ -50,6 +51,8 @@ def fit_function(
     derivatives : callable, optional
         ``derivatives(x, **parameters)``, shape (n, parameters), in the order of `start`. Without it they are computed
         with an imaginary step, exactly, if the function is real, analytic and written with numpy; else by differences.
+    converged : float
+        Relative change of the sum of squares and of the parameters at which the search ends.
 
     Returns
     -------
@@ -89,7 +92,9 @@ def fit_function(
         columns = slopes(values) / deviation[:, None]
         return np.column_stack([stacked(column) for column in columns.T])
 
-    return least_squares(residual, free, derivatives=sloped, noise_is_known=noise is not None)
+    return least_squares(
+        residual, free, derivatives=sloped, noise_is_known=noise is not None, converged=converged
+    )
 
 
 def _refuse_bad_data(data: NDArray[Any], deviation: Real) -> None:

@@ -21,7 +21,8 @@ CONVERGED: Final = 1e-15
 """Relative change of the sum of squares and of the parameters at which the search ends: the precision of a double."""
 FAR_AWAY: Final = 1e100
 """Stands for a residual that is not finite: the step that led there is rejected and shortened."""
-_MOST_EVALUATIONS: Final = 20_000
+MOST_EVALUATIONS: Final = 20_000
+"""After which a search ends without having converged."""
 _AT_BOUND: Final = 1e-9
 """Share of the range, or of the bound, within which an estimate counts as lying on its bound."""
 
@@ -89,6 +90,7 @@ def least_squares(
     noise_is_known: bool,
     final_derivatives: Callable[[Mapping[str, float]], Real] | None = None,
     converged: float = CONVERGED,
+    most_evaluations: int = MOST_EVALUATIONS,
 ) -> Estimate:
     """Minimise the sum of squares of a weighted residual.
 
@@ -107,6 +109,8 @@ def least_squares(
         More accurate ones, for the covariance; by default `derivatives`.
     converged : float
         Relative change of the sum of squares and of the parameters at which the search ends.
+    most_evaluations : int
+        After which it ends without having converged.
 
     Returns
     -------
@@ -152,7 +156,7 @@ def least_squares(
             min=each.coordinate(each.lower),
             max=each.coordinate(each.upper),
         )
-    search = lmfit.Minimizer(evaluated, searched, max_nfev=_MOST_EVALUATIONS, calc_covar=False)
+    search = lmfit.Minimizer(evaluated, searched, max_nfev=most_evaluations, calc_covar=False)
     bounded = any(math.isfinite(bound) for each in free.values() for bound in (each.lower, each.upper))
     with np.errstate(all="ignore"):
         if bounded:  # by a trust region: lmfit's transformation of bounds loses half of the digits

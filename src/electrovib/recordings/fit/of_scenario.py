@@ -219,7 +219,7 @@ def _once(
     def residual(values: Mapping[str, float]) -> Real:
         nonlocal first, count
         try:
-            found = (prediction(values) - data) * weights
+            found: Real = (prediction(values) - data) * weights
         except ElectrovibError:
             if first:
                 raise

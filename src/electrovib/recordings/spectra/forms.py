@@ -1,0 +1,116 @@
+"""The forms of dispersion that are offered to a measured spectrum, each with initial values from the data."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.constants import eps0
+from electrovib.physics.material import ColeCole, Constant, ConstantPhase, Debye, HavriliakNegami
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from electrovib.core.arrays import Complex, Real
+    from electrovib.physics.material import Material
+
+_PLACES: Final = 5
+"""Relaxation times, evenly on a logarithmic scale over the band, at which a search begins."""
+
+
+def _levels(frequency: Real, permittivity: Complex) -> tuple[float, float, float]:
+    """Relative permittivity at both ends of the band, and the least conductivity [S/m]."""
+    order = np.argsort(frequency)
+    real = permittivity.real[order]
+    conductivity = -permittivity.imag * 2 * math.pi * frequency * eps0
+    return max(float(real[-1]), 1.0), max(float(real[0]), 1.0), max(float(conductivity.min()), 1e-15)
+
+
+def _times(frequency: Real) -> Real:
+    """Relaxation times of the band [s]."""
+    shortest = 1 / (2 * math.pi * float(frequency.max()) * 3)
+    longest = 1 / (2 * math.pi * float(frequency.min()) / 3)
+    return np.geomspace(shortest, longest, _PLACES)
+
+
+def constant(frequency: Real, permittivity: Complex) -> Iterator[Material]:
+    """A dielectric without dispersion, with the median of the permittivity and of the conductivity."""
+    conductivity = -permittivity.imag * 2 * math.pi * frequency * eps0
+    level = max(float(np.median(permittivity.real)), 1.0)
+    yield Constant(permittivity=level, conductivity=max(float(np.median(conductivity)), 1e-15))
+
+
+def constant_phase(frequency: Real, permittivity: Complex) -> Iterator[Material]:
+    """A power law, from the slope of the permittivity over the band."""
+    middle = math.exp(float(np.mean(np.log(frequency))))
+    slope = float(np.polyfit(np.log(frequency), np.log(np.maximum(permittivity.real, 1.0)), 1)[0])
+    at_middle = float(np.exp(np.mean(np.log(np.maximum(permittivity.real, 1.0)))))
+    least = _levels(frequency, permittivity)[2]
+    for exponent in {min(max(1 + slope, 0.1), 0.99), 0.5, 0.8}:
+        yield ConstantPhase(
+            permittivity=at_middle, reference_frequency=middle, exponent=exponent, conductivity=least / 2
+        )
+
+
+def debye(frequency: Real, permittivity: Complex) -> Iterator[Material]:
+    """One relaxation, begun at several times."""
+    high, low, least = _levels(frequency, permittivity)
+    for time in _times(frequency):
+        strength = max(low - high, 0.1 * high)
+        yield Debye(
+            permittivity_high=high, strength=strength, relaxation_time=float(time), conductivity=least / 2
+        )
+
+
+def cole_cole(count: int) -> Callable[[Real, Complex], Iterator[Material]]:
+    """Make the sum of so many broadened relaxations, begun at several times.
+
+    Parameters
+    ----------
+    count : int
+        Terms, at least 1.
+
+    Returns
+    -------
+    callable
+        Frequencies [Hz] and complex relative permittivity to initial materials.
+    """
+
+    def starts(frequency: Real, permittivity: Complex) -> Iterator[Material]:
+        high, low, least = _levels(frequency, permittivity)
+        strength = max(low - high, 0.1 * high) / count
+        for times in itertools.combinations(_times(frequency), count):
+            terms = [
+                {"strength": strength, "relaxation_time": float(time), "broadening": 0.2} for time in times
+            ]
+            yield ColeCole(permittivity_high=max(high / 2, 1.0), terms=terms, conductivity=least / 2)
+
+    return starts
+
+
+def havriliak_negami(frequency: Real, permittivity: Complex) -> Iterator[Material]:
+    """One broadened and skewed relaxation, begun at several times."""
+    high, low, least = _levels(frequency, permittivity)
+    for time in _times(frequency):
+        yield HavriliakNegami(
+            permittivity_high=max(high / 2, 1.0),
+            strength=max(low - high, 0.1 * high),
+            relaxation_time=float(time),
+            broadness=0.8,
+            skewness=0.8,
+            conductivity=least / 2,
+        )
+
+
+FORMS: Final[dict[str, Callable[[Real, Complex], Iterator[Material]]]] = {
+    "Constant": constant,
+    "ConstantPhase": constant_phase,
+    "Debye": debye,
+    "ColeCole, 1 term": cole_cole(1),
+    "ColeCole, 2 terms": cole_cole(2),
+    "HavriliakNegami": havriliak_negami,
+}
+"""Name to initial values; the search keeps the best of them."""

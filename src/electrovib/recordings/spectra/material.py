@@ -1,0 +1,222 @@
+"""A dispersion fitted to a measured spectrum, its form chosen by criterion, with outliers named."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.constants import eps0
+from electrovib.core.errors import ElectrovibError, InputError, nearest
+from electrovib.core.numbers import with_numbers
+from electrovib.recordings.fit.least_squares import MOST_EVALUATIONS, FreeParameter, least_squares
+from electrovib.recordings.spectra.forms import FORMS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from electrovib.core.arrays import Complex, Real
+    from electrovib.physics.material import Material
+    from electrovib.recordings.fit.estimate import Estimate
+
+OUTLIER: Final = 5.0
+"""Standard deviations from its neighbours beyond which a row is left out of the fit and named."""
+_HELD: Final = frozenset({"reference_frequency"})
+_LEAST_LOGARITHM: Final = 1e-18
+_LEAST_SCATTER: Final = 1e-3
+_BEYOND_MISFIT: Final = 2.0
+"""Times the root mean square of what the form misses, below which leaving a row out would change little."""
+_MOST_ROUNDS: Final = 5
+_ROUGH: Final = 1e-4
+_CONVERGED: Final = 1e-9
+_POLISHED: Final = 2
+"""Of the rough fits, the best so many are continued."""
+_FIRST_EVALUATIONS: Final = 60
+_STEP: Final = 1e-7
+
+
+@dataclass(frozen=True, kw_only=True)
+class MaterialFit:
+    """One form of dispersion, fitted.
+
+    Parameters
+    ----------
+    form : str
+        Name among `FORMS`.
+    material : Material
+        Ready for a scenario.
+    estimate : Estimate
+        Of its parameters by dotted path, from relative residuals.
+    permittivity_error, conductivity_error : float
+        Root mean square of the relative error of the permittivity and of the conductivity, over the rows that were fitted.
+    outliers : ndarray of bool, shape (n,)
+        Rows that were left out.
+    """
+
+    form: str
+    material: Material
+    estimate: Estimate
+    permittivity_error: float
+    conductivity_error: float
+    outliers: NDArray[np.bool_]
+
+
+def fit_material(
+    frequency: ArrayLike,
+    permittivity: ArrayLike,
+    *,
+    forms: Sequence[str] = tuple(FORMS),
+) -> tuple[MaterialFit, ...]:
+    """Fit forms of dispersion to a measured spectrum of one material.
+
+    Parameters
+    ----------
+    frequency : array_like, shape (n,)
+        Hz, above 0.
+    permittivity : array_like of complex, shape (n,)
+        Relative permittivity eps' - j eps'', conduction included, with eps' and eps'' above 0.
+    forms : sequence of str
+        Names among `FORMS`.
+
+    Returns
+    -------
+    tuple of MaterialFit
+        One for each form, the best by the criterion of Akaike first; all without the rows that are outliers of the best.
+
+    Raises
+    ------
+    InputError
+        For an unknown form, or data that are no spectrum of a passive conductor.
+
+    Notes
+    -----
+    Residuals are differences of the logarithms of permittivity and conductivity, so that all frequencies count alike. A
+    row whose residual differs from the median of its neighbours by more than 5 standard deviations of such differences, and
+    by more than twice what the form misses, is left out, and all forms are fitted again.
+    """
+    grid, data = np.asarray(frequency, dtype=float), np.asarray(permittivity, dtype=complex)
+    _refuse(grid, data, forms)
+    outliers = np.zeros(grid.size, bool)
+    for _ in range(_MOST_ROUNDS):
+        found = [_best_of(form, grid, data, outliers) for form in forms]
+        found.sort(key=lambda each: each.estimate.aicc)
+        found_out = _outliers(found[0].material, grid, data)
+        if (found_out == outliers).all():
+            break
+        outliers = found_out
+    return tuple(found)
+
+
+def _refuse(grid: Real, data: Complex, forms: Sequence[str]) -> None:
+    problems = [
+        f"forms = '{form}': no form of dispersion.{nearest(form, FORMS)}"
+        for form in forms
+        if form not in FORMS
+    ]
+    if grid.ndim != 1 or data.shape != grid.shape or grid.size < 4:
+        problems.append("frequency, permittivity: expected two rows of the same length, 4 or more")
+    elif not (np.isfinite(grid).all() and (grid > 0).all() and np.isfinite(data).all()):
+        problems.append("frequency, permittivity: expected finite numbers, frequencies above 0")
+    elif not ((data.real > 0).all() and (data.imag < 0).all()):
+        problems.append(
+            "permittivity: expected eps' - j eps'' with both above 0; give the loss, or declare the material lossless"
+        )
+    if problems:
+        raise InputError(problems)
+
+
+def _rows(permittivity: Complex, frequency: Real) -> Real:
+    """Logarithms of permittivity and conductivity [S/m], one after the other."""
+    conductivity = -permittivity.imag * 2 * math.pi * frequency * eps0
+    with np.errstate(all="ignore"):
+        return np.concatenate([np.log(permittivity.real), np.log(conductivity)])
+
+
+def _outliers(material: Material, grid: Real, data: Complex) -> NDArray[np.bool_]:
+    """Rows that differ from their two neighbours on each side more than the form differs from the data."""
+    order = np.argsort(grid)
+    left = (_rows(data, grid) - _rows(material.complex_permittivity(grid), grid)).reshape(2, -1)[:, order]
+    padded = np.pad(left, ((0, 0), (2, 2)), mode="reflect")
+    beside = np.stack([padded[:, shift : shift + grid.size] for shift in (0, 1, 3, 4)])
+    alone = left - np.median(beside, axis=0)
+    scatter = np.median(np.abs(alone), axis=1, keepdims=True) / 0.6745
+    missed = np.sqrt(np.mean(left**2, axis=1, keepdims=True))
+    far = np.abs(alone) > np.maximum(OUTLIER * np.maximum(scatter, _LEAST_SCATTER), _BEYOND_MISFIT * missed)
+    found = np.zeros(grid.size, bool)
+    found[order] = far.any(axis=0)
+    return found
+
+
+def _best_of(form: str, grid: Real, data: Complex, outliers: NDArray[np.bool_]) -> MaterialFit:
+    """Fit one form roughly from each of its initial values, and continue with the best."""
+    kept, target = grid[~outliers], data[~outliers]
+    rough = []
+    for start in FORMS[form](kept, target):
+        try:
+            rough.append(_from(start, kept, target, converged=_ROUGH, most=_FIRST_EVALUATIONS))
+        except ElectrovibError:
+            continue
+    if not rough:
+        raise InputError(f"{form}: could not be fitted to this spectrum from any initial values")
+    rough.sort(key=lambda each: each[0].sum_of_squares)
+    fine = [
+        _from(each, kept, target, converged=_CONVERGED, most=MOST_EVALUATIONS)
+        for _, each in rough[:_POLISHED]
+    ]
+    estimate, material = min(fine, key=lambda each: each[0].sum_of_squares)
+    model = material.complex_permittivity(kept)
+    return MaterialFit(
+        form=form,
+        material=material,
+        estimate=estimate,
+        permittivity_error=float(np.sqrt(np.mean((model.real / target.real - 1) ** 2))),
+        conductivity_error=float(np.sqrt(np.mean((model.imag / target.imag - 1) ** 2))),
+        outliers=outliers,
+    )
+
+
+def _from(
+    start: Material, grid: Real, data: Complex, *, converged: float, most: int
+) -> tuple[Estimate, Material]:
+    """Fit a material from given values of its parameters."""
+    free = _free(start)
+    target = _rows(data, grid)
+
+    def rows(values: Mapping[str, float]) -> Real:
+        return _rows(with_numbers(start, values).complex_permittivity(grid), grid)
+
+    def residual(values: Mapping[str, float]) -> Real:
+        try:
+            return rows(values) - target
+        except ElectrovibError:
+            return np.full(target.shape, np.nan)
+
+    def sloped(values: Mapping[str, float]) -> Real:
+        base, columns = rows(values), []
+        for path, value in values.items():
+            step = _STEP * max(abs(value), 1e-3 if not free[path].logarithmic else 0.0)
+            moved = value + step if value + step <= free[path].upper else value - step
+            columns.append((rows(dict(values) | {path: moved}) - base) / (moved - value))
+        return np.column_stack(columns)
+
+    found = least_squares(
+        residual, free, derivatives=sloped, noise_is_known=False, converged=converged, most_evaluations=most
+    )
+    return found, with_numbers(start, found.values)
+
+
+def _free(start: Material) -> dict[str, FreeParameter]:
+    """Every number of a material within its declared range, by its logarithm where it may change by decades."""
+    free = {}
+    for path, value, quantity in start.parameters():
+        if value is None or path in _HELD or quantity is None:
+            continue
+        decades = quantity.high / max(quantity.low, _LEAST_LOGARITHM) > 1e3
+        lower = max(quantity.low, _LEAST_LOGARITHM) if decades else quantity.low
+        begin = min(max(float(value), lower), quantity.high)
+        free[path] = FreeParameter(start=begin, lower=lower, upper=quantity.high, logarithmic=decades)
+    return free

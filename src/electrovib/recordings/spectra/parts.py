@@ -1,0 +1,173 @@
+"""A resistor and a capacitor in parallel from a measured impedance, refused where the instrument was badly calibrated."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.recordings.fit.least_squares import FreeParameter, least_squares
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import ArrayLike
+
+    from electrovib.core.arrays import Complex, Real
+    from electrovib.recordings.fit.estimate import Estimate
+
+LARGEST_PHASE_OFFSET: Final = math.radians(1.0)
+"""Phase at vanishing frequency beyond which a calibration is refused; a resistor has none."""
+LARGEST_RESIDUAL: Final = 0.05
+"""Relative root mean square of what the part misses beyond which it is not that part."""
+CERTAIN: Final = 5.0
+"""Standard deviations beyond which an offset or a row is no accident."""
+_FEWEST: Final = 8
+_LEAST_CAPACITANCE: Final = 1e-18
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParallelPart:
+    """A resistor and a capacitor in parallel, measured.
+
+    Parameters
+    ----------
+    resistance, capacitance : float
+        ohm; F, without that of the leads.
+    estimate : Estimate
+        Of ``resistance`` [ohm], ``capacitance`` [F, leads included] and ``phase_offset`` [rad].
+    residual : float
+        Relative root mean square of the impedance that the part misses, offset included.
+    left_out : ndarray, shape (k,)
+        Frequencies of rows that are far from the others [Hz].
+    systematic_error : float
+        Relative error of the capacitance that the phase offset of the instrument makes at the middle of the band.
+    """
+
+    resistance: float
+    capacitance: float
+    estimate: Estimate
+    residual: float
+    left_out: Real
+    systematic_error: float
+
+
+def fit_parallel_part(
+    frequency: ArrayLike, impedance: ArrayLike, *, stray_capacitance: float = 0.0
+) -> ParallelPart:
+    """Fit a resistor and a capacitor in parallel to an impedance spectrum, and judge the calibration by it.
+
+    Parameters
+    ----------
+    frequency : array_like, shape (n,)
+        Hz, above 0, at least 8.
+    impedance : array_like of complex, shape (n,)
+        ohm.
+    stray_capacitance : float
+        Capacitance of the leads [F], taken off: what a bare resistor in the same leads gives.
+
+    Returns
+    -------
+    ParallelPart
+        Resistance, capacitance and the error of the instrument.
+
+    Raises
+    ------
+    InputError
+        If the phase does not vanish at low frequency, as that of a resistor does, or if the part misses the data.
+
+    Notes
+    -----
+    Z = R exp(j phi)/(1 + j w R C): the constant phase phi is the calibration's. A pair of R and C alone absorbs part of it
+    with a small residual, and gives a wrong C.
+    """
+    grid, data = np.asarray(frequency, dtype=float), np.asarray(impedance, dtype=complex)
+    if grid.ndim != 1 or grid.shape != data.shape or grid.size < _FEWEST:
+        raise InputError(f"frequency, impedance: expected two rows of the same length, {_FEWEST} or more")
+    if not (np.isfinite(grid).all() and (grid > 0).all() and np.isfinite(data).all() and (data != 0).all()):
+        raise InputError("frequency, impedance: expected finite numbers, frequencies and moduli above 0")
+    kept = np.ones(grid.size, bool)
+    for _ in range(3):
+        estimate = _estimate(grid[kept], data[kept])
+        missed = np.abs(np.log(data / _model(grid, estimate.values)))
+        scatter = float(np.median(missed[kept])) * 1.4826
+        again = missed <= CERTAIN * max(scatter, 1e-6)
+        if (again == kept).all():
+            break
+        kept = again
+    found = ParallelPart(
+        resistance=estimate.values["resistance"],
+        capacitance=estimate.values["capacitance"] - stray_capacitance,
+        estimate=estimate,
+        residual=float(np.sqrt(np.mean(missed[kept] ** 2))),
+        left_out=grid[~kept],
+        systematic_error=_systematic(grid[kept], estimate.values),
+    )
+    _refuse_a_bad_calibration(found)
+    return found
+
+
+def _model(frequency: Real, values: Mapping[str, float]) -> Complex:
+    loaded = 1 + 2j * math.pi * frequency * values["resistance"] * values["capacitance"]
+    return np.asarray(values["resistance"] * np.exp(1j * values["phase_offset"]) / loaded)
+
+
+def _estimate(grid: Real, data: Complex) -> Estimate:
+    free = {
+        "resistance": FreeParameter(
+            start=float(np.abs(data).max()), lower=1e-3, upper=1e15, logarithmic=True
+        ),
+        "capacitance": FreeParameter(
+            start=max(float(np.median(np.imag(1 / data) / (2 * math.pi * grid))), 1e-15),
+            lower=_LEAST_CAPACITANCE,
+            upper=1.0,
+            logarithmic=True,
+        ),
+        "phase_offset": FreeParameter(start=0.0),
+    }
+    turns = 2 * math.pi * grid
+
+    def residual(values: Mapping[str, float]) -> Real:
+        ratio = np.log(_model(grid, values) / data)
+        return np.concatenate([ratio.real, ratio.imag])
+
+    def derivatives(values: Mapping[str, float]) -> Real:
+        resistance, capacitance = values["resistance"], values["capacitance"]
+        loaded = 1 + 1j * turns * resistance * capacitance
+        columns = [
+            1 / resistance - 1j * turns * capacitance / loaded,
+            -1j * turns * resistance / loaded,
+            np.full(grid.size, 1j),
+        ]
+        return np.column_stack([np.concatenate([column.real, column.imag]) for column in columns])
+
+    return least_squares(residual, free, derivatives=derivatives, noise_is_known=False)
+
+
+def _systematic(grid: Real, values: Mapping[str, float]) -> float:
+    """Relative error of the capacitance by a phase that is wrong by the offset, at the middle of the band."""
+    middle = 2 * math.pi * math.exp(float(np.mean(np.log(grid))))
+    angle = math.atan(middle * values["resistance"] * values["capacitance"])
+    return abs(values["phase_offset"]) / max(math.sin(angle) * math.cos(angle), 1e-12)
+
+
+def _refuse_a_bad_calibration(found: ParallelPart) -> None:
+    problems = []
+    offset = found.estimate.values["phase_offset"]
+    certain = CERTAIN * found.estimate.standard_deviations["phase_offset"]
+    if abs(offset) > max(LARGEST_PHASE_OFFSET, certain):
+        problems.append(
+            f"impedance: the phase tends to {math.degrees(offset):.3g} degrees at low frequency, where that of a resistor"
+            f" vanishes; more than {math.degrees(LARGEST_PHASE_OFFSET):g} degree is a bad calibration, and the"
+            f" {found.capacitance:.3g} F found here would be wrong: calibrate with a resistor of the same size and measure again"
+        )
+    if found.residual > LARGEST_RESIDUAL:
+        problems.append(
+            f"impedance: a resistor and a capacitor in parallel miss it by {found.residual:.2g} of its modulus, more than"
+            f" {LARGEST_RESIDUAL:g}: it is another part"
+        )
+    if problems:
+        raise InputError(problems)
