@@ -56,7 +56,7 @@ def test_rows_far_from_the_others_are_left_out():
 
 def test_another_part_is_refused():
     series = 1e3 + 1 / (2j * np.pi * GRID * 1e-9)
-    with pytest.raises(InputError, match="bad calibration|another part"):
+    with pytest.raises(InputError, match=r"bad calibration|another part"):
         fit_parallel_part(GRID, series)
 
 
