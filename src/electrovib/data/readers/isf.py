@@ -1,0 +1,141 @@
+"""Tektronix internal format (.isf): a preamble of keys and one binary curve."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.errors import DataFileError
+from electrovib.data.columns.faults import check_file
+from electrovib.data.readers.recorded import Channel, Recorded
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+DESCRIPTION: Final = "Tektronix internal format (.isf)"
+SHORT: Final = {
+    "byt_n": "byt_nr", "bit_n": "bit_nr", "enc": "encdg", "bn_f": "bn_fmt", "byt_o": "byt_or", "nr_p": "nr_pt",
+    "pt_f": "pt_fmt", "xun": "xunit", "xin": "xincr", "xze": "xzero", "pt_o": "pt_off", "yun": "yunit", "ymu": "ymult",
+    "yof": "yoff", "yze": "yzero", "wfi": "wfid",
+}  # fmt: skip
+"""Short keys of the preamble, in small letters, to the long ones."""
+_LONGEST_PREAMBLE: Final = 20_000
+_KEY: Final = re.compile(
+    r"\s*:?(?:WFMP(?:RE|RE)?:|WFMO(?:UTPRE)?:|CURV[EV]?:)?([A-Za-z_]+)\s+(.*)", re.DOTALL
+)
+_CURVE: Final = re.compile(rb":?CURVE?\s+#", re.IGNORECASE)
+
+
+def read_isf(path: Path) -> Recorded:
+    """Read one waveform of a Tektronix oscilloscope.
+
+    Parameters
+    ----------
+    path : Path
+        ``.isf`` file with long or short keys.
+
+    Returns
+    -------
+    Recorded
+        One channel with time step; of an envelope two, the minimum and the maximum of each interval, which are never averaged.
+
+    Raises
+    ------
+    DataFileError
+        If the preamble or the curve is incomplete, or of a form that is not known.
+
+    Notes
+    -----
+    value = yzero + ymult (count - yoff), time = xzero + xincr (index - pt_off). Of an envelope (PT_FMT ENV) a pair of
+    points belongs to one interval of two times xincr.
+    """
+    check_file(path)
+    raw = path.read_bytes()
+    begin = _CURVE.search(raw[:_LONGEST_PREAMBLE])
+    if begin is None:
+        raise DataFileError("is not in Tektronix's internal format: it holds no 'CURVE #'.", path=path)
+    keys = _preamble(raw[: begin.start()])
+    counts = _counts(path, raw, begin.end(), keys)
+    values = _number(path, keys, "yzero", 0.0) + _number(path, keys, "ymult") * (
+        counts - _number(path, keys, "yoff", 0.0)
+    )
+    step, origin = _number(path, keys, "xincr"), _number(path, keys, "xzero", 0.0)
+    start = origin - step * _number(path, keys, "pt_off", 0.0)
+    name = keys.get("wfid", "").strip('" ').partition(",")[0] or "CH1"
+    unit = keys.get("yunit", "").strip('" ')
+    if keys.get("pt_fmt", "Y").upper().startswith("ENV"):
+        if values.size % 2:
+            raise DataFileError("is an envelope with an odd number of points: it is damaged.", path=path)
+        low, high = np.minimum(values[::2], values[1::2]), np.maximum(values[::2], values[1::2])
+        channels = (
+            Channel(name=f"{name} minimum", unit=unit, values=low),
+            Channel(name=f"{name} maximum", unit=unit, values=high),
+        )
+        return Recorded(channels=channels, step=2 * step, start=start, attributes=keys)
+    return Recorded(
+        channels=(Channel(name=name, unit=unit, values=values),), step=step, start=start, attributes=keys
+    )
+
+
+def _preamble(raw: bytes) -> dict[str, str]:
+    """Read the keys of the preamble; semicolons within quotation marks do not end a value."""
+    found = {}
+    text = raw.decode("latin-1")
+    for part in re.findall(r'(?:"[^"]*"|[^;"])+', text):
+        if match := _KEY.match(part):
+            key, value = match.group(1).lower(), match.group(2).strip()
+            found[SHORT.get(key, key)] = value
+    return found
+
+
+def _number(path: Path, keys: Mapping[str, str], key: str, default: float | None = None) -> float:
+    text = keys.get(key)
+    if text is None and default is not None:
+        return default
+    try:
+        found = float(text or "")
+    except ValueError:
+        found = np.nan
+    if not np.isfinite(found):
+        raise DataFileError(f"states no number for {key.upper()} in its preamble.", path=path)
+    return found
+
+
+def _counts(
+    path: Path, raw: bytes, begin: int, keys: Mapping[str, str]
+) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """Read the curve ``#<n><length><binary>`` in the sample format of the preamble."""
+    digits = raw[begin : begin + 1]
+    if not digits.isdigit() or digits == b"0":
+        raise DataFileError("has a curve of unknown length.", path=path)
+    size = raw[begin + 1 : begin + 1 + int(digits)]
+    if not size.isdigit():
+        raise DataFileError("has a curve of unknown length.", path=path)
+    first, length = begin + 1 + int(digits), int(size)
+    if first + length > len(raw):
+        raise DataFileError(
+            f"states {length} bytes of samples and holds {max(len(raw) - first, 0)}: it is cut off.",
+            path=path,
+        )
+    width = int(_number(path, keys, "byt_nr"))
+    encoding = keys.get("encdg", "BIN").upper()
+    form = keys.get("bn_fmt", "RI").upper()
+    if width not in (1, 2) or not encoding.startswith("BIN") or form not in ("RI", "RP"):
+        raise DataFileError(
+            f"has samples of {width} bytes, {encoding} {form}; known are 1 or 2 bytes of BIN RI or RP.",
+            path=path,
+        )
+    order = "<" if keys.get("byt_or", "MSB").upper().startswith("LSB") else ">"
+    kind = np.dtype(f"{order}{'i' if form == 'RI' else 'u'}{width}")
+    if length % width:
+        raise DataFileError("ends within a sample: it is damaged.", path=path)
+    counts = np.frombuffer(raw, kind, count=length // width, offset=first).astype(np.float64)
+    stated = keys.get("nr_pt", "")
+    if stated.isdigit() and int(stated) != counts.size:
+        raise DataFileError(f"states {stated} points and holds {counts.size}: it is damaged.", path=path)
+    if counts.size < 2:
+        raise DataFileError("holds fewer than two samples.", path=path)
+    return counts
