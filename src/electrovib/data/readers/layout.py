@@ -215,8 +215,10 @@ def _above(
 
 def _is_setting(row: Sequence[str], columns: tuple[int, ...]) -> bool:
     """Tell a line 'Model Number,SDS1104' from headings: it has another number of fields than there are columns."""
-    filled = sum(bool(cell) for cell in row)
-    return filled < len(columns) or (filled == 2 and len(columns) > 2)
+    filled = [cell for cell in row if cell]
+    if all(_as_unit(cell.strip("[]()")) is not None for cell in filled):
+        return False
+    return 2 * len(filled) < len(columns) or (len(filled) == 2 and len(columns) > 2)
 
 
 def name_and_unit(heading: str) -> tuple[str, str]:
@@ -237,9 +239,10 @@ def name_and_unit(heading: str) -> tuple[str, str]:
     if found := _BRACKETS.fullmatch(heading):
         name, unit = found.groups()
         return name or heading, _as_unit(unit) if _as_unit(unit) is not None else unit  # type: ignore[return-value]
-    name, _, last = heading.rpartition(" in ")
-    if name and _as_unit(last):
-        return name, _as_unit(last) or ""
+    for sign in (" in ", "/"):
+        name, _, last = heading.rpartition(sign)
+        if name and _as_unit(last):
+            return name, _as_unit(last) or ""
     return heading, ""
 
 

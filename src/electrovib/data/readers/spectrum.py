@@ -1,0 +1,208 @@
+"""A spectrum of impedance or permittivity from a table whose columns are named in any way that instruments name them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.constants import eps0
+from electrovib.core.errors import InputError
+from electrovib.data.columns.column import kind_and_factor
+from electrovib.data.readers.layout import name_and_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.core.arrays import Complex, Real
+    from electrovib.data.readers.recorded import Channel, Recorded
+
+_PATTERNS: Final[Mapping[str, str]] = {
+    "frequency": r"f|fr|freq.*|hz|hertz",
+    "angular_frequency": r"w|omega|angular frequency",
+    "modulus": r"\|z\||z|zmod|zabs|mod(ulus)?( ?z)?|mag(nitude)?.*|impedance|abs\(?z?\)?|\|impedance\|",
+    "phase": r"phase.*|phi|theta|angle|zphz|arg.*|deg(ree)?s?",
+    "real": r"z'|zre(al)?|re\(?z?\)?|re\(z\)|real.*|z real|r|resistance|zreal",
+    "imaginary": r"z''|z\"|zim(ag)?|im\(?z?\)?|im\(z\)|imag.*|z imag|x|reactance",
+    "minus_imaginary": r"-z''|-z\"|-im\(?z?\)?|-im\(z\)|-zim(ag)?|-imag.*|-x",
+    "permittivity": r"(relative )?permittivity|eps'?|eps_?r|epsilon'?|er|ε'?|dielectric constant",
+    "loss": r"loss factor|eps''|epsilon''|ε''|imaginary permittivity",
+    "conductivity": r"conductivity|sigma|σ",
+}
+"""What a heading in small letters means, without its unit and without underscores."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spectrum:
+    """A spectrum in SI.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (n,)
+        Hz, increasing, above 0.
+    impedance : ndarray of complex, shape (n,), or None
+        ohm.
+    permittivity : ndarray of complex, shape (n,), or None
+        Relative, eps' - j eps'', conduction included.
+    lossless : bool
+        Whether the table gives a permittivity without loss, which is then taken for 0.
+    read_as : str
+        Which columns were taken for what.
+    """
+
+    frequency: Real
+    impedance: Complex | None
+    permittivity: Complex | None
+    lossless: bool
+    read_as: str
+
+
+def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None) -> Spectrum:
+    """Find frequency and impedance, or permittivity, among the columns of a table.
+
+    Parameters
+    ----------
+    recorded : Recorded
+        The table.
+    columns : mapping of str to str, optional
+        What a column is, among ``frequency``, ``angular_frequency``, ``modulus``, ``phase``, ``real``, ``imaginary``,
+        ``minus_imaginary``, ``permittivity``, ``loss``, ``conductivity``, to its heading, with a unit behind it where the file
+        states none: ``"Phase [deg]"``; found by the headings if absent.
+
+    Returns
+    -------
+    Spectrum
+        Sorted by frequency.
+
+    Raises
+    ------
+    InputError
+        If the columns do not make a spectrum; it lists them and says how to state what they are.
+
+    Notes
+    -----
+    A phase without a unit is in degrees if any is beyond 2 pi, and otherwise refused unless its heading or `columns` says
+    so. A loss factor that disagrees with the conductivity by more than 2 % is refused.
+    """
+    found = _assigned(recorded, columns or {})
+    if "frequency" in found:
+        grid = _in_si(found["frequency"], "Hz")
+    elif "angular_frequency" in found:
+        grid = found["angular_frequency"].values / (2 * math.pi)
+    else:
+        raise _no_spectrum(recorded, "no column is the frequency")
+    impedance, permittivity, lossless = None, None, False
+    if "permittivity" in found:
+        permittivity, lossless = _permittivity(found, grid)
+    elif "modulus" in found and "phase" in found:
+        impedance = _in_si(found["modulus"], "ohm") * np.exp(1j * _radians(found["phase"]))
+    elif "real" in found and ("imaginary" in found or "minus_imaginary" in found):
+        sign, name = (1, "imaginary") if "imaginary" in found else (-1, "minus_imaginary")
+        impedance = _in_si(found["real"], "ohm") + sign * 1j * _in_si(found[name], "ohm")
+    else:
+        raise _no_spectrum(
+            recorded, "neither modulus and phase, nor real and imaginary part, nor a permittivity is there"
+        )
+    values = impedance if impedance is not None else permittivity
+    assert values is not None
+    good = np.isfinite(grid) & np.isfinite(values)
+    if good.sum() < 2 or (grid[good] <= 0).any():
+        raise InputError("frequency: expected two or more numbers above 0")
+    order = np.flatnonzero(good)[np.argsort(grid[good], kind="stable")]
+    return Spectrum(
+        frequency=grid[order],
+        impedance=None if impedance is None else impedance[order],
+        permittivity=None if permittivity is None else permittivity[order],
+        lossless=lossless,
+        read_as=", ".join(f"{meaning}: '{channel.name}'" for meaning, channel in found.items()),
+    )
+
+
+def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, Channel]:
+    """Say which column is what: as stated, else by its heading."""
+    by_name = {each.name: each for each in recorded.channels}
+    for stated in set(columns.values()) - set(by_name):
+        name, unit = name_and_unit(stated)
+        if unit and name in by_name:
+            by_name[stated] = dataclasses.replace(by_name[name], unit=unit)
+    problems = [
+        f"columns.{meaning} = '{name}': the file has no such column; it has {', '.join(by_name)}"
+        for meaning, name in columns.items()
+        if name not in by_name
+    ] + [
+        f"columns: '{meaning}' is not among {', '.join(_PATTERNS)}"
+        for meaning in columns
+        if meaning not in _PATTERNS
+    ]
+    if problems:
+        raise InputError(problems)
+    found = {meaning: by_name[name] for meaning, name in columns.items()}
+    for channel in recorded.channels:
+        heading = re.sub(r"\s+", " ", channel.name.lower().replace("_", " ").replace("/", " ")).strip()
+        for meaning, pattern in _PATTERNS.items():
+            if (
+                meaning not in found
+                and all(channel.name != each.name for each in found.values())
+                and re.fullmatch(pattern, heading)
+            ):
+                found[meaning] = channel
+    return found
+
+
+def _no_spectrum(recorded: Recorded, why: str) -> InputError:
+    listed = ", ".join(f"'{each.name}'" for each in recorded.channels)
+    return InputError(
+        f"columns: {why}; the file has {listed}. State what they are, for instance columns = frequency:"
+        f" '{recorded.channels[0].name}'"
+    )
+
+
+def _in_si(channel: Channel, unit: str) -> Real:
+    """Convert a column from its unit, which is the SI unit where the file states none."""
+    known = kind_and_factor(channel.unit) if channel.unit else (unit, 1.0)
+    if known is None or known[0] != unit:
+        raise InputError(f"column '{channel.name}': '{channel.unit}' is not a unit of {unit}")
+    return np.asarray(channel.values * known[1])
+
+
+def _radians(channel: Channel) -> Real:
+    unit = channel.unit or ("deg" if re.search("deg|°", channel.name.lower()) else "")
+    largest = float(np.nanmax(np.abs(channel.values)))
+    if not unit and largest > 2 * math.pi:
+        unit = "deg"
+    if not unit:
+        raise InputError(
+            f"column '{channel.name}': it may be in degrees or radians; state columns = phase:"
+            f" '{channel.name} [deg]' or '{channel.name} [rad]'"
+        )
+    return _in_si_angle(channel, unit)
+
+
+def _in_si_angle(channel: Channel, unit: str) -> Real:
+    known = kind_and_factor(unit)
+    if known is None or known[0] != "rad":
+        raise InputError(f"column '{channel.name}': '{unit}' is not a unit of angle")
+    return np.asarray(channel.values * known[1])
+
+
+def _permittivity(found: Mapping[str, Channel], grid: Real) -> tuple[Complex, bool]:
+    """Put a permittivity together with its loss, from the loss factor or the conductivity."""
+    real = found["permittivity"].values
+    turns = 2 * math.pi * grid * eps0
+    loss = found["loss"].values if "loss" in found else None
+    by_conduction = _in_si(found["conductivity"], "S/m") / turns if "conductivity" in found else None
+    if loss is not None and by_conduction is not None:
+        good = np.isfinite(loss) & np.isfinite(by_conduction)
+        apart = float(np.median(np.abs(loss[good] / by_conduction[good] - 1)))
+        if apart > 0.02:
+            raise InputError(
+                f"loss factor and conductivity of the table differ by {apart:.2g}: they belong to different quantities or units"
+            )
+    imaginary = loss if loss is not None else by_conduction
+    if imaginary is None:
+        return real.astype(complex), True
+    return np.asarray(real - 1j * imaginary), False

@@ -1,0 +1,97 @@
+"""Impedance and permittivity from tables with any headings."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from electrovib.core.constants import eps0
+from electrovib.core.errors import InputError
+from electrovib.data.readers.laboratory_text import read_laboratory_text
+from electrovib.data.readers.spectrum import spectrum_of
+
+FOLDER = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance"
+GRID = np.geomspace(10, 1e5, 12)
+Z = 5e4 / (1 + 2j * np.pi * GRID * 5e4 * 1e-9)
+EPS = 1000 / (1 + 2j * np.pi * GRID * 1e-4) + 5 - 1j * 1e-5 / (2 * np.pi * GRID * eps0)
+SIGMA = -EPS.imag * 2 * np.pi * GRID * eps0
+TABLES = {
+    "Frequency,Impedance,Phase": (GRID, abs(Z), np.degrees(np.angle(Z))),
+    "freq (kHz);|Z| (ohm);theta (rad)": (GRID / 1e3, abs(Z), np.angle(Z)),
+    "f [Hz],Z' [kohm],Z'' [kohm]": (GRID, Z.real / 1e3, Z.imag / 1e3),
+    "freq/Hz,Re(Z)/Ohm,-Im(Z)/Ohm": (GRID, Z.real, -Z.imag),
+    "Frequency (Hz),Z_real,Z_imag": (GRID, Z.real, Z.imag),
+    "omega,Zre,Zim": (2 * np.pi * GRID, Z.real, Z.imag),
+}  # fmt: skip
+PERMITTIVITIES = {
+    "Frequency (Hz),Permittivity,Loss Factor,Conductivity (S/m)": (GRID, EPS.real, -EPS.imag, SIGMA),
+    "f,eps',sigma [mS/m]": (GRID, EPS.real, SIGMA * 1e3),
+    "freq,epsilon',epsilon''": (GRID, EPS.real, -EPS.imag),
+}
+
+
+def table(tmp_path, heading, columns):
+    separator = ";" if ";" in heading else ","
+    lines = [separator.join(f"{value:.12e}" for value in row) for row in zip(*columns, strict=True)]
+    (tmp_path / "a.csv").write_text("\n".join([heading, *reversed(lines)]), encoding="utf-8")
+    return read_laboratory_text(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("heading", TABLES)
+def test_impedances(tmp_path, heading):
+    found = spectrum_of(table(tmp_path, heading, TABLES[heading]))
+    np.testing.assert_allclose(found.frequency, GRID, rtol=1e-11)
+    np.testing.assert_allclose(found.impedance, Z, rtol=1e-11)
+
+
+@pytest.mark.parametrize("heading", PERMITTIVITIES)
+def test_permittivities(tmp_path, heading):
+    found = spectrum_of(table(tmp_path, heading, PERMITTIVITIES[heading]))
+    np.testing.assert_allclose(found.permittivity, EPS, rtol=1e-10)
+    assert not found.lossless
+
+
+def test_a_permittivity_without_loss_is_said_to_be_one(tmp_path):
+    found = spectrum_of(table(tmp_path, "f,permittivity", (GRID, EPS.real)))
+    assert found.lossless
+    np.testing.assert_allclose(found.permittivity, EPS.real, rtol=1e-11)
+
+
+def test_columns_may_be_stated(tmp_path):
+    recorded = table(tmp_path, "a,b,c", (GRID, Z.real, Z.imag))
+    with pytest.raises(InputError, match=r"no column is the frequency; the file has 'a', 'b', 'c'"):
+        spectrum_of(recorded)
+    stated = {"frequency": "a", "real": "b", "imaginary": "c"}
+    np.testing.assert_allclose(spectrum_of(recorded, columns=stated).impedance, Z, rtol=1e-11)
+    with pytest.raises(InputError, match="no such column; it has a, b, c"):
+        spectrum_of(recorded, columns={"frequency": "d"})
+
+
+@pytest.mark.parametrize(
+    ("heading", "columns", "words"),
+    [
+        ("f,|Z|,phase", (GRID, abs(Z), np.angle(Z)), "degrees or radians"),
+        ("f,|Z|", (GRID, abs(Z)), "neither modulus and phase"),
+        ("f [V],|Z|,phase [deg]", (GRID, abs(Z), np.angle(Z)), "not a unit of Hz"),
+        ("f,eps',loss factor,sigma", (GRID, EPS.real, -EPS.imag, 2 * SIGMA), "differ by"),
+    ],
+)
+def test_what_is_ambiguous_is_refused(tmp_path, heading, columns, words):
+    with pytest.raises(InputError, match=words):
+        spectrum_of(table(tmp_path, heading, columns))
+
+
+@pytest.mark.skipif(not FOLDER.exists(), reason="needs shared/data, which is not part of the repository")
+@pytest.mark.parametrize(
+    ("name", "columns"),
+    [
+        ("Cal10k_51k.csv", {"phase": "Phase [deg]"}),  # of a bare resistor: it could be either
+        ("Cal10k_51kp33.csv", {}),
+        ("rcal_10k_20k_par101.csv", {}),
+        ("gabriel_measured_skin_dry.txt", {}),
+    ],
+)
+def test_real_files(name, columns):
+    found = spectrum_of(read_laboratory_text(FOLDER / name), columns=columns)
+    assert found.frequency.size in (51, 156)
+    assert (found.permittivity is not None) == name.startswith("gabriel")
