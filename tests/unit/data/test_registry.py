@@ -1,0 +1,50 @@
+"""Which reader takes a file."""
+
+import numpy as np
+import pytest
+from scipy.io import wavfile
+
+from electrovib.core.errors import DataFileError
+from electrovib.data.readers.registry import FORMATS, CanRead, format_of, read_recorded
+
+
+@pytest.mark.parametrize("kind", ["int16", "int32", "uint8", "float32"])
+def test_sound_files(tmp_path, kind):
+    exact = 0.5 * np.sin(np.linspace(0, 6, 200))
+    full = {"int16": 2**15, "int32": 2**31, "uint8": 128, "float32": 1}[kind]
+    stored = (exact * full + (128 if kind == "uint8" else 0)).astype(kind)
+    wavfile.write(tmp_path / "a.wav", 8000, np.column_stack([stored, stored]))
+    found = read_recorded(tmp_path / "a.wav")
+    assert len(found.channels) == 2
+    np.testing.assert_allclose(found.channels[1].values, exact, atol=1.01 / full if full > 1 else 1e-7)
+    np.testing.assert_allclose(np.diff(found.times()), 1 / 8000)
+
+
+def test_a_file_is_known_by_its_content_not_by_its_name(tmp_path):
+    (tmp_path / "a.dat").write_bytes(b":WFMPRE:BYT_NR 2;")
+    assert format_of(tmp_path / "a.dat").name == "isf"
+    (tmp_path / "b.isf").write_text("t,u\n0,1\n1,2\n", encoding="utf-8")
+    assert {each.name: each.can_read(b"t,u\n0,1", ".isf") for each in FORMATS} == {
+        "isf": CanRead.PERHAPS, "wav": CanRead.NO, "text": CanRead.PERHAPS,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("content", "options", "words"),
+    [
+        (b"\x00\x01\x02" * 40, {}, "no format that is known. Known are Tektronix"),
+        (b"t,u\n0,1\n1,2\n", {"reader": "txt"}, "there is no reader 'txt'. Did you mean 'text'"),
+        (b":WFMPRE:BYT_NR 2;", {"delimiter": ";"}, "delimiter does not belong to Tektronix"),
+        (b"RIFF\x10\x00\x00\x00WAVEfmt ", {}, "damaged or not a sound file"),
+    ],
+)
+def test_what_is_not_known_is_refused_with_what_is(tmp_path, content, options, words):
+    (tmp_path / "a.bin").write_bytes(content)
+    with pytest.raises(DataFileError, match=words):
+        read_recorded(tmp_path / "a.bin", **options)
+
+
+def test_options_of_text(tmp_path):
+    (tmp_path / "a.csv").write_text("0;1,5\n1;2,5\n2;3,5\n", encoding="utf-8")
+    found = read_recorded(tmp_path / "a.csv", delimiter=";", decimal_comma=True)
+    np.testing.assert_array_equal(found.channels[1].values, [1.5, 2.5, 3.5])
