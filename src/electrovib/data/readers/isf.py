@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.columns.faults import check_file
-from electrovib.data.readers.recorded import Channel, Recorded
+from electrovib.data.readers.recorded import DataColumn, Recorded
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -71,12 +71,12 @@ def read_isf(path: Path) -> Recorded:
             raise DataFileError("is an envelope with an odd number of points: it is damaged.", path=path)
         low, high = np.minimum(values[::2], values[1::2]), np.maximum(values[::2], values[1::2])
         channels = (
-            Channel(name=f"{name} minimum", unit=unit, values=low),
-            Channel(name=f"{name} maximum", unit=unit, values=high),
+            DataColumn(name=f"{name} minimum", unit=unit, values=low),
+            DataColumn(name=f"{name} maximum", unit=unit, values=high),
         )
         return Recorded(channels=channels, step=2 * step, start=start, attributes=keys)
     return Recorded(
-        channels=(Channel(name=name, unit=unit, values=values),), step=step, start=start, attributes=keys
+        channels=(DataColumn(name=name, unit=unit, values=values),), step=step, start=start, attributes=keys
     )
 
 

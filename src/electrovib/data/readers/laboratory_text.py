@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.core.units import parse_quantity
 from electrovib.data.columns.faults import check_file
 from electrovib.data.readers.layout import INSPECTED, Layout, find_layout, is_number, split
-from electrovib.data.readers.recorded import Channel, Recorded
+from electrovib.data.readers.preamble import settings_of, timing
+from electrovib.data.readers.recorded import DataColumn, Recorded
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,22 +22,10 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
 
 DESCRIPTION: Final = "delimited text of any instrument (.csv, .tsv, .txt, .dat)"
-_STEP: Final = frozenset({
-    "increment", "sample interval", "sampleinterval", "sampling interval", "xincr", "x increment", "xincrement", "dt",
-    "tinc", "t inc", "time step", "timestep", "sampling period", "sample period", "xinc", "horizontal interval",
-    "time interval", "resolution",
-})  # fmt: skip
-_RATE: Final = frozenset(
-    {"sample rate", "samplerate", "sampling rate", "sampling frequency", "sample frequency", "fs"}
-)
-_START: Final = frozenset({"start", "xzero", "x zero", "xorg", "xorigin", "t0", "start time", "first sample"})
-_TIMING: Final = _STEP | _START
 _COUNTS: Final = frozenset({"sequence", "index", "nr", "no", "point", "points", "sample", "samples", "#"})
 _TIMES: Final = re.compile(r"(elapsed |trigger )?time\b.*|t|zeit|x-axis|x|seconds?|source", re.IGNORECASE)
 _UNEVEN: Final = 2
 _LONGEST_LINE: Final = 1_000_000
-_LONGEST_SETTING: Final = 200
-_MOST_SETTINGS: Final = 200
 
 
 def read_laboratory_text(
@@ -73,8 +61,8 @@ def read_laboratory_text(
             "holds no rows of numbers; if it does, state its delimiter and its decimal sign.", path=path
         )
     numbers = _numbers(path, raw, encoding, layout)
-    settings = _settings(layout)
-    step, start = _timing(layout, settings)
+    settings = settings_of(layout)
+    step, start = timing(layout, settings)
     return _recorded(layout, numbers, settings, step, start)
 
 
@@ -137,77 +125,16 @@ def _plain(path: Path, number: int, cell: str, layout: Layout) -> str:
     return (cell.replace(",", ".") if layout.decimal_comma else cell).replace("D", "E").replace("d", "e")
 
 
-def _settings(layout: Layout) -> dict[str, str]:
-    """Collect what the preamble states: key and value beside each other, or one above the other in headings."""
-    found: dict[str, str] = {}
-    for row in layout.preamble[:_MOST_SETTINGS]:
-        filled = [cell.strip().lstrip("#").strip() for cell in row if cell.strip()]
-        if len(filled) == 1 and ":" in filled[0]:
-            filled = [part.strip() for part in filled[0].split(":", 1)]
-        if len(filled) >= 2 and not _looks_like_number(filled[0]):
-            found.setdefault(
-                filled[0].rstrip(":")[:_LONGEST_SETTING], ", ".join(filled[1:])[:_LONGEST_SETTING]
-            )
-    for above, below in itertools.pairwise(layout.preamble):
-        pairs = zip(above, below, strict=False)
-        found |= {
-            name: value for name, value in pairs if name.lower() in _TIMING and _looks_like_number(value)
-        }
-    return found
-
-
-def _looks_like_number(text: str) -> bool:
-    return is_number(text, decimal_comma=False) or is_number(text, decimal_comma=True)
-
-
-def _timing(layout: Layout, settings: dict[str, str]) -> tuple[float | None, float]:
-    """Find the time step and the first time in the preamble [s]."""
-    step: float | None = None
-    start = 0.0
-    for key, value in settings.items():
-        name = re.sub(r"[\[(].*?[\])]", "", key).strip().lower().replace("_", " ")
-        unit = (re.search(r"[\[(](.*?)[\])]", key) or [None, ""])[1] or ""
-        if name in _STEP:
-            step = _seconds(value, unit, layout) or step
-        elif name in _RATE and (rate := _hertz(value, unit, layout)):
-            step = 1 / rate
-        elif name in _START:
-            start = _seconds(value, unit, layout) or start
-    return step, start
-
-
-def _seconds(value: str, unit: str, layout: Layout) -> float | None:
-    return _quantity(value, unit, "s", layout)
-
-
-def _hertz(value: str, unit: str, layout: Layout) -> float | None:
-    return _quantity(re.sub(r"S(a|ample)?(/s|ps)$", "Hz", value.partition(", ")[0]), unit, "Hz", layout)
-
-
-def _quantity(value: str, unit: str, kind: str, layout: Layout) -> float | None:
-    """Read '1.0E-6', '2,0 us', or '1 us' with its unit in the key; None if it is no such quantity."""
-    text = value.partition(", ")[0].strip()
-    if layout.decimal_comma:
-        text = text.replace(",", ".")
-    for candidate in (f"{text} {unit}" if unit else text, f"{text} {kind}", text):
-        try:
-            found = parse_quantity(candidate, kind)
-        except ValueError:
-            continue
-        return float(found)
-    return None
-
-
 def _recorded(
     layout: Layout, numbers: Real, settings: dict[str, str], step: float | None, start: float
 ) -> Recorded:
     """Name the channels and find the time among them."""
-    channels: list[Channel] = []
+    channels: list[DataColumn] = []
     for place, column in enumerate(layout.columns):
         name = layout.names[place] or f"column {column}"
         while any(each.name == name for each in channels):
             name = f"{name}'"
-        channels.append(Channel(name=name, unit=layout.units[place], values=numbers[:, place]))
+        channels.append(DataColumn(name=name, unit=layout.units[place], values=numbers[:, place]))
     time = ""
     first = channels[0]
     counts = first.name.lower() in _COUNTS or first.unit.lower() in _COUNTS or _counts(first.values)
@@ -224,7 +151,7 @@ def _counts(values: Real) -> bool:
     return bool(np.array_equal(values, np.arange(values.size) + values[0]) and values[0] in (0, 1))
 
 
-def _is_time(channel: Channel) -> bool:
+def _is_time(channel: DataColumn) -> bool:
     """Tell whether the first column is the time: by its name or unit, or unnamed by its rise."""
     rises = bool(np.isfinite(channel.values).all() and (np.diff(channel.values) >= 0).all())
     if channel.unit in ("s", "ms", "us", "ns"):

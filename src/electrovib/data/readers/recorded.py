@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Channel:
+class DataColumn:
     """One column of a file.
 
     Parameters
@@ -37,7 +37,7 @@ class Recorded:
 
     Parameters
     ----------
-    channels : tuple of Channel
+    channels : tuple of DataColumn
         In the order of the file, all of one length; the time among them only if it stands in a column.
     time : str
         Name of the channel that is the time; empty if it follows from `step`, or is not known.
@@ -49,7 +49,7 @@ class Recorded:
         What the preamble of the file states: make, model, date, settings.
     """
 
-    channels: tuple[Channel, ...]
+    channels: tuple[DataColumn, ...]
     time: str = ""
     step: float | None = None
     start: float = 0.0

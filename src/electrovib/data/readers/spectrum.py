@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.core.arrays import Complex, Real
-    from electrovib.data.readers.recorded import Channel, Recorded
+    from electrovib.data.readers.recorded import DataColumn, Recorded
 
 _PATTERNS: Final[Mapping[str, str]] = {
     "frequency": r"f|fr|freq.*|hz|hertz",
@@ -37,7 +37,7 @@ _PATTERNS: Final[Mapping[str, str]] = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spectrum:
+class MeasuredSpectrum:
     """A spectrum in SI.
 
     Parameters
@@ -61,7 +61,7 @@ class Spectrum:
     read_as: str
 
 
-def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None) -> Spectrum:
+def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None) -> MeasuredSpectrum:
     """Find frequency and impedance, or permittivity, among the columns of a table.
 
     Parameters
@@ -75,7 +75,7 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
 
     Returns
     -------
-    Spectrum
+    MeasuredSpectrum
         Sorted by frequency.
 
     Raises
@@ -113,7 +113,7 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
     if good.sum() < 2 or (grid[good] <= 0).any():
         raise InputError("frequency: expected two or more numbers above 0")
     order = np.flatnonzero(good)[np.argsort(grid[good], kind="stable")]
-    return Spectrum(
+    return MeasuredSpectrum(
         frequency=grid[order],
         impedance=None if impedance is None else impedance[order],
         permittivity=None if permittivity is None else permittivity[order],
@@ -122,7 +122,7 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
     )
 
 
-def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, Channel]:
+def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, DataColumn]:
     """Say which column is what: as stated, else by its heading."""
     by_name = {each.name: each for each in recorded.channels}
     for stated in set(columns.values()) - set(by_name):
@@ -161,7 +161,7 @@ def _no_spectrum(recorded: Recorded, why: str) -> InputError:
     )
 
 
-def _in_si(channel: Channel, unit: str) -> Real:
+def _in_si(channel: DataColumn, unit: str) -> Real:
     """Convert a column from its unit, which is the SI unit where the file states none."""
     known = kind_and_factor(channel.unit) if channel.unit else (unit, 1.0)
     if known is None or known[0] != unit:
@@ -169,7 +169,7 @@ def _in_si(channel: Channel, unit: str) -> Real:
     return np.asarray(channel.values * known[1])
 
 
-def _radians(channel: Channel) -> Real:
+def _radians(channel: DataColumn) -> Real:
     unit = channel.unit or ("deg" if re.search("deg|°", channel.name.lower()) else "")
     largest = float(np.nanmax(np.abs(channel.values)))
     if not unit and largest > 2 * math.pi:
@@ -182,14 +182,14 @@ def _radians(channel: Channel) -> Real:
     return _in_si_angle(channel, unit)
 
 
-def _in_si_angle(channel: Channel, unit: str) -> Real:
+def _in_si_angle(channel: DataColumn, unit: str) -> Real:
     known = kind_and_factor(unit)
     if known is None or known[0] != "rad":
         raise InputError(f"column '{channel.name}': '{unit}' is not a unit of angle")
     return np.asarray(channel.values * known[1])
 
 
-def _permittivity(found: Mapping[str, Channel], grid: Real) -> tuple[Complex, bool]:
+def _permittivity(found: Mapping[str, DataColumn], grid: Real) -> tuple[Complex, bool]:
     """Put a permittivity together with its loss, from the loss factor or the conductivity."""
     real = found["permittivity"].values
     turns = 2 * math.pi * grid * eps0

@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.columns.faults import DAMAGE, check_file, damaged
-from electrovib.data.readers.recorded import Channel, Recorded
+from electrovib.data.readers.recorded import DataColumn, Recorded
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -52,7 +52,7 @@ def read_wave(path: Path) -> Recorded:
         raise DataFileError("holds fewer than two samples.", path=path)
     return Recorded(
         channels=tuple(
-            Channel(name=f"channel {at + 1}", unit="1", values=_shares(row))
+            DataColumn(name=f"channel {at + 1}", unit="1", values=_shares(row))
             for at, row in enumerate(np.atleast_2d(data.T))
         ),
         step=1 / rate,

@@ -18,7 +18,7 @@ LEAST_DETERMINED: Final = 1e-13
 
 
 @dataclass(frozen=True, kw_only=True)
-class Estimate:
+class LeastSquaresEstimate:
     """Parameters at the least sum of squares.
 
     Parameters
@@ -135,7 +135,7 @@ def estimate_at(
     on_bound: Mapping[str, str],
     evaluations: int,
     converged: bool,
-) -> Estimate:
+) -> LeastSquaresEstimate:
     """Judge the parameters at which a search has ended.
 
     Parameters
@@ -147,11 +147,11 @@ def estimate_at(
     derivatives : ndarray, shape (n, parameters)
         Of the residuals after the parameters.
     noise_is_known, on_bound, evaluations, converged
-        As in `Estimate`.
+        As in `LeastSquaresEstimate`.
 
     Returns
     -------
-    Estimate
+    LeastSquaresEstimate
         Parameters on a bound have variance 0 there, which `on_bound` states.
     """
     inside = [at for at, name in enumerate(values) if name not in on_bound]
@@ -169,7 +169,7 @@ def estimate_at(
         else:
             assert covariance is not None
             covariance[np.ix_(inside, inside)] = inner * variance
-    return Estimate(
+    return LeastSquaresEstimate(
         values=dict(values),
         covariance=covariance,
         why_no_covariance=why,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.fit.estimate import Estimate
+    from electrovib.recordings.fit.estimate import LeastSquaresEstimate
 
 IMAGINARY_STEP: Final = 1e-30
 """Relative imaginary step of a derivative: no difference is taken, so that it may be as small as that."""
@@ -32,7 +32,7 @@ def fit_function(
     noise: ArrayLike | None = None,
     derivatives: Callable[..., ArrayLike] | None = None,
     converged: float = CONVERGED,
-) -> Estimate:
+) -> LeastSquaresEstimate:
     """Fit the parameters of a function to data by least squares.
 
     Parameters
@@ -56,7 +56,7 @@ def fit_function(
 
     Returns
     -------
-    Estimate
+    LeastSquaresEstimate
         Values, covariance and criteria.
 
     Raises

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.fit.estimate import Estimate, estimate_at
+from electrovib.recordings.fit.estimate import LeastSquaresEstimate, estimate_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -91,7 +91,7 @@ def least_squares(
     final_derivatives: Callable[[Mapping[str, float]], Real] | None = None,
     converged: float = CONVERGED,
     most_evaluations: int = MOST_EVALUATIONS,
-) -> Estimate:
+) -> LeastSquaresEstimate:
     """Minimise the sum of squares of a weighted residual.
 
     Parameters
@@ -114,7 +114,7 @@ def least_squares(
 
     Returns
     -------
-    Estimate
+    LeastSquaresEstimate
         With covariance, or with the reason why there is none.
 
     Raises
@@ -122,58 +122,73 @@ def least_squares(
     InputError
         If there are fewer residuals than parameters, if they are not finite at the start, or if lmfit is not installed.
     """
-    lmfit = _lmfit()
-    names = tuple(free)
     begin = {name: each.start for name, each in free.items()}
     first = np.asarray(residual(begin), dtype=float)
-    if first.size < len(names):
-        raise InputError(f"{first.size} data for {len(names)} free parameters: give at least as many")
+    if first.size < len(free):
+        raise InputError(f"{first.size} data for {len(free)} free parameters: give at least as many")
     if not np.isfinite(first).all():
         raise InputError("the model is not finite at the starting values: begin elsewhere")
-
-    def values_of(parameters: Any) -> dict[str, float]:
-        return {name: free[name].value(parameters[f"p{at}"].value) for at, name in enumerate(names)}
-
-    def evaluated(parameters: Any) -> Real:
-        with np.errstate(all="ignore"):
-            found = np.asarray(residual(values_of(parameters)), dtype=float)
-        return np.where(np.isfinite(found), found, FAR_AWAY)
-
-    def sloped(parameters: Any) -> Real:
-        values = values_of(parameters)
-        with np.errstate(all="ignore"):
-            found = np.array(derivatives(values), dtype=float)
-        for at, name in enumerate(names):
-            if free[name].logarithmic:
-                found[:, at] *= values[name]
-        return np.where(np.isfinite(found), found, 0.0)
-
-    searched = lmfit.Parameters()
-    for at, each in enumerate(free.values()):
-        searched.add(
-            f"p{at}",
-            value=each.coordinate(each.start),
-            min=each.coordinate(each.lower),
-            max=each.coordinate(each.upper),
-        )
-    search = lmfit.Minimizer(evaluated, searched, max_nfev=most_evaluations, calc_covar=False)
-    bounded = any(math.isfinite(bound) for each in free.values() for bound in (each.lower, each.upper))
-    with np.errstate(all="ignore"):
-        if bounded:  # by a trust region: lmfit's transformation of bounds loses half of the digits
-            tolerances = {"xtol": converged, "ftol": converged, "gtol": None, "x_scale": "jac"}
-            found = search.minimize(method="least_squares", jac=sloped, **tolerances)
-        else:
-            found = search.minimize(method="leastsq", Dfun=sloped, xtol=converged, ftol=converged, gtol=0.0)
-    values = values_of(found.params)
+    search = _Search(residual, derivatives, free)
+    found = search.minimum(converged, most_evaluations)
+    values = search.values(found.params)
     return estimate_at(
         values,
         residual=np.asarray(residual(values), dtype=float),
         derivatives=np.asarray((final_derivatives or derivatives)(values), dtype=float),
         noise_is_known=noise_is_known,
-        on_bound={name: bound for name in names if (bound := free[name].bound_at(values[name]))},
+        on_bound={name: bound for name in free if (bound := free[name].bound_at(values[name]))},
         evaluations=int(found.nfev),
         converged=bool(found.success),
     )
+
+
+@dataclass(frozen=True)
+class _Search:
+    """The problem in the coordinates of the search, as lmfit asks for it."""
+
+    residual: Callable[[Mapping[str, float]], Real]
+    derivatives: Callable[[Mapping[str, float]], Real]
+    free: Mapping[str, FreeParameter]
+
+    def values(self, parameters: Any) -> dict[str, float]:
+        """Values at lmfit's parameters, in their units."""
+        names = enumerate(self.free.items())
+        return {name: each.value(parameters[f"p{at}"].value) for at, (name, each) in names}
+
+    def evaluated(self, parameters: Any) -> Real:
+        """Residuals there, shape (n,)."""
+        with np.errstate(all="ignore"):
+            found = np.asarray(self.residual(self.values(parameters)), dtype=float)
+        return np.where(np.isfinite(found), found, FAR_AWAY)
+
+    def sloped(self, parameters: Any) -> Real:
+        """Derivatives of the residuals after the coordinates, shape (n, parameters)."""
+        values = self.values(parameters)
+        with np.errstate(all="ignore"):
+            found = np.array(self.derivatives(values), dtype=float)
+        for at, (name, each) in enumerate(self.free.items()):
+            if each.logarithmic:
+                found[:, at] *= values[name]
+        return np.where(np.isfinite(found), found, 0.0)
+
+    def minimum(self, converged: float, most_evaluations: int) -> Any:
+        """Search from the starting values, and give lmfit's result."""
+        lmfit = _lmfit()
+        searched = lmfit.Parameters()
+        for at, each in enumerate(self.free.values()):
+            start, low, high = (each.coordinate(value) for value in (each.start, each.lower, each.upper))
+            searched.add(f"p{at}", value=start, min=low, max=high)
+        search = lmfit.Minimizer(self.evaluated, searched, max_nfev=most_evaluations, calc_covar=False)
+        ends = {"xtol": converged, "ftol": converged}
+        bounded = any(
+            math.isfinite(bound) for each in self.free.values() for bound in (each.lower, each.upper)
+        )
+        with np.errstate(all="ignore"):
+            if bounded:  # by a trust region: lmfit's transformation of bounds loses half of the digits
+                return search.minimize(
+                    method="least_squares", jac=self.sloped, gtol=None, x_scale="jac", **ends
+                )
+            return search.minimize(method="leastsq", Dfun=self.sloped, gtol=0.0, **ends)
 
 
 def _lmfit() -> Any:

@@ -23,7 +23,7 @@ AXES: Final = ("time", "frequency")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Measured:
+class MeasuredTrace:
     """One recording of an experiment, with what a fit has to know beside its numbers.
 
     Parameters
@@ -90,12 +90,12 @@ class Observed:
         return 2 if np.iscomplexobj(self.y) else 1
 
 
-def observed(measured: Measured, signals: Sequence[str] | None = None) -> tuple[Observed, ...]:
+def observed(measured: MeasuredTrace, signals: Sequence[str] | None = None) -> tuple[Observed, ...]:
     """Collect the signals of a recording that a scenario predicts.
 
     Parameters
     ----------
-    measured : Measured
+    measured : MeasuredTrace
         The recording.
     signals : sequence of str, optional
         Only these; by default every signal that a scenario predicts.
@@ -133,7 +133,7 @@ def observed(measured: Measured, signals: Sequence[str] | None = None) -> tuple[
     return tuple(_observed(measured, name, offered[name]) for name in wanted)
 
 
-def _observed(measured: Measured, name: str, axis: str) -> Observed:
+def _observed(measured: MeasuredTrace, name: str, axis: str) -> Observed:
     x = np.asarray(measured.trace[axis].values, dtype=float)
     y = np.asarray(measured.trace[name].values)
     good = np.isfinite(y) & np.isfinite(x)

@@ -10,17 +10,17 @@ import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.recordings.fit.least_squares import least_squares
-from electrovib.recordings.fit.measured import Measured, Observed
+from electrovib.recordings.fit.measured import MeasuredTrace, Observed
 from electrovib.recordings.fit.prediction import Prediction, Unknown
+from electrovib.recordings.fit.residuals import Residuals, residuals_of
 from electrovib.recordings.fit.sessions import BetweenSessions, between_sessions
 from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:
     import xarray
-    from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.fit.estimate import Estimate
+    from electrovib.recordings.fit.estimate import LeastSquaresEstimate
 
 SEARCHED: Final = 1e-10
 """Relative change at which the search for parameters of a scenario ends: the precision of its derivatives."""
@@ -30,44 +30,12 @@ _MOST_ROUNDS: Final = 20
 
 
 @dataclass(frozen=True, kw_only=True)
-class Residuals:
-    """What is left of one signal of one recording.
-
-    Parameters
-    ----------
-    recording : str
-        Its name.
-    observed : Observed
-        The data.
-    predicted : ndarray, shape (n,)
-        By the scenario with the estimated parameters, in the signal's unit.
-    noise : float
-        Standard deviation over the scale of the data with which it was weighted.
-    """
-
-    recording: str
-    observed: Observed
-    predicted: NDArray[np.float64] | NDArray[np.complex128]
-    noise: float
-
-    @property
-    def values(self) -> NDArray[np.float64] | NDArray[np.complex128]:
-        """Data less prediction, shape (n,), in the signal's unit."""
-        return np.asarray(self.observed.y - self.predicted)
-
-    @property
-    def root_mean_square(self) -> float:
-        """Of the residuals over the scale of the data, of each part where they are complex."""
-        return float(np.sqrt(np.mean(np.abs(self.values / self.observed.scale) ** 2) / self.observed.parts))
-
-
-@dataclass(frozen=True, kw_only=True)
 class ScenarioFit:
     """Parameters of a scenario, estimated from recordings.
 
     Parameters
     ----------
-    estimate : Estimate
+    estimate : LeastSquaresEstimate
         Values and covariance of all unknowns; zeros of signals among them.
     unknowns : tuple of Unknown
         In the order of the estimate.
@@ -79,7 +47,7 @@ class ScenarioFit:
         For each signal of each recording.
     """
 
-    estimate: Estimate
+    estimate: LeastSquaresEstimate
     unknowns: tuple[Unknown, ...]
     scenario: Scenario
     sessions: Mapping[str, BetweenSessions]
@@ -88,7 +56,7 @@ class ScenarioFit:
 
 def fit(
     scenario: Source,
-    recordings: Sequence[Measured | xarray.Dataset] | Measured | xarray.Dataset,
+    recordings: Sequence[MeasuredTrace | xarray.Dataset] | MeasuredTrace | xarray.Dataset,
     *,
     free: Sequence[str],
     varying: Sequence[str] = (),
@@ -96,13 +64,13 @@ def fit(
     start: Mapping[str, float] | None = None,
     progress: Callable[[int, float], bool] | None = None,
 ) -> ScenarioFit:
-    """Estimate parameters of a scenario from recordings.
+    """LeastSquaresEstimate parameters of a scenario from recordings.
 
     Parameters
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
         The experiment, as for `electrovib.load`; its values of the free parameters are where the search begins.
-    recordings : Measured or xarray.Dataset, or a sequence of them
+    recordings : MeasuredTrace or xarray.Dataset, or a sequence of them
         Signals over time or frequency: steps, sweeps and impedance spectra together share parameters.
     free : sequence of str
         Dotted paths of the unknown parameters; their bounds are those that the models declare.
@@ -133,7 +101,7 @@ def fit(
     """
     given = [recordings] if not isinstance(recordings, Sequence) else list(recordings)
     measured = [
-        each if isinstance(each, Measured) else Measured(trace=each, name=f"recording {at + 1}")
+        each if isinstance(each, MeasuredTrace) else MeasuredTrace(trace=each, name=f"recording {at + 1}")
         for at, each in enumerate(given)
     ]
     if not free:
@@ -155,14 +123,14 @@ def fit(
         unknowns=prediction.unknowns,
         scenario=prediction.prepared[0].scenario(shared | {path: each.mean for path, each in means.items()}),
         sessions=means,
-        residuals=tuple(_residuals(prediction, values, noise)),
+        residuals=tuple(residuals_of(prediction, values, noise)),
     )
 
 
 def _weighted(
     prediction: Prediction, progress: Callable[[int, float], bool] | None
-) -> tuple[list[float], Estimate]:
-    """Estimate parameters, and in turn with them the noise that is not stated."""
+) -> tuple[list[float], LeastSquaresEstimate]:
+    """LeastSquaresEstimate parameters, and in turn with them the noise that is not stated."""
     columns = [each for group in prediction.columns for each in group]
     stated = [each.noise for each in columns]
     alone = len(columns) == 1 and stated[0] is None
@@ -177,7 +145,7 @@ def _weighted(
         free = {name: each.starting_at(estimate.values[name]) for name, each in prediction.free.items()}
         sizes = np.array([each.x.size * each.parts for each in columns], dtype=float)
         taken = len(free) / sizes.sum()
-        left = [each.root_mean_square for each in _residuals(prediction, estimate.values, noise)]
+        left = [each.root_mean_square for each in residuals_of(prediction, estimate.values, noise)]
         scatter = [float(rms / np.sqrt(max(1 - taken, 1e-3))) for rms in left]
         if alone:
             return scatter, estimate
@@ -209,7 +177,7 @@ def _once(
     progress: Callable[[int, float], bool] | None,
     *,
     known: bool,
-) -> Estimate:
+) -> LeastSquaresEstimate:
     columns = [each for group in prediction.columns for each in group]
     weights = np.concatenate(
         [np.tile(1 / (sigma * each.scale), each.parts) for each, sigma in zip(columns, noise, strict=True)]
@@ -241,24 +209,3 @@ def _once(
 
 class CancelledError(ElectrovibError):
     """A fit that was ended by its callback."""
-
-
-def _residuals(
-    prediction: Prediction, values: Mapping[str, float], noise: Sequence[float]
-) -> list[Residuals]:
-    found, at = prediction(values), 0
-    residuals = []
-    names = [
-        measured.name
-        for measured, group in zip(prediction.measured, prediction.columns, strict=True)
-        for _ in group
-    ]
-    columns = [each for group in prediction.columns for each in group]
-    for name, column, sigma in zip(names, columns, noise, strict=True):
-        size = column.x.size
-        row: NDArray[np.float64] | NDArray[np.complex128] = found[at : at + size]
-        if column.parts == 2:
-            row = row + 1j * found[at + size : at + 2 * size]
-        at += size * column.parts
-        residuals.append(Residuals(recording=name, observed=column, predicted=row, noise=sigma))
-    return residuals

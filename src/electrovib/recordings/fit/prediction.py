@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.recordings.fit.least_squares import FreeParameter
-from electrovib.recordings.fit.measured import Measured, Observed, observed
+from electrovib.recordings.fit.measured import MeasuredTrace, Observed, observed
 from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.prepare import Prepared
 from electrovib.solve.stack.expand import phasors
@@ -66,7 +66,7 @@ class Prediction:
     ----------
     scenario : Scenario
         What all recordings share.
-    measured : sequence of Measured
+    measured : sequence of MeasuredTrace
         The recordings.
     free : sequence of str
         Dotted paths of the unknown parameters.
@@ -86,7 +86,7 @@ class Prediction:
     def __init__(
         self,
         scenario: Scenario,
-        measured: Sequence[Measured],
+        measured: Sequence[MeasuredTrace],
         *,
         free: Sequence[str],
         varying: Sequence[str] = (),

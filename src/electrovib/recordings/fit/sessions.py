@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from electrovib.recordings.fit.estimate import Estimate
+    from electrovib.recordings.fit.estimate import LeastSquaresEstimate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,7 +20,7 @@ class BetweenSessions:
     Parameters
     ----------
     values : mapping of str to float
-        Estimate of each session, in the parameter's unit.
+        LeastSquaresEstimate of each session, in the parameter's unit.
     mean : float
         Of the sessions.
     within : float
@@ -69,12 +69,12 @@ class BetweenSessions:
         )
 
 
-def between_sessions(estimate: Estimate, names: Mapping[str, str]) -> BetweenSessions:
+def between_sessions(estimate: LeastSquaresEstimate, names: Mapping[str, str]) -> BetweenSessions:
     """Summarise the estimates of one parameter in several sessions.
 
     Parameters
     ----------
-    estimate : Estimate
+    estimate : LeastSquaresEstimate
         Of all unknowns.
     names : mapping of str to str
         Session to the name of the unknown.

@@ -36,14 +36,14 @@ def _times(frequency: Real) -> Real:
     return np.geomspace(shortest, longest, _PLACES)
 
 
-def constant(frequency: Real, permittivity: Complex) -> Iterator[Material]:
+def _constant(frequency: Real, permittivity: Complex) -> Iterator[Material]:
     """A dielectric without dispersion, with the median of the permittivity and of the conductivity."""
     conductivity = -permittivity.imag * 2 * math.pi * frequency * eps0
     level = max(float(np.median(permittivity.real)), 1.0)
     yield Constant(permittivity=level, conductivity=max(float(np.median(conductivity)), 1e-15))
 
 
-def constant_phase(frequency: Real, permittivity: Complex) -> Iterator[Material]:
+def _constant_phase(frequency: Real, permittivity: Complex) -> Iterator[Material]:
     """A power law, from the slope of the permittivity over the band."""
     middle = math.exp(float(np.mean(np.log(frequency))))
     slope = float(np.polyfit(np.log(frequency), np.log(np.maximum(permittivity.real, 1.0)), 1)[0])
@@ -55,7 +55,7 @@ def constant_phase(frequency: Real, permittivity: Complex) -> Iterator[Material]
         )
 
 
-def debye(frequency: Real, permittivity: Complex) -> Iterator[Material]:
+def _debye(frequency: Real, permittivity: Complex) -> Iterator[Material]:
     """One relaxation, begun at several times."""
     high, low, least = _levels(frequency, permittivity)
     for time in _times(frequency):
@@ -65,7 +65,7 @@ def debye(frequency: Real, permittivity: Complex) -> Iterator[Material]:
         )
 
 
-def cole_cole(count: int) -> Callable[[Real, Complex], Iterator[Material]]:
+def _cole_cole(count: int) -> Callable[[Real, Complex], Iterator[Material]]:
     """Make the sum of so many broadened relaxations, begun at several times.
 
     Parameters
@@ -91,7 +91,7 @@ def cole_cole(count: int) -> Callable[[Real, Complex], Iterator[Material]]:
     return starts
 
 
-def havriliak_negami(frequency: Real, permittivity: Complex) -> Iterator[Material]:
+def _havriliak_negami(frequency: Real, permittivity: Complex) -> Iterator[Material]:
     """One broadened and skewed relaxation, begun at several times."""
     high, low, least = _levels(frequency, permittivity)
     for time in _times(frequency):
@@ -106,11 +106,11 @@ def havriliak_negami(frequency: Real, permittivity: Complex) -> Iterator[Materia
 
 
 FORMS: Final[dict[str, Callable[[Real, Complex], Iterator[Material]]]] = {
-    "Constant": constant,
-    "ConstantPhase": constant_phase,
-    "Debye": debye,
-    "ColeCole, 1 term": cole_cole(1),
-    "ColeCole, 2 terms": cole_cole(2),
-    "HavriliakNegami": havriliak_negami,
+    "Constant": _constant,
+    "ConstantPhase": _constant_phase,
+    "Debye": _debye,
+    "ColeCole, 1 term": _cole_cole(1),
+    "ColeCole, 2 terms": _cole_cole(2),
+    "HavriliakNegami": _havriliak_negami,
 }
 """Name to initial values; the search keeps the best of them."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Complex, Real
     from electrovib.physics.material import Material
-    from electrovib.recordings.fit.estimate import Estimate
+    from electrovib.recordings.fit.estimate import LeastSquaresEstimate
 
 OUTLIER: Final = 5.0
 """Standard deviations from its neighbours beyond which a row is left out of the fit and named."""
@@ -49,7 +49,7 @@ class MaterialFit:
         Name among `FORMS`.
     material : Material
         Ready for a scenario.
-    estimate : Estimate
+    estimate : LeastSquaresEstimate
         Of its parameters by dotted path, from relative residuals.
     permittivity_error, conductivity_error : float
         Root mean square of the relative error of the permittivity and of the conductivity, over the rows that were fitted.
@@ -59,7 +59,7 @@ class MaterialFit:
 
     form: str
     material: Material
-    estimate: Estimate
+    estimate: LeastSquaresEstimate
     permittivity_error: float
     conductivity_error: float
     outliers: NDArray[np.bool_]
@@ -181,7 +181,7 @@ def _best_of(form: str, grid: Real, data: Complex, outliers: NDArray[np.bool_]) 
 
 def _from(
     start: Material, grid: Real, data: Complex, *, converged: float, most: int
-) -> tuple[Estimate, Material]:
+) -> tuple[LeastSquaresEstimate, Material]:
     """Fit a material from given values of its parameters."""
     free = _free(start)
     target = _rows(data, grid)

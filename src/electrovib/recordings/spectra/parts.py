@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Complex, Real
-    from electrovib.recordings.fit.estimate import Estimate
+    from electrovib.recordings.fit.estimate import LeastSquaresEstimate
 
 LARGEST_PHASE_OFFSET: Final = math.radians(1.0)
 """Phase at vanishing frequency beyond which a calibration is refused; a resistor has none."""
@@ -37,7 +37,7 @@ class ParallelPart:
     ----------
     resistance, capacitance : float
         ohm; F, without that of the leads.
-    estimate : Estimate
+    estimate : LeastSquaresEstimate
         Of ``resistance`` [ohm], ``capacitance`` [F, leads included] and ``phase_offset`` [rad].
     residual : float
         Relative root mean square of the impedance that the part misses, offset included.
@@ -49,7 +49,7 @@ class ParallelPart:
 
     resistance: float
     capacitance: float
-    estimate: Estimate
+    estimate: LeastSquaresEstimate
     residual: float
     left_out: Real
     systematic_error: float
@@ -115,7 +115,7 @@ def _model(frequency: Real, values: Mapping[str, float]) -> Complex:
     return np.asarray(values["resistance"] * np.exp(1j * values["phase_offset"]) / loaded)
 
 
-def _estimate(grid: Real, data: Complex) -> Estimate:
+def _estimate(grid: Real, data: Complex) -> LeastSquaresEstimate:
     free = {
         "resistance": FreeParameter(
             start=float(np.abs(data).max()), lower=1e-3, upper=1e15, logarithmic=True
