@@ -56,7 +56,7 @@ _SAMPLES = 6001
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give the chain with its leak fitted to a maximum at 250 Hz."""
+    """Return the chain with its leak fitted to a maximum at 250 Hz."""
     leak = "fitted: puts the maximum of the force at 250 Hz; circular"
     fitted = preset(
         aliabbasi_2024.scenarios()["chain"],

@@ -46,7 +46,7 @@ _BAND = np.geomspace(1e-2, 2e6, 6001)
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give coating, leaky gap and dispersive skin in series."""
+    """Return coating, leaky gap and dispersive skin in series."""
     leak = "not printed; an illustrative leak in place of electrode polarisation"
     gap = {
         "thickness": (GAP, "not printed in the abstract; of the order of skin roughness"),

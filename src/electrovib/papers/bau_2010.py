@@ -45,7 +45,7 @@ def just_noticeable_ratio() -> float:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give one sine on a coated screen, cut free in the gap."""
+    """Return one sine on a coated screen, cut free in the gap."""
     gap = (3e-6, "not printed in the abstract; of the order of skin roughness")
     sine = preset(
         title="Bau 2010: a sine on a coated touch screen",
@@ -72,7 +72,7 @@ def force_change(*, ratio: float) -> float:
 
 
 def order_of_the_force() -> int:
-    """Give the harmonic of the drive at which the moving part of the attraction is largest."""
+    """Return the harmonic of the drive at which the moving part of the attraction is largest."""
     time = np.arange(256) / 256 / 125.0
     force = simulate(scenarios()["sine"], time=time).electrostatic_force.values
     return int(np.argmax(np.abs(np.fft.rfft(force))[1:])) + 1

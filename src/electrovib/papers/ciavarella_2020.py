@@ -131,7 +131,7 @@ def decays_to_a_plateau() -> float:
 
 
 def conductors_over_plates() -> float:
-    """Give the pull without any layer over that of two plates in air."""
+    """Return the pull without any layer over that of two plates in air."""
     gap, voltage = 2e-6, 50.0
     return float(local_pull(voltage, electrical_thickness=0.0, gap=gap) / (eps0 * voltage**2 / (2 * gap**2)))
 

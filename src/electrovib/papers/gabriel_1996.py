@@ -44,7 +44,7 @@ WET = ColeCole.model_validate(
 
 
 def skins() -> dict[str, Skin]:
-    """Give dry and wet whole skin."""
+    """Return dry and wet whole skin."""
     note = "whole skin, not stratum corneum; values read in public code that quotes the paper's table"
     return {
         "dry": Skin(

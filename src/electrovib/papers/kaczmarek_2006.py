@@ -139,7 +139,7 @@ def _scenario(kind: str, pulse: str) -> Scenario:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give a positive, a negative and a biphasic pulse on linear layers, a rectifying skin, a rectifying gap."""
+    """Return a positive, a negative and a biphasic pulse on linear layers, a rectifying skin, a rectifying gap."""
     return {
         pulse if kind == "linear" else f"{kind}_{pulse}": _scenario(kind, pulse)
         for kind in ("linear", "skin", "gap")
@@ -173,7 +173,7 @@ def polarity_ratio(scenario: Scenario) -> float:
 
 
 def verdict(*, ratio: float) -> str:
-    """Say in words what a ratio of positive over negative means."""
+    """State in words what a ratio of positive over negative means."""
     if ratio == 1:
         return BLIND
     much = "hardly " if abs(ratio - 1) < HARDLY else ""

@@ -107,7 +107,7 @@ def _film(title: str, drive: tuple[dict[str, Any], str]) -> Scenario:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give the conventional sine and the three methods, on one film."""
+    """Return the conventional sine and the three methods, on one film."""
     plain = sine(amplitude=100.0)
     plain |= {
         "frequency": (MODULATION, FREQUENCY),

@@ -89,7 +89,7 @@ def _gap_field(scenario: Scenario) -> float:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give one finger under a prescribed current, and under a voltage that pulls as much at this gap."""
+    """Return one finger under a prescribed current, and under a voltage that pulls as much at this gap."""
     title, amplitude = "prescribed voltage of the same attraction", math.sqrt(2) * CURRENT
     current = {"model": "CurrentSine", "amplitude": amplitude, "frequency": FREQUENCY}
     prescribed = _finger("prescribed current, 1 mA rms at 25 kHz", current)

@@ -80,7 +80,7 @@ def first_order_skin(*, time_constant: float) -> Constant:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give the first-order model with its cut-off at the bound of the abstract."""
+    """Return the first-order model with its cut-off at the bound of the abstract."""
     founding = "not printed; vezzoli_2014, section 3.1"
     skin = first_order_skin(time_constant=time_constant(CUT_OFF))
     first_order = preset(

@@ -53,7 +53,7 @@ FOUNDING = "not printed in the abstract; the film of vezzoli_2014, section 3.1"
 
 
 def rises(*, permittivity: float, resistivity: float, gap_resistivity: float) -> bool:
-    """Tell whether the gap's field rises under a constant voltage: rho_g > eps_d rho_d.
+    """Return whether the gap's field rises under a constant voltage: rho_g > eps_d rho_d.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def _two_layers_of(gap_resistivity: float) -> dict[str, Any]:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give a force that rises, one that falls, the rise not neutralised before, and the rise over a film."""
+    """Return a force that rises, one that falls, the rise not neutralised before, and the rise over a film."""
     layers = _two_layers_of(RISING)
     rise = preset(
         title="Nakamura 2017: rise, the gap conducts less",

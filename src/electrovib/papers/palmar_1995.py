@@ -55,7 +55,7 @@ def palmar(*, exponent: float, conductance: float) -> ConstantPhase:
 
 
 def skins() -> dict[str, Skin]:
-    """Give palmar skin from dry (2 uS) to moist (20 uS)."""
+    """Return palmar skin from dry (2 uS) to moist (20 uS)."""
     found = {}
     for who, exponent in (("men", MEN), ("women", WOMEN)):
         for word, conductance in (("dry", 2e-6), ("medium", 10e-6), ("moist", 20e-6)):

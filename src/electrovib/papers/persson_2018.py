@@ -94,11 +94,11 @@ class Persson2018RoughGap(ForceLaw):
     spots: ContactSpots = PullingSpots()
 
     def gaps(self) -> GaussianGaps:
-        """Give the distribution of the gaps."""
+        """Return the distribution of the gaps."""
         return GaussianGaps(mean=self.mean_gap, rms=self.rms_gap)
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
-        """Give the field at each gap of the average times the root of its share of the area."""
+        """Return the field at each gap of the average times the root of its share of the area."""
         _refuse_a_gap(section, self.replaces)
         layers = {name: section[name] for name in section.names}
         gaps, shares = self.gaps().rule(_near(layers), count=COUNT, reach=EXTENT)
@@ -120,7 +120,7 @@ class Persson2018RoughGap(ForceLaw):
         return total
 
     def diagnostics(self, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
-        """Say what carries the pull, how rough the skin may be, and which voltage is meant."""
+        """State what carries the pull, how rough the skin may be, and which voltage is meant."""
         return (self._carried_by(layers), _wavelengths(layers), _voltage())
 
     def _carried_by(self, layers: Mapping[str, Layer]) -> Diagnostic:
@@ -231,7 +231,7 @@ _CHOICE = "not read; a choice"
 
 
 def scenarios() -> dict[str, Scenario]:
-    """Give a rough finger on a coated screen; no value of it was read in the paper.
+    """Return a rough finger on a coated screen; no value of it was read in the paper.
 
     Returns
     -------

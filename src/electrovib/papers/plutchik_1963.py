@@ -27,7 +27,7 @@ AREA, THICKNESS = 1e-4, 200e-6
 
 
 def material() -> ConstantPhase:
-    """Give the Cole admittance as a material."""
+    """Return the Cole admittance as a material."""
     anchor = 100.0
     angle = (EXPONENT - 1) * np.pi / 2
     magnitude = (2 * np.pi * anchor * RELAXATION) ** EXPONENT / RESISTANCE  # |Y - G0|
@@ -41,7 +41,7 @@ def material() -> ConstantPhase:
 
 
 def layer() -> Layer:
-    """Give the stratum corneum of the assumed thickness."""
+    """Return the stratum corneum of the assumed thickness."""
     return Layer(thickness=THICKNESS, material=material())
 
 
@@ -52,7 +52,7 @@ def impedance(frequency: float) -> complex:
 
 
 def skins() -> dict[str, Skin]:
-    """Give the one set."""
+    """Return the one set."""
     note = "solved from three numbers of the abstract; 1 cm2 and 200 um assumed; site not known"
     return {
         "skin": Skin(name="1963 impedance", material=material(), status="derived", source=CITATION, note=note)

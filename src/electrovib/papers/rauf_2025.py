@@ -89,13 +89,13 @@ def clutch_force(
 
 
 def film() -> ColeCole:
-    """Give the relaxor film (PVDF-TrFE-CFE) as the authors fit it in their code; it conducts nothing there."""
+    """Return the relaxor film (PVDF-TrFE-CFE) as the authors fit it in their code; it conducts nothing there."""
     term = {"strength": 54.2 - 4.0, "relaxation_time": 2.82e-6, "broadening": 1 - 0.562}
     return ColeCole.model_validate({"permittivity_high": 4.0, "terms": [term], "conductivity": 0.0})
 
 
 def materials() -> dict[str, Material]:
-    """Give the film."""
+    """Return the film."""
     return {"relaxor": film()}
 
 
@@ -111,7 +111,7 @@ def _check(permittivity: float, gap: float) -> Check:
 
 
 def stack_over_formula() -> float:
-    """Give the force of the stack with two contacts over that of the formula, at 1 um and permittivity 50."""
+    """Return the force of the stack with two contacts over that of the formula, at 1 um and permittivity 50."""
     trace = simulate(scenarios()["field_50"], time=np.array([0.0, 1e-3]))
     force = float(trace.electrostatic_force[-1])
     return force / clutch_force(voltage=VOLTAGE, gap=1e-6, permittivity=HIGH)
@@ -135,7 +135,7 @@ _NONE = "not in the field calculation"
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give the clutch with an air gap of 1 um.
+    """Return the clutch with an air gap of 1 um.
 
     Returns
     -------

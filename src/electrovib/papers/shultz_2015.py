@@ -52,7 +52,7 @@ def gap_force(*, voltage: float, gap: float, area: float) -> float:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give a held voltage on a coating that leaks, and on one that insulates."""
+    """Return a held voltage on a coating that leaks, and on one that insulates."""
     conductivity = "stack.insulator.material.conductivity"
     gap = {"model": "Constant", "permittivity": (1.0, "air"), "conductivity": 1 / GAP_RESISTIVITY}
     leaky = preset(

@@ -59,7 +59,7 @@ def gap_for(*, rise: float) -> float:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give one finger at rest, and sliding with a gap inside the window of the abstract."""
+    """Return one finger at rest, and sliding with a gap inside the window of the abstract."""
     body = "body and electrode together, not printed in the abstract; a choice"
     gap = (1e-6, "not printed; inside the 100 to 1000 % of the abstract")
     common = {

@@ -58,7 +58,7 @@ def static_force(*, thickness: float, permittivity: float, area: float, voltage:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give one display with the recalled law, and the same display cut free in the gap."""
+    """Return one display with the recalled law, and the same display cut free in the gap."""
     title = "Strong and Troxel 1970: one dielectric under a sliding finger, "
     display = preset(
         title=f"{title}MaxwellStressInInsulator",

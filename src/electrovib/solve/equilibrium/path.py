@@ -173,7 +173,7 @@ def _next(gap: float, surface: Surface, attraction: Attraction, pressure: float)
 
 
 def _branch_ends(start: float, end: float, surface: Surface, one_volt: Attraction, pressure: float) -> bool:
-    """Tell whether a gap between two states would not be stable under the voltage that balances it."""
+    """Return whether a gap between two states would not be stable under the voltage that balances it."""
     if start == end:
         return False
     for gap in np.linspace(start, end, BETWEEN)[1:-1]:

@@ -140,7 +140,7 @@ def _search(first: Curve, second: Curve, whole: _Interval) -> Iterator[_Part]:
 
 
 def _bounds(part: _Interval) -> tuple[float, float]:
-    """Give the least and the most that the difference can be: the bounds are straight between kinks."""
+    """Return the least and the most that the difference can be: the bounds are straight between kinks."""
     a, b = part.left, part.right
     ends = min(a.difference, b.difference), max(a.difference, b.difference)
     if b.x <= a.x:
@@ -175,7 +175,7 @@ class _Bent:
         return min(max(x, self.a), self.b)
 
     def between(self, x: float) -> tuple[float, float]:
-        """Give the least and the most that the curve can be at a place."""
+        """Return the least and the most that the curve can be at a place."""
         chord = self.at_a + (self.at_b - self.at_a) * ((x - self.a) / (self.b - self.a))
         tangents = self.at_a + self.slope_a * (x - self.a), self.at_b - self.slope_b * (self.b - x)
         if self.slope_b >= self.slope_a:
@@ -184,7 +184,7 @@ class _Bent:
 
 
 def _turns_nowhere(part: _Interval) -> bool:
-    """Tell whether the slope of the difference cannot be 0."""
+    """Return whether the slope of the difference cannot be 0."""
     a, b = part.left, part.right
     upper, lower = (a.upper_slope, b.upper_slope), (a.lower_slope, b.lower_slope)
     noise = NOISE * (max(map(abs, upper)) + max(map(abs, lower)))

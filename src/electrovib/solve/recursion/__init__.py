@@ -150,7 +150,7 @@ def states_at(
     initial_state: ArrayLike,
     places: Indices,
 ) -> NDArray[np.float64]:
-    """Give the states of relaxing modes at some points of a drive of straight pieces, and at no other.
+    """Return the states of relaxing modes at some points of a drive of straight pieces, and at no other.
 
     Parameters
     ----------

@@ -128,7 +128,7 @@ def _put_out(
 
 
 def even_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indices) -> Numbers:
-    """Give the states at some points of a drive whose pieces last equally long.
+    """Return the states at some points of a drive whose pieces last equally long.
 
     Parameters
     ----------
@@ -234,7 +234,7 @@ def numbers(modes: Numbers) -> Real:
 
 
 def block_states(whole: Sequence[Real], onto_state: Real, z: Numbers, state: Numbers) -> Real:
-    """Give the state before every whole block and after the last.
+    """Return the state before every whole block and after the last.
 
     Parameters
     ----------

@@ -117,7 +117,7 @@ def _between(
     block: int,
     state: Numbers,
 ) -> Iterator[tuple[slice, Real]]:
-    """Give what the second system sees, some rows of ``keep`` samples at a time, then the first of what is left.
+    """Return what the second system sees, some rows of ``keep`` samples at a time, then the first of what is left.
 
     Every array given is used up before the next one is made, in the same memory.
     """

@@ -104,7 +104,7 @@ def hold_weights_complex(z: ArrayLike) -> _Weights:
 
 
 def weights_of(z: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Give the weights in the kind of number that the poles are [-].
+    """Return the weights in the kind of number that the poles are [-].
 
     Parameters
     ----------

@@ -97,7 +97,7 @@ def march_jittered(
 
 
 def jittered_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indices) -> Numbers:
-    """Give the states at some points of a drive whose pieces last unequally long.
+    """Return the states at some points of a drive whose pieces last unequally long.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def _chunks(modes: Modes, drive: StraightDrive) -> Iterator[tuple[int, StraightD
 
 
 def _outputs(modes: Modes, drive: StraightDrive, following: float, state: Numbers) -> Real:
-    """Give the outputs before every piece of one stretch, (outputs, pieces); the state becomes that after it."""
+    """Return the outputs before every piece of one stretch, (outputs, pieces); the state becomes that after it."""
     columns, rows = fold_length(drive.starts.size)
     total, level = np.zeros((columns * rows, modes.direct.size)), modes.direct.copy()
     for family, table in _followed(modes, drive, following, state):
@@ -172,7 +172,7 @@ def _followed(
 
 
 def _is_graded(drive: StraightDrive) -> bool:
-    """Tell whether steps grow over decades, as those of a solver: there a drive may be huge for a moment.
+    """Return whether steps grow over decades, as those of a solver: there a drive may be huge for a moment.
 
     What a mode lags behind such a drive is rounded by the drive's size, not by its own.
     """
@@ -194,7 +194,7 @@ def _families(modes: Modes, longest: float, *, graded: bool) -> list[_Family]:
 
 
 def _weights(poles: Numbers, family: _Family, folded: list[Real]) -> tuple[Numbers, Numbers]:
-    """Give what each piece leaves of the state before it, and what it adds, (pieces, modes) each."""
+    """Return what each piece leaves of the state before it, and what it adds, (pieces, modes) each."""
     starts, ends, steps = (each.reshape(-1, 1) for each in folded)
     if family.degree:
         return _by_polynomials(poles, family.degree, starts, ends, steps)

@@ -104,6 +104,6 @@ def _follow(modes: Modes, drive: StraightDrive, state: Numbers) -> tuple[Real, N
 
 
 def _put_out(modes: Modes, level: float, state: Numbers, lag: Numbers) -> Real:
-    """Give the outputs at one point."""
+    """Return the outputs at one point."""
     modal = np.where(modes.lag, (modes.gains @ lag).real, (modes.gains @ state).real)
     return np.asarray(modes.direct * level + modal)

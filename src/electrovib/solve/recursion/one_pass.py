@@ -47,7 +47,7 @@ class _Plan(NamedTuple):
 
 
 def is_worth_compiling(modes: Modes, drive: StraightDrive) -> bool:
-    """Tell whether so many modes and pieces go through the compiled pass.
+    """Return whether so many modes and pieces go through the compiled pass.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def march_in_one_pass(
 
 
 def states_in_one_pass(modes: Modes, drive: StraightDrive, state: Real, places: Indices) -> Real:
-    """Give the states at some points of a drive whose pieces last unequally long, as `jittered_states` does.
+    """Return the states at some points of a drive whose pieces last unequally long, as `jittered_states` does.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ def _some(plan: _Plan, among: slice) -> _Plan:
 
 
 def _terms(falls: Real, degree: int) -> Real:
-    """Give the powers of 2 share - 1 that make (1 - mean)/fall of a share of these falls, (degree + 1, modes)."""
+    """Return the powers of 2 share - 1 that make (1 - mean)/fall of a share of these falls, (degree + 1, modes)."""
     nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
     fall = np.multiply.outer((1 + nodes) / 2, falls)
     later = np.zeros_like(fall)
@@ -223,14 +223,14 @@ def _ordered(modes: Modes, plan: _Plan) -> tuple[Real, Real]:
 
 
 def _begun(plan: _Plan, state: Real, level: float) -> Real:
-    """Give what is followed, at the first point."""
+    """Return what is followed, at the first point."""
     followed = np.array(state[plan.order])
     followed[plan.slow :] -= level
     return followed
 
 
 def _ended(plan: _Plan, followed: Real, level: float) -> Real:
-    """Give the states from what is followed, at the last point."""
+    """Return the states from what is followed, at the last point."""
     state = np.empty_like(followed)
     state[plan.order] = followed
     state[plan.order[plan.slow :]] += level

@@ -49,7 +49,7 @@ class StraightDrive(NamedTuple):
     steps: Real
 
     def jumps(self) -> Real | None:
-        """Give the drop of the drive at the beginning of each piece, or None when it never jumps."""
+        """Return the drop of the drive at the beginning of each piece, or None when it never jumps."""
         before, after = self.ends[:-1], self.starts[1:]
         if _same_memory(before, after) or np.array_equal(before, after):
             return None
@@ -57,7 +57,7 @@ class StraightDrive(NamedTuple):
 
 
 def _same_memory(one: Real, other: Real) -> bool:
-    """Tell whether both views begin at the same number; both are contiguous and equally long."""
+    """Return whether both views begin at the same number; both are contiguous and equally long."""
     return bool(one.__array_interface__["data"][0] == other.__array_interface__["data"][0])
 
 

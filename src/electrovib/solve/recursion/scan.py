@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def fold_length(count: int) -> tuple[int, int]:
-    """Give the columns and rows of the squarest table that holds ``count`` successive stretches.
+    """Return the columns and rows of the squarest table that holds ``count`` successive stretches.
 
     Parameters
     ----------
