@@ -301,7 +301,7 @@ def test_what_has_no_held_state_is_refused(changes, says):
 def test_a_stack_without_a_gap_is_told_to_have_one():
     content = scenario().to_dict()
     del content["stack"]["gap"]
-    with pytest.raises(InputError, match=r"no gap .*add \[stack\.gap\]"):
+    with pytest.raises(InputError, match=r"there is no gap .*add \[stack\.gap\]"):
         equilibrium(Scenario.model_validate(content))
 
 
