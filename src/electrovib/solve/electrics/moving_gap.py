@@ -1,10 +1,8 @@
 """A finger held near the plate: linear layers under a gap of prescribed thickness, with charge as the state.
 
-Modes are valid for a fixed thickness only; the charge between the layers and the slow polarisation in them are states
-for any thickness. They obey a linear system whose coefficients follow the gap, integrated by Radau collocation of
-order 5: every step is one linear equation, and the equations of all steps are solved together. Where no layer conducts
-or relaxes the charges are constant, and the fields follow from the gap in closed form. The error is measured by halving
-all steps, and reported.
+Modes are valid for a fixed thickness only; charge between the layers and slow polarisation in them are states for any.
+They obey a linear system whose coefficients follow the gap, integrated by Radau collocation of order 5: each step is one
+linear equation. Where no layer conducts or relaxes the charges are constant, and the fields are in closed form.
 """
 
 from __future__ import annotations
@@ -67,8 +65,7 @@ def move_gap(
     Solution
         `drive_voltage`, `plate_voltage`, `stack_voltage`, `current`, `amplifier_current`, `gap`, and each
         layer's field and displacement; at a discontinuity of the drive, the value after it. ``step_error`` is the error of
-        the gap's field over its largest value, found by halving all steps; no step is taken where the charges are
-        constant.
+        the gap's field over its largest value, by halving all steps; there are no steps where the charges are constant.
 
     Raises
     ------

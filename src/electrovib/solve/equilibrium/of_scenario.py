@@ -43,8 +43,7 @@ class Balance:
     area : float
         Gross area under the load alone [m2].
     electrical_thickness : float
-        Thickness of the blocking parts over their permittivity, times that of the gap [m]; for a blocking return path at
-        the area under the load alone.
+        Thickness of the blocking parts over their permittivity, times that of the gap [m], at the area under the load.
     blocking : tuple of str
         Names of the layers that block, and ``return_path`` where it blocks.
     beyond : bool
@@ -87,8 +86,7 @@ def equilibrium(
     voltage : float, optional
         Constant voltage [V]; by default the largest voltage of the drive. For a fast sine give its root mean square.
     spots : ContactSpots, optional
-        Averages over the gaps of a rough surface, with these spots where it touches; by default the gap is the
-        same everywhere.
+        Averages over the gaps of a rough surface with these contact spots; by default the gap is the same everywhere.
 
     Returns
     -------
@@ -98,7 +96,7 @@ def equilibrium(
     Raises
     ------
     InputError
-        If surface or gap is missing, if the gap conducts, if nothing blocks, or for a second contact.
+        If surface or gap is missing, the gap conducts, nothing blocks, or there is a second contact.
 
     Notes
     -----
