@@ -5,7 +5,7 @@
 Claims: friction follows the attraction as a first-order system and the skin is mass, damper and spring; for each
 mm/s of sliding speed the cut-off rises by 13.8 Hz, the moving mass by 3.23e-5 kg, the stiffness by 4.04 N/m (ten
 persons, 20 to 100 mm/s, 0.2 to 0.6 N); stiffness changes the cut-off more than mass. Does not claim: the cut-off,
-mass or stiffness at any one speed (not read). These have to be given before a scenario can be computed.
+mass or stiffness at any one speed (not read). The values at one speed have to be given before a scenario can be computed.
 
 Computed here: with a cut-off at one speed, `FirstOrderLag` with a renewal length of 72.5 um is the paper's friction;
 with mass and stiffness at one speed, `MassSpringDamper` with its `growth` is the paper's skin.

@@ -3,7 +3,7 @@
 Physics in Medicine and Biology 41, 2271, doi:10.1088/0031-9155/41/11/003.
 
 Claims: whole skin, dry and wet, as four Cole-Cole terms from 10 Hz to 100 GHz. Does not claim: stratum corneum
-alone; the fit deviates from the paper's own measurements by up to 12 % below 1 kHz, and by up to 40 % in conductivity
+alone; agreement with its own measurements to better than 12 % below 1 kHz, and to better than 40 % in conductivity
 between 10 and 100 kHz. Its resistivity is about 110 times below that which the 7.7 ms of Vezzoli et al. 2014 require as
 the time constant of the voltage, and twice as far below if they are the decay of the force.
 """

@@ -247,7 +247,7 @@ def scenarios() -> dict[str, Scenario]:
         The preset ``coating``.
     """
     coating = preset(
-        title="Rough finger on a coated touch screen: unverified screen, gaps of a choice",
+        title="Rough finger on a coated touch screen: screen unverified, gaps of a choice",
         changes={
             "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 125.0},
             "time.initial_state.model": "PeriodicState",

@@ -59,7 +59,7 @@ def answer_to_current(question: Question) -> Solution:
     """
     drive, transfers = question.scenario.drive, question.wanted(question.section)
     found = transient(transfers, drive, question.times, settled=question.settled)
-    why = "linear layers, fixed gap and a current drive: modes of each layer by itself, blocking layers integrate"
+    why = "linear layers, fixed gap and a current drive: modes of each layer, blocking layers integrate the current"
     return Solution(
         found=found, method=CURRENT_DRIVE, reason=f"{why}, {how_it_begins(drive, settled=question.settled)}"
     )

@@ -107,7 +107,7 @@ def transient(
 def how_it_begins(drive: Drive, *, settled: bool) -> str:
     """Return in words from which state a response begins, and for which drives it is exact."""
     count = count_harmonics(drive) if settled else None
-    how = f"its {count} harmonics exactly" if count else "straight pieces and sines exactly"
+    how = f"exact (harmonics of the drive: {count})" if count else "exact for straight pieces and sines"
     return f"from {'the periodic state' if settled else 'rest'}, {how}"
 
 
