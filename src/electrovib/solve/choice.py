@@ -168,7 +168,7 @@ def _first(solvers: tuple[Solver, ...], scenario: Scenario) -> Solver:
 
 
 def chosen(scenario: Scenario) -> Solver:
-    """Give the solver that a scenario is for; costs nothing."""
+    """Return the solver that a scenario is for; costs nothing."""
     return _first(SOLVERS, scenario)
 
 

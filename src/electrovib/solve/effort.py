@@ -24,7 +24,7 @@ from electrovib.solve.costs import (
     SHORTER,
     SMOOTH_STEP,
 )
-from electrovib.solve.diagnostics.looks import count_looks
+from electrovib.solve.diagnostics.evaluation_times import count_evaluation_times
 from electrovib.solve.electrics.linear.smooth import RADIANS_PER_STEP
 from electrovib.solve.mechanics.between import KNOTS
 from electrovib.solve.mechanics.friction_chain import FORGOTTEN, MOST
@@ -71,7 +71,7 @@ def refuse_large(scenario: Scenario, times: Real | None = None) -> None:
 
 
 def last_time(scenario: Scenario, times: Real | None = None) -> float:
-    """Give the last output time.
+    """Return the last output time.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
     samples = grid.count(drive) if times is None else len(times)
     end = last_time(scenario, times)
     corners = drive.count_corners(end)
-    looks = count_looks(drive, end=end, settled=_settled(scenario))
+    looks = count_evaluation_times(drive, end=end, settled=_settled(scenario))
     time = samples * (SAMPLE + SAMPLE_OF_MODE * _modes(scenario))
     time += samples * AMPLITUDE_OF_MODE * _modes_of_law(scenario)
     time += looks * (SAMPLE + SAMPLE_OF_MODE * _modes(scenario))

@@ -178,7 +178,7 @@ class Expanded:
         )
 
     def _solution(self, times: Real, *, force_alone: bool) -> Solution:
-        """Give the electrical answer, that of before where nothing that it depends on has changed."""
+        """Return the electrical answer, that of before where nothing that it depends on has changed."""
         if self.last is not None and np.array_equal(self.last[0], times):
             held = self.last[1]
             if force_alone or "stack_voltage" in held.found:
@@ -239,7 +239,7 @@ class Expanded:
         return transfer_error(self.scenario.force, self.section, self.declared, known_band(self.scenario))
 
     def _seen(self, record: Record) -> Record:
-        """Give what of a record is judged: no times nearer to a corner than those the materials were reduced for."""
+        """Return what of a record is judged: no times nearer to a corner than those the materials were reduced for."""
         if record.times is self.times or not self.reduction_error:
             return record
         drive, settled = self.scenario.drive, isinstance(self.scenario.time.initial_state, PeriodicState)

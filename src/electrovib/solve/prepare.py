@@ -115,7 +115,7 @@ class Prepared:
         return tuple(each.name for each in self._names)
 
     def scenario(self, values: Mapping[str, float] | Sequence[float]) -> Scenario:
-        """Give the scenario at a point.
+        """Return the scenario at a point.
 
         Parameters
         ----------

@@ -14,7 +14,7 @@ from electrovib.physics.drive.parts import circling
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.diagnostics import judged as judging
 from electrovib.solve.diagnostics import peaks
-from electrovib.solve.diagnostics.looks import MOST_CORNERS
+from electrovib.solve.diagnostics.evaluation_times import MOST_CORNERS
 from electrovib.solve.electrics.linear import straight
 from electrovib.solve.electrics.linear.graded import FEW, fading
 from electrovib.solve.electrics.linear.transient import transient

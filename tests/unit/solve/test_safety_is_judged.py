@@ -243,7 +243,7 @@ def test_nothing_is_said_of_what_is_not_declared(founding):
                 if diagnostic.name != "film strength, insulator"
             ]
         )
-    assert "100 mA" in diagnostics(trace)["jump"].text
+    assert "100 mA" in diagnostics(trace)["discontinuity"].text
 
 
 def test_the_jump_at_time_0_is_told_apart(founding):
@@ -258,12 +258,12 @@ def test_the_jump_at_time_0_is_told_apart(founding):
         assert (found[name].state, found[name].value) == ("ok", pytest.approx(5.85e-3, rel=3e-3))
         switched = found[f"{name} at switch-on"]
         assert (switched.state, switched.value) == ("warning", pytest.approx(0.1, rel=1e-6))
-    assert "at time 0 alone" in found["jump"].text
+    assert "at time 0 only" in found["discontinuity"].text
     settled = founding.replace(
         cosine | {"limits": {"current": "10 mA"}, "time.initial_state": {"model": "PeriodicState"}}
     )
     found = diagnostics(ev.simulate(settled))
-    assert not {"jump", "current at switch-on"} & set(found)
+    assert not {"discontinuity", "current at switch-on"} & set(found)
     assert found["current"].value == pytest.approx(5.85e-3, rel=3e-3)
 
 

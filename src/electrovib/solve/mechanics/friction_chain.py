@@ -308,7 +308,7 @@ def _slowest(filter_: Filter) -> float:
 
 
 def _at_speed(finger: Finger, speed: float | None) -> Finger:
-    """Give the fingertip at the full sliding speed [m/s]."""
+    """Return the fingertip at the full sliding speed [m/s]."""
     if not isinstance(finger, MassSpringDamper) or finger.growth is None:
         return finger
     if speed is None:

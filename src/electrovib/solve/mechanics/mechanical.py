@@ -118,7 +118,7 @@ def slowest_rates(scenario: Scenario) -> list[float]:
 
 
 def _without_attraction(scenario: Scenario) -> FrictionChain:
-    """Give the mechanics of a scenario at time 0, before anything is solved."""
+    """Return the mechanics of a scenario at time 0, before anything is solved."""
     nothing = Solution(found={}, method=TRANSIENT, reason="", force=np.zeros(1))
     return FrictionChain(scenario, np.zeros(1), nothing, lambda _: nothing)
 

@@ -45,13 +45,13 @@ class Mesh:
         return float(self.edges[-1] - self.edges[0])
 
     def times(self) -> Real:
-        """Give all edges and nodes [s], increasing: a piece's first edge, its nodes, and last the end."""
+        """Return all edges and nodes [s], increasing: a piece's first edge, its nodes, and last the end."""
         inside = (1 + _points(self.nodes)) / 2
         rows = self.edges[:-1, None] + self.lengths[:, None] * np.append(0.0, inside)
         return np.append(rows.ravel(), self.edges[-1])
 
     def series(self, values: Real) -> Real:
-        """Give the Chebyshev coefficients of a signal in each piece.
+        """Return the Chebyshev coefficients of a signal in each piece.
 
         Parameters
         ----------

@@ -22,7 +22,7 @@ _LAST: Final = 3
 
 
 def tails(series: Real) -> Real:
-    """Give the size of the last coefficients: what a polynomial of this degree may miss.
+    """Return the size of the last coefficients: what a polynomial of this degree may miss.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def taken_of_many(taken: str, meshes: Sequence[Mesh], series: Real) -> list[floa
 
 
 def of_extremes(taken: str, low: float, high: float) -> float:
-    """Give a number that follows from smallest and largest value.
+    """Return a number that follows from smallest and largest value.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def _polynomials(angles: Real, degree: int) -> Real:
 
 
 def last_value(series: Real) -> float:
-    """Give the value at the end of the last piece, before a jump that falls there.
+    """Return the value at the end of the last piece, before a jump that falls there.
 
     Parameters
     ----------

@@ -58,12 +58,12 @@ class Resolved:
     series: dict[tuple[str, str], Real]
 
     def error(self, key: tuple[str, str]) -> float:
-        """Give the mean of what the pieces of a signal may miss, as a share of its largest value; NaN where it is NaN."""
+        """Return the mean of what the pieces of a signal may miss, as a share of its largest value; NaN where it is NaN."""
         return missed(self.mesh, self.series[key])
 
 
 def missed(mesh: Mesh, series: Real) -> float:
-    """Give the mean of what the pieces of a signal may miss, as a share of its largest value.
+    """Return the mean of what the pieces of a signal may miss, as a share of its largest value.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def window(scenario: Scenario) -> tuple[float, str]:
 
 
 def times_of_window(scenario: Scenario) -> Real:
-    """Give times from whose span and step the band of the materials follows [s]."""
+    """Return times from whose span and step the band of the materials follows [s]."""
     return np.linspace(0.0, window(scenario)[0], FORMULA_SAMPLES)
 
 

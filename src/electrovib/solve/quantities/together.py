@@ -48,7 +48,7 @@ class Together:
         self._apart = False
 
     def answer(self, place: int) -> Answer:
-        """Give the numbers of one of the scenarios.
+        """Return the numbers of one of the scenarios.
 
         Parameters
         ----------

@@ -31,7 +31,7 @@ class Sines:
     amplitude: Complex
 
     def weights(self, transfers: Mapping[Key, Transfer]) -> dict[Key, Complex]:
-        """Give complex amplitudes of linear quantities in every case, those with the same modes one after the other.
+        """Return complex amplitudes of linear quantities in every case, those with the same modes one after the other.
 
         Parameters
         ----------
@@ -79,7 +79,7 @@ class Sines:
 
 
 def rows_of(weights: Mapping[Key, Complex], cases: Indices, waves: tuple[Real, Real]) -> dict[Key, Real]:
-    """Give linear quantities of some cases over time from their complex amplitudes.
+    """Return linear quantities of some cases over time from their complex amplitudes.
 
     Parameters
     ----------

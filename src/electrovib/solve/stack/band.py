@@ -61,7 +61,7 @@ def run_band(scenario: Scenario, times: Real) -> tuple[float, float]:
 
 
 def shortest_time(scenario: Scenario, times: Real) -> float:
-    """Give the shortest straight piece of the drive or time between a corner and the next output [s].
+    """Return the shortest straight piece of the drive or time between a corner and the next output [s].
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def shortest_time(scenario: Scenario, times: Real) -> float:
 
 
 def lowest_frequency(scenario: Scenario) -> float:
-    """Give the lowest frequency in a drive that repeats [Hz]; 0 for its mean, only where a measured layer blocks."""
+    """Return the lowest frequency in a drive that repeats [Hz]; 0 for its mean, only where a measured layer blocks."""
     materials = [layer.material for layer in scenario.stack.layers.values()]
     blocked = any(math.isfinite(each.band[1]) and each.conductivity == 0 for each in materials)
     frequencies, amplitudes = spectrum(scenario.drive, harmonics=1)

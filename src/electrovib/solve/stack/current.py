@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def per_ampere(section: PhasorSection, *, area: float) -> PhasorSection:
-    """Give the stack at given frequencies per ampere of the drive.
+    """Return the stack at given frequencies per ampere of the drive.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def _spread(places: Indices, values: Real, count: int) -> Real:
 
 
 def _answer(rates: Real, residues: Real, free: Real) -> Transfer:
-    """Give sum residue/(s + rate); what charge leaves at a rate of 0 stays for ever."""
+    """Return sum residue/(s + rate); what charge leaves at a rate of 0 stays for ever."""
     integrates = rates[:-1] == INTEGRATING
     gains = np.append(residues / rates[:-1], 0.0)
     fading = np.append(np.where(integrates, 0.0, free), float(np.sum(free[integrates])))

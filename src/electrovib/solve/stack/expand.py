@@ -43,7 +43,7 @@ class Surroundings:
 
 
 def phasors(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> PhasorSection:
-    """Give the scenario's stack over frequency, exact for the materials as declared.
+    """Return the scenario's stack over frequency, exact for the materials as declared.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def phasors(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> Phaso
 
 
 def per_volt_of(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> PhasorSection:
-    """Give the scenario's stack over frequency per volt, also where the drive prescribes the current.
+    """Return the scenario's stack over frequency per volt, also where the drive prescribes the current.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def linearised(layers: Mapping[str, Layer]) -> dict[str, Layer]:
 
 
 def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> ChargedSection:
-    """Give what initial charge leaves behind, as Laplace transforms at j w, exact for the materials as declared.
+    """Return what initial charge leaves behind, as Laplace transforms at j w, exact for the materials as declared.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> Charge
 
 
 def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSection:
-    """Give a section per volt of the drive from one per volt of the plate.
+    """Return a section per volt of the drive from one per volt of the plate.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSectio
 
 
 def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduction]:
-    """Give every layer's polarisation as Debye terms, over the band that a run needs.
+    """Return every layer's polarisation as Debye terms, over the band that a run needs.
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduc
 
 
 def modes(scenario: Scenario, times: Real | None = None) -> tuple[ModalSection, float]:
-    """Give the stack without leaks as modes per unit of the drive, and the largest error of a polarisation.
+    """Return the stack without leaks as modes per unit of the drive, and the largest error of a polarisation.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ class Roots:
     slope: Real
 
     def differences(self) -> Real:
-        """Give the distance of each root from each node, without cancellation.
+        """Return the distance of each root from each node, without cancellation.
 
         Returns
         -------
@@ -52,7 +52,7 @@ class Roots:
 
 
 def _roots_at(node: Real, weight: Real, origin: Indices, offset: Real) -> Roots:
-    """Give roots whose distance from the nearer node is known."""
+    """Return roots whose distance from the nearer node is known."""
     difference = _differences(node, origin, offset)
     slope: Real = (weight / difference / difference).sum(axis=1)
     values: Real = node[origin] + offset
@@ -62,19 +62,19 @@ def _roots_at(node: Real, weight: Real, origin: Indices, offset: Real) -> Roots:
 
 
 def _between_two_poles(node: Real, weight: Real) -> Roots:
-    """Give the root between two poles that add up to nothing, in closed form."""
+    """Return the root between two poles that add up to nothing, in closed form."""
     nearer = int(weight[0] > weight[1])
     distance = (node[1] - node[0]) * (weight[nearer] / (weight[0] + weight[1]))
     return _roots_at(node, weight, np.array([nearer]), np.array([-distance if nearer else distance]))
 
 
 def _of_one_pole(node: Real, weight: Real, constant: float) -> Roots:
-    """Give the root above a single pole, in closed form."""
+    """Return the root above a single pole, in closed form."""
     return _roots_at(node, weight, np.zeros(1, np.intp), weight / constant)
 
 
 def _of_two_poles(node: Real, weight: Real, constant: float) -> Roots | None:
-    """Give the roots between and above two poles, in closed form; None where terms cancel too much for that.
+    """Return the roots between and above two poles, in closed form; None where terms cancel too much for that.
 
     With x the distance from the upper pole, c x^2 + (c gap - w0 - w1) x - w1 gap = 0: one root below it, one above.
     """

@@ -26,7 +26,7 @@ _NOTHING = 1e-13
 
 
 def integrated(rate: Transfer, *, start: float = 0.0) -> Transfer:
-    """Give the integral over time of a linear quantity, for instance the charge that a current brings.
+    """Return the integral over time of a linear quantity, for instance the charge that a current brings.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def integrated(rate: Transfer, *, start: float = 0.0) -> Transfer:
 
 
 def resting(transfer: Transfer) -> float:
-    """Give the response at zero frequency, 0 where it is only the rounding of the modes' sum."""
+    """Return the response at zero frequency, 0 where it is only the rounding of the modes' sum."""
     if transfer.static is not None:
         return transfer.static
     level = transfer.at_rest()
@@ -81,7 +81,7 @@ def without_integrators(transfer: Transfer) -> Transfer:
 
 
 def integral_weight(transfer: Transfer) -> float:
-    """Give how much of a quantity is the integral of the drive over time [its unit per unit of the drive and s]."""
+    """Return how much of a quantity is the integral of the drive over time [its unit per unit of the drive and s]."""
     return float(np.sum((transfer.gains * transfer.rates)[transfer.rates == INTEGRATING]))
 
 
@@ -142,7 +142,7 @@ def refuse_unrepeated(drive: Drive) -> None:
 
 
 def drive_mean(drive: Drive) -> float:
-    """Give the mean of a repeating drive over a period, 0 where it is rounding [its unit]."""
+    """Return the mean of a repeating drive over a period, 0 where it is rounding [its unit]."""
     mean = sum(_mean(part) for part in drive.parts())
     return mean if abs(mean) > _NO_MEAN * sum(part.bound() for part in drive.parts()) else 0.0
 

@@ -234,7 +234,7 @@ class StackStates:
         return np.asarray(self.permittivities[index] * moment.field[index] + np.sum(state[terms], axis=0))
 
     def named(self, state: Real, moment: Moment, *, gap: float | Real | None = None) -> dict[Key, Real]:
-        """Give the voltage across the layers, and each one's field and bound displacement.
+        """Return the voltage across the layers, and each one's field and bound displacement.
 
         Parameters
         ----------

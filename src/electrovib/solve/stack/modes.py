@@ -194,7 +194,7 @@ def _gains(residues: Real, rates: Real) -> Real:
 
 
 def _current(expansion: _Expansion, rates: Real, gains: Real, free: Real) -> Transfer:
-    """Give the current density; without resistance it has a part in the drive's rate of change."""
+    """Return the current density; without resistance it has a part in the drive's rate of change."""
     nodes, total, resistance = expansion.nodes, expansion.total, expansion.resistance
     static = 1 / (resistance + float(np.sum(total / nodes))) if nodes.all() else 0.0
     if resistance > 0:

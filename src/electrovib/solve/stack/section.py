@@ -63,7 +63,7 @@ class PhasorSection:
         return self.layers[name]
 
     def inverse_root_thickness(self, names: Sequence[str]) -> Complex:
-        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2]."""
+        """Return (sum T/eps_pol)^(-1/2) over these layers [m^-1/2]."""
         parts = [self[n].thickness / self[n].material.bound_permittivity(self.frequency) for n in names]
         total: Complex = np.sum(parts, axis=0) ** -0.5
         return total
@@ -167,7 +167,7 @@ class ModalSection:
         return integrated(self.modes.current_density, start=start)
 
     def inverse_root_thickness(self, names: Sequence[str]) -> Transfer:
-        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter; found once for a section."""
+        """Return (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter; found once for a section."""
         known = tuple(names)
         if known not in self._roots:
             slabs = [(self[name].thickness, self.debye[name]) for name in names]
@@ -208,7 +208,7 @@ def modal_section(
 
 
 def slabs_of(layers: dict[str, Layer], debye: dict[str, DebyeSum]) -> list[Slab]:
-    """Give the layers ready to be solved.
+    """Return the layers ready to be solved.
 
     Parameters
     ----------

@@ -114,7 +114,7 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: float) -> R
 
 
 def _nearer_ends(node: Real, weight: Real, constant: float) -> tuple[Indices, Indices, Real]:
-    """Give origin, side of the origin the root is on, and an upper bound of its distance."""
+    """Return origin, side of the origin the root is on, and an upper bound of its distance."""
     left = np.arange(node.size - 1)
     upwards = np.ones_like(left)
     reach: Real = np.diff(node) / 2
@@ -213,7 +213,7 @@ def _solve(rows: _Rows, reach: Numbers, *, tolerance: Any, noise: Any) -> Number
 
 
 def _long_rows(node: Real, weight: Real, constant: float, origin: Indices, side: Indices) -> _Rows:
-    """Give the rows in exact decimals, so that the same steps run with as many digits as the context has."""
+    """Return the rows in exact decimals, so that the same steps run with as many digits as the context has."""
     return _rows(_long(node), _long(weight), decimal.Decimal(constant), origin, side)
 
 

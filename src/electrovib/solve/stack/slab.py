@@ -39,7 +39,7 @@ class Slab:
 
 
 def merged_terms(debye: DebyeSum) -> tuple[Real, Real]:
-    """Give relaxation rates, increasing, and strengths; equal rates added, empty terms dropped."""
+    """Return relaxation rates, increasing, and strengths; equal rates added, empty terms dropped."""
     totals: dict[float, float] = {}
     for strength, time in zip(debye.strengths, debye.relaxation_times, strict=True):
         if strength > 0:

@@ -59,7 +59,7 @@ class TimeSection:
         return self.layers[name]
 
     def inverse_root_thickness(self, names: Sequence[str]) -> Any:
-        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2], where nothing in them disperses.
+        """Return (sum T/eps_pol)^(-1/2) over these layers [m^-1/2], where nothing in them disperses.
 
         Raises
         ------

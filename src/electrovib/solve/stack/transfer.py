@@ -67,7 +67,7 @@ class Transfer:
         return np.asarray(1 / (s[..., None] + self.rates) @ self.free, dtype=complex)
 
     def at_rest(self) -> float:
-        """Give the response at zero frequency."""
+        """Return the response at zero frequency."""
         return float(self.direct + self.gains.sum()) if self.static is None else self.static
 
     def __add__(self, other: Transfer) -> Transfer:

@@ -185,7 +185,7 @@ def _is_idle(times: Real, wanted: Real, memory: float) -> NDArray[np.bool_]:
 
 
 def increasing(times: ArrayLike) -> Real:
-    """Give times as numbers, refusing what does not increase.
+    """Return times as numbers, refusing what does not increase.
 
     Parameters
     ----------

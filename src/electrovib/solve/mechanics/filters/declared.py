@@ -63,7 +63,7 @@ def second_order(*, natural_frequency: float, damping_ratio: float) -> Filter:
 
 
 def _two_modes(natural_frequency: float, damping_ratio: float) -> Filter:
-    """Give a resonance whose poles are apart."""
+    """Return a resonance whose poles are apart."""
     angular = 2 * math.pi * natural_frequency
     spread = math.sqrt(abs(damping_ratio - 1) * (1 + damping_ratio))
     if damping_ratio < 1:

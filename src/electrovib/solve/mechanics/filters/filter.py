@@ -48,7 +48,7 @@ class Filter:
 
     @classmethod
     def through(cls) -> Filter:
-        """Give the filter that changes nothing."""
+        """Return the filter that changes nothing."""
         return cls(np.zeros(0, complex), np.zeros(0, complex), 1.0)
 
     def value(self, s: ArrayLike) -> Complex:

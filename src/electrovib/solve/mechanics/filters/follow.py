@@ -138,7 +138,7 @@ def through_pieces(filter_: Filter, part: Linear, wanted: Real, state: Complex) 
 
 
 def finite(samples: ArrayLike) -> Real:
-    """Give samples as numbers, refusing none and what is not finite.
+    """Return samples as numbers, refusing none and what is not finite.
 
     Parameters
     ----------

@@ -146,12 +146,12 @@ class RigidSlidingSkin(SlidingSkin):
         return np.array([_steady(self.law, speed, strength)[0], 0.0, 0.0])
 
     def natural_speed(self, strength: float) -> float:
-        """Give 1 m/s: without a finger, whatever the strength [N], no speed but the hand's counts."""
+        """Return 1 m/s: without a finger, whatever the strength [N], no speed but the hand's counts."""
         del strength
         return 1.0
 
     def natural_force(self, speed: float) -> float:
-        """Give none [N]: a rigid finger needs no force for its speed [m/s]."""
+        """Return none [N]: a rigid finger needs no force for its speed [m/s]."""
         del speed
         return 0.0
 

@@ -39,27 +39,27 @@ class Lifted:
         self.stiffness = law.stiffness
 
     def strength_at(self, speed: Any, strength: Any) -> Any:
-        """Give none [N], whatever speed [m/s] and strength [N]."""
+        """Return none [N], whatever speed [m/s] and strength [N]."""
         return 0 * (speed + strength)
 
     def deflection_rate(self, deflection: Any, speed: Any, strength: Any, direction: Any) -> Any:
-        """Give none [m/s], whatever deflection [m], speed [m/s], strength [N] and direction."""
+        """Return none [m/s], whatever deflection [m], speed [m/s], strength [N] and direction."""
         return 0 * (deflection + speed + strength + direction)
 
     def force(self, deflection: Any, rate: Any, speed: Any) -> Any:
-        """Give none [N], whatever deflection [m], rate [m/s] and speed [m/s]."""
+        """Return none [N], whatever deflection [m], rate [m/s] and speed [m/s]."""
         return 0 * (deflection + rate + speed)
 
 
 def lifted(skin: SlidingSkin) -> SlidingSkin:
-    """Give a skin that nothing rubs."""
+    """Return a skin that nothing rubs."""
     return replace(skin, law=Lifted(skin.law))  # type: ignore[arg-type]
 
 
 def skin_of(
     law: BristleFriction, *, mass: float | None, stiffness: float | None, damping: float | None
 ) -> SlidingSkin:
-    """Give the skin of a finger, or a rigid one.
+    """Return the skin of a finger, or a rigid one.
 
     Parameters
     ----------

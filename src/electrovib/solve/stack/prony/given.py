@@ -52,7 +52,7 @@ def check_range(*, low: float, high: float, terms: int, slowest: float | None) -
 
 
 def evaluated(polarisation: Callable[[Real], npt.ArrayLike], frequency: Real) -> Complex:
-    """Give the law at the frequencies, refused unless finite with a positive real part.
+    """Return the law at the frequencies, refused unless finite with a positive real part.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def evaluated(polarisation: Callable[[Real], npt.ArrayLike], frequency: Real) ->
 
 
 def table(frequency: npt.ArrayLike, polarisation: npt.ArrayLike) -> tuple[Real, Complex]:
-    """Give a table in rising order of frequency, refused unless finite with a positive real part.
+    """Return a table in rising order of frequency, refused unless finite with a positive real part.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def _refuse_unphysical(frequency: Real, target: Complex) -> None:
 
 
 def noise_limit(target: Complex) -> float:
-    """Give five standard deviations of the loss tangent [1] of a spectrum, more for few points, from differences."""
+    """Return five standard deviations of the loss tangent [1] of a spectrum, more for few points, from differences."""
     tangent = -target.imag / np.abs(target)
     order = min(3, tangent.size - 1)
     jumps = np.abs(np.diff(tangent, order))

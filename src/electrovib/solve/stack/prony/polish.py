@@ -32,25 +32,25 @@ class LogParameters:
     spectrum: Spectrum
 
     def pack(self, terms: Terms) -> Real:
-        """Give the vector of terms whose strengths are above 0."""
+        """Return the vector of terms whose strengths are above 0."""
         first, span = self._range()
         share = np.clip((np.log(terms.times) - first) / span, 1e-4, 1 - 1e-4)
         high = max(terms.high, 1e-3 * self.spectrum.smallest())
         return np.concatenate([[np.log(high)], np.log(terms.strengths), np.log(share / (1 - share))])
 
     def unpack(self, vector: Real) -> Terms:
-        """Give the terms of a vector of logarithms [1], in the order of the vector."""
+        """Return the terms of a vector of logarithms [1], in the order of the vector."""
         count = vector.size // 2
         first, span = self._range()
         sizes = np.exp(np.clip(vector[: count + 1], -LARGEST_LOGARITHM, LARGEST_LOGARITHM))
         return Terms(float(sizes[0]), sizes[1:], np.exp(first + span * _logistic(vector[count + 1 :])))
 
     def error(self, vector: Real) -> Complex:
-        """Give the relative error [1] at the samples, shape (N,)."""
+        """Return the relative error [1] at the samples, shape (N,)."""
         return self.spectrum.relative_error(self.unpack(vector))
 
     def jacobian(self, vector: Real) -> Complex:
-        """Give the derivative [1] of the relative error, shape (N, 2M + 1)."""
+        """Return the derivative [1] of the relative error, shape (N, 2M + 1)."""
         terms = self.unpack(vector)
         angular = self.spectrum.angular
         responses = debye_responses(angular, terms.times)

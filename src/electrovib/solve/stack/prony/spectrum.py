@@ -38,23 +38,23 @@ class Spectrum:
     slowest: float
 
     def grid_limits(self) -> tuple[float, float]:
-        """Give the range of starting times: one decade beyond the band, within the limits."""
+        """Return the range of starting times: one decade beyond the band, within the limits."""
         first, last = 0.1 / self.angular[-1], 10 / self.angular[0]
         # Just inside: the map of polish.py has no slope at the limits themselves.
         return max(float(first), 1.01 * self.fastest), min(float(last), self.slowest / 1.01)
 
     def smallest(self) -> float:
-        """Give the smallest modulus of the permittivity in the band."""
+        """Return the smallest modulus of the permittivity in the band."""
         return float(np.abs(self.target).min())
 
     def relative_error(self, terms: Terms) -> Complex:
-        """Give fit/target - 1 at the samples, shape (N,)."""
+        """Return fit/target - 1 at the samples, shape (N,)."""
         response = terms.high + debye_responses(self.angular, terms.times) @ terms.strengths
         return np.asarray(response / self.target - 1)
 
 
 def debye_responses(angular: Real, times: Real) -> Complex:
-    """Give 1/(1 + j w tau).
+    """Return 1/(1 + j w tau).
 
     Parameters
     ----------
