@@ -214,7 +214,7 @@ def test_chosen_signals_are_those_of_the_whole_trace():
     assert force.attrs["validity"] == whole.attrs["validity"]
     with pytest.raises(InputError, match="electrostatic_force"):
         ev.simulate(scenario, signals=["electrostatic_forces"])
-    with pytest.raises(InputError, match="this scenario has none"):
+    with pytest.raises(InputError, match="does not have this signal"):
         ev.simulate(scenario, signals=["skin_speed"])
 
 
