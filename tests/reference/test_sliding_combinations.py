@@ -62,9 +62,9 @@ LOADS = (
 STATES = ({}, {"time.initial_state": {"model": "PeriodicState"}})
 EVERY = (FRICTIONS, FINGERS, RIGS, MOTIONS, DRIVES, LOADS, STATES)
 REFUSALS = (
-    "happens once",
+    "occurs once",
     "needs motion.speed",
-    "sticks and slips in its own time",
+    "does not have the period of the drive",
     "not known beforehand",
     "Both must stay positive",
     "does not repeat",

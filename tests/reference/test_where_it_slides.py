@@ -326,7 +326,7 @@ def test_what_happens_once_has_no_periodic_state_behind_a_skin(dry):
     settled = sine | {"time.initial_state": {"model": "PeriodicState"}, "finger": FINGER}
     still = simulate(dry.replace(settled | {"motion.speed": 0.0}), time=TIME)
     assert np.all(still.lateral_force.values == 0)
-    with pytest.raises(InputError, match=r"motion\.time_profile = Swipe happens once"):
+    with pytest.raises(InputError, match=r"motion\.time_profile = Swipe occurs once"):
         simulate(dry.replace(settled | {"motion": SPEED | {"time_profile": SWIPE}}), time=TIME)
 
 

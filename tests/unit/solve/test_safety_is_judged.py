@@ -388,5 +388,5 @@ def test_export_refuses_what_run_refuses(founding, tmp_path):
     press = {"load.time_profile": {"model": "Press", "begin": 0.05, "rise": 0.05}}
     changes = lag | press | {"time.initial_state": {"model": "PeriodicState"}, "drive": DRIVES["sine"]}
     for act in (ev.simulate, lambda one: ev.export(one, tmp_path / "circuit.cir")):
-        with pytest.raises(InputError, match="Press happens once"):
+        with pytest.raises(InputError, match="Press occurs once"):
             act(founding.replace(changes))
