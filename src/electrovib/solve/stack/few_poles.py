@@ -1,4 +1,4 @@
-"""Roots of a sum of poles as distances from them, and those of one or two poles in closed form."""
+"""Roots of a sum of poles, stored as distances from them, and the closed forms for one and two poles."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 
 from electrovib.core.arrays import Indices, Real
 
-_CANCELLED = 8.0  # how far terms may cancel in the closed form of two poles: three of 53 bits
+_CANCELLED = 8.0  # largest cancellation in the closed form of two poles: three of 53 bits
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Roots:
-    r"""The places where a sum of poles takes its constant, each kept as a distance from the nearest pole.
+    r"""Roots at which a sum of poles equals a constant, each stored as a distance from the nearer pole.
 
     Parameters
     ----------
@@ -45,8 +45,8 @@ class Roots:
 
         Returns
         -------
-        ndarray, shape (roots, nodes)
-            Root minus node, never 0, each to a few roundings.
+        differences : ndarray, shape (roots, nodes)
+            Root minus node, never 0, each accurate to a few roundings.
         """
         return _differences(self.nodes, self.origin, self.offset)
 
@@ -62,7 +62,7 @@ def _roots_at(node: Real, weight: Real, origin: Indices, offset: Real) -> Roots:
 
 
 def _between_two_poles(node: Real, weight: Real) -> Roots:
-    """Return the root between two poles that add up to nothing, in closed form."""
+    """Return the root between two poles for a constant of 0, in closed form."""
     nearer = int(weight[0] > weight[1])
     distance = (node[1] - node[0]) * (weight[nearer] / (weight[0] + weight[1]))
     return _roots_at(node, weight, np.array([nearer]), np.array([-distance if nearer else distance]))
@@ -74,7 +74,7 @@ def _of_one_pole(node: Real, weight: Real, constant: float) -> Roots:
 
 
 def _of_two_poles(node: Real, weight: Real, constant: float) -> Roots | None:
-    """Return the roots between and above two poles, in closed form; None where terms cancel too much for that.
+    """Return the roots between and above two poles, in closed form; None where terms cancel too much.
 
     With x the distance from the upper pole, c x^2 + (c gap - w0 - w1) x - w1 gap = 0: one root below it, one above.
     """

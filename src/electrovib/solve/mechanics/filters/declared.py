@@ -75,7 +75,7 @@ def _two_modes(natural_frequency: float, damping_ratio: float) -> Filter:
 
 
 def first_order(cut_off: float) -> Filter:
-    """Return the first-order lag 1/(1 + s/(2 pi cut_off)), with the cut-off frequency in Hz."""
+    """Return the first-order lag 1/(1 + s/(2 pi cut_off)), cut-off frequency in [Hz]."""
     return Filter(np.array([-2 * math.pi * cut_off], complex), np.ones(1, complex))
 
 
