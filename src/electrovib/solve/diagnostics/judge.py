@@ -181,7 +181,7 @@ def _discontinuity(
     resistance = scenario.circuit.element().resistance
     when = "at time 0 only" if not later else "after time 0" if not first else "at time 0 and later"
     height = format_quantity(max(first, later), "V", digits=3)
-    text = f"the drive is discontinuous by up to {height}, {when}: right after a discontinuity the current"
+    text = f"the drive has a discontinuity of up to {height}, {when}: right after it the current"
     if resistance == 0:
         text += " has no bound, because there is no series resistance"
     else:

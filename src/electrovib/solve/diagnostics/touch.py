@@ -89,8 +89,8 @@ def _at_rest(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
         return []
     text = (
         f"not known: {' and '.join(missing)}. The finger rests ({still}), where a law of sliding friction does not determine"
-        " the friction, and a filter behind it stays unknown until it has forgotten the rest. Declare a finger, whose"
-        " spring determines the friction, a friction with bristles, or another motion.speed"
+        " the friction, and the output of a filter behind it stays unknown until the effect of the rest has decayed. Declare a"
+        " finger, whose spring determines the friction, a friction with bristles, or another motion.speed"
     )
     return [Diagnostic("friction at rest", "unknown", text)]
 

@@ -108,7 +108,7 @@ def settled_integral(drive: Drive, time: Real) -> Real:
     mean = drive_mean(drive)
     if mean:
         what = (
-            f"the current has a mean of {format_quantity(mean, 'A')}, which charges layers that do not conduct without limit"
+            f"the current has a mean of {format_quantity(mean, 'A')}, which charges non-conducting layers without limit"
             if drive.quantity == "current"
             else f"the drive has a mean of {format_quantity(mean, 'V')} and every layer up to the interface conducts, so that"
             " the charge there grows without limit. Declare a layer with role = 'gap'"

@@ -84,8 +84,8 @@ def skin_of(
         raise InputError("finger: needs mass, stiffness and damping, or none of them for a rigid finger")
     if not mass > 0:
         raise InputError(
-            f"finger.mass = {mass:.6g} kg: it must be above 0, because the speed of the skin is a state; for a rigid finger"
-            " omit the finger"
+            f"finger.mass = {mass:.6g} kg: it must be above 0, because the speed of the skin is a state; omit the finger for"
+            " a rigid one"
         )
     if not (stiffness > 0 and damping >= 0):
         raise InputError(
