@@ -226,7 +226,7 @@ class Expanded:
 
         Returns
         -------
-        dict of str to float
+        errors : dict of str to float
             ``reduction_error``, and for a law with a response in time ``transfer_error``; relative.
         """
         found = {"reduction_error": self.reduction_error}

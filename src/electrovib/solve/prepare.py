@@ -147,7 +147,7 @@ class Prepared:
 
         Returns
         -------
-        dict of str to float or ndarray
+        values : dict of str to float or ndarray
             Each quantity in its unit, an array where arrays were given.
 
         Raises
@@ -184,8 +184,8 @@ class Prepared:
 
         Returns
         -------
-        dict of str to ndarray, shape (n,) or (layers, n)
-            Each in its unit, with ``time`` [s].
+        signals : dict of str to ndarray, shape (n,) or (layers, n)
+            Each signal in its unit, with ``time`` [s].
 
         Raises
         ------

@@ -201,7 +201,7 @@ def _probes(count: int) -> NDArray[np.intp]:
         return np.arange(count)
     share = np.arange(PROBES)
     spread = (share + (share * _GOLDEN) % 1) / PROBES
-    slow = np.geomspace(1, count - 1, PROBES // 5)  # a tail, and what follows the beginning
+    slow = np.geomspace(1, count - 1, PROBES // 5)  # the decay at the end, and the times after the beginning
     places = np.concatenate([[0, count - 1], np.floor(spread * count), slow])
     return np.unique(places.astype(np.intp))
 

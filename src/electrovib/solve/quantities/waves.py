@@ -40,7 +40,7 @@ class Sines:
 
         Returns
         -------
-        dict of Key to ndarray of complex, shape (cases,)
+        amplitudes : dict of Key to ndarray of complex, shape (cases,)
             Peak values with phase, in the unit of each quantity.
         """
         groups: dict[bytes, list[Key]] = {}
@@ -92,8 +92,8 @@ def rows_of(weights: Mapping[Key, Complex], cases: Indices, waves: tuple[Real, R
 
     Returns
     -------
-    dict of Key to ndarray, shape (n,)
-        In their units.
+    rows : dict of Key to ndarray, shape (n,)
+        Values of each quantity over time, in its unit.
     """
     cosine, sine = waves
     return {name: each.real[cases] * cosine - each.imag[cases] * sine for name, each in weights.items()}

@@ -248,7 +248,7 @@ class StackStates:
 
         Returns
         -------
-        dict of Key to ndarray, shape (n,)
+        quantities : dict of Key to ndarray, shape (n,)
             `stack_voltage` [V], fields [V/m] and displacements [C/m2].
         """
         thickness, count = self.with_gap(gap), len(self.names)
