@@ -179,7 +179,7 @@ def test_a_gap_or_no_insulator_or_charge_is_refused():
     }
     with pytest.raises(InputError, match="every layer conducts"):
         simulate(scenario.replace(leaking))
-    with pytest.raises(InputError, match="initial_charge is not carried"):
+    with pytest.raises(InputError, match="initial_charge is not supported"):
         simulate(scenario.replace({"stack.insulator.initial_charge": 1e-6}))
 
 
