@@ -14,7 +14,8 @@ from pydantic_core import PydanticCustomError
 from electrovib.core.arrays import Complex
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.diagnostics import Diagnostic
-from electrovib.core.errors import LONGEST_QUOTED, InputError, shortened
+from electrovib.core.discovery import find_members
+from electrovib.core.errors import LONGEST_QUOTED, InputError, closest, shortened
 from electrovib.core.model import Model
 from electrovib.core.quantity import Quantity
 from electrovib.physics.debye_sum import DebyeSum
@@ -74,7 +75,9 @@ class Material(Model, family=True):
         if "/" in name:
             return super().offer(name)
         if (found := find_substance(name)) is None:
-            raise InputError(_not_in_the_library(name))
+            model = closest(name, find_members(Material))  # type: ignore[type-abstract]
+            table = f'; a model is chosen by a table, {{ model = "{model}", ... }}' if model else ""
+            raise InputError(_not_in_the_library(name) + table)
         return found
 
     @classmethod
@@ -165,11 +168,9 @@ class Material(Model, family=True):
 
 def _doubtful(substance: Substance, table: dict[str, Any], layer: str) -> tuple[Diagnostic, ...]:
     """State which values that a layer takes from the library are unverified or unknown."""
-    taken = [each for each, value in substance.material.items() if table.get(each) == value]
     by_status: dict[str, list[str]] = {}
-    for parameter in taken:
-        if parameter not in _WORDS:
-            by_status.setdefault(substance.origin(parameter)[1], []).append(parameter.replace("_", " "))
+    for parameter, status in substance.taken_by(table).items():
+        by_status.setdefault(status, []).append(parameter.replace("_", " "))
     parts = [
         f"{words}: {', '.join(by_status[status])}"
         for status, words in _DOUBTFUL.items()
@@ -181,8 +182,6 @@ def _doubtful(substance: Substance, table: dict[str, Any], layer: str) -> tuple[
     return (Diagnostic(f"material, {layer}", "unknown", text),)
 
 
-_WORDS: Final = frozenset({"model", "substance"})
-"""Entries of the table of a material that are no values."""
 _DOUBTFUL: Final = {
     UNVERIFIED: "cited from memory, unverified",
     "unknown": "not found in a source and taken as 0",

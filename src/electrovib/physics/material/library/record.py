@@ -63,6 +63,11 @@ class BreakdownStrength(SourcedValue):
     thickness: tuple[float, float] | None
 
     @property
+    def thickest(self) -> float:
+        """Thickest layer on which it was measured [m]; 0 if the source does not state it."""
+        return self.thickness[1] if self.thickness else 0.0
+
+    @property
     def measured_at(self) -> str:
         """The thickness at which it was measured, as a text."""
         if self.thickness is None:
@@ -181,6 +186,25 @@ class Substance:
             return f"{self.dispersion.source} ({self.dispersion.status})", self.dispersion.status
         return self.permittivity[0].origin, self.permittivity[0].status
 
+    def taken_by(self, table: Mapping[str, Any]) -> dict[str, str]:
+        """Find which values a material takes from the library.
+
+        Parameters
+        ----------
+        table : mapping of str to value
+            Of the material in a layer; a value that differs from that of the library is its own.
+
+        Returns
+        -------
+        dict of str to str
+            Parameter to the status of its source.
+        """
+        return {
+            name: self.origin(name)[1]
+            for name, value in self.material.items()
+            if name not in {"model", "substance"} and table.get(name) == value
+        }
+
     @property
     def _origin_of_conductivity(self) -> tuple[str, str]:
         if self.conductivity is not None:
@@ -204,12 +228,13 @@ class Substance:
         -------
         BreakdownStrength or None
             That of the thinnest measured layer which is at least as thick, because strength usually falls with
-            thickness; if none is, the lowest of all; None if no strength is declared.
+            thickness; if none is, the lowest of all, of equal ones that of the thickest layer; None if no strength is
+            declared.
         """
-        thick = [each for each in self.strengths if each.thickness and each.thickness[1] >= thickness]
+        thick = [each for each in self.strengths if each.thickest >= thickness]
         if thick:
-            return min(thick, key=lambda each: each.thickness[1] if each.thickness else 0.0)
-        return min(self.strengths, key=lambda each: each.value, default=None)
+            return min(thick, key=lambda each: each.thickest)
+        return min(self.strengths, key=lambda each: (each.value, -each.thickest), default=None)
 
     @property
     def strength_words(self) -> str:
