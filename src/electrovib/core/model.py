@@ -18,6 +18,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from electrovib.core.changes import stored_changes
 from electrovib.core.discovery import find_member, find_members, find_offer
 from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
 from electrovib.core.files import FileColumn
@@ -82,15 +83,13 @@ class Model(BaseModel):
         if name not in (None, cls.__name__, *cls.former_names):
             why = f"expected the model {cls.__name__}, not '{name}'"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
-        return cls._build(cls._with_the_names_of_today(content), handler)
+        return cls._build(cls.with_current_names(content), handler)
 
     @classmethod
-    def _with_the_names_of_today(cls, content: dict[str, Any]) -> dict[str, Any]:
-        """Read a parameter by its former name, unless the one of today is given beside it."""
-        for former, today in cls.former_parameters.items():
-            if former in content and today not in content:
-                content[today] = content.pop(former)
-        return content
+    def with_current_names(cls, content: dict[str, Any]) -> dict[str, Any]:
+        """Return a table with former names of parameters replaced, unless today's name is given as well."""
+        names = {key: cls.former_parameters.get(key, key) for key in content}
+        return {key if names[key] in content else names[key]: value for key, value in content.items()}
 
     @field_validator("*", mode="before")
     @classmethod
@@ -217,6 +216,10 @@ class Model(BaseModel):
         """Hash the canonical JSON."""
         return hash((type(self).__name__, self.canonical()))
 
+    def stored(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return given parameters as those that this model stores: a member may offer derived ones beside them."""
+        return dict(given)
+
     @classmethod
     def rebuilt(cls, content: dict[str, Any]) -> Self:
         """Build the model from tables in which something was changed."""
@@ -241,7 +244,8 @@ class Model(BaseModel):
             For every path that does not exist and every value that does not fit, all at once.
         """
         content = self.to_dict()
-        problems = put(content, changes)
+        changes, problems = stored_changes(self, changes)
+        problems += put(content, changes)
         try:
             changed = self.rebuilt(content)
         except InputError as error:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
+from electrovib.core.changes import stored_changes
 from electrovib.core.model import Model
 
 if TYPE_CHECKING:
@@ -35,7 +36,10 @@ def with_numbers(model: M, numbers: Mapping[str, float]) -> M:
         As from `Model.replace`.
     """
     tree: dict[str, Any] = {}
-    for path, value in numbers.items():
+    stored, problems = stored_changes(model, numbers)
+    if problems:
+        return model.replace(numbers)  # which says what is wrong with them
+    for path, value in stored.items():
         *parents, last = path.split(".")
         branch = tree
         for key in parents:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from electrovib.core.changes import stored_path
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.tables import place_of, unknown
 
@@ -33,7 +34,7 @@ def value_at(model: Model, path: str) -> Any:
         If there is no such path; the message has the nearest name.
     """
     table: Any = model.to_dict()
-    for depth, key in enumerate(parts := path.split(".")):
+    for depth, key in enumerate(parts := stored_path(model, path).split(".")):
         if isinstance(table, dict) and key in table:
             table = table[key]
         elif isinstance(table, list) and (place := place_of(table, key)) is not None:
@@ -52,6 +53,7 @@ def quantity_at(model: Model, path: str) -> Quantity:
         If the path names no physical parameter.
     """
     declared = {where: quantity for where, _, quantity in model.parameters()}
-    if path not in declared:
+    today = stored_path(model, path)
+    if today not in declared:
         raise InputError(f"no physical parameter has this path.{nearest(path, declared)}", path=path)
-    return declared[path]
+    return declared[today]
