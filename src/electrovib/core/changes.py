@@ -49,7 +49,7 @@ def stored_changes(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[s
     problems : list of Problem
         One for each parameter that is given by two names, or that its model refuses.
     """
-    named, problems = _by_todays_names(model, changes)
+    named, problems = with_current_names(model, changes)
     fresh = {path.removesuffix(".model") for path, value in named.items() if _is_fresh(model, path, value)}
     found: dict[str, Any] = {}
     together: dict[str, dict[str, Any]] = {}
@@ -66,12 +66,20 @@ def stored_changes(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[s
             kept = owner.stored(given) if hasattr(owner, "stored") else given
         except InputError as error:
             problems += [problem.within(parent) if parent else problem for problem in error.problems]
-            kept = {}
+            kept = {name: value for name, value in given.items() if name not in type(owner).derived}
         found |= {f"{start}{name}": value for name, value in kept.items()}
     return found, problems
 
 
-def _by_todays_names(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+def derived_at(model: BaseModel, path: str) -> tuple[Any, str] | None:
+    """Return the model that derives the parameter at a dotted path, and the parameter's name; None for a stored one."""
+    *parents, last = path.split(".")
+    _, owner = _descended(model, parents)
+    return (owner, last) if last in getattr(type(owner), "derived", {}) else None
+
+
+def with_current_names(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+    """Return changes by the names that parameters have today, and a problem for each that is given by two names."""
     named: dict[str, Any] = {}
     given: dict[str, str] = {}
     problems = []

@@ -32,7 +32,7 @@ def explained(model: type[Model], item: Any) -> InitErrorDetails:
 def _unknown(model: type[Model], name: str) -> str:
     if name in model.former_parameters:
         return f"is the former name of '{model.former_parameters[name]}', which is given as well; remove one of the two"
-    known = nearest(name, model.model_fields)
+    known = nearest(name, [*model.model_fields, *model.derived])
     return f"unknown parameter '{shortened(name, LONGEST_QUOTED)}' of {model.__name__}.{known}"
 
 

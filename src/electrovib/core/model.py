@@ -54,6 +54,10 @@ class Model(BaseModel):
     """What it was called: files that name it so are read too."""
     former_parameters: ClassVar[Mapping[str, str]] = {}
     """What its parameters were called, and what they are called now: such files are read too."""
+    later_parameters: ClassVar[frozenset[str]] = frozenset()
+    """Parameters that were added later: at their defaults they do not enter the hash, which older files carry."""
+    derived: ClassVar[Mapping[str, Quantity]] = {}
+    """Parameters that can be given in place of stored ones, and are read as attributes."""
     offered_by: ClassVar[tuple[str, ...]] = ()
     """Functions of papers that offer ready-made ones, which can then be named ``author_year/name``."""
 
@@ -189,8 +193,13 @@ class Model(BaseModel):
         dict
             Member of a family: with its ``model`` name first.
         """
+        return self._tables(hashed=False)
+
+    def _tables(self, *, hashed: bool) -> dict[str, Any]:
         content = {"model": type(self).__name__} if self.is_member else {}
-        return content | {name: _plain(value) for name, value in self}
+        fields, later = type(self).model_fields, self.later_parameters if hashed else ()
+        kept = ((name, value) for name, value in self if name not in later or value != fields[name].default)
+        return content | {name: _plain(value, hashed=hashed) for name, value in kept}
 
     def canonical(self) -> str:
         """Write the canonical JSON: what equality, hash and the scenario's hash are made of.
@@ -200,7 +209,7 @@ class Model(BaseModel):
         str
             Parameters in the order of their declaration, layers in that of the stack, which is physics.
         """
-        return json.dumps(self.to_dict(), separators=(",", ":"), default=_content)
+        return json.dumps(self._tables(hashed=True), separators=(",", ":"), default=_content)
 
     def digest(self) -> str:
         """Give the SHA-256 of the canonical JSON, hexadecimal."""
@@ -294,13 +303,13 @@ def read_model(kind: type[M], content: object) -> M:
         raise InputError(problem(item) for item in error.errors(include_url=False)) from None
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Any, *, hashed: bool) -> Any:
     if isinstance(value, Model):
-        return value.to_dict()
+        return value._tables(hashed=hashed)  # noqa: SLF001  # of its own kind
     if isinstance(value, (tuple, list)):
-        return [_plain(item) for item in value]
+        return [_plain(item, hashed=hashed) for item in value]
     if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: _plain(item, hashed=hashed) for key, item in value.items()}
     return value
 
 

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
-from electrovib.core.changes import stored_changes
 from electrovib.core.model import Model
 
 if TYPE_CHECKING:
@@ -23,7 +22,7 @@ def with_numbers(model: M, numbers: Mapping[str, float]) -> M:
     model : Model
         What to start from.
     numbers : mapping of str to float
-        Dotted path of a physical parameter to its value in SI.
+        Dotted path of a stored physical parameter, as `stored_changes` has it, to its value in SI.
 
     Returns
     -------
@@ -36,10 +35,7 @@ def with_numbers(model: M, numbers: Mapping[str, float]) -> M:
         As from `Model.replace`.
     """
     tree: dict[str, Any] = {}
-    stored, problems = stored_changes(model, numbers)
-    if problems:
-        return model.replace(numbers)  # which says what is wrong with them
-    for path, value in stored.items():
+    for path, value in numbers.items():
         *parents, last = path.split(".")
         branch = tree
         for key in parents:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from electrovib.core.changes import stored_path
+from electrovib.core.changes import derived_at, stored_path
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.tables import place_of, unknown
 
@@ -33,6 +33,8 @@ def value_at(model: Model, path: str) -> Any:
     InputError
         If there is no such path; the message has the nearest name.
     """
+    if (found := derived_at(model, path)) is not None:
+        return getattr(*found)
     table: Any = model.to_dict()
     for depth, key in enumerate(parts := stored_path(model, path).split(".")):
         if isinstance(table, dict) and key in table:
@@ -52,6 +54,10 @@ def quantity_at(model: Model, path: str) -> Quantity:
     InputError
         If the path names no physical parameter.
     """
+    if (found := derived_at(model, path)) is not None:
+        owner, name = found
+        quantity: Quantity = owner.derived[name]
+        return quantity
     declared = {where: quantity for where, _, quantity in model.parameters()}
     today = stored_path(model, path)
     if today not in declared:

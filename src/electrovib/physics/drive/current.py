@@ -10,6 +10,7 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.levels import Swing
 from electrovib.physics.drive.parts import Chirped, Part, Smooth, Tones
 from electrovib.physics.drive.pieces import Linear
 
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 
-class CurrentSine(Drive):
-    """A sinusoidal current.
+class CurrentSine(Swing):
+    """A sinusoidal current about an offset.
 
     Notes
     -----
@@ -29,14 +30,20 @@ class CurrentSine(Drive):
     quantity: ClassVar[str] = "current"
     example: ClassVar[Mapping[str, Any]] = {"amplitude": 1e-3, "frequency": 25e3}
 
-    amplitude: Annotated[Number, Quantity("A", 0, 10, "peak current")]
+    derived: ClassVar[Mapping[str, Quantity]] = {
+        "high": Quantity("A", -10, 10, "highest current, offset + amplitude"),
+        "low": Quantity("A", -10, 10, "lowest current, offset - amplitude"),
+    }
+
+    amplitude: Annotated[Number, Quantity("A", 0, 10, "peak current about the offset")]
+    offset: Annotated[Number, Quantity("A", -10, 10, "constant current added, from time 0 on")] = 0.0
     frequency: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "frequency")]
     phase: Annotated[Number, Quantity("rad", -10, 10, "0 for a sine, pi/2 for a cosine")] = 0.0
 
-    def parts(self) -> tuple[Tones, ...]:
-        """Give one tone [A]."""
+    def parts(self) -> tuple[Part, ...]:
+        """Give one tone and the offset [A]."""
         amplitude = self.amplitude * np.exp(1j * (self.phase - math.pi / 2))
-        return (Tones(np.array([self.frequency]), np.array([amplitude])),)
+        return self.with_offset((Tones(np.array([self.frequency]), np.array([amplitude])),))
 
     @property
     def period(self) -> float:

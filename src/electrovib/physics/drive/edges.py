@@ -10,6 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.levels import Levels
 from electrovib.physics.drive.pieces import Linear
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ class Step(Drive):
         return 0.1
 
 
-class Trapezium(Drive):
+class Trapezium(Levels):
     """A ramp up, a hold, a ramp down: once, or repeated when a period is given."""
 
     example: ClassVar[Mapping[str, Any]] = {"high": 1000, "rise": 36e-3, "hold": 0.1, "fall": 36e-3}
@@ -106,7 +107,7 @@ class Trapezium(Drive):
         return self.repeat or self.delay + self.rise + 2 * self.hold + self.fall
 
 
-class Square(Drive):
+class Square(Levels):
     """A voltage that alternates between two levels, half a period each."""
 
     example: ClassVar[Mapping[str, Any]] = {"high": 100, "low": -100, "frequency": 60}
@@ -138,7 +139,7 @@ class Square(Drive):
         return 5 / self.frequency
 
 
-class PulseTrain(Drive):
+class PulseTrain(Levels):
     """Pulses of one width, repeated."""
 
     example: ClassVar[Mapping[str, Any]] = {"high": 100, "width": 1e-3, "frequency": 60}

@@ -12,7 +12,7 @@ import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.budget import Work, refuse_beyond
-from electrovib.core.changes import stored_changes, stored_path
+from electrovib.core.changes import stored_changes, with_current_names
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at
@@ -83,7 +83,8 @@ def sweep(
     """
     scenario = read_scenario(scenario)
     asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
-    axes = {stored_path(scenario, path): np.asarray(values, dtype=float) for path, values in over.items()}
+    named, _ = with_current_names(scenario, over)
+    axes = {path: np.asarray(values, dtype=float) for path, values in named.items()}
     _refuse_large(scenario, axes, records=records)
     words = functools.partial(_words, {path: quantity_at(scenario, path).unit for path in axes})
     points = [
@@ -192,7 +193,7 @@ def _checked(scenario: Scenario, over: Mapping[str, Any], names: Sequence[str], 
             problems.append(f"over '{path}': expected a sequence of numbers, at least one")
         if records and path.startswith("frequency."):
             problems.append(f"over '{path}': with records, all cases share the grid of frequencies")
-    problems += stored_changes(scenario, dict.fromkeys(over))[1]
+    problems += with_current_names(scenario, over)[1]
     if problems:
         raise InputError(problems)
     return asked
