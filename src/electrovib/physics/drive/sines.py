@@ -28,7 +28,7 @@ _DEPTH = Quantity("1", 0, 1, "modulation depth m")
 
 @functools.lru_cache(maxsize=1024)
 def _tone(amplitude: float, frequency: float, phase: float) -> tuple[Tones, ...]:
-    """One tone that has been on for ever [V, Hz, rad]."""
+    """Return one tone that is always on, from amplitude [V], frequency [Hz] and phase [rad]."""
     found = np.array([frequency]), np.array([amplitude * np.exp(1j * (phase - math.pi / 2))])
     for array in found:
         array.flags.writeable = False
@@ -44,27 +44,27 @@ class Sine(Swing):
     phase: Annotated[Number, Quantity("rad", -10, 10, "0 for a sine, pi/2 for a cosine")] = 0.0
 
     def parts(self) -> tuple[Part, ...]:
-        """Give one tone, and the offset."""
+        """Return one tone and the offset."""
         return self.with_offset(_tone(self.amplitude, self.frequency, self.phase))
 
     def corners(self, end: float) -> tuple[Real, Real]:  # noqa: ARG002 of every drive
-        """Give none: it has been on for ever."""
+        """Return no corners: a sine is always on and smooth."""
         return np.zeros(0), np.zeros(0)
 
     def extremes(self, start: float = 0.0, end: float | None = None) -> tuple[float, float]:
-        """Lowest and highest voltage, over a period or more those of its crests."""
+        """Return the lowest and highest voltage [V]; over a period or more they are low and high."""
         if end is None or end - start >= self.period:
             return self.low, self.high
         return super().extremes(start, end)
 
     @property
     def period(self) -> float:
-        """One over the frequency."""
+        """Reciprocal of the frequency [s]."""
         return 1 / self.frequency
 
     @property
     def duration(self) -> float:
-        """Five periods."""
+        """Five periods [s]."""
         return 5 / self.frequency
 
 
@@ -86,7 +86,7 @@ class Burst(Swing):
         return self
 
     def parts(self) -> tuple[Part, ...]:
-        """Give one tone, switched at its zero crossings, and the offset."""
+        """Return one tone that is switched at its zero crossings, and the offset."""
         turn = np.exp(-2j * np.pi * self.frequency * self.delay)
         stop = self.delay + self.cycles / self.frequency
         tone = np.array([-1j * self.amplitude * turn])
@@ -94,16 +94,16 @@ class Burst(Swing):
 
     @property
     def period(self) -> None:
-        """A burst does not repeat."""
+        """None: a burst does not repeat."""
 
     @property
     def duration(self) -> float:
-        """The burst and as long again."""
+        """Delay and twice the length of the burst [s]."""
         return self.delay + 2 * self.cycles / self.frequency
 
 
 class ModulatedCarrier(Swing, family=True):
-    """A carrier whose amplitude follows a modulation."""
+    """A carrier with a sinusoidal modulation of its envelope, about an offset."""
 
     example: ClassVar[Mapping[str, Any]] = {
         "amplitude": 100,
@@ -113,12 +113,8 @@ class ModulatedCarrier(Swing, family=True):
     }
 
     derived: ClassVar[Mapping[str, Quantity]] = {
-        "high": Quantity(
-            "V", -1e5, 1e5, "highest voltage of the envelope, above the amplitude by the modulation"
-        ),
-        "low": Quantity(
-            "V", -1e5, 1e5, "lowest voltage of the envelope, as far below the offset as high is above"
-        ),
+        "high": Quantity("V", -1e5, 1e5, "highest voltage of the envelope"),
+        "low": Quantity("V", -1e5, 1e5, "lowest voltage of the envelope"),
     }
 
     amplitude: Annotated[Number, Quantity("V", 0, 1e5, "carrier amplitude without modulation")]
@@ -141,12 +137,12 @@ class ModulatedCarrier(Swing, family=True):
 
     @property
     def duration(self) -> float:
-        """Three periods of the modulation."""
+        """Three periods of the modulation [s]."""
         return 3 / self.modulation
 
 
 class AmplitudeModulation(ModulatedCarrier):
-    """A carrier whose amplitude follows 1 + m cos: force at the modulation frequency and its double."""
+    """A carrier with the envelope 1 + m cos: the force has components at the modulation frequency and its double."""
 
     @staticmethod
     def envelope_crest(depth: float) -> float:
@@ -154,23 +150,23 @@ class AmplitudeModulation(ModulatedCarrier):
         return 1 + depth
 
     def parts(self) -> tuple[Part, ...]:
-        """Give the carrier, its two sidebands and the offset."""
+        """Return the carrier, its two sidebands and the offset."""
         frequencies = self.carrier + self.modulation * np.array([0.0, -1.0, 1.0])
         weights = np.array([1, self.depth / 2, self.depth / 2])
         return self.with_offset((_cosines(frequencies, self.amplitude * weights),))
 
     @property
     def period(self) -> float | None:
-        """Common period of carrier and modulation."""
+        """Common period of carrier and modulation [s]; None without one."""
         return common_period([1 / self.modulation, 1 / self.carrier])
 
 
 class SquareRootModulation(ModulatedCarrier):
-    """A carrier under the square root of 1 + m cos: its square is a pure tone at the modulation frequency.
+    """A carrier with the envelope sqrt(1 + m cos), whose square is a pure tone at the modulation frequency.
 
     Notes
     -----
-    The root's Fourier series is cut below 1e-15 of its mean. At full depth, where the root has a kink, its
+    The Fourier series of the root is truncated below 1e-15 of its mean. At full depth, where the root has a kink, its
     smooth branch sqrt(2) cos(theta/2) is used instead; the square is the same.
     """
 
@@ -180,7 +176,7 @@ class SquareRootModulation(ModulatedCarrier):
         return math.sqrt(1 + depth)
 
     def parts(self) -> tuple[Part, ...]:
-        """Give the carrier, its sidebands and the offset."""
+        """Return the carrier, its sidebands and the offset."""
         if self.depth == 1:
             frequencies = self.carrier + self.modulation * np.array([-0.5, 0.5])
             return self.with_offset(
@@ -196,13 +192,13 @@ class SquareRootModulation(ModulatedCarrier):
 
     @property
     def period(self) -> float | None:
-        """Common period of carrier and modulation."""
+        """Common period of carrier and modulation [s]; None without one."""
         modulation = self.modulation / 2 if self.depth == 1 else self.modulation
         return common_period([1 / modulation, 1 / self.carrier])
 
 
 def _root_series(depth: float) -> Real:
-    """Cosine coefficients of sqrt(1 + m cos), whose ratio tends to (1 - sqrt(1 - m^2))/m."""
+    """Return the cosine coefficients of sqrt(1 + m cos), whose ratio tends to (1 - sqrt(1 - m^2))/m."""
     if depth == 0:
         return np.array([1.0])
     ratio = depth / (1 + math.sqrt(1 - depth**2))
@@ -216,28 +212,28 @@ def _root_series(depth: float) -> Real:
 
 
 def _cosines(frequencies: Real, amplitudes: Real) -> Tones:
-    """Give tones of no phase; a sideband below 0 Hz is one above, because cos(-x) = cos(x)."""
+    """Return cosines; a sideband below 0 Hz is folded to a positive frequency, because cos(-x) = cos(x)."""
     return Tones(np.abs(frequencies), np.asarray(amplitudes, complex))
 
 
 class Chirp(Swing):
-    """A sine about an offset whose frequency runs evenly from one value to another."""
+    """A sine about an offset whose frequency changes linearly from one value to another."""
 
     example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "first": 10, "last": 1000, "length": 0.2}
 
     first: Annotated[Number, Quantity("Hz", 0, 1e8, "frequency at the beginning")]
     last: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "frequency at the end")]
-    length: Annotated[Number, Quantity("s", 1e-6, 1e4, "time the chirp takes")]
+    length: Annotated[Number, Quantity("s", 1e-6, 1e4, "duration of the chirp")]
 
     def parts(self) -> tuple[Part, ...]:
-        """Give the one sine, and the offset."""
+        """Return the sine and the offset."""
         return self.with_offset((Chirped.between(self.amplitude, self.first, self.last, self.length),))
 
     @property
     def period(self) -> None:
-        """A chirp does not repeat."""
+        """None: a chirp does not repeat."""
 
     @property
     def duration(self) -> float:
-        """The length of the chirp."""
+        """Duration of the chirp [s]."""
         return self.length
