@@ -212,7 +212,7 @@ def test_what_is_refused(kind):
     else:
         with pytest.raises(InputError, match=f"offset = 1: needs 'amplitude' beside it; {pairs}"):
             read_model(kind, rest | {"offset": 1})
-        with pytest.raises(InputError, match="high: missing: (high level|voltage of the hold)"):
+        with pytest.raises(InputError, match=r"high: missing: (high level|voltage of the hold)"):
             read_model(kind, rest | {"low": 1})
         inverted = build(kind, amplitude=-30, offset=10)
         assert (inverted.high, inverted.low) == (-20, 40)
