@@ -75,7 +75,7 @@ class AdhesiveShear(SteadyFriction):
 
     @property
     def needs_real_area(self) -> bool:
-        """True."""
+        """Whether the law needs the real contact area: it does."""
         return True
 
     def lateral_force(self, normal_force: Real, electrostatic_force: Real, real_contact_area: Real) -> Real:
