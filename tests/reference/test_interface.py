@@ -341,7 +341,10 @@ def test_a_negative_attraction_says_why(finger):
     scenario = finger.build(drive=drive, stack=layers, force="MaxwellStressInStratumCorneum")
     trace = simulate(scenario, time=np.linspace(0, 0.03, 301))
     assert trace.electrostatic_force.values.min() < 0
-    assert "a convention of this plane" in diagnostics(trace)["negative attraction"]["text"]
+    assert (
+        "convention of evaluating the stress inside a layer"
+        in diagnostics(trace)["negative attraction"]["text"]
+    )
     assert "negative attraction" not in diagnostics(
         simulate(scenario.replace({"force": {"model": "MaxwellStressInGap"}}))
     )

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Final, Self
 
 from pydantic import Field, model_validator
 
+from electrovib.core.changes import stored_changes
 from electrovib.core.model import Model, read_model
 from electrovib.core.tables import put
 from electrovib.physics.circuit import Circuit
@@ -157,7 +158,10 @@ class Scenario(Model):
         InputError
             Every mistake at once.
         """
-        changes, told = with_offers(changes)
+        stored, problems = stored_changes(self, changes)
+        if problems:
+            return Model.replace(self, changes)  # which refuses them, with every other mistake
+        changes, told = with_offers(stored)
         changed = Model.replace(self, changes)
         if changed.moisture is not None:
             refuse_what_moisture_sets(changed, changes)

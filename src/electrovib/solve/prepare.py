@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.changes import stored_changes
 from electrovib.core.errors import InputError
 from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at, value_at
@@ -132,7 +133,9 @@ class Prepared:
         InputError
             If a path is not free, or a value is outside its range.
         """
-        point = self._point(values)
+        point, problems = stored_changes(self.base, self._point(values))
+        if problems:
+            raise InputError(problems)
         last = self._last.scenario if self._last is not None else self.base
         changed = {path: value for path, value in point.items() if _leaf(last, path) != value}
         return with_numbers(last, changed) if changed else last

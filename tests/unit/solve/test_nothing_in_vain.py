@@ -48,7 +48,7 @@ def test_a_sink_alone_would_not_limit():
 
 
 def test_a_programme_of_no_speed():
-    with pytest.raises(InputError, match="time profile needs the speed"):
+    with pytest.raises(InputError, match="time_profile scales the speed and needs one"):
         read_model(Motion, {"time_profile": {"model": "Press", "rise": 0.1}})
 
 

@@ -61,6 +61,7 @@ def is_of_sines(scenario: Scenario) -> bool:
     motion, friction = scenario.motion, scenario.friction
     return (
         type(scenario.drive) is Sine
+        and not scenario.drive.offset
         and isinstance(scenario.time.initial_state, PeriodicState)
         and chosen(scenario).method is PERIODIC
         and scenario.circuit.amplifier is None
@@ -104,7 +105,10 @@ def answers(expanded: Expanded, members: Sequence[Scenario], names: Sequence[Nam
     meshes = [first_mesh(expanded, each) for each in members]
     if len({len(mesh.edges) for mesh in meshes}) > 1:
         return None
-    tones = [part for each in members for part in each.drive.parts() if isinstance(part, Tones)]
+    parts = [part for each in members for part in each.drive.parts()]
+    tones = [part for part in parts if isinstance(part, Tones)]
+    if len(tones) < len(parts):  # an offset
+        return None
     sines = Sines(
         np.concatenate([tone.frequencies for tone in tones]),
         np.concatenate([tone.amplitudes for tone in tones]),
