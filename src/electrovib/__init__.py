@@ -6,6 +6,7 @@ Public names are loaded on first use, so that ``import electrovib`` costs nothin
 from __future__ import annotations
 
 import importlib
+import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -77,3 +78,7 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted([*_PLACES, "plot", "__version__"])
+
+
+if "IPython" in sys.modules:  # a notebook or an IPython terminal: results show themselves there
+    importlib.import_module("electrovib.view.notebook").register()
