@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
     from electrovib.recordings.recording import read_recording as read_recording
-    from electrovib.recordings.release import ringing as ringing
+    from electrovib.recordings.release import fit_release as fit_release
     from electrovib.recordings.swipe import reduce_swipe as reduce_swipe
     from electrovib.scenario import Scenario as Scenario
     from electrovib.scenario import load as load
@@ -42,6 +42,7 @@ _PLACES = {
     "compare": "electrovib.view.compare",
     "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",
+    "fit_release": "electrovib.recordings.release",
     "hysteresis": "electrovib.solve.equilibrium",
     "init": "electrovib.apps.init",
     "compare_percepts": "electrovib.study.percept",
@@ -54,7 +55,6 @@ _PLACES = {
     "reduce_swipe": "electrovib.recordings.swipe",
     "report": "electrovib.view.report",
     "reproduce": "electrovib.view.reproduce",
-    "ringing": "electrovib.recordings.release",
     "run": "electrovib.apps.run",
     "save": "electrovib.export.save",
     "scenario_of": "electrovib.scenario",

@@ -1,13 +1,11 @@
-"""What a swipe is reduced to."""
+"""Result of the reduction of a swipe."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from electrovib.recordings.swipe_baseline import (
-    Estimate,
-)
+from electrovib.recordings.swipe.baseline import Estimate
 
 if TYPE_CHECKING:
     import xarray
@@ -15,25 +13,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class SwipeResult:
-    """One swipe, reduced.
+    """One swipe, reduced to forces and friction.
 
     Parameters
     ----------
     normal_force, lateral_force : Estimate
-        Mean over the window [N]; the lateral force counts along the side to which friction pulls here.
+        Means over the window [N]; the lateral force is positive in the direction of the friction of this swipe.
     friction : Estimate
-        Their ratio [1].
+        Ratio of the lateral to the normal force [1].
     direction : int
-        1 where the position grows, else -1; without a position, that of the lateral force.
-    speed, way : float or None
-        Mean speed in the window [m/s], way of the whole slide [m]; without a position the speed is the stated one, and
-        what is not known is None.
+        1 if the position increases, else -1; without a position, the sign of the lateral force.
+    speed, distance : float or None
+        Mean speed in the window [m/s] and sliding distance of the whole slide [m]. Without a position the speed is the
+        declared one; None if not known.
     contact, window : tuple of float
-        Begin and end [s].
+        First and last time [s].
     words : tuple of str
-        What was decided, and what cannot be.
+        Sentences that state what was found and what the record does not determine.
     trace : Trace
-        The whole record with this swipe's baseline taken off.
+        Whole record, with the baseline of this swipe subtracted.
     """
 
     normal_force: Estimate
@@ -41,21 +39,21 @@ class SwipeResult:
     friction: Estimate
     direction: int
     speed: float | None
-    way: float | None
+    distance: float | None
     contact: tuple[float, float]
     window: tuple[float, float]
     words: tuple[str, ...]
     trace: xarray.Dataset
 
     def to_dict(self) -> dict[str, Any]:
-        """Give plain numbers and words for JSON, in SI, without the Trace."""
+        """Return plain numbers and texts for JSON, in SI, without the Trace."""
         return {
             "normal_force": self.normal_force.to_dict(),
             "lateral_force": self.lateral_force.to_dict(),
             "friction": self.friction.to_dict(),
             "direction": self.direction,
             "speed": self.speed,
-            "way": self.way,
+            "distance": self.distance,
             "contact": list(self.contact),
             "window": list(self.window),
             "words": list(self.words),
