@@ -169,7 +169,18 @@ def block_means(values: NDArray[np.float64], span: Span, *, median: bool = False
 
 
 def standard_error(means: NDArray[np.float64]) -> float:
-    """Return the standard error of the mean of independent numbers, in their unit."""
+    """Return the standard error of the mean of independent numbers.
+
+    Parameters
+    ----------
+    means : ndarray, shape (n,)
+        Independent numbers in any unit; n >= 2.
+
+    Returns
+    -------
+    error : float
+        Standard error of their mean, in the same unit.
+    """
     return float(np.std(means, ddof=1) / np.sqrt(len(means)))
 
 
