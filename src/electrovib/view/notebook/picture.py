@@ -23,7 +23,7 @@ def picture(axes: Axes) -> tuple[bytes, dict[str, int]] | None:
 
     Returns
     -------
-    tuple of bytes and dict, or None
+    picture : tuple of bytes and dict of str to int, or None
         PNG file, and its width and height on the page in pixels; None for a figure of pyplot, which a notebook shows by
         itself at the end of the cell.
     """
