@@ -14,6 +14,7 @@ import xarray
 from matplotlib.figure import Figure
 
 import electrovib as ev
+from electrovib.core.trace import make_trace
 from electrovib.view.notebook import register
 
 IPython = pytest.importorskip("IPython")
@@ -129,6 +130,34 @@ def test_a_part_of_a_trace_is_still_shown(formatter, trace):
     assert "1 variable name" in text
     over_frequency = trace[["mean_force"]]
     assert "Dimensions: frequency (5)" in words(formatter.format(over_frequency)[0]["text/html"])
+
+
+def test_whatever_is_taken_from_a_trace_is_shown(formatter, trace, swept):
+    """One layer, one time, no time at all, no coordinates, numbers that are not known, another name."""
+    layer = formatter.format(trace.isel(layer=0))[0]
+    assert "largest drive voltage: 1 kV" in layer["text/plain"]
+    assert "largest field" not in layer["text/plain"]
+    assert "dimensions: layer (2), frequency (5)" in formatter.format(trace.isel(time=0))[0]["text/plain"]
+    for part in (trace.isel(time=[]), trace.isel(time=[3]), trace.drop_vars("time"), trace.where(False)):
+        data, _ = formatter.format(part)
+        assert "electrovib-trace" in data["text/html"]
+        assert data["text/plain"].splitlines()[-1].startswith("dimensions: ")
+    assert "drive.high (0)" in formatter.format(swept.isel({"drive.high": []}))[0]["text/plain"]
+
+
+def test_a_measured_trace_shows_its_sentences(formatter):
+    values = np.linspace(0.0, 1.0, 5)
+    attributes = {"source": "a.mat", "words": "The finger slides 80.0 mm.\nThe recording holds 2 swipes."}
+    measured = make_trace({"lateral_force_measured": (("time",), values)}, {"time": values}, attributes)
+    data, _ = formatter.format(measured)
+    lines = [
+        "Trace: a.mat",
+        "The finger slides 80.0 mm.",
+        "The recording holds 2 swipes.",
+        "dimensions: time (5)",
+    ]
+    assert data["text/plain"].splitlines() == lines
+    assert "<p>The finger slides 80.0 mm.</p>" in data["text/html"]
 
 
 def test_a_damaged_diagnostic_does_not_hide_a_trace(formatter, trace):

@@ -244,7 +244,7 @@ def test_hdf5_that_took_memory_or_read_other_files(tmp_path, voltage, words):
         read_columns(path, WANTED)
     found = read_columns(path, {"t": WANTED["t"]})  # what does not concern the columns asked for is no matter
     np.testing.assert_array_equal(found["t"], np.arange(4.0))
-    with pytest.raises(DataFileError, match=r"a link to another place|is not a Trace|holds none|is said"):
+    with pytest.raises(DataFileError, match=r"a link to another place|is not a Trace|holds none|declares"):
         load_nc(path)
 
 

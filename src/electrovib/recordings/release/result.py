@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from electrovib.recordings.release.uncertainty import Uncertainty
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class FittedRelease:
     """A fitted release and the damped oscillation after it; times are after the end of the drive unless stated otherwise.
 
@@ -85,6 +85,10 @@ class FittedRelease:
         """Frequencies from the intervals between successive turning points [Hz]."""
         times = [extremum.time for extremum in self.extrema]
         return tuple(1 / (2 * (later - earlier)) for earlier, later in itertools.pairwise(times))
+
+    def __repr__(self) -> str:
+        """Return the sentences that state the result."""
+        return "\n".join(self.words)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and texts for JSON, in SI, without the samples."""

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import xarray
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class SwipeResult:
     """One swipe, reduced to forces and friction.
 
@@ -44,6 +44,10 @@ class SwipeResult:
     window: tuple[float, float]
     words: tuple[str, ...]
     trace: xarray.Dataset
+
+    def __repr__(self) -> str:
+        """Return the sentences that state the result."""
+        return "\n".join(self.words)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and texts for JSON, in SI, without the Trace."""

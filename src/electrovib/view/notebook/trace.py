@@ -53,6 +53,7 @@ def trace_html(trace: xarray.Dataset) -> str:
         "notebook_trace.html.jinja",
         title=_title(trace),
         diagnostics=_by_state(trace),
+        sentences=_sentences(trace),
         numbers=_numbers(trace),
         swept=summary.swept_texts(trace),
         dimensions=_dimensions(trace),
@@ -81,6 +82,7 @@ def trace_text(trace: xarray.Dataset) -> str:
     counts = [f"{len(found[state])} {state}" for state in reversed(STATES) if found[state]]
     if counts:
         lines.append(f"validity: {', '.join(counts)}")
+    lines += _sentences(trace)
     lines += [f"{what}: {text}" for what, text in _numbers(trace).items()]
     lines.append(f"dimensions: {_dimensions(trace)}")
     return "\n".join(lines)
@@ -88,7 +90,12 @@ def trace_text(trace: xarray.Dataset) -> str:
 
 def _title(trace: xarray.Dataset) -> str:
     kind = "Sweep" if summary.is_sweep(trace) else "Trace"
-    return f"{kind}: {trace.attrs.get('title') or 'without a title'}"
+    return f"{kind}: {trace.attrs.get('title') or trace.attrs.get('source') or 'without a title'}"
+
+
+def _sentences(trace: xarray.Dataset) -> list[str]:
+    """Return the sentences that the reduction of a recording has written."""
+    return str(trace.attrs.get("words", "")).splitlines()
 
 
 def _by_state(trace: xarray.Dataset) -> dict[str, list[dict[str, str]]]:
@@ -100,12 +107,13 @@ def _by_state(trace: xarray.Dataset) -> dict[str, list[dict[str, str]]]:
 
 
 def _numbers(trace: xarray.Dataset) -> dict[str, str]:
-    """Give the key numbers of the signals, or the quantities, that are still there."""
-    if summary.is_sweep(trace) and any(name not in trace for name in summary.quantities_of(trace)):
+    """Return the key numbers of the signals, or of the quantities, that the Dataset still has."""
+    if summary.is_sweep(trace):
+        whole = all(name in trace for name in summary.quantities_of(trace))
+        return summary.key_numbers(trace) if whole and all(trace.sizes.values()) else {}
+    if not trace.sizes.get("time"):
         return {}
-    if not summary.is_sweep(trace) and "time" not in trace.dims:
-        return {}
-    return summary.key_numbers(trace)
+    return summary.key_numbers(trace if "layer" in trace.dims else trace.drop_vars("field", errors="ignore"))
 
 
 def _dimensions(trace: xarray.Dataset) -> str:
