@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Self, TypeVar, get_args
+from typing import Any, ClassVar, Final, Self, TypeVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -27,6 +28,9 @@ from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.tables import put
 
 M = TypeVar("M", bound="Model")
+
+_ABOUT: Final = frozenset({"equation", "reference", "status"})
+"""What a class states of itself and completion lists beside its parameters."""
 
 
 class Model(BaseModel):
@@ -244,6 +248,18 @@ class Model(BaseModel):
     def stored(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Return given parameters as those that this model stores: a member may offer derived ones beside them."""
         return dict(given)
+
+    def __dir__(self) -> list[str]:
+        """List the parameters and the methods of a model that exists, without pydantic's names and those of the class."""
+        inherited = {
+            name for name in dir(Model) if name in dir(BaseModel) or not callable(getattr(Model, name))
+        }
+        of_class = {
+            name for name in dir(Model) if isinstance(inspect.getattr_static(Model, name), classmethod)
+        }
+        about = {name for name in _ABOUT if getattr(self, name)}
+        names = (set(super().__dir__()) - inherited - of_class) | about | {name for name, _ in self}
+        return sorted(name for name in names if not name.startswith("_"))
 
     @classmethod
     def rebuilt(cls, content: dict[str, Any]) -> Self:

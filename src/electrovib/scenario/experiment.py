@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any, ClassVar, Final, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
@@ -25,12 +25,11 @@ from electrovib.physics.rig import Rig
 from electrovib.physics.stack import Stack
 from electrovib.scenario.files import read_part
 from electrovib.scenario.grids import FrequencyGrid, TimeGrid
+from electrovib.scenario.in_words import lines_of
 from electrovib.scenario.moisture import moistened, refuse_what_moisture_sets
 from electrovib.scenario.offers import with_offers
 from electrovib.scenario.sources import BY_THE_USER
-
-SCHEMA: Final = 1
-"""Of the scenario files that this version reads and writes."""
+from electrovib.scenario.toml import SCHEMA, to_toml
 
 
 class Scenario(Model):
@@ -179,6 +178,16 @@ class Scenario(Model):
             if any(path == change or path.startswith(f"{change}.") for change in changes)
         }
         return changed.model_copy(update={"sources": kept | theirs})
+
+    def __repr__(self) -> str:
+        """Write title and parts, a line each; those that keep their default are omitted."""
+        return "\n  ".join([f"Scenario: {self.title or 'without a title'}", *lines_of(self)])
+
+    __str__ = __repr__
+
+    def to_toml(self) -> str:
+        """Write the TOML file that builds this scenario again, with the meaning of every parameter."""
+        return to_toml(self)
 
     def to_json(self) -> str:
         """Write everything, measured samples included, as one line of JSON."""

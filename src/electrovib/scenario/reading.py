@@ -15,8 +15,9 @@ from electrovib.core.parsing import read_json, read_toml
 from electrovib.core.tables import put
 from electrovib.core.trace import is_trace
 from electrovib.data.traces import is_trace_file, open_if_trace
-from electrovib.scenario.experiment import SCHEMA, Scenario
+from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import current_tables, read_part
+from electrovib.scenario.toml import SCHEMA
 
 if TYPE_CHECKING:
     import xarray
