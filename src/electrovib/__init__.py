@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from electrovib.solve.prepare import prepare as prepare
     from electrovib.solve.simulate import simulate as simulate
     from electrovib.study.catalogue import models as models
+    from electrovib.study.catalogue import scenarios as scenarios
     from electrovib.study.perceive import perceive as perceive
     from electrovib.study.percept import compare_percepts as compare_percepts
     from electrovib.study.surfaces import compare_surfaces as compare_surfaces
@@ -57,6 +58,7 @@ _PLACES = {
     "run": "electrovib.apps.run",
     "save": "electrovib.export.save",
     "scenario_of": "electrovib.scenario",
+    "scenarios": "electrovib.study.catalogue",
     "simulate": "electrovib.solve.simulate",
     "sweep": "electrovib.study.sweep",
     "compare_surfaces": "electrovib.study.surfaces",

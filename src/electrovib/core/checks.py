@@ -1,15 +1,16 @@
-"""A number that a source gives, and how a model is asked for it."""
+"""A number that a source states, and how the same number is computed here."""
 
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
+
+from electrovib.core.status import STATUSES, UNVERIFIED
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-STATUSES: Final = ("full text", "abstract", "derived", "unverified")
-"""How the source of a model or a value was read, from best to not at all."""
+__all__ = ["STATUSES", "Check"]
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Check:
 
     def __post_init__(self) -> None:
         """Refuse a check whose source nobody has read."""
-        if self.status not in STATUSES or self.status == "unverified":
+        if self.status not in STATUSES or self.status == UNVERIFIED:
             msg = f"check '{self.name}': status '{self.status}' cannot be checked against"
             raise TypeError(msg)
         if self.expect == 0 or not 0 < self.rtol < 1:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import functools
 import importlib
 import pkgutil
+from dataclasses import replace
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, nearest, shortened
+from electrovib.core.search import Searchable, as_question, closest_entries
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
@@ -157,8 +159,21 @@ def paper(name: str) -> ModuleType:
     contributed = {entry.name: entry for entry in _contributed()}
     if name in contributed:
         return _load(contributed[name])
-    known = nearest(name, [*paper_names(), *contributed])
-    raise InputError(f"'{name}' is neither a file nor a paper.{known}")
+    raise InputError(
+        f"'{name}' is neither a file nor a paper.{_near_papers(name, [*paper_names(), *contributed])}"
+    )
+
+
+def _near_papers(name: str, known: Collection[str]) -> str:
+    """Ask for the three papers that a wrong name is most like, with what each is about; only these are imported."""
+    entries = (Searchable(name=author_year, kind="paper", meaning="") for author_year in known)
+    near = closest_entries(name, entries)
+    about = ((paper(match.entry.name).__doc__ or "").strip().split("\n")[0] for match in near)
+    named = [
+        replace(match, entry=replace(match.entry, meaning=text))
+        for match, text in zip(near, about, strict=True)
+    ]
+    return as_question(named) or nearest(name, known)
 
 
 def offers(functions: Collection[str], *, of: str = "") -> dict[str, Any]:

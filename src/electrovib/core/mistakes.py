@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import LONGEST_QUOTED, Problem, nearest, shortened
 from electrovib.core.quantity import quantity_of
+from electrovib.core.search import Searchable, as_question, suggestions
 
 if TYPE_CHECKING:
     from electrovib.core.model import Model
@@ -45,8 +47,23 @@ def wants(model: type[Model], value: object) -> str:
     )
     if not model.is_family:
         return f"{expected} of parameters of {model.__name__}"
-    known = nearest(str(value), find_members(model))
-    return f'{expected} that names a {model.__name__} model, {{ model = "..." }}.{known}'
+    return f'{expected} that names a {model.__name__} model, {{ model = "..." }}.{near_members(model, str(value))}'
+
+
+def near_members(family: type[Model], name: str) -> str:
+    """Ask for the three members of a family that a wrong name is most like, with what each is; else list all."""
+    members = find_members(family)
+    entries = [
+        Searchable(name=key, kind=family.__name__, meaning=first_line(member), former=member.former_names)
+        for key, member in members.items()
+    ]
+    return as_question(suggestions(name, entries)) or nearest(name, members)
+
+
+def first_line(thing: object) -> str:
+    """Return the first line of a docstring, without its full stop."""
+    text = (inspect.getdoc(thing) or "").strip()
+    return " ".join(text.split("\n\n")[0].split()).rstrip(".")
 
 
 def problem(item: Mapping[str, Any]) -> Problem:

@@ -17,6 +17,7 @@ from electrovib.apps.cli import (
     report,
     reproduce,
     run,
+    scenarios,
     settings,
 )
 from electrovib.apps.cli.terminal import complain, prepare
@@ -31,11 +32,23 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 
-for _command in (run, compare, equilibrium, perceive, reproduce, models, report, export, init, settings):
+for _command in (
+    run,
+    compare,
+    equilibrium,
+    perceive,
+    reproduce,
+    scenarios,
+    models,
+    report,
+    export,
+    init,
+    settings,
+):
     _command.register(app)
 
 

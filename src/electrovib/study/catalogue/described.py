@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from types import ModuleType
 from typing import Any, get_args
 
+from electrovib.core.citation import bibtex_of
 from electrovib.core.discovery import paper_of
 from electrovib.core.model import Model
 from electrovib.core.quantity import quantity_of
@@ -135,27 +136,21 @@ def claims(module: ModuleType) -> dict[str, str]:
 
 
 def bibtex(module: ModuleType, name: str) -> str:
-    """Give a paper's citation as a BibTeX entry.
+    """Write a paper's citations as BibTeX entries.
 
     Parameters
     ----------
     module : module
         The paper.
     name : str
-        ``author_year``, the key.
+        ``author_year``, the key of its first entry.
 
     Returns
     -------
     str
-        ``@misc`` with the citation as a note, and the DOI where the citation has one.
+        One entry for each publication; ``@misc`` with the citation as a note for a paper that declares only a text.
     """
-    citation = module.CITATION
-    note = re.sub(r"(?<!\\)([&%#_])", r"\\\1", citation)
-    doi = re.search(r"doi:(10\.\S+?)(?=[\s,;)]|$)", citation)
-    year = re.search(r"_(\d{4})", name)
-    fields = [f"  note = {{{note}}}"]
-    if year:
-        fields.append(f"  year = {{{year[1]}}}")
-    if doi:
-        fields.append(f"  doi = {{{doi[1]}}}")
-    return f"@misc{{{name},\n" + ",\n".join(fields) + "\n}"
+    citations = getattr(module, "CITATIONS", ())
+    if not citations:
+        return bibtex_of(module.CITATION, name)
+    return "\n\n".join(citation.bibtex(name) for citation in citations)
