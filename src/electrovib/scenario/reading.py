@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from electrovib.core.discovery import offers, paper_names, papers
+from electrovib.core.discovery import name_of_today, offers, paper, paper_names, papers
 from electrovib.core.errors import LONGEST_QUOTED, InputError, shortened
 from electrovib.core.files import note_input
 from electrovib.core.parsing import read_json, read_toml
@@ -222,8 +222,9 @@ def paper_scenario(name: str) -> Scenario:
     if author_year not in paper_names() and author_year not in papers():
         raise InputError(f"'{name}' is neither a file nor a paper's scenario.{near_presets(name)}")
     found: Mapping[str, Scenario] = offers(("scenarios",), of=author_year)
-    if name in found:
-        return found[name]
+    wanted = name_of_today(paper(author_year), wanted)
+    if f"{author_year}/{wanted}" in found:
+        return found[f"{author_year}/{wanted}"]
     if not found:
         raise InputError(f"'{author_year}' has no scenario.{near_presets(name)}")
     if not wanted:

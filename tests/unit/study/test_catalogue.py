@@ -115,6 +115,13 @@ def test_every_former_name_finds_its_model():
                 assert name in names(models(former))
 
 
+def test_a_former_name_of_a_preset_is_found():
+    assert (
+        scenarios("persson_2018/coat")[0].reason == "'persson_2018/coat' is now called persson_2018/coating"
+    )
+    assert "persson_2018/coating (scenario)" in str(scenarios("persson_2018/coat"))
+
+
 def test_a_word_finds_materials_papers_and_scenarios_with_a_reason_each():
     found = models("touchscreen")
     assert {record.kind for record in found} >= {"paper", "scenario"}

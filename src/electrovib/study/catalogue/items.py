@@ -171,7 +171,14 @@ def _offered() -> Iterator[Item]:
             record = Listed(
                 name=name, kind=kind, meaning=meaning, group=function, paper=author_year, status=status
             )
-            yield Item(thing, record, (), {"source": source, "model": type(thing).__name__})
+            yield Item(thing, record, _former(name), {"source": source, "model": type(thing).__name__})
+
+
+def _former(name: str) -> tuple[str, ...]:
+    """Find the names that something a paper offers had before."""
+    author_year, _, key = name.partition("/")
+    former: Mapping[str, str] = getattr(papers()[author_year], "FORMER_NAMES", {})
+    return tuple(f"{author_year}/{old}" for old, today in former.items() if today == key)
 
 
 def _content(thing: Any) -> str:
@@ -211,7 +218,7 @@ def scenario_items() -> Iterator[Item]:
             status=getattr(module, "STATUS", ""),
             reproduces=note.reproduces,
         )
-        yield Item(scenario, record, (), _texts_of(scenario, record, note.keywords, module))
+        yield Item(scenario, record, _former(name), _texts_of(scenario, record, note.keywords, module))
 
 
 def _texts_of(scenario: Scenario, record: Listed, keywords: str, module: ModuleType) -> dict[str, str]:
