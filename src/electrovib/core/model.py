@@ -71,7 +71,7 @@ class Model(BaseModel):
     def _read(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         if isinstance(value, cls):
             return value
-        if isinstance(value, str) and "/" in value and cls.offered_by:
+        if isinstance(value, str) and cls.is_offer(value):
             return cls._offered(value)
         if not isinstance(value, Mapping):
             raise PydanticCustomError("table", "{why}", {"why": wants(cls, value)})
@@ -170,10 +170,26 @@ class Model(BaseModel):
         return member
 
     @classmethod
+    def is_offer(cls, text: str) -> bool:
+        """Tell whether a text in the place of a table is the name of something ready-made."""
+        return "/" in text and bool(cls.offered_by)
+
+    @classmethod
+    def offer(cls, name: str) -> Any:
+        """Find something ready-made by its name, ``author_year/name`` of a paper.
+
+        Raises
+        ------
+        InputError
+            If nothing has that name; the message has the nearest one.
+        """
+        return find_offer(name, cls.offered_by)
+
+    @classmethod
     def _offered(cls, name: str) -> Self:
-        """Read the name of something that a paper offers."""
+        """Read the name of something ready-made."""
         try:
-            return cls.from_offer(find_offer(name, cls.offered_by))
+            return cls.from_offer(cls.offer(name))
         except InputError as error:
             raise PydanticCustomError("offer", "{why}", {"why": str(error)}) from None
 

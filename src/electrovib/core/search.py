@@ -8,15 +8,15 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-NAME, FORMER, PREFIX, WORDS, SPELLING = "name", "former name", "prefix", "words", "spelling"
-STAGES: Final = (NAME, FORMER, PREFIX, WORDS, SPELLING)
+NAME, ALIAS, FORMER, PREFIX, WORDS, SPELLING = "name", "alias", "former name", "prefix", "words", "spelling"
+STAGES: Final = (NAME, ALIAS, FORMER, PREFIX, WORDS, SPELLING)
 """How an entry was found, from best to worst."""
 
 _PART: Final = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
 _WORD: Final = re.compile(r"[^\W_]+(?:\.\d+)?")
 _TWO_WORDS: Final = re.compile(r"\b(touch|finger)[ -](screens?|pads?|tips?)\b", re.IGNORECASE)
 _SHORTEST_PREFIX: Final = 3
-_LONGEST_EXCERPT: Final = 70
+_LONGEST_EXCERPT: Final = 90
 _LONGEST_QUERY: Final = 100
 _LIKE, _NEAR = 0.55, 0.3
 """Least likeness, 0 to 1, of the best name that is suggested, and of the others."""
@@ -36,6 +36,8 @@ class Searchable:
         One line for people.
     former : tuple of str
         Names that it had.
+    aliases : tuple of str
+        Other names of the same thing.
     texts : mapping of str to str
         Label of a text to the text: where words are searched for besides `name` and `meaning`, the best place first.
     """
@@ -44,6 +46,7 @@ class Searchable:
     kind: str
     meaning: str
     former: tuple[str, ...] = ()
+    aliases: tuple[str, ...] = ()
     texts: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -72,7 +75,7 @@ def search(query: str, entries: Iterable[Searchable], *, nearest: int = 3) -> tu
     Parameters
     ----------
     query : str
-        A name, a part of it, a former name, or words of a description; capitals do not count.
+        A name, another name, a former one, a part of it, or words of a description; capitals do not count.
     entries : iterable of Searchable
         What is searched.
     nearest : int
@@ -157,26 +160,25 @@ def as_question(matches: Iterable[Match]) -> str:
 
 def _judge(query: str, entry: Searchable) -> tuple[tuple[float, ...], Match] | None:
     """Rank one entry, smaller is better; None if it has nothing of the query."""
-    low, name = query.casefold(), entry.name
-    if low in (name.casefold(), name.rpartition("/")[2].casefold()):
+    low, name, squeezed = query.casefold(), entry.name, _squeezed(query)
+    if low == name.rpartition("/")[2].casefold() or squeezed == _squeezed(name):
         rank = (0.0, float(name != query), float(name.casefold() != low))
         return rank, Match(entry, NAME, "name")
+    if squeezed in map(_squeezed, entry.aliases):
+        return (1.0,), Match(entry, ALIAS, f"'{query}' is another name of {name}")
     if low in (former.casefold() for former in entry.former):
-        return (1.0,), Match(entry, FORMER, f"'{query}' is now called {name}")
-    starts = [
-        name,
-        *name.split("/"),
-        *("".join(_PART.findall(name)[at:]) for at in range(1, len(_PART.findall(name)))),
-    ]
-    squeezed = "".join(_WORD.findall(low)).replace("_", "")
-    if len(low) > 1 and any(_squeezed(start).startswith(squeezed) for start in starts if squeezed):
-        return (2.0, float(not name.casefold().startswith(low))), Match(entry, PREFIX, "part of the name")
+        return (2.0,), Match(entry, FORMER, f"'{query}' is now called {name}")
+    parts = _PART.findall(name)
+    starts = [name, *name.split("/"), *("".join(parts[at:]) for at in range(1, len(parts)))]
+    if len(squeezed) > 1 and any(_squeezed(start).startswith(squeezed) for start in starts):
+        return (3.0, float(not name.casefold().startswith(low))), Match(entry, PREFIX, "part of the name")
     return _by_words(query, entry)
 
 
 def _by_words(query: str, entry: Searchable) -> tuple[tuple[float, ...], Match] | None:
     """Find every word of the query in the entry; the place of the worst one counts."""
-    texts = {"meaning": entry.meaning, **entry.texts, "name": " ".join(_PART.findall(entry.name))}
+    names = [*_PART.findall(entry.name), *entry.aliases]
+    texts = {"meaning": entry.meaning, **entry.texts, "name": " ".join(names)}
     worst, reason = -1, ""
     for word in _words(query):
         places = [place for place, text in enumerate(texts.values()) if _has(text, word)]
@@ -186,7 +188,7 @@ def _by_words(query: str, entry: Searchable) -> tuple[tuple[float, ...], Match] 
             worst = places[0]
             label = list(texts)[worst]
             reason = f"{label}: {_excerpt(texts[label], word)}" if worst else "its description"
-    return ((3.0, float(worst)), Match(entry, WORDS, reason)) if reason else None
+    return ((4.0, float(worst)), Match(entry, WORDS, reason)) if reason else None
 
 
 def _words(text: str) -> list[str]:
@@ -227,7 +229,9 @@ def _shortened(text: str) -> str:
 
 def _likeness(query: str, entry: Searchable) -> float:
     """Likeness of a name, or of its part after the slash, to what was written, 0 to 1."""
-    names = [entry.name, *entry.former] + ([] if "/" in query else [entry.name.rpartition("/")[2]])
+    names = [entry.name, *entry.former, *entry.aliases] + (
+        [] if "/" in query else [entry.name.rpartition("/")[2]]
+    )
     return max(difflib.SequenceMatcher(None, query.casefold(), name.casefold()).ratio() for name in names)
 
 

@@ -277,7 +277,10 @@ def scenarios() -> dict[str, Scenario]:
             "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 125.0},
             "time.initial_state.model": "PeriodicState",
             "force": {"model": "Persson2018RoughGap", "mean_gap": 10e-6, "rms_gap": 5e-6},
-            "stack.insulator": {"thickness": 1e-6, "material": {"model": "Constant", "permittivity": 3.9}},
+            "stack.insulator": {
+                "thickness": 1e-6,
+                "material": {"model": "Constant", "permittivity": 3.9, "substance": "silica"},
+            },
             "stack.stratum_corneum.material": {"model": "Constant", "permittivity": 1650.0},
         },
         unchanged=_CHOICE,

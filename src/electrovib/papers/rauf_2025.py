@@ -114,8 +114,7 @@ def clutch_force(
 
 def film() -> ColeCole:
     """Give the relaxor film (PVDF-TrFE-CFE) as the authors fit it in their code; it conducts nothing there."""
-    term = {"strength": 54.2 - 4.0, "relaxation_time": 2.82e-6, "broadening": 1 - 0.562}
-    return ColeCole.model_validate({"permittivity_high": 4.0, "terms": [term], "conductivity": 0.0})
+    return ColeCole.model_validate("p_vdf_trfe_cfe")
 
 
 def materials() -> dict[str, Material]:

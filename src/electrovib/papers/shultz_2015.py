@@ -72,7 +72,7 @@ def gap_force(*, voltage: float, gap: float, area: float) -> float:
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Give a held voltage on a coating that leaks, and on one that insulates."""
-    conductivity = "stack.insulator.material.conductivity"
+    conductivity, substance = (f"stack.insulator.material.{name}" for name in ("conductivity", "substance"))
     gap = {"model": "Constant", "permittivity": (1.0, "air"), "conductivity": 1 / GAP_RESISTIVITY}
     leaky = preset(
         title="Shultz 2015: held voltage, a coating that leaks",
@@ -86,12 +86,13 @@ def scenarios() -> dict[str, Scenario]:
                 "stratum_corneum": values.point_layer(SKIN),
             },
             conductivity: (1 / COATING_RESISTIVITY, CHOICE),
+            substance: None,
         },
     )
     insulated = preset(
         leaky,
         title="Shultz 2015: held voltage, a coating that insulates",
-        changes={conductivity: (0.0, CHOICE)},
+        changes={conductivity: (0.0, CHOICE), substance: values.COATING.material.substance},
     )
     return {"leaky": leaky, "insulated": insulated}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -10,9 +11,12 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic, against
 from electrovib.core.units import format_quantity
+from electrovib.physics.material.library import UNVERIFIED, BreakdownStrength, find_substance, materials
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from electrovib.physics.stack import Layer
 
 PASCHEN_A = 112.50 * 1e-3 * 1e2
 """Ionisation constant of air [1/(Pa m)]: 112.50 /(kPa cm)."""
@@ -30,11 +34,15 @@ LINEAR_SKIN = 10.0
 """Voltage up to which skin conducts in proportion: onset of electroporation at 10 to 20 V."""
 SURFACE_TENSION = 0.072
 """Water [N/m]."""
-POLYMER_FILM: Final = (118e6, 236e6)
-"""Lowest and highest AC strength of films of 7.6 to 127 um [V/m]: Kapton HN, minima of its data sheet; PET, 133, is inside."""
 POLYMER_PERMITTIVITY: Final = (2.0, 4.5)
-POLYMER_THICKNESS: Final = (7.6e-6, 127e-6)
-"""Of the films that were measured [m]."""
+"""Relative permittivities at 1 kHz between which an unnamed layer counts as a polymer film; a choice."""
+OTHER_THICKNESS: Final = {
+    "same": "",
+    "thinner": "; this layer is thinner, and thinner films usually hold more",
+    "thicker": "; this layer is thicker, and thicker films usually hold less, so this limit does not show that it holds",
+    "unknown": "; so this limit does not show that this layer holds",
+}
+"""What follows from the thickness at which a strength was measured, by that of the layer."""
 
 
 def paschen_voltage(*, gap: float) -> float:
@@ -97,50 +105,56 @@ def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> N
     return np.asarray(np.where(gaps >= SMALLEST_PASCHEN_GAP, np.abs(fields) * gaps / held, 0.0))
 
 
-def film_diagnostic(
-    name: str, *, field: float, declared: float | None, permittivity: float, thickness: float
-) -> Diagnostic:
-    """Judge the strength of a layer of the plate.
+def film_diagnostic(name: str, layer: Layer, *, field: float) -> Diagnostic:
+    """Compare the field of a layer with its breakdown strength.
 
     Parameters
     ----------
     name : str
         Of the layer.
+    layer : Layer
+        Its declared breakdown field counts first, then the strength of its substance in the materials library, then
+        that of the polymer films of the library.
     field : float
         Its largest absolute field [V/m].
-    declared : float or None
-        Its breakdown field [V/m].
-    permittivity : float
-        Real, at 1 kHz.
-    thickness : float
-        m.
 
     Returns
     -------
     Diagnostic
-        Against what is declared; else against the range of polymer films where it may be one, by permittivity
-        and thickness; else unknown.
+        Unknown if no strength is known, and where the field is within a strength that is unverified, or was measured on
+        a thinner layer, or at a thickness that is not known.
     """
     title, what = f"film strength, {name}", f"the field in '{name}'"
-    if declared is not None:
-        return against(
-            title, value=field, limit=declared, unit="V/m", what=what, why="its declared breakdown field"
-        )
-    own = f"declare stack.{name}.breakdown_field for this film's own"
-    low, high = POLYMER_FILM
-    if _between(permittivity, POLYMER_PERMITTIVITY) and _between(thickness, POLYMER_THICKNESS):
-        both = f"{low / 1e6:g} to {high / 1e6:g} MV/m"
-        why = f"the lowest strength of polymer films of this kind ({both}: Kapton HN and PET, data sheets); {own}"
-        return against(title, value=field, limit=low, unit="V/m", what=what, why=why)
-    shown = format_quantity(field, "V/m", digits=3)
-    text = (
-        f"{what} reaches {shown}; no breakdown_field is declared and no range is known for such a film: {own}"
-    )
-    return Diagnostic(title, "unknown", text)
+    if layer.breakdown_field is not None:
+        why = "its declared breakdown field"
+        return against(title, value=field, limit=layer.breakdown_field, unit="V/m", what=what, why=why)
+    own = f"for its own, set stack.{name}.material.substance or stack.{name}.breakdown_field"
+    substance = None if layer.material.substance is None else find_substance(layer.material.substance)
+    if substance is not None:
+        strength = substance.strength_of(layer.thickness)
+        whose, more = f"the breakdown strength of {substance.name}", ""
+    else:
+        strength = _polymer_strength(layer)
+        whose, more = "the lowest breakdown strength of polymer films in the materials library", f"; {own}"
+    if strength is None:
+        shown = format_quantity(field, "V/m", digits=3)
+        text = f"{what} reaches {shown}; no breakdown strength is known for such a film; {own}"
+        return Diagnostic(title, "unknown", text)
+    compared = strength.compared_with(layer.thickness)
+    why = f"{whose}, {strength.measured_at} ({strength.status}: {strength.source}){OTHER_THICKNESS[compared]}{more}"
+    found = against(title, value=field, limit=strength.value, unit="V/m", what=what, why=why)
+    doubtful = compared in {"thicker", "unknown"} or strength.status == UNVERIFIED
+    return replace(found, state="unknown") if doubtful and found.state == "ok" else found
 
 
-def _between(value: float, range_: tuple[float, float]) -> bool:
-    return range_[0] <= value <= range_[1]
+def _polymer_strength(layer: Layer) -> BreakdownStrength | None:
+    """Find the lowest strength that polymer films of the library have at the thickness of a layer that may be one."""
+    low, high = POLYMER_PERMITTIVITY
+    if not low <= float(layer.material.bound_permittivity(np.array(1e3)).real) <= high:
+        return None
+    films = (each.strength_of(layer.thickness) for each in materials() if each.kind == "polymer film")
+    known = [each for each in films if each is not None and each.compared_with(layer.thickness) == "same"]
+    return min(known, key=lambda each: each.value, default=None)
 
 
 def skin_diagnostic(name: str, *, voltage: float) -> Diagnostic:

@@ -171,7 +171,7 @@ class Scenario(Model):
         paths = [path for path, _, _ in changed.parameters()]
         theirs = {
             path: f"{BY_THE_USER} to {told[path]}" if path in told else BY_THE_USER
-            for path in paths
+            for path in dict.fromkeys([*paths, *told])
             if any(path == change or path.startswith(f"{change}.") for change in changes)
         }
         return changed.model_copy(update={"sources": kept | theirs})

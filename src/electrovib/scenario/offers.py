@@ -1,14 +1,15 @@
-"""Materials and stacks that a scenario names, ``author_year/name``: as a paper offers them, with where that has them from."""
+"""Materials and stacks that a scenario names: those of the library, and those of papers with where these have them from."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from electrovib.core.discovery import find_offer, offers, paper
+from electrovib.core.discovery import offers, paper
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.model import Model
 from electrovib.physics.material import Material
+from electrovib.physics.material.library import Substance
 from electrovib.physics.skin import Skin
 from electrovib.physics.stack import Stack
 from electrovib.scenario.sources import is_default
@@ -31,15 +32,16 @@ def with_offers(changes: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, s
     Parameters
     ----------
     changes : mapping of str to value
-        Dotted path to value, or the tables of a scenario. ``stack`` and the material of a layer may be a name,
-        ``author_year/name``; a name that no paper offers stays as it is, for the validation to refuse.
+        Dotted path to value, or the tables of a scenario. ``stack`` may be a name, ``author_year/name``, and the material
+        of a layer too, or a name of the library; an unknown name stays as it is, for the validation to refuse.
 
     Returns
     -------
     changes : dict
         The same with tables in the place of such names.
     sources : dict of str to str
-        Dotted path of each parameter that such a table gives, to the name and where the paper has the value from.
+        Dotted path of each parameter that such a table gives, to the name and where the library or the paper has the
+        value from, with its status; the breakdown strengths of the library under the name of the ``substance``.
     """
     found, sources = dict(changes), dict[str, str]()
     for path in sorted(changes, key=lambda path: path.count(".")):
@@ -60,7 +62,7 @@ def _read(value: Any, path: str, sources: dict[str, str]) -> Any:
     if kind is None or not isinstance(value, str):
         return value
     try:
-        offer = find_offer(value, kind.offered_by)
+        offer = kind.offer(value)
         model = kind.from_offer(offer)
     except ElectrovibError:
         return value
@@ -68,6 +70,8 @@ def _read(value: Any, path: str, sources: dict[str, str]) -> Any:
         if number is not None and not is_default(model, inner, number):
             where = f"{path}.{inner}"
             sources[where] = f"{value}: {_source(offer, value, where)}"
+    if isinstance(offer, Substance) and offer.strengths:
+        sources[f"{path}.substance"] = f"{value}: {offer.strength_words}"
     return model.to_dict()
 
 
@@ -75,6 +79,8 @@ def _source(offer: Any, name: str, path: str) -> str:
     """Say where a value of an offer is from, and how that was read."""
     if isinstance(offer, Skin):
         return f"{offer.source} ({offer.status}; {offer.note})"
+    if isinstance(offer, Substance):
+        return offer.origin(path.rpartition(".material.")[2])[0]
     module = paper(name.partition("/")[0])
     told: str = getattr(offer, "sources", {}).get(path) or f"{module.CITATION} ({module.STATUS})"
     return told

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from electrovib.core.search import (
+    ALIAS,
     FORMER,
     NAME,
     PREFIX,
@@ -59,6 +60,23 @@ def test_capitals_do_not_count_but_the_name_as_written_is_preferred():
 
 def test_the_name_after_the_slash_is_a_name_too_but_comes_after_the_whole_name():
     assert found("sine") == [("Sine", NAME), ("vardar_2017/sine", NAME), ("bau_2010/sine", NAME)]
+
+
+def test_another_name_comes_before_a_former_one_and_hyphens_do_not_count():
+    silica = Searchable(name="silica", kind="material", meaning="glass", aliases=("SiO2", "thermal oxide"))
+    older = Searchable(name="Film", kind="material", meaning="a film", former=("Thermal-Oxide",))
+    matches = search("Thermal-Oxide", [older, silica])
+    assert [(match.entry.name, match.stage) for match in matches] == [("silica", ALIAS), ("Film", FORMER)]
+    assert matches[0].reason == "'Thermal-Oxide' is another name of silica"
+    assert found("sio2", [silica]) == [("silica", ALIAS)]
+    assert found("oxides", [silica]) == [("silica", WORDS)]
+
+
+def test_blanks_and_underscores_of_a_name_do_not_count():
+    entries = [Searchable(name="soda_lime_glass", kind="material", meaning="")]
+    assert (
+        found("soda lime glass", entries) == found("Soda-Lime glass", entries) == [("soda_lime_glass", NAME)]
+    )
 
 
 def test_a_former_name_says_what_it_is_called_now():
@@ -120,7 +138,7 @@ def test_a_long_text_is_quoted_around_the_word():
     text = f"{'before ' * 30}polyimide {'after ' * 30}"
     (match,) = search("polyimide", [Searchable(name="a", kind="x", meaning="m", texts={"note": text})])
     assert "polyimide" in match.reason
-    assert len(match.reason) < 90
+    assert len(match.reason) < 110
 
 
 def test_spelling_is_the_last_resort_and_gives_three():

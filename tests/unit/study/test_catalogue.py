@@ -52,7 +52,7 @@ def test_the_presets_nearest_to_a_3m_type_screen(query):
     assert names(found)[0] == "persson_2018/coating"
     assert {"vardar_2017/sine", "vardar_2017/square"} <= set(names(found))
     assert all("3M-type screen" in record.reason and "unverified" in str(found) for record in found)
-    assert "insulator 1 um (Constant, permittivity 3.9)" in str(found)
+    assert "insulator 1 um (silica, permittivity 3.9)" in str(found)
     for record in found:
         layer = offers(("scenarios",))[record.name].stack.layers["insulator"]
         assert (layer.thickness, layer.material.permittivity) == (1e-6, 3.9)
@@ -128,6 +128,29 @@ def test_a_word_finds_materials_papers_and_scenarios_with_a_reason_each():
     assert all(record.reason for record in found)
     assert "and " in str(found).splitlines()[-1]
     assert len(str(models("touchscreen", complete=True))) > len(str(found))
+
+
+@pytest.mark.parametrize("query", ["silica", "SiO2", "thermal oxide", "Silicon-dioxide"])
+def test_a_material_of_the_library_is_found_by_each_of_its_names(query):
+    found = models(query)
+    assert found[0].name == "silica"
+    assert 'stack.LAYER.material = "silica"' in str(found)
+    for words in ("permittivity    3.9", "breakdown", "unverified, cited from memory", "measured at"):
+        assert words in str(found)
+
+
+def test_a_material_finds_the_scenarios_that_are_made_of_it():
+    assert {"persson_2018/coating", "vardar_2017/sine"} <= set(names(models("silica")))
+    assert {"pet", "polyimide"} <= {record.name.casefold() for record in models("polymer film")}
+
+
+def test_every_material_of_the_library_is_listed_and_found_by_every_name():
+    from electrovib.physics.material.library import materials
+
+    for substance in materials():
+        for word in (substance.name, *substance.aliases):
+            assert substance.name in names(models(word)), word
+        assert substance.name in str(models())
 
 
 def test_a_parameter_and_a_note_are_found():

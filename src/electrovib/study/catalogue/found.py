@@ -8,7 +8,7 @@ from typing import Final
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
-from electrovib.core.search import FORMER, SPELLING, Match, as_question, search, suggestions
+from electrovib.core.search import ALIAS, FORMER, SPELLING, Match, as_question, search, suggestions
 from electrovib.study.catalogue.columns import laid_out
 from electrovib.study.catalogue.items import Item, everything, scenario_items
 from electrovib.study.catalogue.listed import Listed, Listing
@@ -143,7 +143,7 @@ def _in_full(query: str, matches: tuple[Match, ...], found: list[Item]) -> list[
     """Choose what is shown in full: whatever has or had the name, or the only thing that was found."""
     low = query.strip().casefold()
     pairs = list(zip(matches, found, strict=True))
-    named = [i for m, i in pairs if i.record.name.casefold() == low or m.stage == FORMER]
+    named = [i for m, i in pairs if i.record.name.casefold() == low or m.stage in {ALIAS, FORMER}]
     return named or (found if len(found) == 1 and matches[0].stage != SPELLING else [])
 
 

@@ -14,12 +14,14 @@ from electrovib.core.model import Model
 from electrovib.core.quantity import quantity_of
 from electrovib.core.search import Searchable
 from electrovib.core.units import format_quantity
+from electrovib.physics.material import Material
+from electrovib.physics.material.library import materials
 from electrovib.scenario import Scenario
 from electrovib.scenario.notes import note_of
 from electrovib.study.catalogue.families import families, first_sentence, kind_of, plain_text
 from electrovib.study.catalogue.listed import Listed
 
-PAPERS, SCENARIOS = "papers", "scenarios"
+PAPERS, SCENARIOS, LIBRARY = "papers", "scenarios", "material library"
 """Groups of records that are no families of models."""
 
 
@@ -37,12 +39,15 @@ class Item:
         Names that it had.
     texts : mapping of str to str
         Label of a text to the text, as for `electrovib.core.search.Searchable`.
+    aliases : tuple of str
+        Other names of the same thing.
     """
 
     thing: Any
     record: Listed
     former: tuple[str, ...]
     texts: Mapping[str, str]
+    aliases: tuple[str, ...] = ()
 
     @property
     def entry(self) -> Searchable:
@@ -52,6 +57,7 @@ class Item:
             kind=self.record.kind,
             meaning=self.record.meaning,
             former=self.former,
+            aliases=self.aliases,
             texts=self.texts,
         )
 
@@ -72,6 +78,7 @@ def everything(*, own: bool = False) -> Iterator[Item]:
     yield from model_items(own=own)
     yield from _parts()
     yield from paper_items(own=own)
+    yield from _library()
     yield from _offered()
     yield from scenario_items()
 
@@ -159,6 +166,24 @@ def _not_runnable(module: ModuleType) -> bool:
     )
 
 
+def _library() -> Iterator[Item]:
+    """Collect the materials of the library."""
+    for substance in materials():
+        material = Material.from_offer(substance)
+        status = (
+            substance.permittivity[0].status if substance.dispersion is None else substance.dispersion.status
+        )
+        record = Listed(
+            name=substance.name,
+            kind="material",
+            meaning=f"{substance.meaning}: {_content(material)}",
+            group=LIBRARY,
+            status=status,
+        )
+        texts = {"kind": substance.kind, "model": type(material).__name__, "source": substance.strength_words}
+        yield Item(substance, record, (), texts, substance.aliases)
+
+
 def _offered() -> Iterator[Item]:
     """Collect materials, skins and stacks that papers offer by name."""
     for function, kind in (("materials", "material"), ("skins", "skin"), ("stacks", "stack")):
@@ -200,7 +225,8 @@ def stack_text(stack: Any) -> str:
         permittivity = getattr(layer.material, "permittivity", None)
         shown = "" if permittivity is None else f", permittivity {permittivity:.4g}"
         thickness = format_quantity(layer.thickness, "m")
-        layers.append(f"{name} {thickness} ({type(layer.material).__name__}{shown})")
+        filling = getattr(layer.material, "substance", None) or type(layer.material).__name__
+        layers.append(f"{name} {thickness} ({filling}{shown})")
     return "; ".join(layers)
 
 

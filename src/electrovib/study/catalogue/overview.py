@@ -9,7 +9,7 @@ from electrovib.core.discovery import find_members
 from electrovib.core.status import UNVERIFIED, status_text
 from electrovib.study.catalogue.columns import terminal_width
 from electrovib.study.catalogue.families import families, kind_of, places
-from electrovib.study.catalogue.items import PAPERS, SCENARIOS, Item
+from electrovib.study.catalogue.items import LIBRARY, PAPERS, SCENARIOS, Item
 
 _MORE = (
     "'electrovib models NAME' shows one in full, 'electrovib models WORD' searches names, meanings, parameters, materials,"
@@ -34,7 +34,7 @@ def overview(items: Iterable[Item]) -> str:
     held = places()
     rows = {path: sorted(find_members(family)) for family, path in held.items()}
     outside = {kind_of(family): sorted(find_members(family)) for family in families() if family not in held}
-    labels = ("materials", "skins", "stacks", PAPERS)
+    labels = (LIBRARY, "materials", "skins", "stacks", PAPERS)
     offered = {label: [item.record.name for item in found if item.record.group == label] for label in labels}
     count = sum(item.record.group == SCENARIOS for item in found)
     unverified = [

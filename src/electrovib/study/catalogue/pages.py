@@ -13,6 +13,7 @@ from electrovib.core.errors import ElectrovibError
 from electrovib.core.model import Model
 from electrovib.core.status import status_text
 from electrovib.core.units import format_quantity
+from electrovib.physics.material.library import SourcedValue, Substance
 from electrovib.scenario import Scenario
 from electrovib.study.catalogue.columns import laid_out, terminal_width
 from electrovib.study.catalogue.described import claims, parameters, ready_made, values
@@ -46,6 +47,8 @@ def page(item: Item) -> str:
         lines += _of_paper(thing, name)
     elif isinstance(thing, type):
         lines += _of_model(thing)
+    elif isinstance(thing, Substance):
+        lines += _of_substance(thing)
     elif isinstance(thing, Scenario):
         lines += _of_scenario(thing, item)
     else:
@@ -124,6 +127,27 @@ def _of_scenario(scenario: Scenario, item: Item) -> list[str]:
         "change it": f"electrovib init {item.record.name} -o my.toml",
     }
     return _labelled(told.items())
+
+
+def _of_substance(substance: Substance) -> list[str]:
+    told = [("what it is", f"{substance.meaning}; also called {', '.join(substance.aliases)}")]
+    told.append(("in a scenario", f'stack.LAYER.material = "{substance.name}"'))
+    told += [("permittivity", _sourced(value)) for value in substance.permittivity]
+    if substance.dispersion:
+        model = substance.dispersion
+        told.append(("dispersion", f"{model.model} ({status_text(model.status)}; {model.source})"))
+    known = {"conductivity": substance.conductivity, "at most": substance.conductivity_bound}
+    told += [(label, _sourced(value)) for label, value in known.items() if value]
+    if not any(known.values()):
+        told.append(("conductivity", "not found, taken as 0"))
+    told += [("breakdown", f"{_sourced(value)}, {value.measured_at}") for value in substance.strengths]
+    return _labelled(told)
+
+
+def _sourced(value: SourcedValue) -> str:
+    conditions = f", {value.conditions}" if value.conditions else ""
+    shown = format_quantity(value.value, value.unit, digits=4)
+    return f"{shown}{conditions} ({status_text(value.status)}; {value.source})"
 
 
 def _of_offer(item: Item) -> list[str]:
