@@ -1,6 +1,6 @@
 """Electrovibration: the force between a finger and a charged plate, from drive voltage to friction.
 
-Public names are loaded on first use, so that ``import electrovib`` costs nothing.
+Public names are loaded on first use, so that ``import electrovib`` takes no time.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What is wrong with a table that should be a model, as sentences for people."""
+"""Messages about a table that cannot be read as a model."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def explained(model: type[Model], item: Any) -> InitErrorDetails:
-    """Say for an unknown parameter of which class it was, and the nearest known one."""
+    """Rewrite a validation error: of an unknown parameter with its class and the nearest known name."""
     kind, loc, given = item["type"], item["loc"], item["input"]
     if kind == "extra_forbidden" and len(loc) == 1:
         known = nearest(str(loc[0]), model.model_fields)
@@ -41,7 +41,7 @@ def _meaning(model: type[Model], field: str) -> str:
 
 
 def wants(model: type[Model], value: object) -> str:
-    """Say how to write what stands where a table belongs; of a family, which members there are."""
+    """Write what is expected in the place of a table; of a family, with the nearest members."""
     expected = (
         'expected "author_year/name" of a paper, or a table' if model.offered_by else "expected a table"
     )
@@ -67,7 +67,7 @@ def first_line(thing: object) -> str:
 
 
 def problem(item: Mapping[str, Any]) -> Problem:
-    """Say one validation error with its dotted path and the value that stands there."""
+    """Convert a validation error to a `Problem` with its dotted path and value."""
     path = ".".join(shortened(str(part), LONGEST_QUOTED) for part in item["loc"])
     why = item["msg"].removeprefix("Value error, ")
     shows_value = item["type"] not in {"missing_parameter", "unknown"}
@@ -75,7 +75,7 @@ def problem(item: Mapping[str, Any]) -> Problem:
 
 
 def shown(value: Any) -> str:
-    """Write the value that an error is about, on one short line."""
+    """Write the value of an error on one short line."""
     if isinstance(value, Mapping):
         named = [
             f"{key} = {shortened(repr(value[key]), LONGEST_QUOTED)}, "

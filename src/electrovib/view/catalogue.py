@@ -20,7 +20,7 @@ def as_markdown(*, own: bool = True) -> str:
     Parameters
     ----------
     own : bool
-        Only of this package, as docs/models.md is; else also what other packages contribute, for a page of theirs.
+        Omit what other packages contribute, as docs/models.md does.
 
     Returns
     -------

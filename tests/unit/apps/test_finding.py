@@ -111,7 +111,7 @@ def test_a_wrong_preset_is_answered_with_the_nearest_three(wrong, cli):
     _, _, err = cli("run", wrong)
     assert err.count("'vezzoli_2014/fig") == 3 + ("fig66" in wrong)
     assert (
-        "'vezzoli_2014/fig6' (Vezzoli 2014, figure 6: 0 to 1000 V trapezoidal pulse on a plastic ...)" in err
+        "'vezzoli_2014/fig6' (Vezzoli 2014, figure 6: 0 to 1000 V trapezoidal pulse on a plastic film)" in err
     )
 
 

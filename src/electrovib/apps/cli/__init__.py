@@ -1,4 +1,4 @@
-"""The command line: each command parses, and calls the public function of its name."""
+"""The command line: each command reads its arguments and calls the public function of the same name."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from electrovib.apps.cli.terminal import complain, prepare
 from electrovib.apps.exit_codes import INTERRUPTED, MISTAKE
 from electrovib.core.errors import ElectrovibError
 
-_MOST: Final = 50  # mistakes told at once
+_MOST: Final = 50  # mistakes shown at once
 
 app = typer.Typer(
     name="electrovib",
@@ -53,7 +53,7 @@ for _command in (
 
 
 def main() -> None:
-    """Run the command line; a user's mistake gives one line each and exit code 2."""
+    """Run the command line; each mistake of the user is one line on the error output, with exit code 2."""
     prepare()
     try:
         app()
@@ -61,7 +61,7 @@ def main() -> None:
         _stop(*error.problems)
     except KeyboardInterrupt:
         _interrupted()
-    except SystemExit as stop:  # the library turns an interrupt into this code, without a word
+    except SystemExit as stop:  # typer ends with this code after an interrupt, without a message
         if stop.code == INTERRUPTED:
             _interrupted()
         raise

@@ -35,7 +35,7 @@ def command(
 
 
 def as_toml(text: str, encoding: str | None) -> str:
-    """Write signs that an encoding does not have as TOML escapes, so that a file made of it reads back equal."""
+    """Write characters that an encoding does not have as TOML escapes, so that the output reads back equal."""
     codes = ((sign, f"\\U{ord(sign):08x}") for sign in dict.fromkeys(text) if not _has(encoding, sign))
     return text.translate({ord(sign): code for sign, code in codes})
 
