@@ -83,7 +83,7 @@ def search(query: str, entries: Iterable[Searchable], *, nearest: int = 3) -> tu
 
     Returns
     -------
-    tuple of Match
+    matches : tuple of Match
         In the order of `STAGES`; of the names that are spelled similarly only when there is nothing better.
     """
     wanted = " ".join(query.split())[:_LONGEST_QUERY]
@@ -111,7 +111,7 @@ def closest_entries(query: str, entries: Iterable[Searchable], *, count: int = 3
 
     Returns
     -------
-    tuple of Match
+    matches : tuple of Match
         The most similar first; none if no name resembles what was written.
     """
     scored = [(_likeness(query[:_LONGEST_QUERY], entry), place, entry) for place, entry in enumerate(entries)]
@@ -135,7 +135,7 @@ def suggestions(query: str, entries: Iterable[Searchable], *, count: int = 3) ->
 
     Returns
     -------
-    tuple of Match
+    matches : tuple of Match
         The likeliest first, none twice.
     """
     candidates = list(entries)

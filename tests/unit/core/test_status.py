@@ -1,4 +1,4 @@
-"""How a source was read is written in one way."""
+"""The status of a source is written for people in one place."""
 
 from __future__ import annotations
 
