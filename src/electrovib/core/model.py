@@ -21,9 +21,9 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.changes import stored_changes
 from electrovib.core.discovery import find_member, find_members, find_offer
-from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
+from electrovib.core.errors import LONGEST_QUOTED, InputError, shortened
 from electrovib.core.files import FileColumn
-from electrovib.core.mistakes import explained, problem, wants
+from electrovib.core.mistakes import explained, near_members, problem, wants
 from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.tables import put
 
@@ -171,7 +171,7 @@ class Model(BaseModel):
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         member = find_member(cls, name)
         if member is None:
-            near = nearest(name, find_members(cls))
+            near = near_members(cls, name)
             why = f"unknown {cls.__name__} model '{shortened(name, LONGEST_QUOTED)}'.{near}"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         return member

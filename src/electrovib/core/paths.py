@@ -1,4 +1,4 @@
-"""Dotted paths: one name for a parameter in files, options, sliders, fits and messages."""
+"""Dotted paths: the name of a parameter in files, options, fits and messages."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ if TYPE_CHECKING:
 
 
 def value_at(model: Model, path: str) -> Any:
-    """Look a dotted path up.
+    """Return what stands at a dotted path of a model.
 
     Parameters
     ----------
     model : Model
-        Where to look.
+        A scenario, or a part of one.
     path : str
         Dotted path.
 
     Returns
     -------
     object
-        A float in SI, a text, a nested table.
+        A float in SI, a text, or a nested table.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def value_at(model: Model, path: str) -> Any:
 
 
 def quantity_at(model: Model, path: str) -> Quantity:
-    """Find the declaration of the parameter at a dotted path.
+    """Return the declaration of the parameter at a dotted path.
 
     Raises
     ------

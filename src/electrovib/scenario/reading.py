@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from electrovib.core.changes import stored_path
-from electrovib.core.discovery import name_of_today, paper
-from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
+from electrovib.core.discovery import name_of_today, offers, paper, paper_names, papers
+from electrovib.core.errors import LONGEST_QUOTED, InputError, shortened
 from electrovib.core.files import note_input
 from electrovib.core.parsing import read_json, read_toml
 from electrovib.core.tables import put
@@ -17,6 +17,7 @@ from electrovib.core.trace import is_trace
 from electrovib.data.traces import is_trace_file, open_if_trace
 from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import current_tables, read_part
+from electrovib.scenario.notes import near_presets
 from electrovib.scenario.toml import SCHEMA
 
 if TYPE_CHECKING:
@@ -226,14 +227,17 @@ def paper_scenario(name: str) -> Scenario:
     Raises
     ------
     InputError
-        With the nearest name.
+        With the three nearest names and what each is.
     """
     author_year, _, wanted = name.partition("/")
-    module = paper(author_year)
-    wanted = name_of_today(module, wanted)
-    found: Mapping[str, Scenario] = module.scenarios() if hasattr(module, "scenarios") else {}
+    if author_year not in paper_names() and author_year not in papers():
+        raise InputError(f"'{name}' is neither a file nor a paper's scenario.{near_presets(name)}")
+    found: Mapping[str, Scenario] = offers(("scenarios",), of=author_year)
+    wanted = name_of_today(paper(author_year), wanted)
+    if f"{author_year}/{wanted}" in found:
+        return found[f"{author_year}/{wanted}"]
     if not found:
-        raise InputError(f"'{author_year}' has no scenario")
-    if wanted not in found:
-        raise InputError(f"'{name}': {author_year} has no scenario '{wanted}'.{nearest(wanted, found)}")
-    return found[wanted]
+        raise InputError(f"'{author_year}' has no scenario.{near_presets(name)}")
+    if not wanted:
+        raise InputError(f"'{name}' is a paper; name one of its scenarios: {', '.join(found)}.")
+    raise InputError(f"'{name}': {author_year} has no scenario '{wanted}'.{near_presets(name)}")
