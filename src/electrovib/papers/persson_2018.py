@@ -230,6 +230,10 @@ _UNVERIFIED = "recalled as the touch screen of this line of papers, not read"
 _CHOICE = "not read; a choice"
 
 
+FORMER_NAMES = {"coat": "coating"}
+"""What its scenarios were called in files written earlier, and what they are called now."""
+
+
 def scenarios() -> dict[str, Scenario]:
     """Give a rough finger on a coated screen; no value of it was read in the paper.
 
