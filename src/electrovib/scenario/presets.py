@@ -8,7 +8,6 @@ from typing import Any, Final
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
-from electrovib.core.tables import put
 from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import read_part
 from electrovib.scenario.offers import with_offers
@@ -65,7 +64,7 @@ def preset(
     values = {path: _without_sources(given, path, told) for path, given in changes.items()}
     values, offered = with_offers(values)
     content = start.to_dict()
-    if problems := put(content, values):
+    if problems := Scenario.put_into(content, values):
         raise InputError(problems)
     built = read_part(Scenario, content | {"title": title, "sources": {}})
     kept = {path: unchanged or source for path, source in start.sources.items()}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from electrovib.scenario import Source
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 def compare(
     scenario: Source,
     *,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
     models: Sequence[str] | None = None,
     over: Sequence[str] | Mapping[str, Sequence[float]] = (),
     output: str | Path | None = None,
@@ -25,6 +26,8 @@ def compare(
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
         As for `electrovib.load`.
+    set : mapping of str to value, optional
+        Dotted path to value, put into the scenario: ``{"stack.gap": {"thickness": "5 um"}}``.
     models : sequence of str, optional
         Names of laws; all that need no parameter of their own if absent.
     over : sequence of str, or mapping of str to sequence of float
@@ -53,7 +56,7 @@ def compare(
 
     problems: list[str] = []
     with inputs_noted() as inputs, gathered(problems):
-        experiment = read_scenario(scenario)
+        experiment = read_scenario(scenario, changes=set)
         axes = over if isinstance(over, Mapping) else parse_over(experiment, over)
     if output is not None:
         with gathered(problems):

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.options import Changes, Everything
 from electrovib.apps.cli.terminal import say, show
 
 
@@ -23,7 +24,9 @@ def command(
             show_default=False,
         ),
     ] = "",
+    changes: Changes = None,
     models: Annotated[str | None, typer.Option(metavar="A,B,...", help="Force laws; all if absent.")] = None,
+    everything: Everything = False,
     over: Annotated[
         list[str] | None,
         typer.Option(metavar="PATH=FROM:TO:N[log]", help="Draw the static force over this; repeatable."),
@@ -32,12 +35,16 @@ def command(
     force: Force = False,
 ) -> None:
     """Run every force law on one stack, and say why they differ."""
+    from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.table import as_text
 
     if not scenario:
-        from electrovib.study.surfaces import compare_surfaces
+        from electrovib.study.surfaces import ANSWER, compare_surfaces
 
-        _refuse_without_scenario({"--models": models, "--over": over, "--output": output})
+        _refuse_without_scenario(
+            {"--set": changes or None, "--models": models, "--over": over, "--output": output}
+        )
+        say(ANSWER)
         show(as_text(compare_surfaces()))
         return
     from electrovib.apps.progress import tracked
@@ -47,12 +54,23 @@ def command(
     if models is not None:
         names = list(dict.fromkeys(name.strip() for name in models.split(",") if name.strip()))
     with tracked("comparing force laws"):
-        found = compare(scenario, models=names, over=over or [], output=output, force=force)
+        found = compare(
+            scenario,
+            set=read_changes(changes or []),
+            models=names,
+            over=over or [],
+            output=output,
+            force=force,
+        )
+    say(found.answer, "")
     for table in found.tables:
         show(as_text(table))
-    for page in found.pages:
-        show(f"{page.title}\n")
-        show("\n\n".join(page.paragraphs) + "\n")
+    if everything:
+        for page in found.pages:
+            show(f"{page.title}\n")
+            show("\n\n".join(page.paragraphs) + "\n")
+    elif not output:
+        say("--all explains why the laws differ, and lists where their papers contradict each other.")
     if output:
         say(f"written: {output}")
 
