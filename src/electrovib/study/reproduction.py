@@ -169,6 +169,8 @@ class Table:
         Name of the file, without suffix, that holds the whole table; empty where there is none.
     shown : tuple of int
         Columns on the page, from 0; all of them if empty.
+    on_page : bool
+        Whether the page shows it; the file always does.
     """
 
     title: str
@@ -178,6 +180,7 @@ class Table:
     caption: str = ""
     id: str = ""
     shown: tuple[int, ...] = ()
+    on_page: bool = True
 
 
 @dataclass(frozen=True)

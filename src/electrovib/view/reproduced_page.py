@@ -48,7 +48,7 @@ def page_of(found: Reproduction, drawings: Mapping[str, str], *, curves: bool = 
         checks=[_cells(row) for row in found.rows if row.verdict == "check"],
         equations={number: equation(text, number) for number, text in found.equations.items()},
         figures=page_figures(found.panels, drawings, curves=curves),
-        tables=found.tables,
+        tables=[table for table in found.tables if table.on_page],
         versions=summary.versions(),
     )
 

@@ -18,6 +18,8 @@ _NO_DECADE: Final = 0.7
 """Decades below which 1, 2, 5 would leave an axis with one number or none."""
 _SHORTEST, _LONGEST = 0.0099, 1010.0
 """Smallest and largest number of a logarithmic axis that is written out, in the unit of its label."""
+_MANY_DECADES: Final = 4.1
+"""Decades above which a logarithmic axis has powers of ten."""
 
 
 def pretty_unit(unit: str) -> str:
@@ -103,9 +105,9 @@ def label_axis(axis: Axis, words: str, unit: str, *, base: float = 0.0) -> None:
 
     Notes
     -----
-    A linear axis has one prefixed unit in its label (``force [mN]``). So has a logarithmic one whose numbers lie between
-    0.01 and 1000 of such a unit (``ramp [ms]``: 0.1, 1, 10); over more decades it has powers of ten of the SI unit. The
-    numbers themselves never carry a prefix.
+    A linear axis has one prefixed unit in its label (``force [mN]``). So has a logarithmic one of at most four decades
+    (``ramp [ms]``: 0.1, 1, 10); over more decades it has powers of ten of the SI unit. The numbers themselves never carry a
+    prefix.
     """
     if axis.get_scale() == "log":
         prefix = _decades(axis, unit)
@@ -168,6 +170,8 @@ def _prefix_over_decades(low: float, high: float, unit: str) -> tuple[str, float
     """Choose the prefix under which all numbers of an axis are short; None where powers of ten are shorter."""
     if not (0 < low <= high < math.inf):
         return "", 1.0
+    if math.log10(high / low) > _MANY_DECADES:
+        return None
     candidates = [""] if unit not in KINDS or unit == "1" else SHOWN_PREFIXES
     power = 2 if re.match(r"[A-Za-z]+2", unit) else 1
     sizes = {prefix: 10.0 ** (PREFIXES[prefix] * power) for prefix in candidates}

@@ -103,7 +103,10 @@ def _legend(ax: Axes, handles: Sequence[Any], labels: list[str], note: str) -> N
 
 def _cut(label: str) -> str:
     """Omit the middle of a label that is wider than a legend may be."""
-    return label if len(label) <= _LONG_LABEL else f"{label[:28].rstrip()} … {label[-12:].lstrip()}"
+    return "\n".join(
+        line if len(line) <= _LONG_LABEL else f"{line[:28].rstrip()} … {line[-12:].lstrip()}"
+        for line in label.split("\n")
+    )
 
 
 def shared_words(labels: list[str]) -> tuple[str, list[str]]:
