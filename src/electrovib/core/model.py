@@ -21,7 +21,7 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.changes import stored_changes
 from electrovib.core.discovery import find_member, find_members, find_offer
-from electrovib.core.errors import LONGEST_QUOTED, InputError, shortened
+from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened
 from electrovib.core.files import FileColumn
 from electrovib.core.mistakes import explained, near_members, problem, wants
 from electrovib.core.quantity import Quantity, quantity_of
@@ -266,6 +266,17 @@ class Model(BaseModel):
         """Build the model from tables in which something was changed."""
         return read_model(cls, content)
 
+    @classmethod
+    def put_into(cls, content: dict[str, Any], changes: Mapping[str, Any]) -> list[Problem]:
+        """Put changes by dotted path into nested tables of this model, and return what is wrong with them."""
+        return put(content, changes)
+
+    @classmethod
+    def how_to_add(cls, content: Mapping[str, Any], path: str) -> str:
+        """Explain how to add the optional part that a dotted path leads into; empty where it leads into none."""
+        del content, path
+        return ""
+
     def replace(self, changes: Mapping[str, Any]) -> Self:
         """Give a copy with some parameters changed.
 
@@ -286,7 +297,7 @@ class Model(BaseModel):
         """
         content = self.to_dict()
         changes, problems = stored_changes(self, changes)
-        problems += put(content, changes)
+        problems += self.put_into(content, changes)
         try:
             changed = self.rebuilt(content)
         except InputError as error:

@@ -42,6 +42,8 @@ def value_at(model: Model, path: str) -> Any:
         elif isinstance(table, list) and (place := place_of(table, key)) is not None:
             table = table[place]
         else:
+            if how := type(model).how_to_add(model.to_dict(), path):
+                raise InputError(how, path=path)
             raise InputError([unknown(table, ".".join(parts[:depth]), key, path)])
     return table
 
@@ -61,5 +63,6 @@ def quantity_at(model: Model, path: str) -> Quantity:
     declared = {where: quantity for where, _, quantity in model.parameters()}
     today = stored_path(model, path)
     if today not in declared:
-        raise InputError(f"no physical parameter has this path.{nearest(path, declared)}", path=path)
+        how = type(model).how_to_add(model.to_dict(), path)
+        raise InputError(how or f"no physical parameter has this path.{nearest(path, declared)}", path=path)
     return declared[today]

@@ -63,9 +63,14 @@ def _put(content: dict[str, Any], path: str, value: Any, fresh: list[Any], *, st
     *parents, last = path.split(".")
     tables: list[Any] = [content]
     for depth, key in enumerate(parents):
-        inner = _inner(tables[-1], key, strict=strict, optional=last == "model" and depth == len(parents) - 1)
+        new = not strict or _among(tables[-1], fresh)
+        inner = _inner(
+            tables[-1], key, strict=not new, optional=last == "model" and depth == len(parents) - 1
+        )
         if inner is None:
             return unknown(tables[-1], ".".join(parents[:depth]), key, path)
+        if new and inner == [{}]:
+            fresh += inner
         tables += inner
     if not _set(tables[-1], last, value, fresh, strict=strict):
         return unknown(tables[-1], ".".join(parents), last, path)

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Self
 from pydantic import Field, model_validator
 
 from electrovib.core.changes import stored_changes
+from electrovib.core.errors import Problem
 from electrovib.core.model import Model, read_model
 from electrovib.core.tables import put
 from electrovib.physics.circuit import Circuit
@@ -28,6 +29,7 @@ from electrovib.scenario.grids import FrequencyGrid, TimeGrid
 from electrovib.scenario.in_words import lines_of
 from electrovib.scenario.moisture import moistened, refuse_what_moisture_sets
 from electrovib.scenario.offers import with_offers
+from electrovib.scenario.parts import how_to_add, with_parts
 from electrovib.scenario.sources import BY_THE_USER
 from electrovib.scenario.toml import SCHEMA, to_toml
 
@@ -133,6 +135,22 @@ class Scenario(Model):
         """Write the canonical JSON of the physics, without the words for people."""
         content = self.model_copy(update={"title": "", "sources": {}})
         return Model.canonical(content)
+
+    @classmethod
+    def put_into(
+        cls, content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = True
+    ) -> list[Problem]:
+        """Put changes into tables of a scenario; optional parts that they lead into are added."""
+        changes, problems = with_parts(cls, content, changes)
+        for problem in put(content, changes, strict=strict):
+            how = how_to_add(cls, content, problem.path)
+            problems.append(Problem(how, path=problem.path) if how else problem)
+        return problems
+
+    @classmethod
+    def how_to_add(cls, content: Mapping[str, Any], path: str) -> str:
+        """Explain how to add the layer or table that a dotted path leads into; empty where it leads into none."""
+        return how_to_add(cls, content, path)
 
     @classmethod
     def rebuilt(cls, content: dict[str, Any]) -> Self:

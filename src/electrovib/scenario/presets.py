@@ -9,7 +9,6 @@ from typing import Any, Final
 from electrovib.core.changes import stored_changes
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
-from electrovib.core.tables import put
 from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import read_part
 from electrovib.scenario.offers import with_offers
@@ -69,7 +68,7 @@ def preset(
     beside = {path.rpartition(".")[0]: told[path] for path in values if path in told}
     told |= {path: beside.get(path.rpartition(".")[0], "") for path in stored if path not in values}
     content = start.to_dict()
-    problems += put(content, stored)
+    problems += Scenario.put_into(content, stored)
     if problems:
         raise InputError(problems)
     built = read_part(Scenario, content | {"title": title, "sources": {}})

@@ -12,7 +12,6 @@ from electrovib.core.discovery import name_of_today, offers, paper, paper_names,
 from electrovib.core.errors import LONGEST_QUOTED, InputError, shortened
 from electrovib.core.files import note_input
 from electrovib.core.parsing import read_json, read_toml
-from electrovib.core.tables import put
 from electrovib.core.trace import is_trace
 from electrovib.data.traces import is_trace_file, open_if_trace
 from electrovib.scenario.experiment import Scenario
@@ -101,7 +100,7 @@ def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Pa
     except InputError:
         if not changes:
             raise
-        put(content, _beside(changes, folder), strict=False)
+        Scenario.put_into(content, _beside(changes, folder), strict=False)
         return read_part(Scenario, content, folder=folder)
     return scenario.replace(changes) if changes else scenario
 

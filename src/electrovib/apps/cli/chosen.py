@@ -1,4 +1,4 @@
-"""The values of a paper's ready-made scenario that are not from the paper, as one line of the terminal."""
+"""The values of a paper's ready-made scenario that are not found in the paper, as one line of the terminal."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -> list[str]:
-    """List the values that are not from the paper; nothing for a user's own scenario.
+    """List the parameters whose values the paper does not give; none for a scenario of one's own.
 
     Parameters
     ----------
@@ -31,6 +31,5 @@ def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -
     paper = paper_of_preset(source)
     found = not_in_paper(scenario, paper) if paper else {}
     swept = set(without)
-    values = ", ".join(f"{path} {value}" for path, value in found.items() if path not in swept)
-    line = f"not found in {paper}, chosen or derived here: {values} ('electrovib models {paper}' gives the sources)"
-    return [line] if values else []
+    paths = ", ".join(path for path in found if path not in swept)
+    return [f"not found in {paper}, chosen: {paths} (electrovib models {paper})"] if paths else []

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.options import Changes, Everything
 from electrovib.apps.cli.terminal import say, show
 
 
@@ -23,7 +24,9 @@ def command(
             show_default=False,
         ),
     ] = "",
+    changes: Changes = None,
     models: Annotated[str | None, typer.Option(metavar="A,B,...", help="Force laws; all if absent.")] = None,
+    everything: Everything = False,
     over: Annotated[
         list[str] | None,
         typer.Option(metavar="PATH=FROM:TO:N[log]", help="Draw the static force over this; repeatable."),
@@ -44,19 +47,27 @@ def command(
     force: Force = False,
 ) -> None:
     """Compare the force laws on one stack, or the materials of its insulator."""
+    from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.table import as_text
 
     if not scenario:
-        from electrovib.study.surfaces import compare_surfaces
+        from electrovib.study.surfaces import ANSWER, compare_surfaces
 
         _refuse_without_scenario(
-            {"--models": models, "--over": over, "--materials": materials, "--output": output}
+            {
+                "--set": changes or None,
+                "--models": models,
+                "--over": over,
+                "--materials": materials,
+                "--output": output,
+            }
         )
+        say(ANSWER)
         show(as_text(compare_surfaces()))
         return
     if materials is not None:
         _refuse_with_materials({"--models": models, "--over": over, "--output": output})
-        _print_materials(scenario, materials, layer)
+        _print_materials(scenario, read_changes(changes or []), materials, layer)
         return
     from electrovib.apps.progress import tracked
     from electrovib.view.compare import compare
@@ -65,24 +76,36 @@ def command(
     if models is not None:
         names = list(dict.fromkeys(name.strip() for name in models.split(",") if name.strip()))
     with tracked("comparing force laws"):
-        found = compare(scenario, models=names, over=over or [], output=output, force=force)
+        found = compare(
+            scenario,
+            set=read_changes(changes or []),
+            models=names,
+            over=over or [],
+            output=output,
+            force=force,
+        )
+    say(found.answer, "")
     for table in found.tables:
         show(as_text(table))
-    for page in found.pages:
-        show(f"{page.title}\n")
-        show("\n\n".join(page.paragraphs) + "\n")
+    if everything:
+        for page in found.pages:
+            show(f"{page.title}\n")
+            show("\n\n".join(page.paragraphs) + "\n")
+    elif not output:
+        say("--all explains why the laws differ, and lists where their papers contradict each other.")
     if output:
         say(f"written: {output}")
 
 
-def _print_materials(scenario: str, materials: str, layer: str) -> None:
+def _print_materials(scenario: str, changes: Mapping[str, Any], materials: str, layer: str) -> None:
     from electrovib.apps.cli.table import as_text
     from electrovib.apps.progress import tracked
+    from electrovib.scenario import load
     from electrovib.study.compare import compare_materials
 
     names = [name.strip() for name in materials.split(",") if name.strip()]
     with tracked("comparing materials"):
-        found = compare_materials(scenario, layer=layer, materials=None if names == ["all"] else names)
+        found = compare_materials(load(scenario, changes=changes), layer=layer, materials=None if names == ["all"] else names)
     for table in found.tables:
         show(as_text(table))
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from electrovib.apps.cli.options import Changes
 from electrovib.apps.cli.terminal import say
 from electrovib.core.errors import InputError
 
@@ -22,9 +23,7 @@ def command(
     scenario: Annotated[
         str, typer.Argument(help="A TOML file or a paper's scenario, with contact.surface and a layer 'gap'.")
     ],
-    changes: Annotated[
-        list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a parameter; repeatable.")
-    ] = None,
+    changes: Changes = None,
     voltage: Annotated[
         str | None, typer.Option(help="Held voltage, such as '100 V'; by default the drive's largest.")
     ] = None,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.options import Changes
 from electrovib.apps.cli.terminal import say
 
 if TYPE_CHECKING:
@@ -29,9 +30,7 @@ def command(
             help="A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace to repeat."
         ),
     ] = "vezzoli_2014/fig6",
-    changes: Annotated[
-        list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a parameter; repeatable.")
-    ] = None,
+    changes: Changes = None,
     over: Annotated[
         list[str] | None,
         typer.Option(
@@ -82,12 +81,12 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
         lines += _numbers(trace)
     else:
         lines += [f"{name.replace('_', ' ')}: {_range(trace, name)}" for name in FORCES]
-    lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
-    lines.append(f"solver: {trace.attrs['solver']} ({trace.attrs['solver_reason']})")
     if trace.attrs.get("reduction_error"):
         error = 100 * float(trace.attrs.get("transfer_error", float("nan")))
         lines.append(f"error of the answer through materials reduced to relaxations: at most {error:.2g} %")
     lines += told(read_diagnostics(trace.attrs["validity"]))
+    lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
+    lines.append(f"solver: {trace.attrs['solver']}")
     if "friction_solver" in trace.attrs:
         lines.append(f"friction: {trace.attrs['friction_solver']}")
     if dropped := trace.attrs["dropped_samples"]:

@@ -17,9 +17,9 @@ class Entry:
     Parameters
     ----------
     name, evaluation_surface, status : str
-        Law, where it cuts the finger free, how its source was read.
+        Name of the law, medium in which it evaluates the Maxwell stress, status of its source.
     static : float
-        Attraction at the peak voltage held for ever when nothing conducts [N].
+        Attraction at a constant peak voltage in the steady state, with all conduction left out [N].
     ratio : float
         Static attraction over that of the Maxwell stress in the gap.
     early, late : float
@@ -30,14 +30,14 @@ class Entry:
     step : ndarray, shape (times,) or (0,)
         Step response [N].
     polarity : float
-        Mean attraction during the step over that of the same step with its sign turned; exactly 1 where no
-        layer tells the polarity, NaN for a law without a response in time.
+        Mean attraction during the step over that of a step of the opposite sign; exactly 1 where the response of no layer
+        depends on the polarity, NaN for a law without a response in time.
     why : str
-        Where the ratio comes from.
+        Explanation of the ratio.
     warnings : tuple of str
-        What lies beyond a limit.
+        Limits that are exceeded.
     breakdown : str
-        How the air breaks down at the static force, empty where it does not.
+        How the air breaks down at the static force; empty where it does not.
     """
 
     name: str
@@ -67,6 +67,8 @@ class Comparison:
         Peak voltage at which the laws are compared [V].
     entries : tuple of Entry
         From the largest to the smallest static force.
+    answer : str
+        Which law to believe on this stack, and why: one sentence.
     left_out : mapping of str to str
         Law to why it is not in the comparison.
     frequency, time : ndarray
@@ -78,6 +80,7 @@ class Comparison:
     scenario: Scenario
     voltage: float
     entries: tuple[Entry, ...]
+    answer: str
     left_out: Mapping[str, str]
     frequency: Real
     time: Real

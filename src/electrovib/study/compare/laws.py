@@ -20,7 +20,7 @@ from electrovib.solve.stack.expand import phasors
 from electrovib.study.compare.entry import Comparison, Entry
 from electrovib.study.compare.panels import over_frequency, over_parameter, over_time
 from electrovib.study.compare.static import air_breaks_down, air_warnings, static_force
-from electrovib.study.compare.words import pages, tables
+from electrovib.study.compare.words import answer, pages, tables
 from electrovib.study.explain import explain, in_time, knows_polarity
 
 if TYPE_CHECKING:
@@ -104,6 +104,7 @@ def compare(
         scenario=scenario,
         voltage=voltage,
         entries=tuple(entries),
+        answer=answer(scenario, entries, voltage=voltage),
         left_out=left_out,
         frequency=frequency,
         time=time,
