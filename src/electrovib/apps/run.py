@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 from electrovib.apps.changes import readable_changes
 from electrovib.apps.progress import tracked
 from electrovib.core.budget import listening
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.core.trace import is_trace
 from electrovib.data.traces import open_if_trace
-from electrovib.scenario import DEFAULT, Scenario, Source, read_scenario, sweep_of
+from electrovib.scenario import DEFAULT, Scenario, Source, changed_models, read_scenario, sweep_of
 from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:
@@ -79,6 +81,7 @@ def run(
                     records=wanted.records,
                     progress=progress,
                 )
+    _warn_of_changed_models(trace, scenario, experiment)
     if output is not None:
         from electrovib.export.save import save
 
@@ -89,6 +92,15 @@ def run(
         with tracked("drawing the report"):
             write_report(_named(trace, scenario), Path(report), force=force)
     return trace
+
+
+def _warn_of_changed_models(trace: xarray.Dataset, source: Source, experiment: Scenario) -> None:
+    """Add a warning to a repeated run for each own model that is not the one of the Trace it repeats."""
+    found = open_if_trace(source)
+    changed = changed_models(found, experiment) if is_trace(found) else []
+    if changed:
+        told = [Diagnostic("own models", "warning", text).to_dict() for text in changed]
+        trace.attrs["validity"] = json.dumps([*json.loads(trace.attrs["validity"]), *told])
 
 
 def _named(trace: xarray.Dataset, source: Source) -> xarray.Dataset | dict[str, xarray.Dataset]:

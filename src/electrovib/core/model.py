@@ -19,7 +19,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.discovery import find_member, find_members, find_offer
-from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, nearest, shortened
+from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, nearest, shortened, suggestion
 from electrovib.core.files import FileColumn
 from electrovib.core.mistakes import explained, problem, wants
 from electrovib.core.quantity import Quantity, quantity_of
@@ -164,7 +164,12 @@ class Model(BaseModel):
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         member = find_member(cls, name)
         if member is None:
-            near = nearest(name, find_members(cls))
+            members = find_members(cls)
+            near = nearest(name, members)
+            if not suggestion(name, members):
+                near += (
+                    " A model of your own: 'electrovib --models FILE.py ...', or import its file in Python."
+                )
             why = f"unknown {cls.__name__} model '{shortened(name, LONGEST_QUOTED)}'.{near}"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         return member

@@ -10,17 +10,16 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 from electrovib.core.discovery import name_of_today, paper
 from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
 from electrovib.core.files import note_input
-from electrovib.core.parsing import read_json, read_toml
+from electrovib.core.parsing import read_toml
 from electrovib.core.trace import is_trace
 from electrovib.data.traces import is_trace_file, open_if_trace
 from electrovib.scenario.experiment import SCHEMA, Scenario
 from electrovib.scenario.files import read_part
+from electrovib.scenario.of_trace import scenario_of, sweep_of, without_schema
 
 if TYPE_CHECKING:
     import xarray
 
-DROPPED: Final = ("ridge_share",)
-"""Parameters of a contact that older Traces carry and that changed no result but a signal of their own."""
 DEFAULT: Final = "vezzoli_2014/fig6"
 Source: TypeAlias = "str | Path | Mapping[str, Any] | Scenario | xarray.Dataset"
 """What a scenario can be read from."""
@@ -91,7 +90,7 @@ def _of_trace(source: Any, *, before_sweep: bool) -> Scenario:
 
 def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Path) -> Scenario:
     """Build a scenario; changes may mend what is wrong in the tables."""
-    content = _without_schema(content)
+    content = without_schema(content)
     try:
         scenario = read_part(Scenario, content, folder=folder)
     except InputError:
@@ -109,64 +108,6 @@ def _beside(changes: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         if path.rpartition(".")[2] == "file" and isinstance(value, str):
             found[path] = os.path.relpath(value, folder)
     return found
-
-
-def scenario_of(trace: xarray.Dataset) -> Scenario:
-    """Give back the scenario a Trace carries.
-
-    Raises
-    ------
-    InputError
-        If it carries none, as a measurement does.
-    """
-    if "scenario" not in trace.attrs:
-        raise InputError("this Trace carries no scenario: it is a measurement, or was made by something else")
-    content = _without_schema(dict(structured(trace, "scenario", Mapping)))
-    if isinstance(contact := content.get("contact"), dict):
-        for parameter in DROPPED:
-            contact.pop(parameter, None)
-    return read_part(Scenario, content)
-
-
-def sweep_of(trace: xarray.Dataset) -> tuple[dict[str, list[Any]], list[str]]:
-    """Give back the values that a swept Trace runs over, by dotted path, and its quantities; both empty for a run.
-
-    Raises
-    ------
-    InputError
-        If what it carries is damaged.
-    """
-    axes = structured(trace, "over", Mapping) if "over" in trace.attrs else {}
-    names = structured(trace, "quantities", list) if "quantities" in trace.attrs else []
-    if not all(isinstance(values, list) and values for values in axes.values()):
-        raise _damaged_attribute("over", "it lists no values")
-    if not all(isinstance(name, str) for name in names):
-        raise _damaged_attribute("quantities", "it lists no names")
-    return dict(axes), names
-
-
-def structured(trace: xarray.Dataset, name: str, kind: type[Any]) -> Any:
-    """Read an attribute of a Trace that is written as JSON.
-
-    Raises
-    ------
-    InputError
-        If it is damaged or holds something of another kind.
-    """
-    try:
-        found = read_json(trace.attrs[name])
-    except ValueError as error:
-        raise _damaged_attribute(name, str(error)) from None
-    if not isinstance(found, kind):
-        raise _damaged_attribute(name, f"it holds a {type(found).__name__}")
-    return found
-
-
-def _damaged_attribute(name: str, why: str) -> InputError:
-    return InputError(
-        f"the attribute '{name}' of this Trace is damaged: {why[:120]}. Its numbers can still be used; to compute"
-        " again, start from the scenario file"
-    )
 
 
 def _tables(path: Path) -> dict[str, Any]:
@@ -189,15 +130,6 @@ def _tables(path: Path) -> dict[str, Any]:
         return read_toml(text)
     except ValueError as error:
         raise InputError(f"not valid TOML: {error}", path=path) from None
-
-
-def _without_schema(content: dict[str, Any]) -> dict[str, Any]:
-    schema = content.pop("schema", None)
-    if schema != SCHEMA:
-        raise InputError(
-            f"schema = {repr(schema)[:60]}: this version reads 'schema = {SCHEMA}'; write it as the first line"
-        )
-    return content
 
 
 def paper_of_preset(source: object) -> str:

@@ -25,7 +25,13 @@ def command(
         ),
     ] = "",
     changes: Changes = None,
-    models: Annotated[str | None, typer.Option(metavar="A,B,...", help="Force laws; all if absent.")] = None,
+    models: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="A,B,...|FILE.py",
+            help="Force laws, all if absent; or a Python file with laws of your own. Repeatable.",
+        ),
+    ] = None,
     everything: Everything = False,
     over: Annotated[
         list[str] | None,
@@ -42,7 +48,7 @@ def command(
         from electrovib.study.surfaces import ANSWER, compare_surfaces
 
         _refuse_without_scenario(
-            {"--set": changes or None, "--models": models, "--over": over, "--output": output}
+            {"--set": changes or None, "--models": models or None, "--over": over, "--output": output}
         )
         say(ANSWER)
         show(as_text(compare_surfaces()))
@@ -50,9 +56,7 @@ def command(
     from electrovib.apps.progress import tracked
     from electrovib.view.compare import compare
 
-    names = None
-    if models is not None:
-        names = list(dict.fromkeys(name.strip() for name in models.split(",") if name.strip()))
+    names = _laws(models or [])
     with tracked("comparing force laws"):
         found = compare(
             scenario,
@@ -73,6 +77,17 @@ def command(
         say("--all explains why the laws differ, and lists where their papers contradict each other.")
     if output:
         say(f"written: {output}")
+
+
+def _laws(texts: list[str]) -> list[str] | None:
+    """Import the files among what ``--models`` names; the rest are laws, or None for all of them."""
+    from electrovib.core.own_models import use_models
+
+    given = [name.strip() for text in texts for name in text.split(",")]
+    for file in [name for name in given if name.endswith(".py")]:
+        use_models(file)
+    names = [name for name in given if not name.endswith(".py")]
+    return [name for name in dict.fromkeys(names) if name] if names else None
 
 
 def _refuse_without_scenario(options: dict[str, object]) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from electrovib.apps.cli.options import Changes
+from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import say
 from electrovib.core.errors import InputError
 
@@ -27,8 +27,10 @@ def command(
     voltage: Annotated[
         str | None, typer.Option(help="Held voltage, such as '100 V'; by default the drive's largest.")
     ] = None,
+    models: Models = None,
 ) -> None:
     """Find every state of gap and attraction under a held voltage, stable or not."""
+    del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.chosen import chosen
     from electrovib.apps.progress import tracked

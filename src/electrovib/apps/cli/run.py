@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from electrovib.apps.cli.force import Force
-from electrovib.apps.cli.options import Changes
+from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import say
 
 if TYPE_CHECKING:
@@ -52,9 +52,11 @@ def command(
         str | None, typer.Option("--output", "-o", help="Write the result: .nc, .csv or .mat.")
     ] = None,
     report: Annotated[str | None, typer.Option(help="Write a self-contained HTML report.")] = None,
+    models: Models = None,
     force: Force = False,
 ) -> None:
     """Simulate a scenario, or sweep it; write its Trace, or a table of numbers, and a report."""
+    del models  # imported by now
     from electrovib.apps.run import run
 
     trace = run(

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from electrovib.apps.cli.options import Models
 from electrovib.apps.cli.terminal import say
 
 
@@ -31,6 +32,7 @@ def command(
             "--version", help="Show the versions of electrovib and its parts.", callback=_show, is_eager=True
         ),
     ] = False,
+    models: Models = None,
     budget: Annotated[
         str | None,
         typer.Option(
@@ -41,7 +43,7 @@ def command(
     ] = None,
 ) -> None:
     """Electrovibration: the force between a finger and a charged plate, from drive voltage to friction."""
-    del version
+    del version, models
     if budget is not None:
         from electrovib.core import budget as budgets
 
