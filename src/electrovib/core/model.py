@@ -120,6 +120,23 @@ class Model(BaseModel):
         return {}
 
     @classmethod
+    def file_variants(cls, table: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
+        """Return parameters with which to read the file of a table if it has not the columns of `file_columns`.
+
+        Parameters
+        ----------
+        table : mapping
+            The model's own, not yet validated.
+
+        Returns
+        -------
+        tuple of mapping
+            The first whose columns are in the file is added to the table.
+        """
+        del table
+        return ()
+
+    @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
         """Add what a table leaves to be found; it is validated after that."""
         return content
