@@ -12,6 +12,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError, NotCausalError, nearest
 from electrovib.physics.force import ForceLaw
+from electrovib.physics.friction import SteadyFriction
 from electrovib.physics.time_profile import Steady
 from electrovib.scenario import Scenario
 from electrovib.solve.electrics.attraction import mean_force
@@ -62,21 +63,23 @@ def compare(
 
     Notes
     -----
-    The finger is pressed with the full load all the time, whatever `load.time_profile` says.
+    The finger is pressed with the full load all the time, whatever `load.time_profile` is. An amplifier with limits keeps
+    its gain and its largest voltage; its bandwidth and its largest current are left out, because the laws are compared at
+    voltages that are held.
     """
     if scenario.drive.quantity == "current":
         raise InputError(
             f"drive = {type(scenario.drive).__name__}: laws are compared at one voltage, and this drive prescribes the"
             " current. Take a drive in volts, for instance Sine"
         )
-    voltage = scenario.drive.largest()
+    scenario, highest = _without_limits(scenario)
+    voltage = min(scenario.drive.largest(), highest)
     if voltage == 0:
         raise InputError(
             f"drive = {type(scenario.drive).__name__}: it stays at 0 V, where no law attracts and none differs; give it a"
             " voltage"
         )
-    if not isinstance(scenario.load.time_profile, Steady):
-        scenario = scenario.replace({"load.time_profile": {"model": "Steady"}})
+    scenario = scenario.replace(_left_out(scenario))
     cases, left_out = _cases(scenario, models)
     frequency = scenario.frequency.frequencies()
     time = np.concatenate([[0.0], np.geomspace(1e-6, STEP, 400)])
@@ -97,7 +100,7 @@ def compare(
     ]
     ordered = {entry.name: cases[entry.name] for entry in entries}
     panels += [
-        over_parameter(scenario, ordered, path, values=np.asarray(values))
+        over_parameter(scenario, ordered, path, values=np.asarray(values), highest=highest)
         for path, values in (over or {}).items()
     ]
     return Comparison(
@@ -112,6 +115,26 @@ def compare(
         panels=tuple(panels),
         pages=pages(scenario, entries),
     )
+
+
+def _left_out(scenario: Scenario) -> dict[str, Any]:
+    """Return changes that leave out what does not enter the attraction and has no periodic state."""
+    changes: dict[str, Any] = {}
+    if not isinstance(scenario.load.time_profile, Steady):
+        changes["load.time_profile"] = {"model": "Steady"}
+    if not isinstance(scenario.friction, SteadyFriction):
+        changes["friction"] = {"model": "Coulomb", "coefficient": 0.5}  # any: no law reads the friction
+    return changes
+
+
+def _without_limits(scenario: Scenario) -> tuple[Scenario, float]:
+    """Replace an amplifier with limits by its gain; return also the highest voltage of the drive that it amplifies [V]."""
+    amplifier = scenario.circuit.amplifier
+    if amplifier is None or not amplifier.is_limited:
+        return scenario, np.inf
+    saturation = np.inf if amplifier.saturation is None else amplifier.saturation
+    highest = saturation / abs(amplifier.gain) if amplifier.gain else np.inf
+    return scenario.replace({"circuit.amplifier": {"gain": amplifier.gain}}), highest
 
 
 def _cases(scenario: Scenario, models: Sequence[str] | None) -> tuple[dict[str, Scenario], dict[str, str]]:

@@ -95,7 +95,9 @@ def over_time(entries: Sequence[Entry], *, time: Real, voltage: float) -> Panel:
     )
 
 
-def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str, *, values: Real) -> Panel:
+def over_parameter(
+    scenario: Scenario, cases: Mapping[str, Scenario], path: str, *, values: Real, highest: float = np.inf
+) -> Panel:
     """Draw the static force of each law over a parameter.
 
     Parameters
@@ -108,6 +110,8 @@ def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str,
         Dotted path; a parameter of the scenario's own law moves no other law.
     values : ndarray, shape (n,)
         SI.
+    highest : float
+        Voltage of the drive above which the amplifier saturates [V].
 
     Returns
     -------
@@ -118,10 +122,15 @@ def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str,
     curves, marks = [], []
     for look, (name, case) in enumerate(cases.items()):
         varied = [_with(case, path, float(value)) for value in values]
-        forces = np.array([static_force(one, voltage=one.drive.largest()) for one in varied])
+        voltages = [min(one.drive.largest(), highest) for one in varied]
+        forces = np.array(
+            [static_force(one, voltage=each) for one, each in zip(varied, voltages, strict=True)]
+        )
         curves.append(Curve(label=name, x=values, y=forces, look=look))
         if case.force.evaluation_surface == "gap":
-            broken = np.array([bool(air_breaks_down(one, voltage=one.drive.largest())) for one in varied])
+            broken = np.array(
+                [bool(air_breaks_down(one, voltage=each)) for one, each in zip(varied, voltages, strict=True)]
+            )
             label = f"{name}: air breaks down"
             marks += (
                 [Curve(label=label, x=values[broken], y=forces[broken], upper=None, kind="points", look=look)]
