@@ -1,4 +1,4 @@
-"""The numbers of the files that a scenario names: read when the scenario is, never by a model."""
+"""Numbers of the files that a scenario names: read together with the scenario, never by a model."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def read_part(kind: type[M], content: object, *, folder: Path | None = None) -> 
     content : object
         Nested tables.
     folder : Path, optional
-        Where relative names of files begin; by default the working folder.
+        Folder to which names of files are relative; by default the working folder.
 
     Returns
     -------
-    Model
-        Validated; it carries the numbers of its files.
+    model : Model
+        Validated, with the numbers of its files.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def read_part(kind: type[M], content: object, *, folder: Path | None = None) -> 
 
 
 def _filled(kind: type[Model] | None, content: Any, folder: Path, path: str, faults: list[Problem]) -> Any:
-    """Copy tables and put the numbers of their files in; what cannot be told from them is left to validation."""
+    """Copy tables and add the numbers of their files; tables that name no known model are left to validation."""
     start = f"{path}." if path else ""
     if isinstance(content, (list, tuple)) and any(isinstance(item, Mapping) for item in content):
         return [_filled(kind, item, folder, f"{start}{index}", faults) for index, item in enumerate(content)]

@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     import xarray
 
 DROPPED: Final = ("ridge_share",)
-"""Parameters of a contact that older Traces carry and that changed no result but a signal of their own."""
+"""Parameters of a contact that older Traces carry; they entered no result except a signal of their own."""
 
 
 def scenario_of(trace: xarray.Dataset) -> Scenario:
-    """Give back the scenario a Trace carries.
+    """Return the scenario that a Trace carries.
 
     Raises
     ------
     InputError
-        If it carries none, as a measurement does.
+        If it carries none, as a measurement, or if a model that it needs is missing.
     """
     if "scenario" not in trace.attrs:
         raise InputError("this Trace carries no scenario: it is a measurement, or was made by something else")
@@ -98,12 +98,12 @@ def changed_models(trace: xarray.Dataset, scenario: Scenario) -> list[str]:
 
 
 def sweep_of(trace: xarray.Dataset) -> tuple[dict[str, list[Any]], list[str]]:
-    """Give back the values that a swept Trace runs over, by dotted path, and its quantities; both empty for a run.
+    """Return the swept values of a Trace by dotted path, and its quantities; both are empty for a run.
 
     Raises
     ------
     InputError
-        If what it carries is damaged.
+        If these attributes are damaged.
     """
     axes = structured(trace, "over", Mapping) if "over" in trace.attrs else {}
     names = structured(trace, "quantities", list) if "quantities" in trace.attrs else []

@@ -1,4 +1,4 @@
-"""Materials and stacks that a scenario names, ``author_year/name``: as a paper offers them, with where that has them from."""
+"""Materials and stacks that a scenario names, ``author_year/name``, with the values and sources of the paper."""
 
 from __future__ import annotations
 

@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 DEFAULT: Final = "vezzoli_2014/fig6"
 Source: TypeAlias = "str | Path | Mapping[str, Any] | Scenario | xarray.Dataset"
-"""What a scenario can be read from."""
+"""Anything that a scenario can be read from."""
 
 
 def read_scenario(
     source: Source, *, changes: Mapping[str, Any] | None = None, before_sweep: bool = False
 ) -> Scenario:
-    """Read a scenario from whatever has one.
+    """Read a scenario from a name, a file, tables, a Scenario or a Trace.
 
     Parameters
     ----------
@@ -36,19 +36,19 @@ def read_scenario(
         A paper's scenario such as ``"vezzoli_2014/fig6"``, a TOML file, nested tables, a Scenario, or a Trace: its
         file (``.nc``, ``.csv``, ``.mat``) or itself, which carries the scenario it was computed from.
     changes : mapping of str to value, optional
-        Dotted path to value, put into the scenario; a file named here is looked for from the working folder.
+        Dotted path to value, put into the scenario; names of files in it are relative to the working folder.
     before_sweep : bool
-        Of a sweep give the scenario from which it began; else a sweep is refused, which is many scenarios.
+        Return the scenario from which a sweep began; otherwise a sweep, which is many scenarios, is refused.
 
     Returns
     -------
-    Scenario
-        The one.
+    scenario : Scenario
+        Validated.
 
     Raises
     ------
     InputError
-        Every mistake of the file at once; if the source has no scenario, or many.
+        Every mistake of the file at once; also if the source has no scenario, or many.
     """
     if is_trace_file(source) or is_trace(source):
         scenario = _of_trace(source, before_sweep=before_sweep)
@@ -75,7 +75,7 @@ load = read_scenario
 
 
 def _of_trace(source: Any, *, before_sweep: bool) -> Scenario:
-    """Give back the scenario of a run; that of a sweep would leave out what it goes over."""
+    """Return the scenario of a run; a sweep, whose scenario lacks the swept values, is refused."""
     trace = open_if_trace(source)
     axes = {} if before_sweep else sweep_of(trace)[0]
     if not axes:
@@ -89,7 +89,7 @@ def _of_trace(source: Any, *, before_sweep: bool) -> Scenario:
 
 
 def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Path) -> Scenario:
-    """Build a scenario; changes may mend what is wrong in the tables."""
+    """Build a scenario; changes may correct mistakes in the tables."""
     content = without_schema(content)
     try:
         scenario = read_part(Scenario, content, folder=folder)
@@ -102,7 +102,7 @@ def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Pa
 
 
 def _beside(changes: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Write files that the caller names as seen from the scenario's folder."""
+    """Make names of files that the caller gives relative to the folder of the scenario."""
     found = dict(changes)
     for path, value in changes.items():
         if path.rpartition(".")[2] == "file" and isinstance(value, str):
@@ -133,7 +133,7 @@ def _tables(path: Path) -> dict[str, Any]:
 
 
 def paper_of_preset(source: object) -> str:
-    """Name the paper, ``author_year``, whose ready-made scenario a source asks for; empty for a scenario of one's own."""
+    """Return the paper, ``author_year``, of a ready-made scenario; empty for a scenario of the user."""
     path = Path(source) if isinstance(source, (str, Path)) else None
     if path is None or path.suffix == ".toml" or is_trace_file(path) or path.exists():
         return ""
@@ -146,7 +146,7 @@ def paper_scenario(name: str) -> Scenario:
     Raises
     ------
     InputError
-        With the nearest name.
+        If there is no such scenario; the message has the nearest name.
     """
     author_year, _, wanted = name.partition("/")
     module = paper(author_year)
