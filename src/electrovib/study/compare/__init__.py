@@ -1,4 +1,4 @@
-"""Every force law on one stack: how far they are apart, in size and in time, and why."""
+"""Comparison of all force laws on one stack: how much they differ, in size and in time, and why."""
 
 from electrovib.study.compare.entry import Comparison as Comparison
 from electrovib.study.compare.entry import Entry as Entry
