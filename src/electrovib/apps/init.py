@@ -1,4 +1,4 @@
-"""A scenario to start from."""
+"""A scenario as a file to start from."""
 
 from __future__ import annotations
 

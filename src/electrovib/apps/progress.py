@@ -1,4 +1,4 @@
-"""A sign of life for anything that takes longer than a second."""
+"""Progress of everything that takes longer than a second."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ _PARTS = 1000
 
 @contextmanager
 def tracked(title: str) -> Iterator[Callable[[int, int], None]]:
-    """Show progress on the error output if the block takes longer than a second and a person is watching.
+    """Show progress on the error output if the block takes longer than a second and the output is a terminal.
 
     Parameters
     ----------
     title : str
-        What is being done.
+        Description of the work.
 
     Yields
     ------
     callable
-        Takes how many are done and how many there are; need not be called.
+        Function of the number of steps that are done and of all steps; need not be called.
     """
     state: dict[str, Any] = {"done": 0, "total": None, "bar": None, "over": False}
     lock = threading.Lock()

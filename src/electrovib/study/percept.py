@@ -221,7 +221,8 @@ def compare_percepts(first: Percept, second: Percept) -> Difference:
     noticeable = abs(difference) > threshold
     text = (
         f"{difference:+.2f} dB of voltage amplitude, difference threshold {threshold:g} dB:"
-        f" {'can' if noticeable else 'cannot'} be discriminated by strength; 1.21 dB is from {RYU}, which does not state its quantity: taken as voltage amplitude"
+        f" {'can' if noticeable else 'cannot'} be discriminated by strength; 1.21 dB is from {RYU}, which does not state its"
+        " quantity: taken as voltage amplitude"
     )
     if first.loudest != second.loudest:
         text += f"; felt by different channels ({first.loudest}, {second.loudest}), by which they may be discriminated"

@@ -23,7 +23,7 @@ from electrovib.apps.cli.terminal import complain, prepare
 from electrovib.apps.exit_codes import INTERRUPTED, MISTAKE
 from electrovib.core.errors import ElectrovibError
 
-_MOST: Final = 50  # mistakes told at once
+_MOST: Final = 50  # mistakes reported at once
 
 app = typer.Typer(
     name="electrovib",
@@ -48,7 +48,7 @@ def main() -> None:
         _stop(*error.problems)
     except KeyboardInterrupt:
         _interrupted()
-    except SystemExit as stop:  # the library turns an interrupt into this code, without a word
+    except SystemExit as stop:  # the library turns an interrupt into this code, without a message
         if stop.code == INTERRUPTED:
             _interrupted()
         raise

@@ -20,7 +20,7 @@ def command(
     scenario: Annotated[
         str,
         typer.Argument(
-            help="A scenario; without one, the static comparison of the published force laws of two stacks.",
+            help="A scenario; without one, the static forces of the published laws on two stacks.",
             show_default=False,
         ),
     ] = "",
@@ -35,12 +35,14 @@ def command(
     everything: Everything = False,
     over: Annotated[
         list[str] | None,
-        typer.Option(metavar="PATH=FROM:TO:N[log]", help="Draw the static force over this; repeatable."),
+        typer.Option(
+            metavar="PATH=FROM:TO:N[log]", help="Draw the static force over a parameter; repeatable."
+        ),
     ] = None,
     output: Annotated[str | None, typer.Option("--output", "-o", help="Write an HTML page.")] = None,
     force: Force = False,
 ) -> None:
-    """Run every force law on one stack, and say why they differ."""
+    """Compare every force law on one stack: which to believe, and why they differ."""
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.table import as_text
 

@@ -22,7 +22,7 @@ def command(
     models: Models = None,
     force: Force = False,
 ) -> None:
-    """Draw one report of any Traces."""
+    """Write one report of several Traces, overlaid."""
     del models  # imported by now
     from electrovib.apps.progress import tracked
     from electrovib.view.report import report
