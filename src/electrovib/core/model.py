@@ -21,7 +21,7 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.changes import stored_changes
 from electrovib.core.discovery import find_member, find_members, find_offer
-from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened
+from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
 from electrovib.core.files import FileColumn
 from electrovib.core.mistakes import explained, near_members, problem, wants
 from electrovib.core.quantity import Quantity, quantity_of
@@ -127,6 +127,23 @@ class Model(BaseModel):
         return {}
 
     @classmethod
+    def file_variants(cls, table: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
+        """Return parameters with which to read the file of a table if it has not the columns of `file_columns`.
+
+        Parameters
+        ----------
+        table : mapping
+            The model's own, not yet validated.
+
+        Returns
+        -------
+        tuple of mapping
+            The first whose columns are in the file is added to the table.
+        """
+        del table
+        return ()
+
+    @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
         """Add what a table leaves to be found; it is validated after that."""
         return content
@@ -172,6 +189,10 @@ class Model(BaseModel):
         member = find_member(cls, name)
         if member is None:
             near = near_members(cls, name)
+            if not suggestion(name, find_members(cls)):
+                near += (
+                    " A model of your own: 'electrovib --models FILE.py ...', or import its file in Python."
+                )
             why = f"unknown {cls.__name__} model '{shortened(name, LONGEST_QUOTED)}'.{near}"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         return member

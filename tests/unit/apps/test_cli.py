@@ -449,3 +449,10 @@ def test_init_names_what_can_be_added():
     assert "#   finger: one of MassSpringDamper" in text
     assert "#   circuit.amplifier: gain, bandwidth" in text
     assert "#   rig:" not in ev.init("vezzoli_2014/fig2_tremor")
+
+
+def test_init_writes_a_changed_scenario(cli, here):
+    gap = "stack.gap={ thickness = '5 um' }"
+    assert cli("init", "vezzoli_2014/fig6", "--set", gap, "-o", "my.toml")[0] == 0
+    assert "[stack.gap]" in (here / "my.toml").read_text(encoding="utf-8")
+    assert cli("run", "my.toml", "--set", "force.model=MaxwellStressInGap")[0] == 0

@@ -9,6 +9,7 @@ import typer
 
 from electrovib.apps.cli.completion import scenario_names
 from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.options import Changes
 from electrovib.apps.cli.terminal import say
 
 
@@ -21,13 +22,15 @@ def command(
     scenario: Annotated[
         str, typer.Argument(help="A paper's scenario, or a file.", autocompletion=scenario_names)
     ] = "vezzoli_2014/fig6",
+    changes: Changes = None,
     output: Annotated[str | None, typer.Option("--output", "-o", help="The TOML file to write.")] = None,
     force: Force = False,
 ) -> None:
     """Print a scenario as a commented TOML file to start from."""
+    from electrovib.apps.changes import read_changes
     from electrovib.apps.init import init
 
-    text = init(scenario, output=output, force=force)
+    text = init(scenario, set=read_changes(changes or []), output=output, force=force)
     if output is None:
         print(as_toml(text, sys.stdout.encoding), end="")
     else:
