@@ -1,0 +1,235 @@
+"""Release of a clutch from the record of its load cell: its delay, and the damped oscillation of the loaded assembly."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.physics.drive.readback import WholeVoltage
+from electrovib.physics.drive.sampled import Refuse
+from electrovib.recordings.correlated import line
+from electrovib.recordings.recording import increasing, without_missing
+from electrovib.recordings.release.least_squares import plain_release, resonant_release
+from electrovib.recordings.release.parts import Decay, Extremum, damped_sine, drive_end, find_extrema
+from electrovib.recordings.release.result import FittedRelease
+from electrovib.recordings.release.statements import statements_on_fit, statements_on_record
+from electrovib.recordings.release.uncertainty import uncertainties, with_change
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from electrovib.physics.drive.readback import Readback
+    from electrovib.physics.drive.sampled import StampTreatment
+    from electrovib.recordings.release.least_squares import Release
+
+_REMAINS = 0.05
+"""Fraction of its initial amplitude to which the fitted oscillation has fallen at the end of the fit."""
+_CLEAR = 5.0
+"""Smallest change of the force at a release, in standard errors."""
+_DRIFTS = 3.0
+"""Slope before the release, in standard errors, above which it counts as a drift that continues."""
+_FEWEST = 8
+"""Smallest number of samples before and after the release from which a standard error is computed."""
+_LATER = 0.75
+"""Start of the second fitted decay after the first, in periods."""
+_PERIODS = 4.0
+"""Length of a fitted decay, in periods."""
+
+
+def fit_release(
+    time: NDArray[np.float64],
+    force: NDArray[np.float64],
+    voltage: NDArray[np.float64],
+    *,
+    duration: float = 20e-3,
+    readback: Readback | None = None,
+    enabled: NDArray[np.float64] | None = None,
+    stamps: StampTreatment | None = None,
+    missing_rows: int = 0,
+) -> FittedRelease:
+    """Fit a release and one resonance of the loaded assembly to a recorded force, with the residual.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Times [s], increasing; the sampling may jitter.
+    force : ndarray, shape (n,)
+        Force of the load cell [N].
+    voltage : ndarray, shape (n,)
+        Drive as read back [V]; it may be aliased as long as its end is visible.
+    duration : float
+        Longest time after the end of the drive that is evaluated [s].
+    readback : Readback, optional
+        Relation of `voltage` to the drive: the whole drive (if not given), or one of two electrodes in antiphase.
+    enabled : ndarray, shape (n,), optional
+        1 while the high voltage is on, else 0, if the rig records it; the drive then ends where it falls to 0,
+        regardless of `voltage`.
+    stamps : StampTreatment, optional
+        Treatment of time stamps that do not increase; they are refused if not given.
+    missing_rows : int
+        Largest number of rows with a NaN that may be omitted.
+
+    Returns
+    -------
+    FittedRelease
+        Fit with its uncertainty, the turning points and the misfit.
+
+    Raises
+    ------
+    InputError
+        If the columns are no record, the drive does not end within it, or the force does not fall when the drive ends.
+
+    Notes
+    -----
+    The attraction ends with the drive. The force f stays constant for a dead time and then decays exponentially; the load
+    cell responds with y'' + (w/Q) y' + w^2 y = w^2 f. If the time constant of the decay is short compared with a period,
+    dead time and time constant have nearly the same effect on the record; their sum is the `delay`, and an interval is
+    returned for the time constant. The levels before and after are found by linear least squares. The fit ends where
+    the fitted oscillation has fallen to 5 %.
+
+    The resonance is that of the load cell together with its load. On the rig of Rauf and Follmer (2025) the bare cell
+    oscillates at 643 to 648 Hz with a quality factor of about 10; loaded with clutches of several widths, at 314 to
+    609 Hz.
+    """
+    columns = {"time": time, "force": force, "voltage": voltage}
+    columns |= {} if enabled is None else {"enabled": enabled}
+    since, measured, end, missing = _checked(
+        columns, duration, readback or WholeVoltage(), stamps or Refuse(), missing_rows
+    )
+    scatter = _scatter(since, measured, duration)
+    best, here, window = _fitted(since, measured, duration)
+    uncertainty, interval = uncertainties(stamps=since[here], force=measured[here], window=window, best=best)
+    without, plain = plain_release(stamps=since[here], force=measured[here], window=window)
+    period = 1 / best.frequency
+    extrema = find_extrema(
+        since, measured, start=best.delay, period=period, level=best.after, scatter=scatter, end=duration
+    )
+    early, late = _decays(since, measured, extrema, period)
+    uncertainty = with_change(uncertainty, (early, late))
+    words = statements_on_fit(
+        best, uncertainty, falls=interval, without=without, extrema=extrema, decays=(early, late)
+    )
+    words += statements_on_record(readback if enabled is None else None, missing)
+    return FittedRelease(
+        drive_end=end,
+        delay=best.delay,
+        fall_time=best.fall_time,
+        fall_time_interval=interval,
+        held=best.held,
+        after=best.after,
+        frequency=best.frequency,
+        quality=best.quality,
+        uncertainty=uncertainty,
+        misfit=best.misfit,
+        misfit_without=without,
+        scatter=scatter,
+        missing=missing,
+        extrema=tuple(extrema),
+        early=early,
+        late=late,
+        time=since[here],
+        force=measured[here],
+        model=best.model,
+        model_without=plain,
+        words=words,
+    )
+
+
+def _fitted(
+    since: NDArray[np.float64], measured: NDArray[np.float64], duration: float
+) -> tuple[Release, NDArray[np.bool_], float]:
+    """Fit the release within a window that ends where the fitted oscillation has fallen to `_REMAINS`."""
+    window, best = duration, None
+    for _ in range(6):
+        here = (since > -duration / 2) & (since < window)
+        best = resonant_release(stamps=since[here], force=measured[here], window=window)
+        wanted = min(duration, best.start + np.log(1 / _REMAINS) * best.quality / (np.pi * best.frequency))
+        if abs(wanted - window) < 0.02 * window:
+            break
+        window = float(wanted)
+    assert best is not None
+    return best, here, window
+
+
+def _checked(
+    given: Mapping[str, NDArray[np.float64]],
+    duration: float,
+    readback: Readback,
+    stamps: StampTreatment,
+    missing_rows: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float, int]:
+    """Refuse what is no record; return the times after the end of the drive, the forces, that end, and the rows omitted."""
+    columns = {name: np.asarray(values, float) for name, values in given.items()}
+    problems = []
+    if len({values.shape for values in columns.values()}) > 1 or columns["time"].ndim != 1:
+        shapes = ", ".join(f"{name} {values.shape}" for name, values in columns.items())
+        *first, last = columns
+        problems.append(
+            f"{', '.join(first)} and {last}: expected one-dimensional arrays of equal length, not {shapes}"
+        )
+    if not 0 < duration < np.inf:
+        problems.append(f"duration = {duration}: expected a positive time in seconds, for instance 20e-3")
+    if problems:
+        raise InputError(problems)
+    whole = without_missing(columns, missing_rows, "the record")
+    missing = int(np.count_nonzero(~whole))
+    columns = {name: values[whole] for name, values in columns.items()}
+    kept = increasing(columns["time"], stamps, "time")
+    columns = {name: values[kept] for name, values in columns.items()}
+    when, measured = columns["time"], columns["force"]
+    if "enabled" in columns:
+        end = drive_end(time=when, voltage=columns["enabled"], name="enabled")
+    else:
+        try:
+            volts = readback.driving(when - when[0], columns["voltage"])
+        except ValueError as error:
+            raise InputError(f"voltage: {error}") from None
+        end = drive_end(time=when, voltage=volts, name="voltage")
+    counted = when - end
+    near = (counted > -duration / 2) & (counted < duration)
+    if counted[-1] < duration / 2 or counted[0] > -duration / 4 or np.count_nonzero(near) < 40:
+        raise InputError(
+            f"the drive ends at {end:.6g} s, but there are only {np.count_nonzero(near)} samples from"
+            f" {duration / 2:g} s before to {duration:g} s after; record longer or change duration"
+        )
+    return counted, measured, end, missing
+
+
+def _scatter(stamps: NDArray[np.float64], force: NDArray[np.float64], duration: float) -> float:
+    """Refuse a force that does not fall at the release; return its standard deviation before the release [N]."""
+    before, after = (stamps > -duration / 2) & (stamps < 0), (stamps > duration / 2) & (stamps < duration)
+    if min(np.count_nonzero(before), np.count_nonzero(after)) < _FEWEST:
+        raise InputError(
+            f"fewer than {_FEWEST} samples lie before the end of the drive, or later than {duration / 2:g} s after it;"
+            " record longer or change duration"
+        )
+    held, of_held, slope, of_slope = line(time=stamps[before], values=force[before])
+    left, of_left, _, _ = line(time=stamps[after], values=force[after])
+    fall, error = held - left, np.hypot(of_held, of_left)
+    drifts = abs(slope) > _DRIFTS * of_slope
+    if drifts:
+        # a drift before the release is continued after it; only the change beyond it is a release
+        apart = float(np.mean(stamps[after]) - np.mean(stamps[before]))
+        fall, error = fall + slope * apart, np.hypot(error, of_slope * apart)
+    if not abs(fall) > _CLEAR * error:
+        beyond = " beyond its drift" if drifts else ""
+        raise InputError(
+            f"the force does not fall when the drive ends: its mean changes by {abs(fall):.3g} N{beyond}, with a standard"
+            f" error of {error:.3g} N. Is force the right column? If voltage is one of two electrodes in antiphase, the drive"
+            " may have ended later: pass enabled, or a readback with its stop"
+        )
+    return float(np.std(force[before]))
+
+
+def _decays(
+    stamps: NDArray[np.float64], force: NDArray[np.float64], extrema: list[Extremum], period: float
+) -> tuple[Decay | None, Decay | None]:
+    if not extrema:
+        return None, None
+    starts = (extrema[0].time, extrema[0].time + _LATER * period)
+    early, late = (damped_sine(stamps, force, start=start, end=start + _PERIODS * period) for start in starts)
+    return early, late

@@ -1,0 +1,190 @@
+"""Zero of a sensor from the sections free of load, and the uncertainty due to its choice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.recordings.swipe.parts import SHORTEST
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from electrovib.recordings.recording import Recording
+    from electrovib.recordings.spans import Span
+    from electrovib.recordings.swipe.parts import Touch
+
+BLOCKS = 10
+"""Number of parts of a window from whose scatter the statistical error is computed."""
+_COVERAGE = 2.262
+"""Standard errors on either side of an interval: 95 % for a mean of ten parts (Student's t)."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A measured number, its value for every choice of the baseline, and its statistical error.
+
+    Parameters
+    ----------
+    value : float
+        Value with the interpolated baseline, or with the only one if there is no other.
+    by_baseline : mapping of str to float
+        Value with each simple choice of the baseline.
+    standard_error : float
+        Standard error of the mean over the window, from the scatter of its parts and of the baseline.
+    """
+
+    value: float
+    by_baseline: dict[str, float]
+    standard_error: float
+
+    @property
+    def baseline_interval(self) -> tuple[float, float]:
+        """Lowest and highest value over the choices of the baseline."""
+        return min(self.by_baseline.values()), max(self.by_baseline.values())
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The same, extended by 2.26 standard errors (95 %) on either side: the stated uncertainty."""
+        low, high = self.baseline_interval
+        return low - _COVERAGE * self.standard_error, high + _COVERAGE * self.standard_error
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers for JSON."""
+        return {
+            "value": self.value,
+            "interval": list(self.interval),
+            "baseline_interval": list(self.baseline_interval),
+            "by_baseline": dict(self.by_baseline),
+            "standard_error": self.standard_error,
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Zero:
+    """Zeros of both force sensors in one section free of load.
+
+    Parameters
+    ----------
+    time : float
+        Mean time of the section [s].
+    normal, lateral : float
+        Median readings [N].
+    normal_error, lateral_error : float
+        Their standard errors, without the drift [N].
+    """
+
+    time: float
+    normal: float
+    lateral: float
+    normal_error: float
+    lateral_error: float
+
+
+def zeros_beside(recording: Recording, contact: Touch, window: Span) -> dict[str, Zero]:
+    """Compute the zeros before and after a contact from the nearest samples free of load.
+
+    Raises
+    ------
+    InputError
+        If no section free of load before or after the contact is long enough.
+    """
+    longest = window[1] - window[0]
+    found = {}
+    if contact.before is not None:
+        found["before"] = _zero(
+            recording, (max(contact.before[0], contact.before[1] - longest), contact.before[1])
+        )
+    if contact.after is not None:
+        found["after"] = _zero(
+            recording, (contact.after[0], min(contact.after[1], contact.after[0] + longest))
+        )
+    if not found:
+        raise InputError(
+            f"{recording.source}: no section of {SHORTEST:g} s is free of load before or after the contact that begins at"
+            f" {recording.time[contact.span[0]]:.3g} s, so the zero of the sensors is unknown."
+        )
+    return found
+
+
+def _zero(recording: Recording, span: Span) -> Zero:
+    part = slice(*span)
+    normal, lateral = recording.normal_force[part], recording.lateral_force[part]
+    return Zero(
+        time=float(np.mean(recording.time[part])),
+        normal=float(np.median(normal)),
+        lateral=float(np.median(lateral)),
+        normal_error=standard_error(_detrended(block_means(recording.normal_force, span, median=True))),
+        lateral_error=standard_error(_detrended(block_means(recording.lateral_force, span, median=True))),
+    )
+
+
+def choices_of(zeros: dict[str, Zero], *, at: float) -> dict[str, tuple[float, float]]:
+    """Return the zeros of both forces for each simple choice of the baseline.
+
+    Parameters
+    ----------
+    zeros : dict of str to Zero
+        Zeros ``before`` and ``after`` the contact, or one of them.
+    at : float
+        Time at which the straight line between them is evaluated [s].
+
+    Returns
+    -------
+    dict of str to tuple of float
+        Name of the choice to the zeros of the normal and the lateral force [N].
+    """
+    found = {name: (zero.normal, zero.lateral) for name, zero in zeros.items()}
+    if len(zeros) == 2:
+        before, after = zeros["before"], zeros["after"]
+        part = (at - before.time) / (after.time - before.time)
+        for name, weight in (("mean", 0.5), ("interpolated", part)):
+            normal = (1 - weight) * before.normal + weight * after.normal
+            found[name] = (normal, (1 - weight) * before.lateral + weight * after.lateral)
+    return found
+
+
+def block_means(values: NDArray[np.float64], span: Span, *, median: bool = False) -> NDArray[np.float64]:
+    """Return the means, or medians, of `BLOCKS` equal parts of a section.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Samples in any unit.
+    span : tuple of int
+        Section.
+    median : bool
+        Whether medians are computed, which a brief touch changes less.
+
+    Returns
+    -------
+    means : ndarray, shape (10,)
+        Means or medians, in the unit of the samples.
+    """
+    blocks = np.array_split(values[slice(*span)], BLOCKS)
+    return np.array([np.median(block) if median else np.mean(block) for block in blocks])
+
+
+def standard_error(means: NDArray[np.float64]) -> float:
+    """Return the standard error of the mean of independent numbers.
+
+    Parameters
+    ----------
+    means : ndarray, shape (n,)
+        Independent numbers in any unit; n >= 2.
+
+    Returns
+    -------
+    error : float
+        Standard error of their mean, in the same unit.
+    """
+    return float(np.std(means, ddof=1) / np.sqrt(len(means)))
+
+
+def _detrended(means: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Subtract a straight line, because a drift is covered by the choice of the baseline."""
+    place = np.arange(len(means)) - (len(means) - 1) / 2
+    return means - place * (place @ means) / (place @ place)
