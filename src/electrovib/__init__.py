@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from electrovib.data.traces import open_trace as open_trace
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
+    from electrovib.recordings.importing import import_file as import_file
+    from electrovib.recordings.importing import import_material as import_material
     from electrovib.recordings.recording import read_recording as read_recording
     from electrovib.recordings.release import fit_release as fit_release
     from electrovib.recordings.swipe import reduce_swipe as reduce_swipe
@@ -46,6 +48,8 @@ _PLACES = {
     "export": "electrovib.export.scenario",
     "fit_release": "electrovib.recordings.release",
     "hysteresis": "electrovib.solve.equilibrium",
+    "import_file": "electrovib.recordings.importing",
+    "import_material": "electrovib.recordings.importing",
     "init": "electrovib.apps.init",
     "compare_materials": "electrovib.study.compare",
     "compare_percepts": "electrovib.study.percept",

@@ -140,7 +140,7 @@ def _recorded(
     counts = first.name.lower() in _COUNTS or first.unit.lower() in _COUNTS or _counts(first.values)
     if step is not None and (counts or layout.names[0].lower() == "x"):
         channels = channels[1:] or channels
-    elif len(channels) > 1 and _is_time(first):
+    elif len(channels) > 1 and _is_time(first) and not _is_index(layout, first):
         time = first.name
         step = None
     return Recorded(channels=tuple(channels), time=time, step=step, start=start, attributes=settings)
@@ -151,10 +151,15 @@ def _counts(values: Real) -> bool:
     return bool(np.array_equal(values, np.arange(values.size) + values[0]) and values[0] in (0, 1))
 
 
+def _is_index(layout: Layout, first: DataColumn) -> bool:
+    """Return whether the first column numbers the rows: it counts, and it alone has no heading."""
+    return _counts(first.values) and not layout.names[0] and all(layout.names[1:])
+
+
 def _is_time(channel: DataColumn) -> bool:
-    """Tell whether the first column is the time: by its name or unit, or unnamed by its rise."""
+    """Return whether the first column is the time: by name and unit, or by its rise."""
     rises = bool(np.isfinite(channel.values).all() and (np.diff(channel.values) >= 0).all())
     if channel.unit in ("s", "ms", "us", "ns"):
-        return rises
+        return rises or bool(_TIMES.fullmatch(channel.name))
     unnamed = channel.name.startswith("column ")
     return rises and (unnamed or (not channel.unit and bool(_TIMES.fullmatch(channel.name))))

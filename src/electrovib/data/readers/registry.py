@@ -149,3 +149,8 @@ def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
     if foreign := [name for name in given if name not in chosen.options]:
         raise DataFileError(f"the option {foreign[0]} does not belong to {chosen.description}.", path=path)
     return chosen.read(path, **given)
+
+
+def format_lines() -> list[str]:
+    """List the readers: name, what it reads, and what has to be installed for it."""
+    return [f"{each.name:<10} {each.description}" for each in FORMATS]

@@ -1,4 +1,4 @@
-"""A spectrum of impedance or permittivity from a table whose columns are named in any way that instruments name them."""
+"""A spectrum of impedance or permittivity from a table with the headings that instruments write."""
 
 from __future__ import annotations
 

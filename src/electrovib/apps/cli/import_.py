@@ -1,0 +1,167 @@
+"""``electrovib import``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import typer
+
+from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.import_options import (
+    Area,
+    Baselines,
+    Becomes,
+    Columns,
+    Conductivity,
+    Crop,
+    DecimalComma,
+    Delimiter,
+    Detrended,
+    LayerName,
+    Listed,
+    Offsets,
+    Output,
+    ParallelCapacitance,
+    ReaderName,
+    Resample,
+    Scales,
+    SeriesResistance,
+    Shifts,
+    SourceFile,
+    Stamps,
+    Thickness,
+    TimeColumn,
+    TimeStep,
+    Trigger,
+)
+from electrovib.apps.cli.terminal import say
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("import")(command)
+
+
+def command(
+    file: SourceFile = "",
+    output: Output = None,
+    column: Columns = None,
+    time: TimeColumn = "",
+    step: TimeStep = None,
+    stamps: Stamps = "refuse",
+    scale: Scales = None,
+    offset: Offsets = None,
+    shift: Shifts = None,
+    trigger: Trigger = "",
+    baseline: Baselines = None,
+    detrend: Detrended = None,
+    crop: Crop = None,
+    resample: Resample = None,
+    reader: ReaderName = "",
+    delimiter: Delimiter = None,
+    decimal_comma: DecimalComma = None,
+    kind: Becomes = "trace",
+    area: Area = None,
+    thickness: Thickness = None,
+    series_resistance: SeriesResistance = "0 ohm",
+    parallel_capacitance: ParallelCapacitance = "0 F",
+    conductivity: Conductivity = "0 S/m",
+    layer: LayerName = "stratum_corneum",
+    listed: Listed = False,
+    force: Force = False,
+) -> None:
+    """Import a file of an instrument as a Trace; without --column and --output list its columns."""
+    if listed or not file:
+        from electrovib.data.readers.registry import format_lines
+
+        say(*format_lines())
+        return
+    text = {"reader": reader, "delimiter": delimiter, "decimal_comma": decimal_comma}
+    if kind == "material":
+        _as_material(
+            file, pairs("column", column), output, layer, force, area=area, thickness=thickness,
+            series_resistance=series_resistance, parallel_capacitance=parallel_capacitance, conductivity=conductivity,
+            **text,
+        )  # fmt: skip
+        return
+    if kind != "trace":
+        from electrovib.core.errors import InputError
+
+        raise InputError(f"--as {kind}: expected trace or material")
+    if output is None and not column:
+        from electrovib.recordings.importing import list_columns
+
+        say(*list_columns(file, **text))  # type: ignore[arg-type]  # each by its own type
+        return
+    given: dict[str, Any] = {
+        "scale": pairs("scale", scale), "offset": pairs("offset", offset), "shift": pairs("shift", shift),
+        "trigger": trigger, "baseline": pairs("baseline", baseline), "detrend": detrend or [], "crop": crop,
+        "resample": resample,
+    }  # fmt: skip
+    _as_trace(
+        file, pairs("column", column), output, force, time=time, step=step, stamps=stamps,
+        **text, **{name: value for name, value in given.items() if value},
+    )  # fmt: skip
+
+
+def pairs(option: str, given: list[str] | None) -> dict[str, str]:
+    """Split ``SIGNAL=TEXT`` at the first equals sign.
+
+    Raises
+    ------
+    InputError
+        If there is none, or if a signal is given twice.
+    """
+    from electrovib.core.errors import InputError
+
+    found: dict[str, str] = {}
+    for text in given or []:
+        name, sign, value = text.partition("=")
+        if not sign or not name.strip() or not value.strip():
+            raise InputError(f"--{option} {text}: expected SIGNAL=TEXT")
+        if name.strip() in found:
+            raise InputError(f"--{option} {text}: {name.strip()} is given twice")
+        found[name.strip()] = value.strip()
+    return found
+
+
+def _as_trace(file: str, columns: dict[str, str], output: str | None, force: bool, **options: Any) -> None:
+    """Import a Trace, write it, and print its history and diagnostics."""
+    from pathlib import Path
+
+    from electrovib.apps.cli.run import told
+    from electrovib.core.diagnostics import read_diagnostics
+    from electrovib.export.save import check_output, save
+    from electrovib.recordings.importing import import_file
+
+    if output is not None:
+        check_output(output, {"time": 2}, inputs=[Path(file)], force=force)
+    trace = import_file(file, columns, **options)
+    sizes = ", ".join(f"{size} values of {name}" for name, size in trace.sizes.items())
+    say(f"{', '.join(map(str, trace.data_vars))}: {sizes}", *trace.attrs["history"].split("\n"))
+    say(*told(read_diagnostics(trace.attrs["validity"])))
+    if output is not None:
+        say(*(f"written: {path}" for path in save(trace, output, force=force)))
+
+
+def _as_material(
+    file: str, columns: dict[str, str], output: str | None, layer: str, force: bool, **options: Any
+) -> None:
+    """Import a material, write it, and print its history and diagnostics."""
+    from pathlib import Path
+
+    from electrovib.core.errors import InputError
+    from electrovib.data.atomic import check_writable, writing
+    from electrovib.recordings.importing import import_material
+
+    target = None if output is None else Path(output)
+    if target is not None:
+        if target.suffix.lower() != ".toml":
+            raise InputError(f"a material is written as .toml, not as '{target.suffix}'", path=target)
+        check_writable({target: None}, inputs=[Path(file)], force=force)
+    found = import_material(file, columns=columns, **options)
+    say(*found.history, *(f"{each.state}: {each.text}" for each in found.diagnostics))
+    if target is not None:
+        with writing({target: None}, force=force) as temporaries:
+            temporaries[target].write_text(found.to_toml(layer), encoding="utf-8")
+        say(f"written: {target}")

@@ -1,0 +1,224 @@
+"""Selection of the columns of a file for the signals of a Trace, and their calibration."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from fractions import Fraction
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError, Problem, nearest, suggestion
+from electrovib.core.signals import SIGNALS
+from electrovib.core.units import KINDS, parse_quantity
+from electrovib.data.columns.column import kind_and_factor
+from electrovib.data.readers.layout import name_and_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.core.arrays import Real
+    from electrovib.data.readers.recorded import DataColumn, Recorded
+
+_FACTOR: Final = re.compile(
+    r"\s*([+-]?[\d.]+(?:[eE][+-]?\d{1,3})?(?:\s*/\s*[\d.]+(?:[eE][+-]?\d{1,3})?)?)\s*(.*?)\s*"
+)
+OVER_TIME: Final = tuple(name for name, known in SIGNALS.items() if known.dims == ("time",))
+"""Signals that a column of samples can become."""
+
+
+def check_names(
+    option: str, names: Mapping[str, object], known: Mapping[str, object] | None = None
+) -> list[str]:
+    """List the names that are no signals over time, or that no column was chosen for.
+
+    Parameters
+    ----------
+    option : str
+        Name of the option, for the message.
+    names : mapping
+        Signal to its setting.
+    known : mapping, optional
+        Signals that have a column; any signal over time is allowed if not given.
+
+    Returns
+    -------
+    list of str
+        One sentence for each wrong name.
+    """
+    allowed = OVER_TIME if known is None else tuple(known)
+    what = "a signal over time" if known is None else "a signal that has a column"
+    return [
+        Problem(f"'{name}' is not {what}.{nearest(name, allowed)}", path=f"{option}.{name}")
+        for name in names
+        if name not in allowed
+    ]
+
+
+def column_of(recorded: Recorded, stated: str, *, option: str) -> DataColumn:
+    """Find a column by its heading, with or without its unit, or by its number.
+
+    Parameters
+    ----------
+    recorded : Recorded
+        Content of the file.
+    stated : str
+        ``"Ch2"``, ``"Ch2 (N)"`` or ``"2"`` for the third column.
+    option : str
+        Dotted path of the option, for the message.
+
+    Returns
+    -------
+    DataColumn
+        With the unit that was stated, where the file states none.
+
+    Raises
+    ------
+    InputError
+        If there is no such column, or if the unit stated differs from that of the file.
+    """
+    by_name = {each.name: each for each in recorded.channels}
+    if stated in by_name:
+        return by_name[stated]
+    name, unit = name_and_unit(stated)
+    if name not in by_name:
+        whole = [each for each in recorded.channels if f"{each.name} ({each.unit})" == stated]
+        if name.isdigit() and int(name) < len(recorded.channels):
+            whole = [recorded.channels[int(name)]]
+        if not whole:
+            listed = ", ".join(f"'{each}'" for each in list(by_name)[:20])
+            raise InputError(
+                f"{option} = {stated}: the file has no such column.{suggestion(name, by_name)} It has {listed}."
+            )
+        name = whole[0].name
+    found = by_name[name]
+    if not unit or not found.unit:
+        return dataclasses.replace(found, unit=found.unit or unit)
+    if kind_and_factor(unit) != kind_and_factor(found.unit):
+        raise InputError(
+            f"{option} = {stated}: the file states the unit '{found.unit}' for '{found.name}', not '{unit}'; for a sensor state"
+            f" its sensitivity with scale, such as '1.5 {unit}/{found.unit}'."
+        )
+    return found
+
+
+def calibrated_column(
+    column: DataColumn, signal: str, *, scale: str | float | None, offset: str | float | None
+) -> tuple[Real, list[str]]:
+    """Convert a column to the SI unit of a signal.
+
+    Parameters
+    ----------
+    column : DataColumn
+        Numbers in their unit.
+    signal : str
+        Name of the signal.
+    scale : str, float or None
+        Sensitivity such as ``"4/9 N/V"``, or a plain factor.
+    offset : str, float or None
+        Reading at which the signal is zero, in the unit of the column, or value in the unit of the signal; it is subtracted.
+
+    Returns
+    -------
+    values : ndarray, shape (n,)
+        In the SI unit of the signal.
+    steps : list of str
+        One sentence for each step.
+
+    Raises
+    ------
+    InputError
+        If a unit is missing, unknown, or of another kind than the signal.
+    """
+    target = SIGNALS[signal].unit
+    factor, unit, words = _sensitivity(scale, column, signal)
+    if not unit:
+        raise InputError(
+            f"columns.{signal} = {column.name}: the file states no unit; write it behind the name:"
+            f" '{column.name} [{target}]', or state a scale such as '1.5 {target}/V'."
+        )
+    known = kind_and_factor(unit)
+    if known is None:
+        raise InputError(
+            f"columns.{signal} = {column.name}: '{unit}' is not a unit that is known; known, also with prefixes, are"
+            f" {', '.join(kind for kind in KINDS if kind != '1')}."
+        )
+    if known[0] != target and factor[1] != target:
+        raise InputError(
+            f"columns.{signal} = {column.name}: it is in '{unit}', but {KINDS[target][0]} is needed; for a sensor state its"
+            f" sensitivity with scale, such as '1.5 {target}/{unit}'."
+        )
+    steps = [f"{signal}: column '{column.name}'" + (f" [{unit}]" if unit else "")]
+    values = np.asarray(column.values, dtype=float) * known[1]
+    before, after = _offset(offset, known[0], target, signal, scaled=bool(words))
+    values = (values - before) * factor[0] - after
+    steps += [f"{signal}: {offset} subtracted before the scale"] if before else []
+    steps += [f"{signal}: multiplied by {words}"] if words else []
+    steps += [f"{signal}: {offset} subtracted"] if after else []
+    return values, steps
+
+
+def _sensitivity(
+    scale: str | float | None, column: DataColumn, signal: str
+) -> tuple[tuple[float, str], str, str]:
+    """Read a scale: factor in SI with the kind it leads to, unit of the numbers of the column, and the words."""
+    if scale is None:
+        return (1.0, ""), column.unit, ""
+    option = f"scale.{signal} = {scale}"
+    match = _FACTOR.fullmatch(str(scale))
+    try:
+        assert match is not None
+        number = float(Fraction(match[1].replace(" ", "")) if "/" not in match[1] else _ratio(match[1]))
+    except (AssertionError, ValueError, ZeroDivisionError):
+        number = 0.0
+    if not number or match is None:
+        raise InputError(
+            f"{option}: expected a number other than 0 or a ratio, with a unit such as '4/9 N/V'"
+        )
+    unit, target = match[2], SIGNALS[signal].unit
+    if not unit:
+        return (number, ""), column.unit, f"{number:.10g}"
+    whole = kind_and_factor(unit)
+    if whole is not None and whole[0] == target:
+        over, under = unit, "1"
+    else:
+        over, _, under = unit.rpartition("/")
+    known, per = kind_and_factor(over), kind_and_factor(under)
+    if known is None or per is None or known[0] != target:
+        raise InputError(
+            f"{option}: expected a factor in {target} per unit of the column, such as '1.5 {target}/V'"
+        )
+    own = kind_and_factor(column.unit or under)
+    if own is None or own[0] != per[0]:
+        raise InputError(f"{option}: the column '{column.name}' is in '{column.unit}', not in '{under}'.")
+    return (number * known[1] / per[1], target), column.unit or under, f"{scale}"
+
+
+def _ratio(text: str) -> Fraction:
+    over, _, under = text.partition("/")
+    return Fraction(over.strip()) / Fraction(under.strip())
+
+
+def _offset(
+    offset: str | float | None, own: str, target: str, signal: str, *, scaled: bool
+) -> tuple[float, float]:
+    """Return the offset before the scale, in SI of the column, and the one after it, in SI of the signal."""
+    if offset is None:
+        return 0.0, 0.0
+    for kind, before in ((own, True), (target, False)):
+        try:
+            value = parse_quantity(str(offset), kind)
+        except ValueError:
+            continue
+        if (
+            isinstance(offset, str)
+            and _FACTOR.fullmatch(offset)
+            and own != target
+            and offset.strip()[-1:].isdigit()
+        ):
+            break  # a plain number could be either
+        return (value, 0.0) if before and scaled else (0.0, value)
+    raise InputError(
+        f"offset.{signal} = {offset}: expected a value in {own}" + (f" or {target}" if own != target else "")
+    )

@@ -1,0 +1,132 @@
+"""Diagnostics of measured signals: range of the sensor, missing and repeated samples, bandwidth beside the sampling rate."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.units import format_quantity
+from electrovib.recordings.rail import at_rail
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.core.arrays import Real
+
+_FEWEST: Final = 32
+"""Fewest samples from which repetition and bandwidth are judged."""
+_REPEATED: Final = 0.001
+"""Share of repeated rows from which on they are reported."""
+_FEW: Final = 8
+"""Samples per period below which the form of an oscillation is not resolved."""
+_STRONG: Final = 0.1
+"""Share of the power near half the sampling rate from which on components above it are likely."""
+_WEAK: Final = 0.01
+
+
+def about_samples(time: Real, readings: Mapping[str, Real]) -> list[Diagnostic]:
+    """Judge the samples of measured signals as they are in the file.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Times [s], increasing.
+    readings : mapping of str to ndarray, shape (n,)
+        Signal to its readings, in any unit.
+
+    Returns
+    -------
+    list of Diagnostic
+        On sensor range, missing and repeated samples, and aliasing.
+    """
+    found = []
+    for name, values in readings.items():
+        finite = np.isfinite(values)
+        if not finite.all():
+            lost = int(np.count_nonzero(~finite))
+            found.append(
+                Diagnostic(
+                    f"missing samples of {name}", "warning", f"{lost} of {values.size} samples of {name} are no numbers",
+                    float(lost), 0.0, "1",
+                )
+            )  # fmt: skip
+        if np.count_nonzero(finite) >= _FEWEST:
+            found += [_range(name, values[finite]), _aliasing(name, time[finite], values[finite])]
+    return found + _repeated(readings)
+
+
+def _range(name: str, values: Real) -> Diagnostic:
+    """Judge whether a sensor is at the end of its range."""
+    share = float(np.mean(at_rail(values)))
+    title = f"sensor range of {name}"
+    if not share:
+        return Diagnostic(title, "ok", f"no extreme reading of {name} repeats more often than others")
+    return Diagnostic(
+        title, "warning",
+        f"the sensor of {name} is at its rail, or in a dead band, for {share:.2%} of the samples: these values are bounds",
+        share, 0.0, "1",
+    )  # fmt: skip
+
+
+def _repeated(readings: Mapping[str, Real]) -> list[Diagnostic]:
+    """Judge whether whole rows repeat although a signal with noise is among them."""
+    rows = np.array([values for values in readings.values() if np.isfinite(values).all()])
+    if rows.size == 0 or rows.shape[1] < _FEWEST:
+        return []
+    change = np.diff(rows, axis=1)
+    noisy = [_is_noisy(row) for row in change]
+    if not any(noisy):
+        return [
+            Diagnostic(
+                "repeated samples",
+                "unknown",
+                "no signal has noise above its resolution, so repeated samples cannot be noticed",
+            )
+        ]
+    share = float(np.mean((change == 0).all(axis=0)))
+    text = f"{share:.2%} of the samples repeat the one before in every imported signal"
+    if share < _REPEATED:
+        return [Diagnostic("repeated samples", "ok", text)]
+    more = "; the sensor may be read more often than it is updated" if share > 0.2 else ""
+    return [Diagnostic("repeated samples", "warning", text + more, share, _REPEATED, "1")]
+
+
+def _is_noisy(change: Real) -> bool:
+    """Return whether the changes of a signal are mostly larger than the step of its converter."""
+    moves = np.abs(change[change != 0])
+    return moves.size >= _FEWEST / 2 and float(np.median(moves)) > 2.5 * float(moves.min())
+
+
+def _aliasing(name: str, time: Real, values: Real) -> Diagnostic:
+    """Judge by the spectrum whether a signal may have components above half the sampling rate."""
+    title = f"aliasing of {name}"
+    step = float(np.median(np.diff(time)))
+    nyquist = format_quantity(0.5 / step, "Hz", digits=3)
+    even = np.interp(np.arange(time[0], time[-1], step), time, values)
+    even = (even - even.mean()) * np.hanning(even.size)
+    power = np.abs(np.fft.rfft(even)) ** 2
+    total = float(power[1:].sum())
+    if not total:
+        return Diagnostic(title, "ok", f"{name} is constant")
+    peak = int(np.argmax(power[1:])) + 1
+    near = float(power[max(peak - 2, 1) : peak + 3].sum())
+    high = float(power[3 * power.size // 4 :].sum()) / total
+    frequency = peak / (even.size * step)
+    per_period = 1 / (frequency * step)
+    if near > total / 4 and per_period < _FEW:
+        return Diagnostic(
+            title, "warning",
+            f"the strongest component of {name}, at {format_quantity(frequency, 'Hz', digits=4)}, has {per_period:.2g} samples a"
+            f" period: its harmonics above {nyquist} appear at wrong frequencies, and so may the component itself",
+            frequency, 1 / (_FEW * step), "Hz",
+        )  # fmt: skip
+    text = f"{high:.2g} of the power of {name} is in the upper quarter of the band below {nyquist}"
+    if high > _STRONG:
+        return Diagnostic(
+            title,
+            "unknown",
+            f"{text}: noise and components from above that frequency cannot be distinguished",
+        )
+    return Diagnostic(title, "ok" if high < _WEAK else "unknown", text)

@@ -1,0 +1,81 @@
+"""A measured spectrum as a Trace."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.errors import InputError
+from electrovib.core.trace import make_trace
+from electrovib.data.readers.spectrum import spectrum_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import xarray
+
+    from electrovib.data.readers.recorded import Recorded
+
+
+def spectrum_trace(
+    recorded: Recorded, columns: Mapping[str, str], origin: Mapping[str, str]
+) -> xarray.Dataset:
+    """Return a measured impedance or permittivity as a Trace.
+
+    Parameters
+    ----------
+    recorded : Recorded
+        Table of the spectrum.
+    columns : mapping of str to str
+        As for `electrovib.data.readers.spectrum.spectrum_of`.
+    origin : mapping of str to str
+        Attributes that state the origin.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``impedance`` [ohm] over ``frequency`` [Hz], or ``permittivity`` [1] over ``layer`` and ``frequency``, with one layer
+        named ``sample``.
+
+    Raises
+    ------
+    InputError
+        If the columns make no spectrum; the message names the columns.
+    """
+    try:
+        found = spectrum_of(recorded, columns=columns)
+    except InputError as error:
+        if columns:
+            raise
+        listed = ", ".join(f"'{each.name}'" for each in recorded.channels[:20])
+        raise InputError(
+            f"columns: name a column for each signal, such as lateral_force_measured = '{recorded.channels[-1].name}'; the file"
+            f" has {listed}. It is not recognised as a spectrum either: {error.problems[0].reason}",
+            path=origin["file"],
+        ) from None
+    diagnostics = []
+    if found.lossless:
+        diagnostics.append(
+            Diagnostic(
+                "loss",
+                "unknown",
+                "the table states a permittivity without loss; the loss was assumed to be 0",
+            )
+        )
+    history = f"{origin['file']} read by reader '{origin['reader']}'\nspectrum: {found.read_as}; sorted by frequency"
+    attributes = {
+        **origin,
+        "history": history,
+        "validity": json.dumps([each.to_dict() for each in diagnostics]),
+    }
+    if found.impedance is not None:
+        return make_trace(
+            {"impedance": (("frequency",), found.impedance)}, {"frequency": found.frequency}, attributes
+        )
+    assert found.permittivity is not None
+    return make_trace(
+        {"permittivity": (("layer", "frequency"), found.permittivity[None])},
+        {"frequency": found.frequency, "layer": ["sample"]},
+        attributes,
+    )
