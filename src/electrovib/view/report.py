@@ -145,6 +145,7 @@ def page_of(traces: Mapping[str, xarray.Dataset], *, title: str | None = None) -
     from electrovib.view import summary, tables
     from electrovib.view.lines import scenario_or_none
     from electrovib.view.pages import page
+    from electrovib.view.residuals import residual_rows
 
     scenarios = {label: found for label, trace in traces.items() if (found := scenario_or_none(trace))}
     swept = {label: texts for label, trace in traces.items() if (texts := summary.swept_texts(trace))}
@@ -162,6 +163,7 @@ def page_of(traces: Mapping[str, xarray.Dataset], *, title: str | None = None) -
         numbers=side_by_side([summary.key_numbers(trace) for trace in traces.values()]),
         swept=swept,
         figures=figures(traces, scenarios),
+        residuals=residual_rows(traces),
         rows=tables.parameter_rows(scenarios, swept),
         with_scenario=list(scenarios),
         models={label: tables.model_rows(scenario) for label, scenario in _different(scenarios).items()},

@@ -1,0 +1,86 @@
+"""``electrovib import`` and a report with a measurement."""
+
+import sys
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.apps import cli
+from electrovib.core.trace import make_trace
+
+TIME = np.linspace(0, 0.1, 201)
+
+
+@pytest.fixture
+def record(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows = np.column_stack([TIME * 1e6, 2 * np.sin(60 * TIME) + 0.2])
+    np.savetxt("a.csv", rows, delimiter=";", fmt="%.9g", header="t [us];Ch2", comments="")
+    return tmp_path
+
+
+def run(monkeypatch, *words):
+    monkeypatch.setattr(sys, "argv", ["electrovib", *words])
+    with pytest.raises(SystemExit) as stop:
+        cli.main()
+    return stop.value.code or 0
+
+
+def test_columns_then_a_trace_then_a_report(record, monkeypatch, capsys):
+    assert run(monkeypatch, "import", "a.csv") == 0
+    assert '--column drive_voltage="Ch2 [V]" -o trace.nc' in capsys.readouterr().out
+    options = ["--column", "lateral_force_measured=Ch2 [V]", "--scale", "lateral_force_measured=0.5 N/V"]
+    assert (
+        run(
+            monkeypatch, "import", "a.csv", *options, "--offset", "lateral_force_measured=0.2 V", "-o", "m.nc"
+        )
+        == 0
+    )
+    said = capsys.readouterr().out
+    assert "multiplied by 0.5 N/V" in said
+    assert "written: m.nc" in said
+    found = ev.open_trace("m.nc")
+    np.testing.assert_allclose(found["lateral_force_measured"], np.sin(60 * TIME), atol=1e-8)
+    predicted = make_trace(
+        {"lateral_force": (("time",), np.sin(60 * TIME))}, {"time": TIME}, {"title": "run"}
+    )
+    ev.save(predicted, "run.nc")
+    assert run(monkeypatch, "report", "run.nc", "a.csv", *options, "-o", "r.html") == 0
+    page = (record / "r.html").read_text(encoding="utf-8")
+    assert "Measured and predicted" in page
+    assert "100 mN" in page  # the mean of the residual: 0.2 V of offset at 0.5 N/V
+    assert run(monkeypatch, "report", "run.nc", "a.csv", "-o", "r.html") == 2
+    assert "'electrovib import' makes one" in capsys.readouterr().err
+
+
+def test_a_material_is_written_as_toml(record, monkeypatch, capsys):
+    grid = np.geomspace(10, 1e4, 8)
+    np.savetxt(
+        "e.csv", np.column_stack([grid, 80 + 0 * grid]), delimiter=",", header="f,permittivity", comments=""
+    )
+    assert run(monkeypatch, "import", "e.csv", "--as", "material", "-o", "e.toml", "--layer", "film") == 0
+    assert "assumed to be 0" in capsys.readouterr().out
+    assert "[stack.film.material]" in (record / "e.toml").read_text(encoding="utf-8")
+    assert run(monkeypatch, "import", "e.csv", "--as", "material", "-o", "e.toml") == 2
+    assert "exists already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--column", "drive_voltage"], "expected SIGNAL=TEXT"),
+        (["--column", "drive_voltage=Ch2 [V]", "--column", "drive_voltage=t"], "is given twice"),
+        (["--as", "picture"], "expected trace or material"),
+        (["--reader", "txt"], "Did you mean 'text'"),
+        (["--as", "material", "-o", "x.csv"], "written as .toml"),
+    ],
+)
+def test_mistakes_are_one_line(record, monkeypatch, capsys, words, said):
+    assert run(monkeypatch, "import", "a.csv", *words) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_readers_are_listed(monkeypatch, capsys):
+    assert run(monkeypatch, "import", "--list") == 0
+    assert "Tektronix internal format" in capsys.readouterr().out
