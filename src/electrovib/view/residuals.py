@@ -112,6 +112,6 @@ def _figure(found: SignalResidual, measured: str, predicted: str, name: str) -> 
     )
 
 
-def _curve(ax: Axes, axis: Real, values: np.ndarray, colour: str, label: str) -> None:  # type: ignore[type-arg]
+def _curve(ax: Axes, axis: Real, values: np.ndarray, colour: str, label: str) -> None:
     x, y = envelope(axis, np.abs(values) if np.iscomplexobj(values) else np.asarray(values, dtype=float))
     ax.plot(x, y, color=colour, label=label or "_nolegend_")

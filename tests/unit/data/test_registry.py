@@ -24,9 +24,9 @@ def test_a_file_is_known_by_its_content_not_by_its_name(tmp_path):
     (tmp_path / "a.dat").write_bytes(b":WFMPRE:BYT_NR 2;")
     assert format_of(tmp_path / "a.dat").name == "isf"
     (tmp_path / "b.isf").write_text("t,u\n0,1\n1,2\n", encoding="utf-8")
-    assert {each.name: each.can_read(b"t,u\n0,1", ".isf") for each in FORMATS} == {
-        "isf": CanRead.PERHAPS, "wav": CanRead.NO, "text": CanRead.PERHAPS,
-    }  # fmt: skip
+    answers = {each.name: each.can_read(b"t,u\n0,1", ".isf") for each in FORMATS}
+    assert {name for name, answer in answers.items() if answer is CanRead.PERHAPS} == {"isf", "text"}
+    assert CanRead.YES not in answers.values()
 
 
 @pytest.mark.parametrize(
@@ -39,9 +39,9 @@ def test_a_file_is_known_by_its_content_not_by_its_name(tmp_path):
     ],
 )
 def test_what_is_not_known_is_refused_with_what_is(tmp_path, content, options, words):
-    (tmp_path / "a.bin").write_bytes(content)
+    (tmp_path / "a.raw").write_bytes(content)
     with pytest.raises(DataFileError, match=words):
-        read_recorded(tmp_path / "a.bin", **options)
+        read_recorded(tmp_path / "a.raw", **options)
 
 
 def test_options_of_text(tmp_path):

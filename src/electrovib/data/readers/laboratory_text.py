@@ -53,7 +53,43 @@ def read_laboratory_text(
         If there is no row of numbers, or rows are not alike; it names the option that helps.
     """
     check_file(path)
-    raw, encoding = _text(path)
+    return read_laboratory_bytes(path, path.read_bytes(), delimiter=delimiter, decimal_comma=decimal_comma)
+
+
+def read_laboratory_bytes(
+    path: Path,
+    raw: bytes,
+    *,
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
+    origin: str = "",
+) -> Recorded:
+    """Read the text of an instrument that is in memory.
+
+    Parameters
+    ----------
+    path : Path
+        File, for messages.
+    raw : bytes
+        Its text.
+    delimiter : str, optional
+        As for `read_laboratory_text`.
+    decimal_comma : bool, optional
+        As for `read_laboratory_text`.
+    origin : str
+        Name of the sheet that the text comes from, which becomes the attribute ``sheet``; empty if there is none.
+
+    Returns
+    -------
+    Recorded
+        Every column of numbers, and what the preamble states.
+
+    Raises
+    ------
+    DataFileError
+        If there is no row of numbers, or rows are not alike; it names the option that helps.
+    """
+    encoding = _encoding(path, raw)
     first = list(itertools.islice(_lines(raw, encoding), INSPECTED))
     layout = find_layout(first, delimiter=delimiter, decimal_comma=decimal_comma)
     if layout is None:
@@ -61,23 +97,22 @@ def read_laboratory_text(
             "holds no rows of numbers; if it does, state its delimiter and its decimal sign.", path=path
         )
     numbers = _numbers(path, raw, encoding, layout)
-    settings = settings_of(layout)
+    settings = settings_of(layout) | ({"sheet": origin} if origin else {})
     step, start = timing(layout, settings)
     return _recorded(layout, numbers, settings, step, start)
 
 
-def _text(path: Path) -> tuple[bytes, str]:
-    """Read the bytes and find how they are written."""
-    raw = path.read_bytes()
+def _encoding(path: Path, raw: bytes) -> str:
+    """Find the encoding of a text."""
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return raw, "utf-16"
+        return "utf-16"
     if b"\0" in raw[:4096]:
         raise DataFileError("is not a text file; it holds zero bytes.", path=path)
     try:
         raw.decode("utf-8-sig")
     except UnicodeDecodeError:  # instruments write the micro sign in Latin-1
-        return raw, "latin-1"
-    return raw, "utf-8-sig"
+        return "latin-1"
+    return "utf-8-sig"
 
 
 def _lines(raw: bytes, encoding: str) -> Iterator[str]:

@@ -26,7 +26,7 @@ UNITS: Final = {
     "newton": "N", "newtons": "N", "n": "N", "mn": "mN", "ohm": "ohm", "ohms": "ohm", "ω": "ohm", "Ω": "ohm",
     "degree": "deg", "degrees": "deg", "deg": "deg", "°": "deg", "rad": "rad", "radians": "rad", "f": "F",
     "s/m": "S/m", "m": "m", "mm": "mm", "um": "um", "µm": "um", "m/s": "m/s", "mm/s": "mm/s", "pa": "Pa", "w": "W",
-    "db": "dB", "%": "%", "unknown": "", "-": "1",
+    "db": "dB", "%": "%", "unknown": "", "-": "1", "#": "",
 }  # fmt: skip
 """Words and signs that instruments write for units, in small letters, to the units of electrovib."""
 
@@ -191,9 +191,11 @@ def _above(
     for at in reversed(above[-3:]):
         cells = [rows[at][place] if place < len(rows[at]) else "" for place in columns]
         words = [cell for cell in cells if cell and not is_number(cell, decimal_comma=comma)]
+        if not headings and sum(map(bool, rows[at])) == 1 and len(columns) > 2:
+            continue  # such as 'End Comments' between headings and numbers
         if len(words) < max(1, (len(columns) + 1) // 2) or _is_setting(rows[at], columns):
             break
-        if headings and not all(_as_unit(cell) is not None for cell in lower if cell):
+        if headings and sum(_as_unit(cell) is None for cell in lower if cell) > len(columns) // 4:
             break
         headings.insert(0, at)
         lower = [cell.strip("[]()") for cell in cells]

@@ -34,11 +34,11 @@ def one_array(path: Path, wanted: str) -> Iterator[tuple[str, NDArray[np.float64
     import h5py
 
     with h5py.File(path, "r") as file:
-        known = _members(file)
+        known = members(file)
         for name in structs_on_path(wanted, known):
             # a sparse matrix or an object is a group too, but its parts are no fields
             if known[name][0] == "struct":
-                known |= _members(file[name.replace(".", "/")], f"{name}.")
+                known |= members(file[name.replace(".", "/")], f"{name}.")
         entry = file[chosen(path, wanted, known).replace(".", "/")]
         _check_size(path, wanted, entry, 8)
         yield "values", np.asarray(entry[()], dtype=np.float64)
@@ -49,7 +49,7 @@ def whole_variables(path: Path, names: Collection[str]) -> Iterator[tuple[str, N
     import h5py
 
     with h5py.File(path, "r") as file:
-        known = _members(file)
+        known = members(file)
         for name in (name for name in names if name in known):
             entry, (kind, shape, numeric) = file[name], known[name]
             if numeric:
@@ -80,7 +80,7 @@ def _is_own(data: h5py.Dataset) -> bool:
     return not data.is_virtual and not data.external and "MATLAB_empty" not in data.attrs
 
 
-def _members(group: h5py.Group, prefix: str = "") -> Known:
+def members(group: h5py.Group, prefix: str = "") -> Known:
     """List the members of a file of version 7.3 or of a struct in it; links to other files are not followed."""
     import h5py
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import importlib.util
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +12,19 @@ from typing import Any, Final
 
 from electrovib.core.errors import DataFileError, nearest
 from electrovib.data.columns.faults import check_file
-from electrovib.data.readers import isf, laboratory_text, wave_audio
+from electrovib.data.readers import (
+    hdf5_table,
+    impedance_file,
+    isf,
+    laboratory_text,
+    matlab_table,
+    numpy_array,
+    oscilloscope_binary,
+    spreadsheet,
+    tdms,
+    wave_audio,
+)
+from electrovib.data.readers.foreign import EXTRA
 from electrovib.data.readers.recorded import Recorded
 
 HEAD: Final = 4096
@@ -44,6 +57,8 @@ class FileFormat:
         Path and options, to the content.
     options : tuple of str
         Options that `read` takes.
+    package : str
+        Package that has to be installed for it; empty if none.
     """
 
     name: str
@@ -52,6 +67,7 @@ class FileFormat:
     can_read: Callable[[bytes, str], CanRead]
     read: Callable[..., Recorded]
     options: tuple[str, ...] = ()
+    package: str = ""
 
 
 def _is_isf(head: bytes, suffix: str) -> CanRead:
@@ -63,6 +79,53 @@ def _is_isf(head: bytes, suffix: str) -> CanRead:
 def _is_wave(head: bytes, suffix: str) -> CanRead:
     del suffix
     return CanRead.YES if head[:4] in (b"RIFF", b"RIFX") and head[8:12] == b"WAVE" else CanRead.NO
+
+
+def _begins(*starts: bytes, suffixes: tuple[str, ...] = ()) -> Callable[[bytes, str], CanRead]:
+    """Return a function that recognises a format by its first bytes, or perhaps by its suffix."""
+
+    def can_read(head: bytes, suffix: str) -> CanRead:
+        if head.startswith(starts):
+            return CanRead.YES
+        return CanRead.PERHAPS if suffix in suffixes else CanRead.NO
+
+    return can_read
+
+
+def _is_hdf5(head: bytes, suffix: str) -> CanRead:
+    if _is_matlab(head, suffix) is CanRead.YES:
+        return CanRead.NO
+    hdf = head.startswith((b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02")) or head[512:516] == b"\x89HDF"
+    return CanRead.YES if hdf else CanRead.NO
+
+
+def _is_matlab(head: bytes, suffix: str) -> CanRead:
+    if head.startswith((b"MATLAB 5.0", b"MATLAB 7.3")):
+        return CanRead.YES
+    if head.startswith(b"\x89HDF") and suffix == ".mat":
+        return CanRead.YES
+    return CanRead.PERHAPS if suffix == ".mat" and b"\0" in head else CanRead.NO
+
+
+def _is_spreadsheet(head: bytes, suffix: str) -> CanRead:
+    if not head.startswith(b"PK\x03\x04"):
+        return CanRead.NO
+    known = suffix in (".xlsx", ".xlsm") or b"xl/" in head or b"[Content_Types]" in head
+    return CanRead.YES if known else CanRead.NO
+
+
+def _is_oscilloscope(head: bytes, suffix: str) -> CanRead:
+    if oscilloscope_binary.is_oscilloscope_binary(head):
+        return CanRead.YES
+    return CanRead.PERHAPS if suffix in (".wfm", ".trc", ".bin") and b"\0" in head else CanRead.NO
+
+
+def _is_impedance(head: bytes, suffix: str) -> CanRead:
+    del suffix
+    instrument = "" if b"\0" in head else impedance_file.instrument_of(head)
+    if instrument in impedance_file.TABLES and importlib.util.find_spec(impedance_file.PACKAGE) is None:
+        return CanRead.NO
+    return CanRead.YES if instrument else CanRead.NO
 
 
 def _is_text(head: bytes, suffix: str) -> CanRead:
@@ -87,6 +150,59 @@ FORMATS: Final = (
         suffixes=(".wav",),
         can_read=_is_wave,
         read=wave_audio.read_wave,
+    ),
+    FileFormat(
+        name="numpy",
+        description=numpy_array.DESCRIPTION,
+        suffixes=(".npy",),
+        can_read=_begins(b"\x93NUMPY"),
+        read=numpy_array.read_numpy,
+    ),
+    FileFormat(
+        name="matlab",
+        description=matlab_table.DESCRIPTION,
+        suffixes=(".mat",),
+        can_read=_is_matlab,
+        read=matlab_table.read_matlab_table,
+    ),
+    FileFormat(
+        name="hdf5",
+        description=hdf5_table.DESCRIPTION,
+        suffixes=(".nc", ".h5", ".hdf5"),
+        can_read=_is_hdf5,
+        read=hdf5_table.read_hdf5,
+    ),
+    FileFormat(
+        name="tdms",
+        description=tdms.DESCRIPTION,
+        suffixes=(".tdms",),
+        can_read=_begins(b"TDSm"),
+        read=tdms.read_tdms,
+        package=tdms.PACKAGE,
+    ),
+    FileFormat(
+        name="xlsx",
+        description=spreadsheet.DESCRIPTION,
+        suffixes=(".xlsx", ".xlsm"),
+        can_read=_is_spreadsheet,
+        read=spreadsheet.read_spreadsheet,
+        package=spreadsheet.PACKAGE,
+    ),
+    FileFormat(
+        name="scope",
+        description=oscilloscope_binary.DESCRIPTION,
+        suffixes=(".wfm", ".bin", ".trc"),
+        can_read=_is_oscilloscope,
+        read=oscilloscope_binary.read_oscilloscope_binary,
+        package=oscilloscope_binary.PACKAGE,
+    ),
+    FileFormat(
+        name="impedance",
+        description=impedance_file.DESCRIPTION,
+        suffixes=(".dta", ".z", ".mpt", ".par"),
+        can_read=_is_impedance,
+        read=impedance_file.read_impedance_file,
+        package=impedance_file.PACKAGE,
     ),
     FileFormat(
         name="text",
@@ -152,5 +268,9 @@ def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
 
 
 def format_lines() -> list[str]:
-    """List the readers: name, what it reads, and what has to be installed for it."""
-    return [f"{each.name:<10} {each.description}" for each in FORMATS]
+    """List the readers: name, what it reads, and the package it needs."""
+    lines = [
+        f"{each.name:<10} {each.description}" + (f"; needs {each.package}" if each.package else "")
+        for each in FORMATS
+    ]
+    return [*lines, f"The packages are installed with: pip install 'electrovib[{EXTRA}]'"]

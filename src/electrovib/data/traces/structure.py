@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 def not_a_trace(path: Path) -> DataFileError:
     """Return the error for a file that holds no Trace."""
-    return DataFileError(f"is not a Trace ('{FORMAT}'); 'electrovib import' makes one of a file of an instrument.", path=path)
+    return DataFileError(
+        f"is not a Trace ('{FORMAT}'); 'electrovib import' makes one of a file of an instrument.", path=path
+    )
 
 
 def prepared(trace: xarray.Dataset, path: Path) -> xarray.Dataset:

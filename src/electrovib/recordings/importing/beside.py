@@ -48,7 +48,8 @@ class SignalResidual:
     @property
     def residual(self) -> Real | Complex:
         """Measured less predicted, shape (n,), in the SI unit of the signal."""
-        return np.asarray(self.measured - self.predicted)
+        found: Real | Complex = np.subtract(self.measured, self.predicted)
+        return found
 
     @property
     def rms(self) -> float:

@@ -1,0 +1,93 @@
+"""Files of impedance analysers and potentiostats, read with the package impedance."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.data.columns.faults import check_file
+from electrovib.data.guarded import Reader, read_guarded
+from electrovib.data.readers.foreign import check_package, recorded_of, text_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from electrovib.data.readers.recorded import Recorded
+
+DESCRIPTION: Final = "impedance of Gamry .dta, ZPlot .z, BioLogic .mpt, VersaStudio .par, CH Instruments .txt"
+PACKAGE: Final = "impedance"
+INSTRUMENTS: Final = {
+    "gamry": rb"\A\s*EXPLAIN[\s\S]*(EISPOT|GALVEIS|HYBRIDEIS|ZCURVE)",
+    "zplot": rb"\A\s*\"?ZPLOT|End Comments",
+    "biologic": rb"\AEC-Lab ASCII FILE|\ABT-Lab ASCII FILE",
+    "versastudio": rb"<Application>|<VersaStudio>|<Segment1>",
+    "chinstruments": rb"A\.C\. Impedance[\s\S]*Freq/Hz",
+}
+"""Name of the instrument in the package, to a pattern of the first bytes of its files."""
+
+TABLES: Final = ("gamry", "biologic", "chinstruments")
+"""Instruments whose files the reader of text reads too."""
+
+
+def instrument_of(head: bytes) -> str:
+    """Return the instrument that wrote a file with these first bytes; empty if none is recognised."""
+    return next((name for name, form in INSTRUMENTS.items() if re.search(form, head, re.IGNORECASE)), "")
+
+
+def read_impedance_file(path: Path) -> Recorded:
+    """Read the spectrum of an impedance analyser.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    Recorded
+        Frequency [Hz], real and imaginary part of the impedance [ohm].
+
+    Raises
+    ------
+    DataFileError
+        If the package impedance is not installed, or the file is damaged.
+    """
+    check_file(path)
+    check_package(
+        path, PACKAGE, "a file of an impedance analyser", "; with --reader text it is read as a plain table"
+    )
+    with path.open("rb") as file:
+        instrument = instrument_of(file.read(65536))
+    found = read_guarded(
+        Reader(f"{__name__}:spectrum", (f"{PACKAGE}.preprocessing",), "a file of an impedance analyser"),
+        path,
+        instrument=instrument or "gamry",
+    )
+    return recorded_of(
+        path,
+        [
+            ("frequency", "Hz", found["frequency"]),
+            ("Z'", "ohm", found["real"]),
+            ("Z''", "ohm", found["imaginary"]),
+        ],
+        attributes={"instrument": instrument},
+    )
+
+
+def spectrum(path: Path, instrument: str) -> Iterator[tuple[str, Any]]:
+    """Yield frequency and parts of the impedance; called in a guarded process."""
+    from impedance import preprocessing
+
+    try:
+        frequency, impedance = preprocessing.readFile(str(path), instrument=instrument)
+    except Exception as error:  # noqa: BLE001  # the package states no kinds
+        raise ValueError(text_of(error).partition("\n")[0] or type(error).__name__) from None
+    grid, values = np.asarray(frequency, dtype=float), np.asarray(impedance, dtype=complex)
+    if grid.ndim != 1 or values.shape != grid.shape or grid.size < 2:
+        raise ValueError("it holds no spectrum of two or more frequencies")
+    yield "frequency", grid
+    yield "real", values.real.copy()
+    yield "imaginary", values.imag.copy()

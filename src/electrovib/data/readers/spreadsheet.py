@@ -1,0 +1,116 @@
+"""Spreadsheets (.xlsx), read with openpyxl."""
+
+from __future__ import annotations
+
+import zipfile
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.allowance import megabytes, memory_allowed
+from electrovib.core.errors import DataFileError
+from electrovib.data.columns.faults import DAMAGE, check_file, damaged
+from electrovib.data.guarded import Reader, ReaderLimits, read_guarded
+from electrovib.data.readers.foreign import check_package
+from electrovib.data.readers.laboratory_text import read_laboratory_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from electrovib.data.readers.recorded import Recorded
+
+DESCRIPTION: Final = "spreadsheets (.xlsx): the first sheet with numbers"
+PACKAGE: Final = "openpyxl"
+_UNPACKED: Final = 40
+"""Largest ratio of the unpacked size to the size of the file; that of plain tables is about 10."""
+_BASE: Final = 16 * 1024**2
+_MOST_ENTRIES: Final = 2000
+_SECONDS: Final = 20.0
+_MOST_SHEETS: Final = 20
+
+
+def read_spreadsheet(path: Path) -> Recorded:
+    """Read the first sheet of a spreadsheet that holds rows of numbers.
+
+    Parameters
+    ----------
+    path : Path
+        ``.xlsx`` file.
+
+    Returns
+    -------
+    Recorded
+        As of a text file with the same rows; formulas count as the values that were saved with them.
+
+    Raises
+    ------
+    DataFileError
+        If openpyxl is not installed, or the file is damaged, unpacks to too much, or holds no numbers.
+    """
+    check_file(path)
+    check_package(path, PACKAGE, "a spreadsheet", ", or save it as .csv")
+    size = path.stat().st_size
+    unpacked = _declared_size(path)
+    if unpacked > _UNPACKED * size + _BASE:
+        raise DataFileError(
+            f"is damaged, or packed too tightly: {megabytes(size)} would unpack to {megabytes(unpacked)}. Save it as .csv.",
+            path=path,
+        )
+    seconds = _SECONDS + unpacked / 1e6
+    limits = ReaderLimits(
+        memory=memory_allowed(size) + 4 * unpacked, content=2 * unpacked + _BASE, processor_time=seconds,
+        waiting_time=3 * seconds,
+    )  # fmt: skip
+    found = read_guarded(Reader(f"{__name__}:sheets", (PACKAGE,), "a spreadsheet"), path, limits=limits)
+    problem: DataFileError | None = None
+    for name, content in found.items():
+        try:
+            return read_laboratory_bytes(
+                path, content.tobytes(), delimiter="\t", decimal_comma=False, origin=name
+            )
+        except DataFileError as error:
+            problem = problem or error
+    raise problem or DataFileError("holds no rows of numbers.", path=path)
+
+
+def _declared_size(path: Path) -> int:
+    """Return the size of the unpacked content that the directory of the archive declares [bytes]."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            entries = archive.infolist()
+    except (*DAMAGE, zipfile.BadZipFile) as error:
+        raise damaged(path, "a spreadsheet", error) from None
+    if len(entries) > _MOST_ENTRIES:
+        raise DataFileError(
+            f"holds {len(entries)} parts; a spreadsheet has at most {_MOST_ENTRIES}.", path=path
+        )
+    return sum(entry.file_size for entry in entries)
+
+
+def sheets(path: Path) -> Iterator[tuple[str, Any]]:
+    """Yield each sheet as bytes of text with tabs; called in a guarded process."""
+    import warnings
+
+    import openpyxl
+
+    warnings.simplefilter("ignore")
+    try:
+        book = openpyxl.load_workbook(path, read_only=True, data_only=True, keep_links=False)
+        for sheet in book.worksheets[:_MOST_SHEETS]:
+            sheet.reset_dimensions()  # the declared size of a sheet may be false
+            lines = ["\t".join(map(_cell, row)).rstrip() for row in sheet.iter_rows(values_only=True)]
+            if any(lines):
+                yield sheet.title, np.frombuffer("\n".join(lines).encode("utf-8", "replace"), np.uint8)
+    except MemoryError:
+        raise
+    except Exception as error:  # noqa: BLE001  # the package has many kinds, of which none derives from a common one
+        raise ValueError(str(error)[:160] or type(error).__name__) from None
+
+
+def _cell(value: object) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, (bool, int, float)):
+        return repr(float(value))
+    return str(value).replace("\t", " ").replace("\n", " ")

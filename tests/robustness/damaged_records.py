@@ -1,0 +1,163 @@
+"""Small whole files of every format of instruments, as bytes, for damaging them at random."""
+
+import importlib.util
+import io
+import struct
+import zipfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+import scipy.io
+from scipy.io import wavfile
+
+T = np.arange(40) * 1e-4
+V = np.sin(600 * T)
+G = np.geomspace(1e5, 10, 20)
+Z = 100 + 5e4 / (1 + 2j * np.pi * G * 5e4 * 1e-9)
+
+
+def _rows(separator, *columns):
+    return "\n".join(separator.join(f"{value:.6e}" for value in row) for row in zip(*columns, strict=True))
+
+
+def _written(write):
+    found = io.BytesIO()
+    write(found)
+    return found.getvalue()
+
+
+def _isf():
+    head = (
+        ':WFMPRE:BYT_NR 2;BIT_NR 16;ENCDG BIN;BN_FMT RI;BYT_OR MSB;NR_PT 40;WFID "Ch1, DC";PT_FMT Y;XINCR 4.0E-6;'
+        'PT_OFF 0;XZERO -1.0E-3;XUNIT "s";YMULT 0.5;YZERO 1.0;YOFF 3.0;YUNIT "V";:CURVE #280'
+    )
+    return head.encode() + (100 * V).astype(">i2").tobytes()
+
+
+def _hdf5(file):
+    with h5py.File(file, "w") as open_file:
+        open_file["run/force"], open_file["run/time"] = V, T
+        open_file["run/force"].attrs["units"] = "N"
+
+
+def _lecroy():
+    block = bytearray(346)
+    block[0:8], block[16:26], block[76:88] = b"WAVEDESC", b"LECROY_2_3", b"LECROYtest\0\0"
+    for place, form, value in [
+        (32, "<h", 0), (34, "<h", 1), (36, "<i", 346), (60, "<i", 40), (116, "<i", 40), (128, "<i", 39), (144, "<i", 1),
+        (156, "<f", 0.5), (160, "<f", 2.0), (176, "<f", 1e-6), (180, "<d", -1e-3),
+    ]:  # fmt: skip
+        struct.pack_into(form, block, place, value)
+    return bytes(block) + (100 * V).astype(np.int8).tobytes()
+
+
+def _xlsx(file):
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    for row in (["time [ms]", "force [N]"], *zip(T, V, strict=True)):
+        book.active.append(list(row))
+    book.save(file)
+
+
+def _stored_xlsx():
+    """Return a spreadsheet without compression, so that changes reach its content."""
+    found = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(_written(_xlsx))) as packed, zipfile.ZipFile(found, "w") as plain:
+        for entry in packed.infolist():
+            plain.writestr(entry.filename, packed.read(entry))
+    return found.getvalue()
+
+
+def _tdms(file):
+    from nptdms import ChannelObject, TdmsWriter
+
+    with TdmsWriter(file) as open_file:
+        open_file.write_segment([ChannelObject("g", "f", V, {"wf_increment": 1e-4, "wf_start_offset": 0.5})])
+
+
+def whole_files():
+    """Return name of a file to its bytes, of all formats whose packages are installed."""
+    content = {"record": np.array([T, V]).T, "trial": {"force": V}, "note": "x"}
+    preamble = "Model,MSO4104\nSample Interval,4e-06\nRecord Length,40\n\nTIME,CH1\n"
+    found = {
+        "preamble.csv": (preamble + _rows(",", T, V)).encode(),
+        "commas.txt": ("t [s];f [N]\n" + _rows(";", T, V).replace(".", ",")).encode(),
+        "wide.tsv": ("t (s)\tf (N)\n" + _rows("\t", T, V)).encode("utf-16"),
+        "spectrum.csv": ("f [Hz],Z' [ohm],Z'' [ohm]\n" + _rows(",", G, Z.real, Z.imag)).encode(),
+        "a.isf": _isf(),
+        "a.wav": _written(lambda file: wavfile.write(file, 8000, (V * 2**14).astype(np.int16))),
+        "a.npy": _written(lambda file: np.save(file, np.array([T, V]).T)),
+        "packed.mat": _written(lambda file: scipy.io.savemat(file, content, do_compression=True)),
+        "plain.mat": _written(lambda file: scipy.io.savemat(file, content)),
+        "a.h5": _written(_hdf5),
+    }
+    if importlib.util.find_spec("nptdms"):
+        found["a.tdms"] = _written(_tdms)
+    if importlib.util.find_spec("openpyxl"):
+        found |= {"a.xlsx": _written(_xlsx), "stored.xlsx": _stored_xlsx()}
+    if importlib.util.find_spec("RigolWFM"):
+        found["a.trc"] = _lecroy()
+    if importlib.util.find_spec("impedance"):
+        head = "ZPLOT2 ASCII\n  Freq(Hz)\tAmpl\tBias\tTime(Sec)\tZ'(a)\tZ''(b)\nEnd Comments\n"
+        found["a.z"] = (head + _rows("\t", G, 0 * G, 0 * G, 0 * G, Z.real, Z.imag)).encode()
+    return found
+
+
+def read_damaged(path: Path):
+    """Read a file as a user does; return ``read`` or ``refused``."""
+    from electrovib.core.errors import InputError
+    from electrovib.data.readers.registry import read_recorded
+    from electrovib.data.readers.spectrum import spectrum_of
+    from electrovib.recordings.importing import import_file
+
+    try:
+        recorded = read_recorded(path)
+        signal = next(each for each in recorded.channels if each.name != recorded.time).name
+        try:
+            spectrum_of(recorded)
+        except InputError:
+            import_file(
+                path,
+                {"drive_voltage": signal},
+                scale={"drive_voltage": "2"},
+                step=None if recorded.time else 1e-4,
+            )
+    except InputError as error:
+        if any("\n" in problem.replace(str(path), "") for problem in error.problems):
+            raise AssertionError(f"more than one line: {error.problems}") from None
+        return "refused"
+    return "read"
+
+
+def mutated(raw, random):
+    """Return bytes with one to three changes, as by transfers, editors and forgery."""
+    found = bytearray(raw)
+    for _ in range(int(random.choice([1, 1, 2, 3]))):
+        place = int(random.integers(0, max(1, len(found))))
+        size = int(random.integers(1, 1 + int(random.choice([1, 1, 4, 8, 64]))))
+        match int(random.integers(0, 8)):
+            case 0 | 1:
+                if found:
+                    found[place] ^= 1 << int(random.integers(0, 8))
+            case 2:
+                found[place : place + size] = random.bytes(size)
+            case 3:
+                del found[place : place + size]
+            case 4:
+                found[place:place] = found[place : place + size]
+            case 5:
+                del found[place:]
+            case 6:
+                number = int(random.choice([-1, 0, 1, 2**31 - 1, 2**31, 2**40, 2**62]))
+                width = int(random.choice([2, 4, 8]))
+                found[place : place + width] = (number % 256**width).to_bytes(width, "little")
+            case _:
+                text = str(
+                    random.choice(
+                        ["[", '"', "9" * 400, "nan", ",", ";", "\n", "1e999", "-", "µ", "\0", "1,5"]
+                    )
+                )
+                found[place:place] = (text * int(random.choice([1, 1, 1, 300]))).encode()
+    return bytes(found)
