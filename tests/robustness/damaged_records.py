@@ -114,16 +114,13 @@ def read_damaged(path: Path):
 
     try:
         recorded = read_recorded(path)
-        signal = next(each for each in recorded.channels if each.name != recorded.time).name
+        column = next(each for each in recorded.channels if each.name != recorded.time)
         try:
             spectrum_of(recorded)
         except InputError:
-            import_file(
-                path,
-                {"drive_voltage": signal},
-                scale={"drive_voltage": "2"},
-                step=None if recorded.time else 1e-4,
-            )
+            scale = {"drive_voltage": f"2 V/{column.unit or '1'}"}
+            even = None if recorded.time else 1e-4
+            import_file(path, {"drive_voltage": column.name}, scale=scale, step=even)
     except InputError as error:
         if any("\n" in problem.replace(str(path), "") for problem in error.problems):
             raise AssertionError(f"more than one line: {error.problems}") from None

@@ -30,7 +30,7 @@ def test_numpy_rows_columns_and_fields(tmp_path):
     assert names(found) == ["column 0", "column 1"]
     assert (found.time, found.times()) == ("", None)
     np.testing.assert_array_equal(found.channels[1].values, V)
-    np.save(tmp_path / "b.npy", np.zeros((2, 65)) + [[1], [2]])
+    np.save(tmp_path / "b.npy", np.ones((2, 65)))
     turned = read_recorded(tmp_path / "b.npy")
     assert turned.attributes["arrangement"] == "a row per signal"
     assert turned.size == 65

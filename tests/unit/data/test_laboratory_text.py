@@ -94,3 +94,13 @@ def test_what_is_no_table_is_refused_with_what_helps(tmp_path, text, words):
     (tmp_path / "a.csv").write_text(text, encoding="utf-8")
     with pytest.raises(DataFileError, match=words):
         read_laboratory_text(tmp_path / "a.csv")
+
+
+def test_a_very_long_row_of_digits_is_refused_at_once(tmp_path):
+    (tmp_path / "a.csv").write_text(
+        "a,b\n1,2\n3,4\n" + "9" * 120_000 + "x,5\n6,7\n8,9\n1,1\n", encoding="utf-8"
+    )
+    with pytest.raises(DataFileError, match="is not a number"):
+        read_laboratory_text(tmp_path / "a.csv")
+    (tmp_path / "b.csv").write_text("a" + " " * 100_000 + "(b,c\n1,2\n3,4\n", encoding="utf-8")
+    assert len(read_laboratory_text(tmp_path / "b.csv").channels[0].name) <= 200

@@ -1,5 +1,7 @@
 """Which reader takes a file."""
 
+import struct
+
 import numpy as np
 import pytest
 from scipy.io import wavfile
@@ -48,3 +50,18 @@ def test_options_of_text(tmp_path):
     (tmp_path / "a.csv").write_text("0;1,5\n1;2,5\n2;3,5\n", encoding="utf-8")
     found = read_recorded(tmp_path / "a.csv", delimiter=";", decimal_comma=True)
     np.testing.assert_array_equal(found.channels[1].values, [1.5, 2.5, 3.5])
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_sound_files_of_24_bits_in_both_byte_orders(tmp_path, order):
+    counts = [0, 1, -1, 2**23 - 1, -(2**23)]
+    data = b"".join(each.to_bytes(3, "little" if order == "<" else "big", signed=True) for each in counts)
+    form = struct.pack(f"{order}HHIIHH", 1, 1, 1000, 3000, 3, 24)
+    size = struct.Struct(f"{order}I").pack
+    parts = b"fmt " + size(16) + form + b"LIST" + size(3) + b"abc\0" + b"data" + size(len(data)) + data
+    (tmp_path / "a.wav").write_bytes(
+        (b"RIFF" if order == "<" else b"RIFX") + size(len(parts) + 4) + b"WAVE" + parts
+    )
+    found = read_recorded(tmp_path / "a.wav")
+    np.testing.assert_array_equal(found.channels[0].values, np.array(counts) / 2**23)
+    assert found.step == 1e-3

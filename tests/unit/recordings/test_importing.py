@@ -272,3 +272,19 @@ def test_a_real_spectrum_and_a_real_waveform():
     assert skin.material.frequency_samples.values.size == 156
     found = ev.import_file(SHARED / "oscilloscope" / "example.isf", {"drive_voltage": "Ch2"})
     assert found.sizes["time"] == 10_000
+
+
+def test_very_uneven_and_very_large_numbers_need_no_memory(tmp_path):
+    stamps = np.append(T[:-1], 1e12)
+    huge = np.where(T < 1, -1e300, 1e300) * (1 + NOISE)
+    np.savetxt(
+        tmp_path / "a.csv", np.column_stack([stamps, huge]), delimiter=",", header="t [s],v [V]", comments=""
+    )
+    found = validity(ev.import_file(tmp_path / "a.csv", {"drive_voltage": "v"}))
+    assert "too uneven" in found["aliasing of drive_voltage"]["text"]
+    with pytest.raises(InputError, match="at most 50000000 are allowed"):
+        ev.import_file(tmp_path / "a.csv", {"drive_voltage": "v"}, resample="1 ms")
+    np.savetxt(
+        tmp_path / "b.csv", np.column_stack([T, huge]), delimiter=",", header="t [s],v [V]", comments=""
+    )
+    assert validity(ev.import_file(tmp_path / "b.csv", {"drive_voltage": "v"}))["aliasing of drive_voltage"]

@@ -17,6 +17,9 @@ INSPECTED: Final = 400
 """Lines of the beginning of a file from which the layout is found."""
 _NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
 _DECIMAL_COMMA: Final = re.compile(r"[+-]?(\d+,\d*|,\d+|\d+)([eEdD][+-]?\d+)?")
+_LONGEST_NUMBER: Final = 64
+"""Most characters of a number; the bound keeps the matching fast."""
+_LONGEST_HEADING: Final = 200
 _NOT_A_NUMBER: Final = frozenset({"nan", "inf", "-inf", "+inf", "****", "--"})
 _BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
 UNITS: Final = {
@@ -64,7 +67,9 @@ class Layout:
 
 
 def is_number(cell: str, *, decimal_comma: bool) -> bool:
-    """Tell whether a field is a number."""
+    """Return whether a field is a number."""
+    if len(cell) > _LONGEST_NUMBER:
+        return False
     form = _DECIMAL_COMMA if decimal_comma else _NUMBER
     return bool(form.fullmatch(cell)) or cell.lower() in _NOT_A_NUMBER
 
@@ -238,6 +243,7 @@ def name_and_unit(heading: str) -> tuple[str, str]:
     unit : str
         Of electrovib where it is known, else as written; empty if there is none.
     """
+    heading = heading[:_LONGEST_HEADING]
     if found := _BRACKETS.fullmatch(heading):
         name, unit = found.groups()
         return name or heading, _as_unit(unit) if _as_unit(unit) is not None else unit  # type: ignore[return-value]

@@ -1,24 +1,24 @@
-"""Sound files (.wav): whole numbers or floats, sampled evenly."""
+"""Sound files (.wav) as recorded by sound cards."""
 
 from __future__ import annotations
 
-import warnings
-from typing import TYPE_CHECKING, Any, Final
+import struct
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.columns.faults import DAMAGE, check_file, damaged
+from electrovib.data.columns.faults import check_file
 from electrovib.data.readers.recorded import DataColumn, Recorded
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
     from electrovib.core.arrays import Real
 
 DESCRIPTION: Final = "sound files (.wav), as shares of full scale"
+_PLAIN, _FLOAT, _EXTENSIBLE = 1, 3, 0xFFFE
+_MOST_CHANNELS: Final = 256
 
 
 def read_wave(path: Path) -> Recorded:
@@ -39,30 +39,60 @@ def read_wave(path: Path) -> Recorded:
     DataFileError
         If the file is damaged or in a compressed form.
     """
-    from scipy.io import wavfile
-
     check_file(path)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # unknown chunks are skipped
-            rate, data = wavfile.read(path, mmap=False)
-    except DAMAGE as error:
-        raise damaged(path, "a sound file of plain samples", error) from None
-    if data.ndim > 2 or data.shape[0] < 2 or rate <= 0:
+    raw = path.read_bytes()
+    order = "<" if raw[:4] == b"RIFF" else ">"
+    form, data = _parts(path, raw, order)
+    code, channels, rate, _, block, bits = struct.unpack_from(f"{order}HHIIHH", form)
+    if code == _EXTENSIBLE and len(form) >= 26:
+        code = struct.unpack_from(f"{order}H", form, 24)[0]
+    width = bits // 8
+    if code not in (_PLAIN, _FLOAT) or width not in ((1, 2, 3, 4) if code == _PLAIN else (4, 8)) or bits % 8:
+        raise DataFileError(
+            f"is a sound file of the form {code} with {bits} bits; known are whole numbers of 8 to 32 and floats of 32 and 64"
+            " bits without compression.",
+            path=path,
+        )
+    if not 0 < channels <= _MOST_CHANNELS or block != channels * width or not rate:
+        raise DataFileError(
+            f"is damaged or not a sound file ({channels} channels, {block} bytes a sample, {rate} Hz).",
+            path=path,
+        )
+    count = len(data) // block
+    if count < 2:
         raise DataFileError("holds fewer than two samples.", path=path)
+    shares = _shares(data[: count * block], order, width, is_float=code == _FLOAT).reshape(count, channels)
     return Recorded(
         channels=tuple(
-            DataColumn(name=f"channel {at + 1}", unit="1", values=_shares(row))
-            for at, row in enumerate(np.atleast_2d(data.T))
+            DataColumn(name=f"channel {at + 1}", unit="1", values=shares[:, at]) for at in range(channels)
         ),
         step=1 / rate,
     )
 
 
-def _shares(row: NDArray[Any]) -> Real:
+def _parts(path: Path, raw: bytes, order: str) -> tuple[bytes, bytes]:
+    """Return the format and the samples; samples that are cut off end with the file."""
+    found: dict[bytes, bytes] = {}
+    place = 12
+    while place + 8 <= len(raw):
+        name = raw[place : place + 4]
+        size = struct.unpack_from(f"{order}I", raw, place + 4)[0]
+        if name in (b"fmt ", b"data"):
+            found.setdefault(name, raw[place + 8 : place + 8 + size])
+        place += 8 + size + size % 2
+    if raw[:4] not in (b"RIFF", b"RIFX") or len(found.get(b"fmt ", b"")) < 16 or b"data" not in found:
+        raise DataFileError("is damaged or not a sound file (it has no format or no samples).", path=path)
+    return found[b"fmt "], found[b"data"]
+
+
+def _shares(data: bytes, order: str, width: int, *, is_float: bool) -> Real:
     """Scale whole numbers to full scale; floats are shares already."""
-    if row.dtype.kind == "u":
-        return (row.astype(float) - 128) / 128
-    if row.dtype.kind == "i":
-        return row.astype(float) / -float(np.iinfo(row.dtype).min)
-    return row.astype(float)
+    if is_float:
+        return np.frombuffer(data, f"{order}f{width}").astype(float)
+    if width == 1:
+        return (np.frombuffer(data, "u1").astype(float) - 128) / 128
+    if width == 3:
+        parts = np.frombuffer(data, "u1").reshape(-1, 3)[:, :: 1 if order == "<" else -1].astype(np.int32)
+        whole = parts[:, 0] | parts[:, 1] << 8 | parts[:, 2] << 16
+        return np.where(whole >= 1 << 23, whole - (1 << 24), whole) / float(1 << 23)
+    return np.frombuffer(data, f"{order}i{width}").astype(float) / 2.0 ** (8 * width - 1)

@@ -150,9 +150,9 @@ def calibrated_column(
             f" sensitivity with scale, such as '1.5 {target}/{unit}'."
         )
     steps = [f"{signal}: column '{column.name}'" + (f" [{unit}]" if unit else "")]
-    values = np.asarray(column.values, dtype=float) * known[1]
     before, after = _offset(offset, known[0], target, signal, scaled=bool(words))
-    values = (values - before) * factor[0] - after
+    with np.errstate(all="ignore"):  # what overflows is reported as missing
+        values = (np.asarray(column.values, dtype=float) * known[1] - before) * factor[0] - after
     steps += [f"{signal}: {offset} subtracted before the scale"] if before else []
     steps += [f"{signal}: multiplied by {words}"] if words else []
     steps += [f"{signal}: {offset} subtracted"] if after else []

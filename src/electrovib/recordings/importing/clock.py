@@ -94,8 +94,10 @@ def sample_times(
                 "unit of time", "unknown", f"the file states no unit for '{column.name}'; s were assumed"
             )
         ]
-    found, rows, more = _increasing(np.asarray(column.values * known[1]), stamps)
-    return SampleTimes(time=found, rows=rows, steps=(*steps, *more), diagnostics=(*unsure, *_gaps(found)))
+    with np.errstate(all="ignore"):  # time stamps of a damaged file may overflow
+        found, rows, more = _increasing(np.asarray(column.values * known[1]), stamps)
+        gaps = _gaps(found)
+    return SampleTimes(time=found, rows=rows, steps=(*steps, *more), diagnostics=(*unsure, *gaps))
 
 
 def _even(recorded: Recorded, step: str | float | None) -> SampleTimes:

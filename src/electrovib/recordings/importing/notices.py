@@ -24,6 +24,8 @@ _FEW: Final = 8
 _STRONG: Final = 0.1
 """Share of the power near half the sampling rate from which on components above it are likely."""
 _WEAK: Final = 0.01
+_UNEVEN: Final = 4.0
+"""Length of a record over that of as many median intervals, beyond which no spectrum is computed."""
 
 
 def about_samples(time: Real, readings: Mapping[str, Real]) -> list[Diagnostic]:
@@ -42,6 +44,7 @@ def about_samples(time: Real, readings: Mapping[str, Real]) -> list[Diagnostic]:
         On sensor range, missing and repeated samples, and aliasing.
     """
     found = []
+    readings = {name: _scaled(values) for name, values in readings.items()}
     for name, values in readings.items():
         finite = np.isfinite(values)
         if not finite.all():
@@ -55,6 +58,13 @@ def about_samples(time: Real, readings: Mapping[str, Real]) -> list[Diagnostic]:
         if np.count_nonzero(finite) >= _FEWEST:
             found += [_range(name, values[finite]), _aliasing(name, time[finite], values[finite])]
     return found + _repeated(readings)
+
+
+def _scaled(values: Real) -> Real:
+    """Divide by the power of two of the largest magnitude, so that no square overflows; infinities become NaN."""
+    finite = np.where(np.isfinite(values), values, np.nan)
+    largest = float(np.nanmax(np.abs(finite), initial=0.0))
+    return np.asarray(np.ldexp(finite, -int(np.frexp(largest)[1])))
 
 
 def _range(name: str, values: Real) -> Diagnostic:
@@ -103,6 +113,8 @@ def _aliasing(name: str, time: Real, values: Real) -> Diagnostic:
     """Judge by the spectrum whether a signal may have components above half the sampling rate."""
     title = f"aliasing of {name}"
     step = float(np.median(np.diff(time)))
+    if not 0 < time[-1] - time[0] <= _UNEVEN * step * time.size:
+        return Diagnostic(title, "unknown", f"the samples of {name} are too uneven in time for a spectrum")
     nyquist = format_quantity(0.5 / step, "Hz", digits=3)
     even = np.interp(np.arange(time[0], time[-1], step), time, values)
     even = (even - even.mean()) * np.hanning(even.size)
