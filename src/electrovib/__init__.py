@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from electrovib.data.traces import open_trace as open_trace
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
+    from electrovib.recordings.importing import calibrate as calibrate
     from electrovib.recordings.importing import import_file as import_file
     from electrovib.recordings.importing import import_material as import_material
     from electrovib.recordings.recording import read_recording as read_recording
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
 _PLACES = {
     "Scenario": "electrovib.scenario",
     "budget": "electrovib.core.budget",
+    "calibrate": "electrovib.recordings.importing",
     "compare": "electrovib.view.compare",
     "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",

@@ -3,6 +3,7 @@
 import importlib.util
 import struct
 import zipfile
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -13,7 +14,7 @@ import xarray
 from electrovib.core.errors import DataFileError
 from electrovib.data.readers.foreign import check_package
 from electrovib.data.readers.impedance_file import read_impedance_file
-from electrovib.data.readers.registry import FORMATS, format_lines, format_of, read_recorded
+from electrovib.data.readers.registry import FORMATS, format_lines, format_of, format_table, read_recorded
 from electrovib.data.readers.spectrum import spectrum_of
 
 T = np.arange(50) * 1e-4
@@ -143,6 +144,11 @@ def test_the_list_of_readers_names_all_of_them():
     lines = format_lines()
     assert [line.split()[0] for line in lines[:-1]] == [each.name for each in FORMATS]
     assert sum("; needs " in line for line in lines) == len(HEADS)
+
+
+def test_the_documentation_has_the_table_of_readers():
+    page = Path(__file__).parents[3] / "docs" / "importing.md"
+    assert format_table() in page.read_text(encoding="utf-8")
 
 
 G = np.geomspace(1e5, 10, 20)

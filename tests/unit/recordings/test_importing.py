@@ -9,6 +9,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.recordings.importing import list_columns
+from electrovib.recordings.importing.periods import average_periods, find_edges
 from electrovib.recordings.importing.steps import resampled, shifted, trigger_time
 
 SHARED = Path(__file__).parents[4] / "shared" / "data"
@@ -288,3 +289,36 @@ def test_very_uneven_and_very_large_numbers_need_no_memory(tmp_path):
         tmp_path / "b.csv", np.column_stack([T, huge]), delimiter=",", header="t [s],v [V]", comments=""
     )
     assert validity(ev.import_file(tmp_path / "b.csv", {"drive_voltage": "v"}))["aliasing of drive_voltage"]
+
+
+def test_edges_and_averages_over_periods(tmp_path):
+    time = np.arange(0, 2.03, 1e-3)
+    gate = np.where((time * 4) % 1 < 0.25, 5.0, 0.0)
+    force = 3 * np.exp(-((time * 4) % 1)) + np.random.default_rng(1).normal(0, 0.1, time.size)
+    edges = find_edges(time, gate)
+    np.testing.assert_allclose(edges.rising, 0.25 * np.arange(1, 9) - 5e-4)
+    np.testing.assert_allclose(edges.falling, 0.25 * np.arange(8) + 0.0625, atol=1e-3)
+    whole = average_periods(time, {"gate": gate, "force": force}, "gate")
+    assert (whole.periods, whole.time.size) == (7, 250)
+    assert whole.period == pytest.approx(0.25)
+    np.testing.assert_allclose(
+        whole.means["force"][2:-2], 3 * np.exp(-4 * (whole.time - 5e-4))[2:-2], atol=0.15
+    )
+    assert np.sqrt(np.mean(whole.standard_errors["force"][2:-2] ** 2)) == pytest.approx(
+        0.1 / np.sqrt(14), rel=0.15
+    )
+    np.savetxt(
+        tmp_path / "a.csv",
+        np.column_stack([time, gate, force]),
+        delimiter=",",
+        header="t [s],g [V],f [N]",
+        comments="",
+    )
+    columns = {"drive_voltage": "g", "lateral_force_measured": "f"}
+    found = ev.import_file(tmp_path / "a.csv", columns, average="drive_voltage")
+    assert found.sizes["time"] == 250
+    assert "averaged over 7 periods of drive_voltage, 250 ms" in found.attrs["history"]
+    with pytest.raises(InputError, match="whole periods between rising edges"):
+        ev.import_file(tmp_path / "a.csv", columns, average="drive_voltage", crop="0 s..0.6 s")
+    with pytest.raises(InputError, match="its periods differ"):
+        average_periods(time, {"f": np.sin(2 * np.pi * (3 * time + time**2))}, "f")

@@ -9,6 +9,7 @@ import typer
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.import_options import (
     Area,
+    Averaged,
     Baselines,
     Becomes,
     Columns,
@@ -56,6 +57,7 @@ def command(
     baseline: Baselines = None,
     detrend: Detrended = None,
     crop: Crop = None,
+    average: Averaged = "",
     resample: Resample = None,
     reader: ReaderName = "",
     delimiter: Delimiter = None,
@@ -95,7 +97,7 @@ def command(
         return
     given: dict[str, Any] = {
         "scale": pairs("scale", scale), "offset": pairs("offset", offset), "shift": pairs("shift", shift),
-        "trigger": trigger, "baseline": pairs("baseline", baseline), "detrend": detrend or [], "crop": crop,
+        "trigger": trigger, "baseline": pairs("baseline", baseline), "detrend": detrend or [], "crop": crop, "average": average,
         "resample": resample,
     }  # fmt: skip
     _as_trace(

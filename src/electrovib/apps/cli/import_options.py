@@ -93,3 +93,7 @@ Conductivity = Annotated[
 LayerName = Annotated[str, typer.Option(help="Of a material: the layer it is written for.")]
 
 Listed = Annotated[bool, typer.Option("--list", help="List the readers.")]
+
+Averaged = Annotated[
+    str, typer.Option(metavar="SIGNAL", help="Average all signals over the periods of this one.")
+]

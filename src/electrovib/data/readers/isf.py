@@ -21,7 +21,7 @@ SHORT: Final = {
     "pt_f": "pt_fmt", "xun": "xunit", "xin": "xincr", "xze": "xzero", "pt_o": "pt_off", "yun": "yunit", "ymu": "ymult",
     "yof": "yoff", "yze": "yzero", "wfi": "wfid",
 }  # fmt: skip
-"""Short keys of the preamble, in small letters, to the long ones."""
+"""Maps short keys of the preamble, in small letters, to the long ones."""
 _LONGEST_PREAMBLE: Final = 20_000
 _KEY: Final = re.compile(
     r"\s*:?(?:WFMP(?:RE|RE)?:|WFMO(?:UTPRE)?:|CURV[EV]?:)?([A-Za-z_]+)\s+(.*)", re.DOTALL

@@ -45,7 +45,7 @@ def read_laboratory_text(
     Returns
     -------
     Recorded
-        Every column of numbers, and what the preamble states.
+        Every column of numbers, and the statements of the preamble.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def read_laboratory_bytes(
     Returns
     -------
     Recorded
-        Every column of numbers, and what the preamble states.
+        Every column of numbers, and the statements of the preamble.
 
     Raises
     ------
@@ -94,7 +94,8 @@ def read_laboratory_bytes(
     layout = find_layout(first, delimiter=delimiter, decimal_comma=decimal_comma)
     if layout is None:
         raise DataFileError(
-            "holds no rows of numbers; if it does, state its delimiter and its decimal sign.", path=path
+            "holds no rows of numbers; if it does, state delimiter (--delimiter) and decimal_comma (--decimal-comma).",
+            path=path,
         )
     numbers = _numbers(path, raw, encoding, layout)
     settings = settings_of(layout) | ({"sheet": origin} if origin else {})
@@ -148,7 +149,7 @@ def _numbers(path: Path, raw: bytes, encoding: str, layout: Layout) -> Real:
 
 
 def _plain(path: Path, number: int, cell: str, layout: Layout) -> str:
-    """Write a number with a point; nothing and stars as not a number."""
+    """Return a number with a decimal point; an empty field and stars become NaN."""
     if not cell or cell in ("****", "--"):
         return "nan"
     if not is_number(cell, decimal_comma=layout.decimal_comma):
@@ -182,7 +183,7 @@ def _recorded(
 
 
 def _counts(values: Real) -> bool:
-    """Tell whether a column numbers the samples."""
+    """Return whether a column numbers the samples."""
     return bool(np.array_equal(values, np.arange(values.size) + values[0]) and values[0] in (0, 1))
 
 

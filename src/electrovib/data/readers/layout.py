@@ -1,4 +1,4 @@
-"""Where the numbers of a text file stand: its delimiter, its decimal sign, its preamble, headings and units."""
+"""Layout of a text file: its delimiter, decimal sign, preamble, headings and units, and the place of its numbers."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import Final
 
 DELIMITERS: Final = ("\t", ";", ",", "|", "")
-"""Candidates; the empty one stands for blanks."""
+"""Candidates; the empty text stands for blanks."""
 _ALIKE: Final = 0.75
-"""Share of the lines behind the first row of numbers that have to be such rows; what is wrong with the others is an error."""
+"""Smallest share of rows of numbers among the lines after the first such row; other lines are then errors."""
 INSPECTED: Final = 400
 """Lines of the beginning of a file from which the layout is found."""
 _NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
@@ -31,12 +31,12 @@ UNITS: Final = {
     "s/m": "S/m", "m": "m", "mm": "mm", "um": "um", "µm": "um", "m/s": "m/s", "mm/s": "mm/s", "pa": "Pa", "w": "W",
     "db": "dB", "%": "%", "unknown": "", "-": "1", "#": "",
 }  # fmt: skip
-"""Words and signs that instruments write for units, in small letters, to the units of electrovib."""
+"""Maps words and signs that instruments write for units, in small letters, to the units of electrovib."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """How a text file is laid out.
+    """Layout of a text file.
 
     Parameters
     ----------
@@ -105,12 +105,12 @@ def find_layout(
     Returns
     -------
     Layout or None
-        The one under which most lines are rows of numbers; None if no line is.
+        Layout under which most lines are rows of numbers; None if no line is one.
 
     Notes
     -----
-    Rows of numbers are alike: the columns that hold numbers in the last lines that were inspected hold them up to the first
-    row. What stands before them, or beside them in other columns, is the preamble.
+    All rows of numbers hold numbers in the same columns, which are those of the last lines that were inspected. The lines
+    before the first such row, and the text in other columns, are the preamble.
     """
     best: tuple[float, Layout] | None = None
     for separator in DELIMITERS if delimiter is None else (delimiter,):
@@ -124,7 +124,7 @@ def find_layout(
 
 
 def _under(lines: Sequence[str], delimiter: str, comma: bool) -> tuple[float, Layout] | None:
-    """Lay a file out with this delimiter and decimal sign, and say how well it fits."""
+    """Return the layout with this delimiter and decimal sign, and a score of its fit."""
     rows = [split(line, delimiter) for line in lines]
     numeric = [
         frozenset(at for at, cell in enumerate(row) if cell and is_number(cell, decimal_comma=comma))
@@ -168,7 +168,7 @@ def _under(lines: Sequence[str], delimiter: str, comma: bool) -> tuple[float, La
 
 
 def _is_alike(row: Sequence[str], columns: frozenset[int], *, comma: bool) -> bool:
-    """Tell whether a line is a row of numbers in these columns, of which some may be missing."""
+    """Return whether a line is a row of numbers in these columns, of which some may be missing."""
     cells = [row[at] for at in sorted(columns) if at < len(row)]
     numbers = [is_number(cell, decimal_comma=comma) for cell in cells]
     missing = [not cell for cell in cells]
@@ -180,7 +180,7 @@ def _is_alike(row: Sequence[str], columns: frozenset[int], *, comma: bool) -> bo
 
 
 def _splits_decimals(rows: Sequence[Sequence[str]], body: Sequence[int], delimiter: str) -> bool:
-    """Tell whether a comma that is taken for a delimiter is rather that of decimals: '1,5 2,5' or '1,5;2,5'."""
+    """Return whether a comma taken for a delimiter is rather a decimal sign: '1,5 2,5' or '1,5;2,5'."""
     if delimiter != ",":
         return False
     return any(";" in cell or "\t" in cell for at in body for cell in rows[at])
@@ -221,7 +221,7 @@ def _above(
 
 
 def _is_setting(row: Sequence[str], columns: tuple[int, ...]) -> bool:
-    """Tell a line 'Model Number,SDS1104' from headings: it has another number of fields than there are columns."""
+    """Return whether a line such as 'Model Number,SDS1104' is a setting: it has fewer fields than there are columns."""
     filled = [cell for cell in row if cell]
     if all(_as_unit(cell.strip("[]()")) is not None for cell in filled):
         return False
@@ -255,5 +255,5 @@ def name_and_unit(heading: str) -> tuple[str, str]:
 
 
 def _as_unit(text: str) -> str | None:
-    """Give the unit that a word stands for; None if it is none."""
+    """Return the unit that a word stands for; None if it is no unit."""
     return UNITS.get(text.strip().lower(), UNITS.get(text.strip()))

@@ -1,4 +1,4 @@
-"""What the preamble of a text file states: settings by name, the time step and the first time."""
+"""Statements of the preamble of a text file: settings by name, the time step and the first time."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _MOST_SETTINGS: Final = 200
 
 
 def settings_of(layout: Layout) -> dict[str, str]:
-    """Collect what the preamble states: key and value beside each other, or one above the other in headings."""
+    """Collect the settings of the preamble: a key with its value beside it, or below it in headings."""
     found: dict[str, str] = {}
     for row in layout.preamble[:_MOST_SETTINGS]:
         filled = [cell.strip().lstrip("#").strip() for cell in row if cell.strip()]

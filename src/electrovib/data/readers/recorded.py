@@ -1,4 +1,4 @@
-"""What a file of an instrument holds: channels with names and units as written, and when they were sampled."""
+"""Content of a file of an instrument: channels with names and units as written, and the times of their samples."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Recorded:
     start : float
         Time of the first sample [s], where the file states a step.
     attributes : mapping of str to str
-        What the preamble of the file states: make, model, date, settings.
+        Statements of the preamble of the file: make, model, date, settings.
     """
 
     channels: tuple[DataColumn, ...]
@@ -57,11 +57,11 @@ class Recorded:
 
     @property
     def size(self) -> int:
-        """Samples of each channel."""
+        """Number of samples of each channel."""
         return self.channels[0].values.size if self.channels else 0
 
     def times(self) -> Real | None:
-        """Time of each sample, shape (n,), in the unit of its channel, or in s by the step; None if it is not known."""
+        """Return the time of each sample, shape (n,), in the unit of its channel, or in s by the step; None if it is unknown."""
         if self.time:
             return next(each.values for each in self.channels if each.name == self.time)
         if self.step is None:

@@ -1,4 +1,4 @@
-"""The file formats of instruments: which reader takes a file, told from its first bytes."""
+"""File formats of instruments: the reader of a file is found from its first bytes."""
 
 from __future__ import annotations
 
@@ -46,15 +46,15 @@ class FileFormat:
     Parameters
     ----------
     name : str
-        How an option names it.
+        Name of the reader in options.
     description : str
-        What it is, with its suffixes.
+        Description with its suffixes.
     suffixes : tuple of str
-        Usual ends of its names, in small letters.
+        Usual suffixes of the names of its files, in small letters.
     can_read : callable
-        First bytes and suffix, to whether the reader takes the file.
+        Function of the first bytes and the suffix that returns whether the reader takes the file.
     read : callable
-        Path and options, to the content.
+        Function of the path and options that returns the content.
     options : tuple of str
         Options that `read` takes.
     package : str
@@ -213,7 +213,7 @@ FORMATS: Final = (
         options=("delimiter", "decimal_comma"),
     ),
 )
-"""In the order in which they are asked."""
+"""All formats; of several that take a file with the same certainty the first is used."""
 
 
 def format_of(path: Path) -> FileFormat:
@@ -245,7 +245,7 @@ def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
     reader : str
         Name of a format; found from the file if empty.
     **options
-        What the format takes, ``delimiter`` and ``decimal_comma`` of text.
+        Options of the format: ``delimiter`` and ``decimal_comma`` of text.
 
     Returns
     -------
@@ -274,3 +274,10 @@ def format_lines() -> list[str]:
         for each in FORMATS
     ]
     return [*lines, f"The packages are installed with: pip install 'electrovib[{EXTRA}]'"]
+
+
+def format_table() -> str:
+    """Write the readers as a table in Markdown, which is part of ``docs/importing.md``."""
+    rows = [("name", "reads", "package"), ("---", "---", "---")]
+    rows += [(f"`{each.name}`", each.description, each.package or "none") for each in FORMATS]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)

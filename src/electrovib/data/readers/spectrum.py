@@ -33,7 +33,7 @@ _PATTERNS: Final[Mapping[str, str]] = {
     "loss": r"loss factor|eps''|epsilon''|ε''|imaginary permittivity",
     "conductivity": r"conductivity|sigma|σ",
 }
-"""What a heading in small letters means, without its unit and without underscores."""
+"""Maps a meaning to the pattern of its headings, in small letters, without unit and underscores."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +51,7 @@ class MeasuredSpectrum:
     lossless : bool
         Whether the table gives a permittivity without loss, which is then taken for 0.
     read_as : str
-        Which columns were taken for what.
+        Meaning of each column that was used.
     """
 
     frequency: Real
@@ -69,7 +69,7 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
     recorded : Recorded
         The table.
     columns : mapping of str to str, optional
-        What a column is, among ``frequency``, ``angular_frequency``, ``modulus``, ``phase``, ``real``, ``imaginary``,
+        Meaning of a column, among ``frequency``, ``angular_frequency``, ``modulus``, ``phase``, ``real``, ``imaginary``,
         ``minus_imaginary``, ``permittivity``, ``loss``, ``conductivity``, to its heading, with a unit behind it where the file
         states none: ``"Phase [deg]"``; found by the headings if absent.
 
@@ -81,12 +81,12 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
     Raises
     ------
     InputError
-        If the columns do not make a spectrum; it lists them and says how to state what they are.
+        If the columns make no spectrum; the message lists them and states how to name their meanings.
 
     Notes
     -----
-    A phase without a unit is in degrees if any is beyond 2 pi, and otherwise refused unless its heading or `columns` says
-    so. A loss factor that disagrees with the conductivity by more than 2 % is refused.
+    A phase without a unit is in degrees if any value is beyond 2 pi, and otherwise refused unless its heading or `columns`
+    states the unit. A loss factor that disagrees with the conductivity by more than 2 % is refused.
     """
     found = _assigned(recorded, columns or {})
     if "frequency" in found:
@@ -123,7 +123,7 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
 
 
 def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, DataColumn]:
-    """Say which column is what: as stated, else by its heading."""
+    """Return the column of each meaning: as stated, else by its heading."""
     by_name = {each.name: each for each in recorded.channels}
     for stated in set(columns.values()) - set(by_name):
         name, unit = name_and_unit(stated)
@@ -177,7 +177,7 @@ def _radians(channel: DataColumn) -> Real:
     if not unit:
         raise InputError(
             f"column '{channel.name}': it may be in degrees or radians; state columns = phase:"
-            f" '{channel.name} [deg]' or '{channel.name} [rad]'"
+            f" '{channel.name} [deg]' or '{channel.name} [rad]' (--column phase=...)"
         )
     return _in_si_angle(channel, unit)
 
@@ -190,7 +190,7 @@ def _in_si_angle(channel: DataColumn, unit: str) -> Real:
 
 
 def _permittivity(found: Mapping[str, DataColumn], grid: Real) -> tuple[Complex, bool]:
-    """Put a permittivity together with its loss, from the loss factor or the conductivity."""
+    """Combine a permittivity with its loss, from the loss factor or the conductivity."""
     real = found["permittivity"].values
     turns = 2 * math.pi * grid * eps0
     loss = found["loss"].values if "loss" in found else None

@@ -14,6 +14,7 @@ from electrovib.core.signals import SIGNALS
 from electrovib.core.units import KINDS, parse_quantity
 from electrovib.data.columns.column import kind_and_factor
 from electrovib.data.readers.layout import name_and_unit
+from electrovib.recordings.importing.calibration import SensorCalibration
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -104,7 +105,11 @@ def column_of(recorded: Recorded, stated: str, *, option: str) -> DataColumn:
 
 
 def calibrated_column(
-    column: DataColumn, signal: str, *, scale: str | float | None, offset: str | float | None
+    column: DataColumn,
+    signal: str,
+    *,
+    scale: str | float | SensorCalibration | None,
+    offset: str | float | None,
 ) -> tuple[Real, list[str]]:
     """Convert a column to the SI unit of a signal.
 
@@ -114,8 +119,8 @@ def calibrated_column(
         Numbers in their unit.
     signal : str
         Name of the signal.
-    scale : str, float or None
-        Sensitivity such as ``"4/9 N/V"``, or a plain factor.
+    scale : str, float, SensorCalibration or None
+        Sensitivity such as ``"4/9 N/V"``, a plain factor, or a calibration from readings in the SI unit of the column.
     offset : str, float or None
         Reading at which the signal is zero, in the unit of the column, or value in the unit of the signal; it is subtracted.
 
@@ -132,6 +137,8 @@ def calibrated_column(
         If a unit is missing, unknown, or of another kind than the signal.
     """
     target = SIGNALS[signal].unit
+    if isinstance(scale, SensorCalibration):
+        return _by_line(column, signal, scale, offset)
     factor, unit, words = _sensitivity(scale, column, signal)
     if not unit:
         raise InputError(
@@ -157,6 +164,30 @@ def calibrated_column(
     steps += [f"{signal}: multiplied by {words}"] if words else []
     steps += [f"{signal}: {offset} subtracted"] if after else []
     return values, steps
+
+
+def _by_line(
+    column: DataColumn, signal: str, line: SensorCalibration, offset: str | float | None
+) -> tuple[Real, list[str]]:
+    """Convert a column by a calibration line."""
+    known = kind_and_factor(column.unit) if column.unit else None
+    if known is None or offset is not None:
+        why = (
+            "offset is part of the calibration; omit it"
+            if known
+            else "the column needs a unit, as in 'Ch1 [V]'"
+        )
+        raise InputError(f"scale.{signal}: {why}")
+    with np.errstate(all="ignore"):  # what overflows is reported as missing
+        reading = np.asarray(column.values, dtype=float) * known[1]
+        values = line.value(reading)
+        largest = float(np.nanmax(line.standard_uncertainty(reading), initial=0.0))
+    unit = SIGNALS[signal].unit
+    return values, [
+        f"{signal}: column '{column.name}' [{column.unit}]",
+        f"{signal}: calibration line of {line.sensitivity:.10g} {unit} per {known[0]} from {line.intercept:.10g} {unit}; its"
+        f" standard uncertainty is at most {largest:.3g} {unit} and common to all samples",
+    ]
 
 
 def _sensitivity(

@@ -1,0 +1,114 @@
+"""Calibration of a sensor from pairs of known value and reading, with the covariance of its line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from electrovib.core.arrays import Real
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorCalibration:
+    """A straight calibration line: value = intercept + sensitivity reading.
+
+    Parameters
+    ----------
+    sensitivity : float
+        In SI of the signal per SI unit of the reading.
+    intercept : float
+        Value at the reading 0, in SI of the signal.
+    covariance : ndarray, shape (2, 2)
+        Covariance of intercept and sensitivity, in that order.
+    residual : float
+        Standard deviation of the values about the line, in SI of the signal.
+    """
+
+    sensitivity: float
+    intercept: float
+    covariance: Real
+    residual: float
+
+    def value(self, reading: ArrayLike) -> Real:
+        """Convert readings to values.
+
+        Parameters
+        ----------
+        reading : array_like
+            In the SI unit of the reading.
+
+        Returns
+        -------
+        value : ndarray
+            In SI of the signal.
+        """
+        return np.asarray(self.intercept + self.sensitivity * np.asarray(reading, dtype=float))
+
+    def standard_uncertainty(self, reading: ArrayLike) -> Real:
+        """Return the standard uncertainty of values by that of the line.
+
+        Parameters
+        ----------
+        reading : array_like
+            In the SI unit of the reading.
+
+        Returns
+        -------
+        uncertainty : ndarray
+            In SI of the signal, common to all samples: it does not average out.
+        """
+        at = np.asarray(reading, dtype=float)
+        (first, both), (_, second) = self.covariance
+        return np.sqrt(np.maximum(first + 2 * both * at + second * at**2, 0.0))
+
+
+def calibrate(reading: ArrayLike, known: ArrayLike) -> SensorCalibration:
+    """Fit a calibration line to readings at known values.
+
+    Parameters
+    ----------
+    reading : array_like, shape (n,)
+        Readings of the sensor, in the SI unit of the reading; at least three, not all equal.
+    known : array_like, shape (n,)
+        Known values, such as weights [N], without error.
+
+    Returns
+    -------
+    SensorCalibration
+        Least-squares line with its covariance, from the scatter of the values about it with n - 2 degrees of freedom.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than three pairs, one is not finite, or all readings are equal.
+
+    Notes
+    -----
+    The line is fitted to the values over the readings, which is unbiased if the scatter of the readings is small compared with
+    their range.
+    """
+    x, y = np.asarray(reading, dtype=float), np.asarray(known, dtype=float)
+    if x.ndim != 1 or x.shape != y.shape or x.size < 3 or not (np.isfinite(x).all() and np.isfinite(y).all()):
+        raise InputError(
+            "calibrate: expected three or more pairs of finite numbers, a reading and a known value"
+        )
+    centre = x.mean()
+    spread = float(np.sum((x - centre) ** 2))
+    if not spread:
+        raise InputError("calibrate: all readings are equal; they have to cover the range of the sensor")
+    sensitivity = float(np.sum((x - centre) * (y - y.mean())) / spread)
+    intercept = float(y.mean() - sensitivity * centre)
+    variance = float(np.sum((y - intercept - sensitivity * x) ** 2) / (x.size - 2))
+    covariance = variance * np.array(
+        [[1 / x.size + centre**2 / spread, -centre / spread], [-centre / spread, 1 / spread]]
+    )
+    return SensorCalibration(
+        sensitivity=sensitivity, intercept=intercept, covariance=covariance, residual=float(np.sqrt(variance))
+    )
