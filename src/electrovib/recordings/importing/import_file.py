@@ -96,7 +96,7 @@ def import_file(
         "file_sha256": hashlib.sha256(place.read_bytes()).hexdigest(),
         "reader": reader or format_of(place).name,
         "options": json.dumps(
-            stated | {"columns": dict(columns or {}), "time": time, "step": step} | reduction
+            stated | {"columns": dict(columns or {}), "time": time, "step": step} | reduction, default=repr
         ),
         "file_preamble": json.dumps(dict(recorded.attributes))[:_LONGEST_SETTINGS],
     }
