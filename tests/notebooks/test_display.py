@@ -70,7 +70,12 @@ def test_a_scenario_shows_stack_and_parameters(formatter, scenario):
     assert "1 kV" in text
     assert "Vezzoli 2014, section 3.1" in text
     assert "voltage of the hold" in text
-    assert "parameters keep their defaults" in text
+    assert (
+        text.index("drive.high 1 kV")
+        < text.index("parameters keep their defaults")
+        < text.index("drive.delay 0 s")
+    )
+    assert "contact.length" not in text  # optional, and absent
     assert "&lt;b&gt;own&lt;/b&gt;" in html
     assert "<b>own" not in html
 
@@ -105,6 +110,7 @@ def test_a_trace_shows_its_warnings_first(formatter, trace):
     peak = float(trace["electrostatic_force"].max())
     assert text.index("warning") < text.index("Validity:") < text.index("largest drive voltage 1 kV")
     assert "above 661 V" in text
+    assert "Validity: 1 warning, 4 ok" in text
     assert f"{1e3 * peak:.4g} mN" in text
     assert "time (2001), layer (2), frequency (5)" in text
     assert "data:image/png;base64," in data["text/html"]
