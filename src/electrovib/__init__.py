@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from electrovib.solve.prepare import prepare as prepare
     from electrovib.solve.simulate import simulate as simulate
     from electrovib.study.catalogue import models as models
+    from electrovib.study.compare import compare_materials as compare_materials
     from electrovib.study.perceive import perceive as perceive
     from electrovib.study.percept import compare_percepts as compare_percepts
     from electrovib.study.surfaces import compare_surfaces as compare_surfaces
@@ -45,6 +46,7 @@ _PLACES = {
     "fit_release": "electrovib.recordings.release",
     "hysteresis": "electrovib.solve.equilibrium",
     "init": "electrovib.apps.init",
+    "compare_materials": "electrovib.study.compare",
     "compare_percepts": "electrovib.study.percept",
     "load": "electrovib.scenario",
     "models": "electrovib.study.catalogue",

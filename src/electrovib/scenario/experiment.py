@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
+from electrovib.core.changes import stored_changes
 from electrovib.core.model import Model, read_model
 from electrovib.core.tables import put
 from electrovib.physics.circuit import Circuit
@@ -156,7 +157,10 @@ class Scenario(Model):
         InputError
             Every mistake at once.
         """
-        changes, told = with_offers(changes)
+        stored, problems = stored_changes(self, changes)
+        if problems:
+            return Model.replace(self, changes)  # which refuses them, with every other mistake
+        changes, told = with_offers(stored)
         changed = Model.replace(self, changes)
         if changed.moisture is not None:
             refuse_what_moisture_sets(changed, changes)
@@ -170,7 +174,7 @@ class Scenario(Model):
         paths = [path for path, _, _ in changed.parameters()]
         theirs = {
             path: f"{BY_THE_USER} to {told[path]}" if path in told else BY_THE_USER
-            for path in paths
+            for path in dict.fromkeys([*paths, *told])
             if any(path == change or path.startswith(f"{change}.") for change in changes)
         }
         return changed.model_copy(update={"sources": kept | theirs})

@@ -187,7 +187,7 @@ def test_a_second_electrode_that_ends_the_drive():
     held = force[np.searchsorted(time, time - 0.05).clip(0, len(time) - 1)]
     with pytest.raises(InputError, match="the drive may have ended later: pass enabled, or a readback"):
         fit_release(time, held, voltage, readback=OneOfTwoInAntiphase())
-    with pytest.raises(InputError, match="voltage: the read-back goes from -300 to 300 V"):
+    with pytest.raises(InputError, match="voltage: the record extends from -300 to 300 V"):
         fit_release(time, late, np.where(voltage > 150, 300.0, -300.0), readback=OneOfTwoInAntiphase())
 
 
@@ -252,7 +252,7 @@ def test_too_few_samples_for_a_damped_sine():
 
 def test_repeated_stamps_are_refused_or_dropped():
     columns = [np.insert(values, 3850, values[3850]) for values in made()]
-    with pytest.raises(InputError, match=r"1 of 5121 stamps do not: sample 3851.*repeats"):
+    with pytest.raises(InputError, match=r"1 of 5121 time stamps do not: sample 3851.*repeats"):
         fit_release(*columns)
     found, whole = fit_release(*columns, stamps=KeepIncreasing()), fit_release(*made())
     assert found.frequency == whole.frequency
@@ -285,7 +285,7 @@ def spoiled(values):
         ),
         (
             changed(0, lambda v: v[::-1]),
-            r"time: time must increase, but 5119 of 5120 stamps do not: sample 1 .*KeepIncreasing",
+            r"time: time must increase, but 5119 of 5120 time stamps do not: sample 1 .*KeepIncreasing",
         ),
         (
             changed(0, lambda v: v[:-1]),

@@ -264,7 +264,7 @@ def test_stamps_that_do_not_increase():
     columns["time"] = np.repeat(np.arange(4000) / 500, 2)
     known = channels().to_dict()
     for stamps, words in (
-        ({"model": "Refuse"}, "4000 of 8000 stamps do not: sample 1"),
+        ({"model": "Refuse"}, "4000 of 8000 time stamps do not: sample 1"),
         ({"model": "KeepIncreasing"}, ""),
     ):
         clock = {"model": "TimeColumn", "column": 0, "stamps": stamps}

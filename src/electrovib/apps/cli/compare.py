@@ -28,17 +28,35 @@ def command(
         list[str] | None,
         typer.Option(metavar="PATH=FROM:TO:N[log]", help="Draw the static force over this; repeatable."),
     ] = None,
+    materials: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A,B,...", help="Materials of the insulator instead of force laws; 'all' of the library."
+        ),
+    ] = None,
+    layer: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", help="Layer of --materials, if the plate has several.", show_default=False
+        ),
+    ] = "",
     output: Annotated[str | None, typer.Option("--output", "-o", help="Write an HTML page.")] = None,
     force: Force = False,
 ) -> None:
-    """Run every force law on one stack, and say why they differ."""
+    """Compare the force laws on one stack, or the materials of its insulator."""
     from electrovib.apps.cli.table import as_text
 
     if not scenario:
         from electrovib.study.surfaces import compare_surfaces
 
-        _refuse_without_scenario({"--models": models, "--over": over, "--output": output})
+        _refuse_without_scenario(
+            {"--models": models, "--over": over, "--materials": materials, "--output": output}
+        )
         show(as_text(compare_surfaces()))
+        return
+    if materials is not None:
+        _refuse_with_materials({"--models": models, "--over": over, "--output": output})
+        _print_materials(scenario, materials, layer)
         return
     from electrovib.apps.progress import tracked
     from electrovib.view.compare import compare
@@ -55,6 +73,26 @@ def command(
         show("\n\n".join(page.paragraphs) + "\n")
     if output:
         say(f"written: {output}")
+
+
+def _print_materials(scenario: str, materials: str, layer: str) -> None:
+    from electrovib.apps.cli.table import as_text
+    from electrovib.apps.progress import tracked
+    from electrovib.study.compare import compare_materials
+
+    names = [name.strip() for name in materials.split(",") if name.strip()]
+    with tracked("comparing materials"):
+        found = compare_materials(scenario, layer=layer, materials=None if names == ["all"] else names)
+    for table in found.tables:
+        show(as_text(table))
+
+
+def _refuse_with_materials(options: dict[str, object]) -> None:
+    from electrovib.core.errors import InputError
+
+    given = [name for name, value in options.items() if value]
+    if given:
+        raise InputError(f"{name}: compares force laws; leave it out, or --materials" for name in given)
 
 
 def _refuse_without_scenario(options: dict[str, object]) -> None:

@@ -49,7 +49,9 @@ COATING_THICKNESS, COATING_PERMITTIVITY = 1e-6, 3.9
 """Of the thin coating of figure 7 the paper says only that C_i is comparable with C_s: a choice of ours."""
 
 FILM = Layer(thickness=FILM_THICKNESS, material=Constant(permittivity=FILM_PERMITTIVITY))
-COATING = Layer(thickness=COATING_THICKNESS, material=Constant(permittivity=COATING_PERMITTIVITY))
+COATING = Layer(
+    thickness=COATING_THICKNESS, material=Constant(permittivity=COATING_PERMITTIVITY, substance="silica")
+)
 POINT = Constant(permittivity=SKIN_PERMITTIVITY, conductivity=CONDUCTIVITY)
 """Skin of the paper's one point."""
 
