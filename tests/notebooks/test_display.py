@@ -49,7 +49,7 @@ def swept(scenario):
 
 def words(html):
     """Text of HTML, without tags and pictures."""
-    return " ".join(re.sub(r"<[^>]*>", " ", html).replace("<wbr>", "").split())
+    return " ".join(re.sub(r"<[^>]*>", " ", html.replace("<wbr>", "")).split())
 
 
 def test_nothing_is_registered_without_a_shell(monkeypatch):
