@@ -98,6 +98,16 @@ def test_what_is_unverified_is_marked(formatter, scenario):
     assert "unverified a textbook" in text
 
 
+def test_a_material_of_the_library_is_named_with_its_status(formatter, scenario):
+    text = words(formatter.format(scenario.replace({"stack.insulator.material": "silica"}))[0]["text/html"])
+    assert "silica, Constant: ε = 3.9" in text
+    assert "unverified" not in text
+    text = words(
+        formatter.format(scenario.replace({"stack.insulator.material": "polyimide"}))[0]["text/html"]
+    )
+    assert text.count("unverified set by the user to polyimide") == 2  # permittivity and conductivity
+
+
 def test_an_unverified_model_is_marked(formatter):
     rough = ev.load("persson_2018/coating")
     text = words(formatter.format(rough)[0]["text/html"])
