@@ -1,6 +1,6 @@
 """Electrovibration: the force between a finger and a charged plate, from drive voltage to friction.
 
-Public names are loaded on first use, so that ``import electrovib`` costs nothing.
+Public names are loaded on first use, so that ``import electrovib`` takes no time.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from electrovib.solve.prepare import prepare as prepare
     from electrovib.solve.simulate import simulate as simulate
     from electrovib.study.catalogue import models as models
+    from electrovib.study.catalogue import scenarios as scenarios
     from electrovib.study.compare import compare_materials as compare_materials
     from electrovib.study.perceive import perceive as perceive
     from electrovib.study.percept import compare_percepts as compare_percepts
@@ -60,6 +61,7 @@ _PLACES = {
     "run": "electrovib.apps.run",
     "save": "electrovib.export.save",
     "scenario_of": "electrovib.scenario",
+    "scenarios": "electrovib.study.catalogue",
     "simulate": "electrovib.solve.simulate",
     "sweep": "electrovib.study.sweep",
     "compare_surfaces": "electrovib.study.surfaces",

@@ -21,9 +21,9 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.changes import stored_changes
 from electrovib.core.discovery import find_member, find_members, find_offer
-from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
+from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
 from electrovib.core.files import FileColumn
-from electrovib.core.mistakes import explained, problem, wants
+from electrovib.core.mistakes import explained, near_members, problem, wants
 from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.tables import put
 
@@ -127,6 +127,23 @@ class Model(BaseModel):
         return {}
 
     @classmethod
+    def file_variants(cls, table: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
+        """Return parameters with which to read the file of a table if it has not the columns of `file_columns`.
+
+        Parameters
+        ----------
+        table : mapping
+            The model's own, not yet validated.
+
+        Returns
+        -------
+        tuple of mapping
+            The first whose columns are in the file is added to the table.
+        """
+        del table
+        return ()
+
+    @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
         """Add what a table leaves to be found; it is validated after that."""
         return content
@@ -171,7 +188,11 @@ class Model(BaseModel):
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         member = find_member(cls, name)
         if member is None:
-            near = nearest(name, find_members(cls))
+            near = near_members(cls, name)
+            if not suggestion(name, find_members(cls)):
+                near += (
+                    " A model of your own: 'electrovib --models FILE.py ...', or import its file in Python."
+                )
             why = f"unknown {cls.__name__} model '{shortened(name, LONGEST_QUOTED)}'.{near}"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         return member
@@ -266,6 +287,17 @@ class Model(BaseModel):
         """Build the model from tables in which something was changed."""
         return read_model(cls, content)
 
+    @classmethod
+    def put_into(cls, content: dict[str, Any], changes: Mapping[str, Any]) -> list[Problem]:
+        """Put changes by dotted path into nested tables of this model, and return what is wrong with them."""
+        return put(content, changes)
+
+    @classmethod
+    def how_to_add(cls, content: Mapping[str, Any], path: str) -> str:
+        """Explain how to add the optional part that a dotted path leads into; empty where it leads into none."""
+        del content, path
+        return ""
+
     def replace(self, changes: Mapping[str, Any]) -> Self:
         """Give a copy with some parameters changed.
 
@@ -286,7 +318,7 @@ class Model(BaseModel):
         """
         content = self.to_dict()
         changes, problems = stored_changes(self, changes)
-        problems += put(content, changes)
+        problems += self.put_into(content, changes)
         try:
             changed = self.rebuilt(content)
         except InputError as error:

@@ -1,4 +1,4 @@
-"""A scenario as a commented TOML file, the form in which people write it."""
+"""A scenario as a commented TOML file."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ SCHEMA: Final = 1
 
 
 def to_toml(scenario: Scenario) -> str:
-    """Write a scenario so that it reads back equal, with the meaning of every parameter.
+    """Write a scenario as TOML with the meaning of every parameter; it reads back equal.
 
     Parameters
     ----------
     scenario : Scenario
-        Any.
+        Scenario to write.
 
     Returns
     -------
-    str
-        TOML. Measured samples are left to the file they came from.
+    text : str
+        TOML. Measured samples stay in the file from which they were read.
     """
     import tomlkit
     from tomlkit.items import KeyType, SingleKey
@@ -80,7 +80,7 @@ def _meaning(model: Model, name: str) -> str:
 
 
 def left_away(model: Model, prefix: str = "") -> dict[str, str]:
-    """Find the optional parts that a tree of models leaves away.
+    """Find the optional parts that a tree of models does not have.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def left_away(model: Model, prefix: str = "") -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        Dotted path to what can be put there: members of the family, or parameters of the part.
+        Dotted path to what can be added there: members of the family, or parameters of the part.
     """
     found: dict[str, str] = {}
     for name, field in type(model).model_fields.items():
