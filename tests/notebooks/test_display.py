@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 import electrovib as ev
 from electrovib.core.trace import make_trace
+from electrovib.study.reproduction import Table
 from electrovib.view.notebook import register
 
 IPython = pytest.importorskip("IPython")
@@ -217,11 +218,25 @@ def test_a_plot_of_pyplot_is_left_to_pyplot(formatter, trace):
         plt.close(axes.figure)
 
 
-def test_records_are_a_table(formatter):
-    data, _ = formatter.format(ev.models())
-    assert "<th" in data["text/html"]
-    assert "Trapezium" in words(data["text/html"])
-    assert data["text/plain"].splitlines()[0].split()[:2] == ["name", "predicts"]
+@pytest.mark.parametrize(("listed", "name"), [(ev.models, "Trapezium"), (ev.scenarios, "vezzoli_2014/fig6")])
+def test_the_catalogue_is_a_table(formatter, listed, name):
+    data, _ = formatter.format(listed())
+    assert "<th>" in data["text/html"]
+    assert name in words(data["text/html"])
+    assert data["text/plain"] == repr(listed()).rstrip()
+
+
+def test_tables_and_compared_materials_are_tables(formatter, scenario):
+    table = Table("A <title>", ("name", "value"), (("a", "1 V"), ("b & c", "2 V")))
+    data, _ = formatter.format(table)
+    assert "<td>b &amp; c</td>" in data["text/html"]
+    assert "b & c  2 V" in data["text/plain"].splitlines()
+    compared = ev.compare_materials(scenario, materials=["silica"])
+    data, _ = formatter.format(compared)
+    assert "silica" in words(data["text/html"])
+    assert data["text/html"].count("<table>") == len(compared.tables)
+    assert "MaterialComparison" not in data["text/plain"]
+    assert "silica" in data["text/plain"]
 
 
 def test_importing_in_ipython_imports_nothing_heavy():
