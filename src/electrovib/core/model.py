@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import json
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Final, Self, TypeVar, get_args
+from typing import Any, ClassVar, Self, TypeVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -20,6 +19,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.changes import stored_changes
+from electrovib.core.completion import ABOUT, hidden_names
 from electrovib.core.discovery import find_member, find_members, find_offer
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
 from electrovib.core.files import FileColumn
@@ -28,9 +28,6 @@ from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.tables import put
 
 M = TypeVar("M", bound="Model")
-
-_ABOUT: Final = frozenset({"equation", "reference", "status"})
-"""What a class states of itself and completion lists beside its parameters."""
 
 
 class Model(BaseModel):
@@ -272,14 +269,8 @@ class Model(BaseModel):
 
     def __dir__(self) -> list[str]:
         """List the parameters and the methods of a model that exists, without pydantic's names and those of the class."""
-        inherited = {
-            name for name in dir(Model) if name in dir(BaseModel) or not callable(getattr(Model, name))
-        }
-        of_class = {
-            name for name in dir(Model) if isinstance(inspect.getattr_static(Model, name), classmethod)
-        }
-        about = {name for name in _ABOUT if getattr(self, name)}
-        names = (set(super().__dir__()) - inherited - of_class) | about | {name for name, _ in self}
+        about = {name for name in ABOUT if getattr(self, name)}
+        names = (set(super().__dir__()) - hidden_names(Model)) | about | {name for name, _ in self}
         return sorted(name for name in names if not name.startswith("_"))
 
     @classmethod
