@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Self, TypeVar, get_args
 
 from pydantic import (
-    BaseModel,
     ConfigDict,
     ModelWrapValidatorHandler,
     ValidationError,
@@ -23,6 +22,7 @@ from electrovib.core.completion import ABOUT, hidden_names
 from electrovib.core.discovery import find_member, find_members, find_offer
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
 from electrovib.core.files import FileColumn
+from electrovib.core.immutable import Immutable
 from electrovib.core.mistakes import explained, near_members, problem, wants
 from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.tables import put
@@ -30,7 +30,7 @@ from electrovib.core.tables import put
 M = TypeVar("M", bound="Model")
 
 
-class Model(BaseModel):
+class Model(Immutable):
     """A thing with declared parameters: abstract (a family) or final, never in between.
 
     Notes

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import InputError, suggestion
+from electrovib.core.trace import is_trace
 from electrovib.data.atomic import check_writable
 from electrovib.data.marks import Form
 from electrovib.data.traces import csv_files, csv_forms, save_csv, save_nc
@@ -49,6 +50,9 @@ def save(trace: xarray.Dataset, path: str | Path, *, force: bool = False) -> lis
         form, or the format cannot hold this Trace.
     """
     path = Path(path)
+    if not is_trace(trace):
+        why = f"only a Trace is saved, not a {type(trace).__name__}; a scenario is written by its to_toml()"
+        raise InputError(why, path=path)
     return _writer(path)(trace, path, force=force)
 
 

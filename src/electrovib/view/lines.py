@@ -6,11 +6,13 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.core.model import Model
 from electrovib.view.style import COLOURS, DASHES, between, layer_colours
 from electrovib.view.units import pretty_quantity
 
@@ -64,6 +66,12 @@ def labelled(traces: Traces) -> dict[str, xarray.Dataset]:
     import xarray
 
     given: Any = [traces] if isinstance(traces, xarray.Dataset) else traces
+    if isinstance(given, Model):
+        raise InputError(
+            f"expected a Trace, not a {type(given).__name__}; simulate first: trace = ev.simulate(scenario)"
+        )
+    if isinstance(given, (str, PathLike)):
+        raise InputError(f"expected a Trace, not '{given}'; open it first: trace = ev.open_trace(path)")
     found: dict[str, Any] = {}
     if isinstance(given, Mapping):
         found = {str(label): trace for label, trace in given.items()}
