@@ -21,7 +21,7 @@ from electrovib.core.changes import stored_changes
 from electrovib.core.completion import ABOUT, hidden_names
 from electrovib.core.discovery import find_member, find_members, find_offer
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
-from electrovib.core.files import FileColumn
+from electrovib.core.files import DeclaresFile
 from electrovib.core.immutable import Immutable
 from electrovib.core.mistakes import explained, near_members, problem, wants
 from electrovib.core.quantity import Quantity, quantity_of
@@ -30,7 +30,7 @@ from electrovib.core.tables import put
 M = TypeVar("M", bound="Model")
 
 
-class Model(Immutable):
+class Model(Immutable, DeclaresFile):
     """A thing with declared parameters: abstract (a family) or final, never in between.
 
     Notes
@@ -105,40 +105,6 @@ class Model(Immutable):
             if int in (annotation, *get_args(annotation)):
                 raise PydanticCustomError("count", "{why}", {"why": "expected a whole number"})
         return value
-
-    @classmethod
-    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
-        """Say which columns of the file that a table names its parameters are read from, by parameter.
-
-        Parameters
-        ----------
-        table : mapping
-            The model's own, not yet validated.
-
-        Returns
-        -------
-        mapping of str to FileColumn
-            Empty if nothing has to be read, or if the table is wrong, which is told when it is validated.
-        """
-        del table
-        return {}
-
-    @classmethod
-    def file_variants(cls, table: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
-        """Return parameters with which to read the file of a table if it has not the columns of `file_columns`.
-
-        Parameters
-        ----------
-        table : mapping
-            The model's own, not yet validated.
-
-        Returns
-        -------
-        tuple of mapping
-            The first whose columns are in the file is added to the table.
-        """
-        del table
-        return ()
 
     @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
