@@ -108,6 +108,12 @@ class Tabulated(Material):
             "loss_samples": FileColumn(loss.column, loss.unit, others),
         }
 
+    @classmethod
+    def file_variants(cls, table: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
+        """Return every form of the loss, unless one is declared: the file has the column of one of them."""
+        forms = () if "loss" in table else sorted(find_members(LossColumn))  # type: ignore[type-abstract]
+        return tuple({"loss": {"model": name}} for name in forms)
+
     @model_validator(mode="after")
     def _is_passive(self) -> Self:
         for why in self._faults():

@@ -343,7 +343,7 @@ def test_faults_of_a_file_are_told_once(tmp_path, monkeypatch):
 
 
 def test_a_table_without_the_usual_loss_column_names_the_other_forms(tmp_path):
-    write(tmp_path / "skin.csv", "frequency,permittivity,resistivity", FOUR, FOUR, FOUR)
+    write(tmp_path / "skin.csv", "frequency,permittivity,reactance", FOUR, FOUR, FOUR)
     content = {"model": "Tabulated", "file": str(tmp_path / "skin.csv"), "conductivity": 0}
     with pytest.raises(InputError, match="no column 'loss'") as caught:
         read_part(Material, content)

@@ -7,16 +7,24 @@ from collections.abc import Callable
 from typing import Any
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.palmar_1995 import MEN, WOMEN
 from electrovib.physics.material import Constant, ConstantPhase, Material
 from electrovib.physics.skin import Skin
 from electrovib.physics.stack import Layer
 
-CITATION = (
-    "E. Vezzoli, M. Amberg, F. Giraud, B. Lemaire-Semail, Electrovibration modeling analysis, EuroHaptics 2014,"
-    " hal-01253573"
+CITATIONS = (
+    Citation(
+        kind="inproceedings",
+        authors=("E. Vezzoli", "M. Amberg", "F. Giraud", "B. Lemaire-Semail"),
+        title="Electrovibration modeling analysis",
+        booktitle="EuroHaptics 2014",
+        year=2014,
+        archive="hal-01253573",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "full text"
 
 AREA = 1e-4
