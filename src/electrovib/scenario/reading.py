@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
+from electrovib.core.changes import stored_path
 from electrovib.core.discovery import name_of_today, paper
 from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
 from electrovib.core.files import note_input
@@ -14,8 +15,9 @@ from electrovib.core.parsing import read_json, read_toml
 from electrovib.core.tables import put
 from electrovib.core.trace import is_trace
 from electrovib.data.traces import is_trace_file, open_if_trace
-from electrovib.scenario.experiment import SCHEMA, Scenario
-from electrovib.scenario.files import read_part
+from electrovib.scenario.experiment import Scenario
+from electrovib.scenario.files import current_tables, read_part
+from electrovib.scenario.toml import SCHEMA
 
 if TYPE_CHECKING:
     import xarray
@@ -92,9 +94,9 @@ def _of_trace(source: Any, *, before_sweep: bool) -> Scenario:
 
 def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Path) -> Scenario:
     """Build a scenario; changes may mend what is wrong in the tables."""
-    content = _without_schema(content)
+    content = current_tables(Scenario, _without_schema(content))
     try:
-        scenario = read_part(Scenario, content, folder=folder)
+        scenario = _with_current_sources(read_part(Scenario, content, folder=folder))
     except InputError:
         if not changes:
             raise
@@ -126,7 +128,13 @@ def scenario_of(trace: xarray.Dataset) -> Scenario:
     if isinstance(contact := content.get("contact"), dict):
         for parameter in DROPPED:
             contact.pop(parameter, None)
-    return read_part(Scenario, content)
+    return _with_current_sources(read_part(Scenario, content))
+
+
+def _with_current_sources(scenario: Scenario) -> Scenario:
+    """Return a scenario whose sources are given by the names that parameters have today."""
+    sources = {stored_path(scenario, path): source for path, source in scenario.sources.items()}
+    return scenario if sources == scenario.sources else scenario.model_copy(update={"sources": sources})
 
 
 def sweep_of(trace: xarray.Dataset) -> tuple[dict[str, list[Any]], list[str]]:
@@ -143,6 +151,9 @@ def sweep_of(trace: xarray.Dataset) -> tuple[dict[str, list[Any]], list[str]]:
         raise _damaged_attribute("over", "it lists no values")
     if not all(isinstance(name, str) for name in names):
         raise _damaged_attribute("quantities", "it lists no names")
+    if axes and "scenario" in trace.attrs:
+        scenario = scenario_of(trace)
+        axes = {stored_path(scenario, path): values for path, values in axes.items()}
     return dict(axes), names
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from electrovib.core.discovery import find_members, paper_of, papers
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.model import Model
+from electrovib.core.records import Records
 from electrovib.study.catalogue.families import families, plain_text
 from electrovib.study.reproduction import Table
 
@@ -48,7 +49,7 @@ def is_own(thing: type[Model] | ModuleType) -> bool:
     return place.partition(".")[0] == __name__.partition(".")[0]
 
 
-def models(name: str = "", *, own: bool = False) -> tuple[Listed, ...]:
+def models(name: str = "", *, own: bool = False) -> Records[Listed]:
     """List all models, then all papers.
 
     Parameters
@@ -60,7 +61,7 @@ def models(name: str = "", *, own: bool = False) -> tuple[Listed, ...]:
 
     Returns
     -------
-    tuple of Listed
+    Records of Listed
         Found, never kept in a list of names.
 
     Raises
@@ -70,7 +71,7 @@ def models(name: str = "", *, own: bool = False) -> tuple[Listed, ...]:
     """
     if name:
         find(name)
-        return tuple(entry for entry in models() if entry.name == name)
+        return Records(entry for entry in models() if entry.name == name)
     found = []
     for family, predicts in families().items():
         for key, model in sorted(find_members(family).items()):
@@ -85,7 +86,7 @@ def models(name: str = "", *, own: bool = False) -> tuple[Listed, ...]:
         runnable = "not: " + plain_text(getattr(module, "NOT_READ", "")) if _not_runnable(module) else "yes"
         status = getattr(module, "STATUS", "")
         found.append(Listed(key, "papers", key, status, len(_checks(module)), runnable))
-    return tuple(found)
+    return Records(found)
 
 
 def _checks(module: ModuleType) -> tuple[Any, ...]:
