@@ -74,7 +74,7 @@ def trace_text(trace: xarray.Dataset) -> str:
     Returns
     -------
     str
-        Title, warnings, what is unknown, key numbers, dimensions.
+        Title, warnings, number of diagnostics in each state, key numbers, dimensions.
     """
     found = _by_state(trace)
     lines = [_title(trace)]
