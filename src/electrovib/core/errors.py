@@ -100,7 +100,7 @@ class ElectrovibError(Exception):
         theirs = [
             FrameSummary(frame.f_code.co_filename, number, frame.f_code.co_name)
             for frame, number in walk_tb(self.__traceback__)
-            if frame.f_globals.get("__name__", "").partition(".")[0] != package
+            if str(frame.f_globals.get("__name__")).partition(".")[0] != package
         ]
         line = f"in line {theirs[-1].lineno}: {theirs[-1].line}" if theirs and theirs[-1].line else ""
         return [
