@@ -9,6 +9,7 @@ from pydantic import BaseModel
 
 import electrovib as ev
 from electrovib.core.errors import InputError
+from electrovib.core.trace import make_trace
 from electrovib.scenario.toml import to_toml
 
 
@@ -71,6 +72,15 @@ def test_a_mistake_is_one_line_and_where_it_was_made(scenario):
     assert lines[1].startswith("InputError: drive.rise")
     assert lines[2].endswith('scenario.replace({"drive.hihg": "1 V", "drive.rise": "1 kg"})')
     assert lines[2].startswith("in line ")
+
+
+def test_the_line_is_that_which_called_the_package(tmp_path):
+    """Not one of a library that the package uses: here the error passes through contextlib."""
+    trace = make_trace({}, {}, {})
+    with pytest.raises(InputError) as caught:
+        ev.save(trace, tmp_path / "absent" / "a.nc")
+    assert any("contextlib" in str(frame.path) for frame in caught.traceback)
+    assert caught.value._render_traceback_()[-1].endswith('ev.save(trace, tmp_path / "absent" / "a.nc")')
 
 
 def test_a_mistake_that_was_never_raised_has_no_line():
