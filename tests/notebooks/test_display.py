@@ -239,6 +239,14 @@ def test_tables_and_compared_materials_are_tables(formatter, scenario):
     assert "silica" in data["text/plain"]
 
 
+def test_a_percept_is_its_answer(formatter):
+    lines = formatter.format(ev.perceive("vezzoli_2014/fig6"))[0]["text/plain"].splitlines()
+    assert lines[0].startswith("Vezzoli 2014, figure 6")
+    assert lines[1].startswith("felt or not: unknown without perception.threshold")
+    assert lines[-1].endswith("(calibrated_on lists assumptions)")
+    assert len(lines) < 8
+
+
 def test_importing_in_ipython_imports_nothing_heavy():
     """Registration names types; it loads neither xarray nor matplotlib nor this package's models."""
     script = """

@@ -13,12 +13,14 @@ if TYPE_CHECKING:
 
     from electrovib.scenario import Scenario
     from electrovib.study.compare.materials import MaterialComparison
+    from electrovib.study.percept import Percept
     from electrovib.study.reproduction import Table
 
 _SCENARIO: Final = ("electrovib.scenario.experiment", "Scenario")
 _DATASET: Final = ("xarray.core.dataset", "Dataset")
 _TABLE: Final = ("electrovib.study.reproduction", "Table")
 _MATERIALS: Final = ("electrovib.study.compare.materials", "MaterialComparison")
+_PERCEPT: Final = ("electrovib.study.percept", "Percept")
 _AXES: Final = ("matplotlib.axes._axes", "Axes")
 
 
@@ -43,6 +45,7 @@ def register() -> bool:
         ("text/plain", _TABLE, _table_as_text),
         ("text/html", _MATERIALS, _materials),
         ("text/plain", _MATERIALS, _materials_as_text),
+        ("text/plain", _PERCEPT, _percept_as_text),
         ("image/png", _AXES, _picture),
     )
     for form, (module, name), show in known:
@@ -92,6 +95,13 @@ def _materials_as_text(comparison: MaterialComparison, printer: Any, cycle: bool
     for table in comparison.tables:
         _table_as_text(table, printer, cycle)
         printer.text("\n")
+
+
+def _percept_as_text(percept: Percept, printer: Any, cycle: bool) -> None:
+    from electrovib.view.percept import percept_lines
+
+    del cycle
+    printer.text("\n".join(percept_lines(percept)))
 
 
 def _picture(axes: Axes) -> tuple[bytes, dict[str, int]] | None:
