@@ -61,7 +61,7 @@ class PageFigure:
 
 
 def figures(traces: Mapping[str, xarray.Dataset], scenarios: Mapping[str, Scenario]) -> list[PageFigure]:
-    """Draw all figures for which the Traces have something to show.
+    """Draw all figures for which the Traces have signals.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def _over_parameters(trace: xarray.Dataset, label: str, name: str) -> list[PageF
         at = ", ".join(f"{path} = {shown_value(chosen[path].item(), units.get(path, ''))}" for path in held)
         title = f"Over {' and '.join(paths[-_DRAWN_OVER:])}" + (f": {label}" if label else "")
         (drawn,) = _multiples({}, wanted, title, f"{name}_{place}")
-        caption = f"Numbers of {trace.attrs.get('taken_over', 'each case')}" + (f", at {at}." if at else ".")
+        caption = f"Taken over {trace.attrs.get('taken_over', 'each case')}" + (f", at {at}." if at else ".")
         figures.append(PageFigure(title, drawn.svg, caption))
     return figures
 
@@ -140,7 +140,7 @@ def _stacks(scenarios: Mapping[str, Scenario]) -> list[PageFigure]:
 
 
 def _over_time(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
-    """Draw the small multiples: drive, what pulls, attraction, friction."""
+    """Draw drive, effective voltage or layer voltages, attraction and friction over time."""
     wanted: list[tuple[str, Callable[..., Axes]]] = []
     if has(traces, "drive_voltage"):
         wanted.append(("drive", plots.drive))
@@ -156,7 +156,7 @@ def _over_time(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
 
 
 def _beyond(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
-    """Draw what amplifier, contact, finger and rig add, each signal that some Trace has and that moves."""
+    """Draw the signals of amplifier, contact, finger and rig that change in some Trace."""
     wanted: list[tuple[str, Callable[..., Axes]]] = [
         (name.replace("_", " "), functools.partial(plots.over_time, name=name))
         for name in BEYOND
@@ -166,7 +166,7 @@ def _beyond(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
 
 
 def _moves(trace: xarray.Dataset, name: str) -> bool:
-    """Tell whether a Trace has a signal that is not the same all the time."""
+    """Return whether a Trace has a signal that changes in time."""
     if name not in trace or "time" not in trace[name].dims:
         return False
     values = trace[name]
@@ -184,7 +184,7 @@ def _over_frequency(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
     figure = _multiples(traces, wanted, "Over frequency", "frequency")
     if figure and has(traces, "mean_force"):
         caption = (
-            "Mean force under one sine with the peak voltage of the drive, after everything has settled."
+            "Time mean of the force under a sine with the peak voltage of the drive, in the periodic state."
         )
         return [PageFigure(figure[0].title, figure[0].svg, caption)]
     return figure
@@ -218,7 +218,7 @@ def _multiples(
 
 
 def _share_legend(figure: Figure, axes: Sequence[Axes]) -> None:
-    """Move what the legends of several plots explain above them, each thing once."""
+    """Collect the legends of several plots into one above them, each entry once."""
     legends = [legend for ax in axes if (legend := ax.get_legend()) is not None]
     entries: dict[str, Any] = {}
     for legend in legends:

@@ -137,7 +137,7 @@ def test_a_sweep_says_what_was_swept(tmp_path, swept):
     _, page = written(tmp_path, swept)
     assert "Each diagnostic is that of the case nearest to its limit, or furthest beyond it." in page.words
     assert "Over stack.gap.thickness" in page.words
-    assert "Numbers of the whole time." in page.words
+    assert "Taken over the whole time." in page.words
     assert "Over time" not in page.words, "a curve over the parameter, never records on top of each other"
     assert page.tags.count("svg") == 2
     assert "100 nm … 100 µm (15 values)" in page.words

@@ -104,7 +104,7 @@ def test_the_scenario_repeats_but_leaves_long_records_out(scenario, tmp_path):
     times = np.linspace(0, 1, 5000)
     drive = {"model": "Sampled", "time_samples": times, "voltage_samples": np.sin(times)}
     text = scenario_text(scenario.replace({"drive": drive}))
-    assert text.count("(measured samples, left out here)") == 2
+    assert text.count("(measured samples, omitted here)") == 2
     assert "base64" not in text
 
 

@@ -1,4 +1,4 @@
-"""Where the paper stands, and what was not read of it."""
+"""The citation of the paper, and what was not read of it."""
 
 CITATION = (
     "Y. Vardar, B. Guclu, C. Basdogan, Effect of waveform on tactile perception by electrovibration displayed on"
@@ -7,6 +7,6 @@ CITATION = (
 )
 STATUS = "abstract"
 NOT_READ = (
-    "The circuit and the law of the force are recalled; the polynomials of the skin's permittivity and resistivity"
-    " and the thresholds in volts were not read."
+    "The circuit and the law of the force are cited from memory, unverified; the polynomials of the skin's permittivity and"
+    " resistivity and the thresholds in volts were not read."
 )
