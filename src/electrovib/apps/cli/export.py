@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from electrovib.apps.cli.force import Force
-from electrovib.apps.cli.options import Changes
+from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import say
 
 
@@ -22,9 +22,11 @@ def command(
     ],
     output: Annotated[str, typer.Argument(help="The netlist to write: .cir.")],
     changes: Changes = None,
+    models: Models = None,
     force: Force = False,
 ) -> None:
     """Write a scenario as a netlist: drive, layers, body and force, for ngspice."""
+    del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.progress import tracked
     from electrovib.export.scenario import export

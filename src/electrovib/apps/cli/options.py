@@ -6,6 +6,26 @@ from typing import Annotated, TypeAlias
 
 import typer
 
+
+def _use(context: typer.Context, files: list[str] | None) -> list[str] | None:
+    if files and not context.resilient_parsing:
+        from electrovib.core.own_models import use_models
+
+        for file in files:
+            use_models(file)
+    return files
+
+
+Models: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--models",
+        metavar="FILE.py",
+        help="Python file with models of your own, which can then be named in a scenario; repeatable.",
+        callback=_use,
+        is_eager=True,
+    ),
+]
 Changes: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(

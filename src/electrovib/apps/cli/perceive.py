@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from electrovib.apps.cli.options import Changes, Everything
+from electrovib.apps.cli.options import Changes, Everything, Models
 from electrovib.apps.cli.terminal import say
 
 if TYPE_CHECKING:
@@ -33,8 +33,10 @@ def command(
     ] = "vezzoli_2014/fig6",
     changes: Changes = None,
     everything: Everything = False,
+    models: Models = None,
 ) -> None:
     """Report whether a finger feels the drive, by which channel, and by how many decibels."""
+    del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.chosen import chosen
     from electrovib.apps.progress import tracked

@@ -1,4 +1,4 @@
-"""What a comparison holds."""
+"""Results of a comparison of force laws."""
 
 from __future__ import annotations
 
@@ -23,10 +23,9 @@ class Entry:
     ratio : float
         Static attraction over that of the Maxwell stress in the gap.
     early, late : float
-        Attraction 50 us and 50 ms after a step to the peak voltage [N]; NaN for a law without a response in
-        time.
+        Attraction 50 us and 50 ms after a step to the peak voltage [N]; NaN for a law without a response in time.
     mean : ndarray, shape (frequencies,)
-        Time mean under a sine of the peak voltage [N].
+        Time average of the attraction under a sine of the peak voltage [N].
     step : ndarray, shape (times,) or (0,)
         Step response [N].
     polarity : float
@@ -62,7 +61,7 @@ class Comparison:
     Parameters
     ----------
     scenario : Scenario
-        The stack.
+        Scenario with the stack.
     voltage : float
         Peak voltage at which the laws are compared [V].
     entries : tuple of Entry
@@ -70,11 +69,11 @@ class Comparison:
     answer : str
         Which law to believe on this stack, and why: one sentence.
     left_out : mapping of str to str
-        Law to why it is not in the comparison.
+        Law to the reason for which it is not in the comparison.
     frequency, time : ndarray
-        Axes of `mean` and `step`.
+        Frequencies [Hz] and times [s] of `mean` and `step`.
     tables, panels, pages
-        The same for a report.
+        Tables, figures and explanations of a report.
     """
 
     scenario: Scenario

@@ -48,7 +48,7 @@ def answer(scenario: Scenario, entries: Sequence[Entry], *, voltage: float) -> s
     """
     found = sorted(
         (entry for entry in entries if entry.evaluation_surface in IN_GAP),
-        key=lambda entry: IN_GAP.index(entry.evaluation_surface),
+        key=lambda entry: (IN_GAP.index(entry.evaluation_surface), entry.name != "MaxwellStressInGap"),
     )
     if not found:
         return (
@@ -56,7 +56,7 @@ def answer(scenario: Scenario, entries: Sequence[Entry], *, voltage: float) -> s
             " MaxwellStressInGap before you believe one."
         )
     best = found[0]
-    others = [entry.ratio / best.ratio for entry in entries if entry.evaluation_surface not in IN_GAP]
+    others = [entry.ratio / best.ratio for entry in entries if entry is not best]
     differ = f"; the other laws give {_span(others)} of it" if others else ""
     return (
         f"Believe {best.name} here, {_force(best.static)} at {format_quantity(voltage, 'V')}{_limit(scenario, best)}: plate and"
