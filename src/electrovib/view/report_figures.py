@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 _WIDTH: Final = 9.4
 """Of a figure that fills the page [inch]; with it the letters come out at their size."""
+_ROW, _ALONE = 2.75, 3.8
+"""Height of a row of two plots, and of a single plot [inch]."""
 _LETTER: Final = 0.072
 """Width of a letter in a legend [inch]."""
 _MOST_STACKS: Final = 4
@@ -201,7 +203,7 @@ def _multiples(
         return []
     rows = -(-len(wanted) // 2)
     columns = min(2, len(wanted))
-    figure = new_figure((_WIDTH, 2.75 * rows))
+    figure = new_figure((_WIDTH, _ROW * rows if columns > 1 else _ALONE))
     with style():
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
         for ax in axes[len(wanted) :]:

@@ -79,7 +79,8 @@ def opening(trace: xarray.Dataset) -> str:
     for state in ("ok", "warning", "unknown"):
         of = [each["name"] for each in found if each["state"] == state]
         if of:
-            states.append(f"{len(of)} {state}" + ("" if state == "ok" else f" ({', '.join(of)})"))
+            words = "warnings" if state == "warning" and len(of) > 1 else state
+            states.append(f"{len(of)} {words}" + ("" if state == "ok" else f" ({'; '.join(of)})"))
     if states:
         parts.append(f"Validity: {', '.join(states)}.")
     return " ".join(parts)

@@ -2,8 +2,8 @@
 
 Claims: the attraction of a finger fades after a voltage step and grows with frequency because the stratum
 corneum conducts, with electrical values that depend on frequency; charge that has crossed it no longer attracts.
-Not printed: a return path, a ramp time, a coefficient of friction, the skin's permittivity and resistivity at more than
-one frequency (its figure 4 shows their product), and the mechanics of finger and sensor. What this leaves open is in
+Does not claim: a return path, a ramp time, a coefficient of friction, the skin's permittivity and resistivity at more
+than one frequency (its figure 4 shows their product), or the mechanics of finger and sensor. What this leaves open is in
 `open_questions`.
 """
 
