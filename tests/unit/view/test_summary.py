@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from electrovib.scenario import load
 from electrovib.view.summary import (
     diagnostics,
     key_numbers,
+    opening,
     provenance,
     quantity_ranges,
     scenario_text,
@@ -80,6 +83,30 @@ def test_diagnostics(trace, measured):
     for text in ("{", '[{"name": "x"}]', "[1]"):
         broken.attrs["validity"] = text
         assert diagnostics(broken) == []
+
+
+@pytest.mark.parametrize(
+    ("states", "line"),
+    [
+        ({"a": "ok", "b": "ok"}, "Validity: 2 ok."),
+        ({"a": "warning", "b": "ok"}, "Validity: 1 ok, 1 warning (a)."),
+        (
+            {"a, 1": "warning", "b": "warning", "c": "unknown"},
+            "Validity: 2 warnings (a, 1; b), 1 unknown (c).",
+        ),
+    ],
+)
+def test_the_opening_states_the_result_and_counts_the_diagnostics(states, line):
+    found = ramp(np.array([0.0, 1.0]), np.array([0.5, 2.0]))
+    assert opening(found) == "Largest electrostatic force: 2 N."
+    diagnostics = [{"name": name, "state": state, "text": ""} for name, state in states.items()]
+    found.attrs["validity"] = json.dumps(diagnostics)
+    assert opening(found) == f"Largest electrostatic force: 2 N. {line}"
+
+
+def test_the_opening_of_a_sweep_is_the_range_of_its_first_quantity(swept):
+    assert opening(swept).startswith("Peak electrostatic force: ")
+    assert "(at stack.gap.thickness = 100 nm)" in opening(swept)
 
 
 def test_provenance(trace, measured):
