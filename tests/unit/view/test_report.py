@@ -113,7 +113,7 @@ def test_the_page_opens_with_the_result_and_its_validity(tmp_path, trace, other)
     assert "electrowetting" in before
     assert numbers < validity < stack
     several = written(tmp_path, {"a": trace, "b": other})[1]
-    assert several.words.count("a.") == several.words.count("b.") == 1
+    assert several.words.count("a:") == several.words.count("b:") == 1
 
 
 def test_effective_voltage_stands_where_the_law_has_one(tmp_path, trace, other):

@@ -125,7 +125,9 @@ def _slabs(ax: Axes, scenario: Scenario, heights: Mapping[str, float]) -> None:
         middle = low + height / 2
         ax.plot([_WIDTH, _WIDTH + 0.02], [middle, middle], color=colour, linewidth=2.5)
         here = "; force evaluated here" if scenario.force.evaluation_surface == name else ""
-        title = f"{name.replace('_', ' ')}, {pretty_quantity(layer.thickness, 'm')}"
+        here += "; with unverified values" if _unverified(scenario, name) else ""
+        substance = f", {layer.material.substance.replace('_', ' ')}" if layer.material.substance else ""
+        title = f"{name.replace('_', ' ')}, {pretty_quantity(layer.thickness, 'm')}{substance}"
         at: dict[str, Any] = {
             "xy": (_WIDTH + 0.03, middle),
             "textcoords": "offset points",
@@ -167,6 +169,12 @@ def values(layer: Layer, scenario: Scenario) -> str:
     if layer.breakdown_field is not None:
         parts.append(f"breaks down at {pretty_quantity(layer.breakdown_field, 'V/m', digits=4)}")
     return ", ".join(parts)
+
+
+def _unverified(scenario: Scenario, name: str) -> bool:
+    """Return whether the source of a value of the layer is cited from memory."""
+    inside = f"stack.{name}."
+    return any(path.startswith(inside) and "unverified" in text for path, text in scenario.sources.items())
 
 
 def _tidy(ax: Axes, scenario: Scenario, heights: Mapping[str, float]) -> None:

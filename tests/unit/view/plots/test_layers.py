@@ -84,6 +84,13 @@ def test_what_else_is_declared_is_stated(scenario):
     assert "ε′ = 1104 at 1 kHz (Debye)" in shown
 
 
+def test_a_material_of_the_library_is_named_and_its_unverified_values_are_marked(scenario):
+    shown = words(plots.stack(scenario.replace({"stack.insulator.material": "parylene C"})))
+    assert "insulator, 90 µm, parylene c" in shown
+    assert any(text.startswith("ε′ = 3.1 at 1 kHz") and "with unverified values" in text for text in shown)
+    assert not any("unverified" in text for text in words(plots.stack(scenario)))
+
+
 DEBYE = {"permittivity_high": 4, "strength": 1100, "relaxation_time": "32 ns", "conductivity": 0.2}
 
 

@@ -57,7 +57,7 @@ def test_a_map_over_two_parameters_has_labelled_lines(over_two):
 def test_a_hole_in_a_map_is_white_and_named(over_two):
     holed = over_two.copy(deep=True)
     holed[FORCE][0, 0] = np.nan
-    assert plots.quantity(holed, FORCE).get_title(loc="left").endswith("white: not known")
+    assert plots.quantity(holed, FORCE).get_title(loc="left").endswith("white: unknown")
 
 
 @pytest.mark.parametrize(("value", "words"), [(2e-3, "2 mN everywhere"), (np.nan, "no numbers to draw")])
@@ -83,5 +83,5 @@ def test_what_cannot_be_drawn_is_refused(over_two, swept, trace, scenario):
     with pytest.raises(InputError, match="depends on nothing"):
         plots.quantity(swept.isel({"stack.gap.thickness": 0}), FORCE)
     over = {"drive.high": [1.0, 2.0], "drive.rise": [1e-3, 2e-3], "drive.fall": [1e-3, 2e-3]}
-    with pytest.raises(InputError, match="choose with isel"):
+    with pytest.raises(InputError, match="Choose values of the others with isel"):
         plots.quantity(sweep(scenario, over), FORCE)
