@@ -150,7 +150,7 @@ def test_a_measurement_shows_what_there_is(tmp_path, measured):
     assert "Parameters" not in page.words
 
 
-def test_a_scenario_of_another_version_is_told(tmp_path, trace):
+def test_a_scenario_of_another_version_is_reported(tmp_path, trace):
     old = trace.copy()
     old.attrs["scenario"] = '{"schema": 0}'
     _, page = written(tmp_path, old)
@@ -189,7 +189,7 @@ def test_files_scenarios_and_labels(tmp_path, scenario, measured):
     assert list(collect(measured)) == ["tribometer"]
 
 
-def test_everything_that_cannot_be_loaded_is_told_at_once(tmp_path, trace):
+def test_everything_that_cannot_be_loaded_is_reported_at_once(tmp_path, trace):
     with pytest.raises(InputError) as caught:
         report([trace, "missing_2099/nothing", str(tmp_path / "gone.toml")], tmp_path / "r.html")
     assert len(caught.value.problems) == 2
@@ -197,7 +197,7 @@ def test_everything_that_cannot_be_loaded_is_told_at_once(tmp_path, trace):
 
 
 @pytest.mark.parametrize("name", ["no/such/folder/r.html", "."])
-def test_an_unwritable_output_is_told_before_the_work(tmp_path, monkeypatch, trace, name):
+def test_an_unwritable_output_is_refused_before_the_work(tmp_path, monkeypatch, trace, name):
     monkeypatch.setattr(module, "page_of", lambda *_, **__: pytest.fail("drawn in vain"))
     with pytest.raises(ElectrovibError):
         report(trace, tmp_path / name)

@@ -1,4 +1,4 @@
-"""What a Trace says of itself."""
+"""A Trace in words."""
 
 from __future__ import annotations
 
