@@ -89,7 +89,7 @@ def test_what_is_not_a_trace_is_named(trace, scenario):
         labelled("a.nc")
     with pytest.raises(InputError, match="expected a Trace, not Scenario"):
         labelled([trace, scenario])
-    with pytest.raises(InputError, match="at least one"):
+    with pytest.raises(InputError, match="at least one is needed"):
         labelled([])
 
 
