@@ -166,7 +166,7 @@ def with_gap(layers, thickness):
 
 
 def check_limit(seed, finger):
-    """Difference from the limit in proportion to the gap, and its extrapolation the limit; counts what was held."""
+    """Check that the difference from the limit is proportional to the gap and extrapolates to it; return the numbers checked."""
     random = np.random.default_rng(seed)
     layers, path = random_case(random, finger)
     frequency = np.geomspace(1.0, 1e5, 6)

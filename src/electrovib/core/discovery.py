@@ -184,6 +184,12 @@ def offers(functions: Collection[str], *, of: str = "") -> dict[str, Any]:
     return found
 
 
+def name_of_today(module: ModuleType, name: str) -> str:
+    """Return the present name of what a paper offers, from its table ``FORMER_NAMES`` of former and present names."""
+    former: Mapping[str, str] = getattr(module, "FORMER_NAMES", {})
+    return former.get(name, name)
+
+
 def find_offer(name: str, functions: Collection[str]) -> Any:
     """Find what a paper offers under ``author_year/name``.
 
@@ -195,8 +201,9 @@ def find_offer(name: str, functions: Collection[str]) -> Any:
     author_year = name.partition("/")[0]
     if author_year in {*paper_names(), *(entry.name for entry in _contributed())}:
         found = offers(functions, of=author_year)
-        if name in found:
-            return found[name]
+        today = f"{author_year}/{name_of_today(paper(author_year), name.partition('/')[2])}"
+        if today in found:
+            return found[today]
     raise InputError(
         f"no paper offers '{shortened(name, LONGEST_QUOTED)}'.{nearest(name, offers(functions))}"
     )

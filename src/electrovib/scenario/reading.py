@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from electrovib.core.changes import stored_path
-from electrovib.core.discovery import paper
+from electrovib.core.discovery import name_of_today, paper
 from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
 from electrovib.core.files import note_input
 from electrovib.core.parsing import read_json, read_toml
@@ -229,6 +229,7 @@ def paper_scenario(name: str) -> Scenario:
     """
     author_year, _, wanted = name.partition("/")
     module = paper(author_year)
+    wanted = name_of_today(module, wanted)
     found: Mapping[str, Scenario] = module.scenarios() if hasattr(module, "scenarios") else {}
     if not found:
         raise InputError(f"'{author_year}' has no scenario")

@@ -168,6 +168,12 @@ def test_no_former_parameter_is_one_of_today():
         assert set(kind.former_parameters.values()) <= set(kind.model_fields)
 
 
+def test_a_scenario_of_a_paper_is_found_by_its_former_name():
+    assert load("persson_2018/coat") == load("persson_2018/coating")
+    stack = load(PAPER, changes={"stack": "persson_2018/coat"}).stack
+    assert stack == load("persson_2018/coating").stack
+
+
 def test_no_former_name_is_one_of_today():
     for family in families():
         members = find_members(family)

@@ -60,7 +60,7 @@ def test_a_press_has_no_periodic_state_behind_a_memory(gap):
     trace = simulate(gap.replace(settled), time=time)
     np.testing.assert_allclose(trace.normal_force.values[-1], 0.5)
     lag = {"friction": {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": 100.0}}
-    with pytest.raises(InputError, match=r"load\.time_profile = Press happens once"):
+    with pytest.raises(InputError, match=r"load\.time_profile = Press occurs once"):
         simulate(gap.replace(settled | lag), time=time)
 
 

@@ -160,7 +160,7 @@ def test_a_judged_answer_has_the_same_numbers_and_says_how_far_they_hold():
         (lambda: ready(("mean electrostatic_forc",)), "Did you mean 'electrostatic_force'"),
         (lambda: ready(free=("contact.area", "contact.area")), "named twice"),
         (lambda: ready()([1.0, 2.0]), "2 given, 5 expected"),
-        (lambda: ready()({"load.normal_force": 1.0}), "load.normal_force: is not free"),
+        (lambda: ready()({"load.normal_force": 1.0}), "load.normal_force: not a free parameter"),
         (lambda: ready()({"contact.area": -1.0}), "contact.area = -1"),
         (lambda: ready().signals({}, names=["force"]), "no 'force'"),
     ],
