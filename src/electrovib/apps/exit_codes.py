@@ -1,10 +1,10 @@
-"""What a command ends with."""
+"""Exit codes of the commands."""
 
 from __future__ import annotations
 
 from typing import Final
 
 MISTAKE: Final = 2
-"""After a mistake that the user can mend."""
+"""After a mistake that the user can correct."""
 INTERRUPTED: Final = 130
-"""After Ctrl-C: 128 and the number of the signal."""
+"""After Ctrl-C: 128 plus the number of the signal."""

@@ -1,4 +1,4 @@
-"""A sign of life for anything that takes longer than a second."""
+"""A progress bar for a computation that takes longer than a second."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from typing import Any
 from electrovib.core.budget import listening
 
 PATIENCE = 1.0
-"""Seconds before anything is shown."""
+"""Time before the progress bar is shown [s]."""
 _PARTS = 1000
 
 
 @contextmanager
 def tracked(title: str) -> Iterator[Callable[[int, int], None]]:
-    """Show progress on the error output if the block takes longer than a second and a person is watching.
+    """Show progress on the error output if the block takes longer than a second and the output is a terminal.
 
     Parameters
     ----------
     title : str
-        What is being done.
+        What is computed.
 
     Yields
     ------
     callable
-        Takes how many are done and how many there are; need not be called.
+        Takes the number of parts done and the number of all parts; calling it is optional.
     """
     state: dict[str, Any] = {"done": 0, "total": None, "bar": None, "over": False}
     lock = threading.Lock()

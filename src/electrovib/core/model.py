@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Self, TypeVar, get_args
+from typing import Any, ClassVar, Final, Self, TypeVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -20,13 +21,16 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.changes import stored_changes
 from electrovib.core.discovery import find_member, find_members, find_offer
-from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
+from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
 from electrovib.core.files import FileColumn
-from electrovib.core.mistakes import explained, problem, wants
+from electrovib.core.mistakes import explained, near_members, problem, wants
 from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.tables import put
 
 M = TypeVar("M", bound="Model")
+
+_ABOUT: Final = frozenset({"equation", "reference", "status"})
+"""What a class states of itself and completion lists beside its parameters."""
 
 
 class Model(BaseModel):
@@ -76,7 +80,7 @@ class Model(BaseModel):
     def _read(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         if isinstance(value, cls):
             return value
-        if isinstance(value, str) and "/" in value and cls.offered_by:
+        if isinstance(value, str) and cls.is_offer(value):
             return cls._offered(value)
         if not isinstance(value, Mapping):
             raise PydanticCustomError("table", "{why}", {"why": wants(cls, value)})
@@ -123,6 +127,23 @@ class Model(BaseModel):
         return {}
 
     @classmethod
+    def file_variants(cls, table: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
+        """Return parameters with which to read the file of a table if it has not the columns of `file_columns`.
+
+        Parameters
+        ----------
+        table : mapping
+            The model's own, not yet validated.
+
+        Returns
+        -------
+        tuple of mapping
+            The first whose columns are in the file is added to the table.
+        """
+        del table
+        return ()
+
+    @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
         """Add what a table leaves to be found; it is validated after that."""
         return content
@@ -167,16 +188,36 @@ class Model(BaseModel):
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         member = find_member(cls, name)
         if member is None:
-            near = nearest(name, find_members(cls))
+            near = near_members(cls, name)
+            if not suggestion(name, find_members(cls)):
+                near += (
+                    " A model of your own: 'electrovib --models FILE.py ...', or import its file in Python."
+                )
             why = f"unknown {cls.__name__} model '{shortened(name, LONGEST_QUOTED)}'.{near}"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         return member
 
     @classmethod
+    def is_offer(cls, text: str) -> bool:
+        """Tell whether a text in the place of a table is the name of something ready-made."""
+        return "/" in text and bool(cls.offered_by)
+
+    @classmethod
+    def offer(cls, name: str) -> Any:
+        """Find something ready-made by its name, ``author_year/name`` of a paper.
+
+        Raises
+        ------
+        InputError
+            If nothing has that name; the message has the nearest one.
+        """
+        return find_offer(name, cls.offered_by)
+
+    @classmethod
     def _offered(cls, name: str) -> Self:
-        """Read the name of something that a paper offers."""
+        """Read the name of something ready-made."""
         try:
-            return cls.from_offer(find_offer(name, cls.offered_by))
+            return cls.from_offer(cls.offer(name))
         except InputError as error:
             raise PydanticCustomError("offer", "{why}", {"why": str(error)}) from None
 
@@ -229,10 +270,33 @@ class Model(BaseModel):
         """Return given parameters as those that this model stores: a member may offer derived ones beside them."""
         return dict(given)
 
+    def __dir__(self) -> list[str]:
+        """List the parameters and the methods of a model that exists, without pydantic's names and those of the class."""
+        inherited = {
+            name for name in dir(Model) if name in dir(BaseModel) or not callable(getattr(Model, name))
+        }
+        of_class = {
+            name for name in dir(Model) if isinstance(inspect.getattr_static(Model, name), classmethod)
+        }
+        about = {name for name in _ABOUT if getattr(self, name)}
+        names = (set(super().__dir__()) - inherited - of_class) | about | {name for name, _ in self}
+        return sorted(name for name in names if not name.startswith("_"))
+
     @classmethod
     def rebuilt(cls, content: dict[str, Any]) -> Self:
         """Build the model from tables in which something was changed."""
         return read_model(cls, content)
+
+    @classmethod
+    def put_into(cls, content: dict[str, Any], changes: Mapping[str, Any]) -> list[Problem]:
+        """Put changes by dotted path into nested tables of this model, and return what is wrong with them."""
+        return put(content, changes)
+
+    @classmethod
+    def how_to_add(cls, content: Mapping[str, Any], path: str) -> str:
+        """Explain how to add the optional part that a dotted path leads into; empty where it leads into none."""
+        del content, path
+        return ""
 
     def replace(self, changes: Mapping[str, Any]) -> Self:
         """Give a copy with some parameters changed.
@@ -254,7 +318,7 @@ class Model(BaseModel):
         """
         content = self.to_dict()
         changes, problems = stored_changes(self, changes)
-        problems += put(content, changes)
+        problems += self.put_into(content, changes)
         try:
             changed = self.rebuilt(content)
         except InputError as error:

@@ -1,4 +1,4 @@
-"""Dotted paths: one name for a parameter in files, options, sliders, fits and messages."""
+"""Dotted paths: the name of a parameter in files, options, fits and messages."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ if TYPE_CHECKING:
 
 
 def value_at(model: Model, path: str) -> Any:
-    """Look a dotted path up.
+    """Return what stands at a dotted path of a model.
 
     Parameters
     ----------
     model : Model
-        Where to look.
+        A scenario, or a part of one.
     path : str
         Dotted path.
 
     Returns
     -------
     object
-        A float in SI, a text, a nested table.
+        A float in SI, a text, or a nested table.
 
     Raises
     ------
@@ -42,12 +42,14 @@ def value_at(model: Model, path: str) -> Any:
         elif isinstance(table, list) and (place := place_of(table, key)) is not None:
             table = table[place]
         else:
+            if how := type(model).how_to_add(model.to_dict(), path):
+                raise InputError(how, path=path)
             raise InputError([unknown(table, ".".join(parts[:depth]), key, path)])
     return table
 
 
 def quantity_at(model: Model, path: str) -> Quantity:
-    """Find the declaration of the parameter at a dotted path.
+    """Return the declaration of the parameter at a dotted path.
 
     Raises
     ------
@@ -61,5 +63,6 @@ def quantity_at(model: Model, path: str) -> Quantity:
     declared = {where: quantity for where, _, quantity in model.parameters()}
     today = stored_path(model, path)
     if today not in declared:
-        raise InputError(f"no physical parameter has this path.{nearest(path, declared)}", path=path)
+        how = type(model).how_to_add(model.to_dict(), path)
+        raise InputError(how or f"no physical parameter has this path.{nearest(path, declared)}", path=path)
     return declared[today]

@@ -21,19 +21,43 @@ import math
 import numpy as np
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.papers import aliabbasi_2024, gabriel_1996, palmar_1995, plutchik_1963
 from electrovib.physics.material import Material
 from electrovib.scenario import Scenario, preset
+from electrovib.scenario.notes import PresetNote
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
 
-CITATION = (
-    "E. AliAbbasi, M. A. Sormoli, C. Basdogan, Frequency-dependent behavior of electrostatic forces between human"
-    " finger and touch screen under electroadhesion, IEEE Trans. Haptics 15 (2022) (cited from memory, unverified); E. AliAbbasi,"
-    " Electro-mechanical contact interactions between human finger and touchscreen under electroadhesion, thesis,"
-    " arXiv:2409.18725 (abstract)"
+CITATIONS = (
+    Citation(
+        kind="article",
+        authors=("E. AliAbbasi", "M. A. Sormoli", "C. Basdogan"),
+        title="Frequency-dependent behavior of electrostatic forces between human finger and touch screen under"
+        " electroadhesion",
+        journal="IEEE Trans. Haptics",
+        year=2022,
+        volume="15",
+        read="cited from memory, unverified",
+    ),
+    Citation(
+        kind="misc",
+        authors=("E. AliAbbasi",),
+        title="Electro-mechanical contact interactions between human finger and touchscreen under electroadhesion",
+        eprint="2409.18725",
+        read="abstract",
+        note="thesis",
+        key="aliabbasi_thesis",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "unverified"
+PRESETS = {
+    "maximum": PresetNote(
+        "maximum near 250 Hz (unverified)",
+        "touchscreen, touch panel with a thin coating, force over frequency, leaky gap",
+    ),
+}
 NOT_READ = (
     "The equations and curves of the paper were not read, and its maximum near 250 Hz is cited from memory, unverified; of"
     " the thesis only the abstract, with the division at 250 Hz, was read."

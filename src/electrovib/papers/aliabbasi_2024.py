@@ -20,19 +20,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers import plutchik_1963
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Material
 from electrovib.scenario import Scenario, preset
+from electrovib.scenario.notes import PresetNote
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
 
-CITATION = (
-    "E. AliAbbasi and others, Experimental estimation of gap thickness and electrostatic forces between contacting"
-    " surfaces under electroadhesion, Adv. Intell. Syst. (2024), doi:10.1002/aisy.202300618 (abstract)"
+CITATIONS = (
+    Citation(
+        kind="article",
+        authors=("E. AliAbbasi", "others"),
+        title="Experimental estimation of gap thickness and electrostatic forces between contacting surfaces under"
+        " electroadhesion",
+        journal="Adv. Intell. Syst.",
+        year=2024,
+        doi="10.1002/aisy.202300618",
+        read="abstract",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
+PRESETS = {
+    "chain": PresetNote(
+        "a leak in parallel with the gap",
+        "touchscreen, touch panel with a thin coating, impedance, electrode polarisation, force over frequency",
+    ),
+}
 NOT_READ = "The gap, the form of the electrode polarisation impedance and its values were not read."
 
 GAP, GAP_RESISTIVITY = 3e-6, 2e7

@@ -14,13 +14,23 @@ from __future__ import annotations
 import numpy as np
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.physics.roughness import GaussianGaps, PullingSpots, contact_fraction, mean_pull
 
-CITATION = (
-    "M. Ayyildiz, M. Scaraggi, O. Sirin, C. Basdogan, B. N. J. Persson, Contact mechanics between the human finger and a"
-    " touchscreen under electroadhesion, Proc. Natl. Acad. Sci. USA 115, 12668 (2018), doi:10.1073/pnas.1811750115"
-    " (abstract)"
+CITATIONS = (
+    Citation(
+        kind="article",
+        authors=("M. Ayyildiz", "M. Scaraggi", "O. Sirin", "C. Basdogan", "B. N. J. Persson"),
+        title="Contact mechanics between the human finger and a touchscreen under electroadhesion",
+        journal="Proc. Natl. Acad. Sci. USA",
+        year=2018,
+        volume="115",
+        pages="12668",
+        doi="10.1073/pnas.1811750115",
+        read="abstract",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
 NOT_READ = (
     "equations, parameters and forces: thickness, permittivity, modulus, shear strength and roughness of this work are"

@@ -14,12 +14,21 @@ with mass and stiffness at one speed, `MassSpringDamper` with its `growth` is th
 from __future__ import annotations
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.physics.finger import GrowthWithSpeed
 
-CITATION = (
-    "J. K. Balasubramanian, D. M. Pool, Y. Vardar, Sliding speed influences electrovibration-induced finger friction"
-    " dynamics on touchscreens, arXiv:2505.11162 (2025) (abstract); data doi:10.4121/d9f05363-d7d3-411a-9f3a-d78e49b4d3c5"
+CITATIONS = (
+    Citation(
+        kind="misc",
+        authors=("J. K. Balasubramanian", "D. M. Pool", "Y. Vardar"),
+        title="Sliding speed influences electrovibration-induced finger friction dynamics on touchscreens",
+        year=2025,
+        eprint="2505.11162",
+        read="abstract",
+        note="data doi:10.4121/d9f05363-d7d3-411a-9f3a-d78e49b4d3c5",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
 NOT_READ = (
     "The tables with cut-off, mass and stiffness at each speed (the intercepts of the three straight lines) were not"

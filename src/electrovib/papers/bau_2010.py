@@ -14,18 +14,45 @@ import math
 import numpy as np
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
+from electrovib.scenario.notes import PresetNote
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
 
-CITATION = (
-    "O. Bau, I. Poupyrev, A. Israr, C. Harrison, TeslaTouch: electrovibration for touch surfaces, UIST 2010,"
-    " doi:10.1145/1866029.1866074 (abstract); S. Ryu, D. Pyo, S.-C. Lim, D.-S. Kwon, Mechanical vibration influences"
-    " the perception of electrovibration, Sci. Rep. 8, 4555 (2018), doi:10.1038/s41598-018-22865-x (abstract)"
+CITATIONS = (
+    Citation(
+        kind="inproceedings",
+        authors=("O. Bau", "I. Poupyrev", "A. Israr", "C. Harrison"),
+        title="TeslaTouch: electrovibration for touch surfaces",
+        booktitle="UIST 2010",
+        year=2010,
+        doi="10.1145/1866029.1866074",
+        read="abstract",
+    ),
+    Citation(
+        kind="article",
+        authors=("S. Ryu", "D. Pyo", "S.-C. Lim", "D.-S. Kwon"),
+        title="Mechanical vibration influences the perception of electrovibration",
+        journal="Sci. Rep.",
+        year=2018,
+        volume="8",
+        pages="4555",
+        doi="10.1038/s41598-018-22865-x",
+        read="abstract",
+        key="ryu_2018",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
+PRESETS = {
+    "sine": PresetNote(
+        "difference threshold",
+        "touchscreen, touch panel with a thin coating, TeslaTouch, sine",
+    ),
+}
 NOT_READ = (
     "The paper's parallel-plate equation, its thresholds and its difference thresholds were not read; the screen"
     " here is a choice."

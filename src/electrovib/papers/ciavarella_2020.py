@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.core.constants import eps0
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.contact.rough_surface import (
@@ -32,10 +33,21 @@ from electrovib.physics.contact.rough_surface import (
 )
 from electrovib.physics.roughness import contact_fraction, local_pull
 
-CITATION = (
-    "M. Ciavarella, A. Papangelo, A simplified theory of electroadhesion for rough interfaces, Front. Mech. Eng. 6, 27"
-    " (2020), doi:10.3389/fmech.2020.00027 (abstract), arXiv:1910.06756"
+CITATIONS = (
+    Citation(
+        kind="article",
+        authors=("M. Ciavarella", "A. Papangelo"),
+        title="A simplified theory of electroadhesion for rough interfaces",
+        journal="Front. Mech. Eng.",
+        year=2020,
+        volume="6",
+        pages="27",
+        doi="10.3389/fmech.2020.00027",
+        eprint="1910.06756",
+        read="abstract",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
 NOT_READ = (
     "equation not read: repulsion against mean gap, c q0 h_rms E* exp(-2 u/h_rms), is cited from memory, unverified, beside"

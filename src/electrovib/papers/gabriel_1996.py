@@ -11,13 +11,23 @@ the time constant of the voltage, and twice as far below if they are the decay o
 from __future__ import annotations
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.physics.material import ColeCole
 from electrovib.physics.skin import Skin, time_constant
 
-CITATION = (
-    "S. Gabriel, R. W. Lau, C. Gabriel, The dielectric properties of biological tissues: III. Parametric models,"
-    " Phys. Med. Biol. 41, 2271 (1996), doi:10.1088/0031-9155/41/11/003"
+CITATIONS = (
+    Citation(
+        kind="article",
+        authors=("S. Gabriel", "R. W. Lau", "C. Gabriel"),
+        title="The dielectric properties of biological tissues: III. Parametric models",
+        journal="Phys. Med. Biol.",
+        year=1996,
+        volume="41",
+        pages="2271",
+        doi="10.1088/0031-9155/41/11/003",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
 
 

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError
@@ -29,14 +30,33 @@ from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.force import ForceLaw
 from electrovib.scenario import Scenario, preset, sourced
+from electrovib.scenario.notes import PresetNote
 from electrovib.solve.simulate import simulate
 
-CITATION = (
-    "K. A. Kaczmarek, K. Nammi, A. K. Agarwal, M. E. Tyler, S. J. Haase, D. J. Beebe, Polarity effect in"
-    " electrovibration for tactile display, IEEE Trans. Biomed. Eng. 53(10), 2047 (2006),"
-    " doi:10.1109/TBME.2006.881804, PMC2582732 (abstract)"
+CITATIONS = (
+    Citation(
+        kind="article",
+        authors=("K. A. Kaczmarek", "K. Nammi", "A. K. Agarwal", "M. E. Tyler", "S. J. Haase", "D. J. Beebe"),
+        title="Polarity effect in electrovibration for tactile display",
+        journal="IEEE Trans. Biomed. Eng.",
+        year=2006,
+        volume="53",
+        number="10",
+        pages="2047",
+        doi="10.1109/TBME.2006.881804",
+        archive="PMC2582732",
+        read="abstract",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
+PRESETS = {
+    f"{kind}{pulse}": PresetNote(
+        "polarity of the pulse", f"tactile display, plastic film, polarity, pulse{layer}"
+    )
+    for kind, layer in {"": "", "skin_": ", rectifying skin", "gap_": ", rectifying interface"}.items()
+    for pulse in ("positive", "negative", "biphasic")
+}
 NOT_READ = (
     "Waveforms, thresholds, electrodes and equations were not read; asymmetric conduction is modelled here by two"
     " conductivities, one for each polarity."

@@ -20,15 +20,46 @@ import numpy as np
 from numpy.typing import NDArray
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
+from electrovib.scenario.notes import PresetNote
 from electrovib.solve.simulate import simulate
 
-CITATION = (
-    "J. Kang, H. Kim, S. Choi, K.-D. Kim, J. Ryu, Investigation on low voltage operation of electrovibration display,"
-    " IEEE Trans. Haptics 10(3), 371 (2017), doi:10.1109/TOH.2016.2635145 (abstract)"
+CITATIONS = (
+    Citation(
+        kind="article",
+        authors=("J. Kang", "H. Kim", "S. Choi", "K.-D. Kim", "J. Ryu"),
+        title="Investigation on low voltage operation of electrovibration display",
+        journal="IEEE Trans. Haptics",
+        year=2017,
+        volume="10",
+        number="3",
+        pages="371-381",
+        doi="10.1109/TOH.2016.2635145",
+        read="abstract",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
+PRESETS = {
+    "sine": PresetNote(
+        "low-voltage drives, the reference",
+        "electrovibration display, plastic film, conventional sine",
+    ),
+    "modulated": PresetNote(
+        "low-voltage drives",
+        "electrovibration display, plastic film, amplitude modulation, carrier",
+    ),
+    "offset": PresetNote(
+        "low-voltage drives",
+        "electrovibration display, plastic film, DC offset",
+    ),
+    "both": PresetNote(
+        "low-voltage drives",
+        "electrovibration display, plastic film, amplitude modulation, carrier, DC offset",
+    ),
+}
 NOT_READ = "The voltages, the carrier frequency, the measured friction and any equation were not read."
 
 MODULATION, CARRIER = 100.0, 3000.0

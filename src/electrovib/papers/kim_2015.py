@@ -17,17 +17,38 @@ from typing import Any
 import numpy as np
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
+from electrovib.scenario.notes import PresetNote
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
 
-CITATION = (
-    "H. Kim and others, electrovibration of uniform intensity by current control, IEEE Trans. Haptics 8(4) (2015);"
-    " recalled, its page was not found"
+CITATIONS = (
+    Citation(
+        kind="article",
+        authors=("H. Kim", "others"),
+        about="electrovibration of uniform intensity by current control",
+        journal="IEEE Trans. Haptics",
+        year=2015,
+        volume="8",
+        number="4",
+        read="cited from memory, unverified; no page of it was found",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "unverified"
+PRESETS = {
+    "current": PresetNote(
+        "uniform intensity (unverified)",
+        "current control, uniform intensity, prescribed current",
+    ),
+    "voltage": PresetNote(
+        "uniform intensity (unverified)",
+        "voltage control, for comparison with a prescribed current",
+    ),
+}
 NOT_READ = (
     "The paper itself was not read. That it controls the current is cited from memory, unverified; the law of a prescribed"
     " current is electrostatics and is derived here."

@@ -18,18 +18,35 @@ import math
 import numpy as np
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Constant, Material
 from electrovib.scenario import Scenario, preset
+from electrovib.scenario.notes import PresetNote
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
 
-CITATION = (
-    "D. J. Meyer, M. A. Peshkin, J. E. Colgate, Fingertip friction modulation due to electrostatic attraction, World"
-    " Haptics Conference 2013, 43-48, doi:10.1109/WHC.2013.6548382 (abstract)"
+CITATIONS = (
+    Citation(
+        kind="inproceedings",
+        authors=("D. J. Meyer", "M. A. Peshkin", "J. E. Colgate"),
+        title="Fingertip friction modulation due to electrostatic attraction",
+        booktitle="World Haptics Conference 2013",
+        year=2013,
+        pages="43-48",
+        doi="10.1109/WHC.2013.6548382",
+        read="abstract",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
+PRESETS = {
+    "first_order": PresetNote(
+        "cut-off below 500 Hz",
+        "touchscreen, thin coating, tribometer, first-order circuit, force over frequency",
+    ),
+}
 NOT_READ = (
     "The equations and the figure of force over frequency were not read: which voltage the first-order circuit"
     " filters, and on which surface the Maxwell stress is evaluated, are assumptions made here."

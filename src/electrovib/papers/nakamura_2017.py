@@ -21,17 +21,46 @@ from typing import Any
 import numpy as np
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
+from electrovib.scenario.notes import PresetNote
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes
 
-CITATION = (
-    "T. Nakamura, A. Yamamoto, Modeling and control of electroadhesion force in DC voltage, ROBOMECH J. 4 (2017),"
-    " doi:10.1186/s40648-017-0085-3 (abstract)"
+CITATIONS = (
+    Citation(
+        kind="article",
+        authors=("T. Nakamura", "A. Yamamoto"),
+        title="Modeling and control of electroadhesion force in DC voltage",
+        journal="ROBOMECH J.",
+        year=2017,
+        volume="4",
+        doi="10.1186/s40648-017-0085-3",
+        read="abstract",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
+PRESETS = {
+    "rise": PresetNote(
+        "the force rises under DC",
+        "electroadhesion, Johnsen-Rahbek effect, constant voltage, two leaky layers",
+    ),
+    "fall": PresetNote(
+        "the force falls under DC",
+        "electroadhesion, constant voltage, two leaky layers",
+    ),
+    "charged": PresetNote(
+        "charge has to be neutralised",
+        "electroadhesion, Johnsen-Rahbek effect, residual charge",
+    ),
+    "blocked": PresetNote(
+        "comparison with Vezzoli 2014",
+        "electroadhesion, constant voltage, plastic film that insulates",
+    ),
+}
 NOT_READ = (
     "The paper's tables of layers and its spring and damper were not read; two leaky layers in series are the textbook"
     " form of its electrics."

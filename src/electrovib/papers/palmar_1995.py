@@ -11,14 +11,33 @@ skin conductance level of 2 to 20 uS, assumed for 1 cm2.
 from __future__ import annotations
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.physics.material import ConstantPhase
 from electrovib.physics.skin import Skin, time_constant
 
-CITATION = (
-    "Med. Biol. Eng. Comput. (1995), doi:10.1007/bf02510531 (abstract); Z. G. Qiao, L. Morkrid, N. K. Vollestad,"
-    " Med. Biol. Eng. Comput. 32, 161 (1994), doi:10.1007/BF02518913 (abstract)"
+CITATIONS = (
+    Citation(
+        kind="article",
+        about="palmar skin admittance of 48 healthy persons",
+        journal="Med. Biol. Eng. Comput.",
+        year=1995,
+        doi="10.1007/bf02510531",
+        read="abstract",
+    ),
+    Citation(
+        kind="article",
+        authors=("Z. G. Qiao", "L. Morkrid", "N. K. Vollestad"),
+        journal="Med. Biol. Eng. Comput.",
+        year=1994,
+        volume="32",
+        pages="161",
+        doi="10.1007/BF02518913",
+        read="abstract",
+        key="qiao_1994",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
 
 WOMEN, MEN = 0.8025, 0.7545

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
@@ -36,14 +37,42 @@ from electrovib.physics.roughness import (
 )
 from electrovib.physics.stack import Layer, Linear, Section
 from electrovib.scenario import Scenario, preset, sourced
+from electrovib.scenario.notes import PresetNote
 from electrovib.solve.stack.extra_gap import field_in_gap
 
-CITATION = (
-    "B. N. J. Persson, The dependency of adhesion and friction on electrostatic attraction, J. Chem. Phys. 148, 144701"
-    " (2018), doi:10.1063/1.5024038 (abstract); B. N. J. Persson, General theory of electroadhesion, J. Phys.: Condens."
-    " Matter 33, 435001 (2021), doi:10.1088/1361-648x/abe797 (abstract)"
+CITATIONS = (
+    Citation(
+        kind="article",
+        authors=("B. N. J. Persson",),
+        title="The dependency of adhesion and friction on electrostatic attraction",
+        journal="J. Chem. Phys.",
+        year=2018,
+        volume="148",
+        pages="144701",
+        doi="10.1063/1.5024038",
+        read="abstract",
+    ),
+    Citation(
+        kind="article",
+        authors=("B. N. J. Persson",),
+        title="General theory of electroadhesion",
+        journal="J. Phys.: Condens. Matter",
+        year=2021,
+        volume="33",
+        pages="435001",
+        doi="10.1088/1361-648x/abe797",
+        read="abstract",
+        key="persson_2021",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
+PRESETS = {
+    "coating": PresetNote(
+        "no number of the paper",
+        "touchscreen, touch panel with a thin coating, the 3M-type screen of `compare` (values unverified), rough finger",
+    ),
+}
 NOT_READ = (
     "the paper's own distribution of gaps under load and attraction, solved together with the contact area: the law here"
     " takes a Gaussian whose mean and rms the user gives"
@@ -252,7 +281,10 @@ def scenarios() -> dict[str, Scenario]:
             "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 125.0},
             "time.initial_state.model": "PeriodicState",
             "force": {"model": "Persson2018RoughGap", "mean_gap": 10e-6, "rms_gap": 5e-6},
-            "stack.insulator": {"thickness": 1e-6, "material": {"model": "Constant", "permittivity": 3.9}},
+            "stack.insulator": {
+                "thickness": 1e-6,
+                "material": {"model": "Constant", "permittivity": 3.9, "substance": "silica"},
+            },
             "stack.stratum_corneum.material": {"model": "Constant", "permittivity": 1650.0},
         },
         unchanged=_CHOICE,

@@ -12,12 +12,25 @@ from __future__ import annotations
 import numpy as np
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.physics.material import ConstantPhase
 from electrovib.physics.skin import Skin
 from electrovib.physics.stack import Layer
 
-CITATION = "Science 141, 927 (1963), doi:10.1126/science.141.3584.927 (abstract)"
+CITATIONS = (
+    Citation(
+        kind="article",
+        about="skin impedance and phase angle over frequency and current",
+        journal="Science",
+        year=1963,
+        volume="141",
+        pages="927",
+        doi="10.1126/science.141.3584.927",
+        read="abstract",
+    ),
+)
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
 
 RESISTANCE, RELAXATION, EXPONENT = 130.8e3, 0.911e-3, 0.783

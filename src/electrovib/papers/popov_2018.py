@@ -13,13 +13,32 @@ parameters were not read. Only the abstracts were read; the numbers here are der
 from __future__ import annotations
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.physics.adhesion import adhesive_range, adhesive_strength, contact_area, separation_energy
 
-CITATION = (
-    "V. L. Popov, M. Hess, Voltage induced friction in a contact of a finger and a touchscreen with a thin dielectric"
-    " coating, arXiv:1805.08714 (2018) (abstract); M. Hess, V. L. Popov, Voltage-induced friction with application to"
-    " electrovibration, Lubricants 7, 102 (2019), doi:10.3390/lubricants7120102 (abstract)"
+CITATIONS = (
+    Citation(
+        kind="misc",
+        authors=("V. L. Popov", "M. Hess"),
+        title="Voltage induced friction in a contact of a finger and a touchscreen with a thin dielectric coating",
+        year=2018,
+        eprint="1805.08714",
+        read="abstract",
+    ),
+    Citation(
+        kind="article",
+        authors=("M. Hess", "V. L. Popov"),
+        title="Voltage-induced friction with application to electrovibration",
+        journal="Lubricants",
+        year=2019,
+        volume="7",
+        pages="102",
+        doi="10.3390/lubricants7120102",
+        read="abstract",
+        key="hess_2019",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
 NOT_READ = (
     "the closed-form friction force: two candidates, the coefficient times the adhesive load, and the coefficient times the"

@@ -17,16 +17,40 @@ import functools
 import numpy as np
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.core.constants import eps0
 from electrovib.physics.material import ColeCole, Material
 from electrovib.scenario import Scenario, preset, sourced
+from electrovib.scenario.notes import PresetNote
 from electrovib.solve.simulate import simulate
 
-CITATION = (
-    "A. M. Rauf, S. Follmer, Modeling the dynamics of sub-millisecond electroadhesive engagement and release times,"
-    " Extreme Mech. Lett. 79, 102382 (2025), doi:10.1016/j.eml.2025.102382, arXiv:2412.16803 (abstract and public code)"
+CITATIONS = (
+    Citation(
+        kind="article",
+        authors=("A. M. Rauf", "S. Follmer"),
+        title="Modeling the dynamics of sub-millisecond electroadhesive engagement and release times",
+        journal="Extreme Mech. Lett.",
+        year=2025,
+        volume="79",
+        pages="102382",
+        doi="10.1016/j.eml.2025.102382",
+        eprint="2412.16803",
+        read="abstract and public code",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
+PRESETS = {
+    "field_50": PresetNote(
+        "figure 2b",
+        "electroadhesive clutch, interdigitated electrodes, high permittivity; not a finger",
+    ),
+    "field_3": PresetNote("figure 2b", "electroadhesive clutch, interdigitated electrodes; not a finger"),
+    "relaxor": PresetNote(
+        "figure 3, the film alone",
+        "electroadhesive clutch, relaxor ferroelectric, slow polarisation; not a finger",
+    ),
+}
 NOT_READ = (
     "the text: equation (4), its field calculations and the fit of the film are from the authors' public code; contact"
     " mechanics, squeeze film and the unit of the measured shear loads are not used"
@@ -90,8 +114,7 @@ def clutch_force(
 
 def film() -> ColeCole:
     """Return the relaxor film (PVDF-TrFE-CFE) as fitted in the authors' code, without conduction."""
-    term = {"strength": 54.2 - 4.0, "relaxation_time": 2.82e-6, "broadening": 1 - 0.562}
-    return ColeCole.model_validate({"permittivity_high": 4.0, "terms": [term], "conductivity": 0.0})
+    return ColeCole.model_validate("p_vdf_trfe_cfe")
 
 
 def materials() -> dict[str, Material]:

@@ -14,16 +14,35 @@ import functools
 import numpy as np
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
+from electrovib.scenario.notes import PresetNote
 from electrovib.solve.simulate import simulate
 
-CITATION = (
-    "C. D. Shultz, M. A. Peshkin, J. E. Colgate, Surface haptics via electroadhesion: expanding electrovibration with"
-    " Johnsen and Rahbek, IEEE World Haptics Conference 2015 (title from the references of hal-01341981; text recalled)"
+CITATIONS = (
+    Citation(
+        kind="inproceedings",
+        authors=("C. D. Shultz", "M. A. Peshkin", "J. E. Colgate"),
+        title="Surface haptics via electroadhesion: expanding electrovibration with Johnsen and Rahbek",
+        booktitle="IEEE World Haptics Conference 2015",
+        year=2015,
+        read="title from the references of hal-01341981; text cited from memory, unverified",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "unverified"
+PRESETS = {
+    "leaky": PresetNote(
+        "a leaky coating keeps the force",
+        "touchscreen, electroadhesive display, Johnsen-Rahbek effect, constant voltage",
+    ),
+    "insulated": PresetNote(
+        "the force fades on an insulator",
+        "touchscreen, electroadhesive display, constant voltage",
+    ),
+}
 NOT_READ = "The text was not read: its law is cited from memory, unverified; its coating, gap and voltages are not known here."
 
 VOLTAGE, AREA, GAP = 100.0, 1e-4, 3e-6
@@ -53,7 +72,7 @@ def gap_force(*, voltage: float, gap: float, area: float) -> float:
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Return a constant voltage on a coating that leaks, and on one that insulates."""
-    conductivity = "stack.insulator.material.conductivity"
+    conductivity, substance = (f"stack.insulator.material.{name}" for name in ("conductivity", "substance"))
     gap = {"model": "Constant", "permittivity": (1.0, "air"), "conductivity": 1 / GAP_RESISTIVITY}
     leaky = preset(
         title="Shultz 2015: constant voltage, a coating that leaks",
@@ -67,12 +86,13 @@ def scenarios() -> dict[str, Scenario]:
                 "stratum_corneum": values.point_layer(SKIN),
             },
             conductivity: (1 / COATING_RESISTIVITY, CHOICE),
+            substance: None,
         },
     )
     insulated = preset(
         leaky,
         title="Shultz 2015: constant voltage, a coating that insulates",
-        changes={conductivity: (0.0, CHOICE)},
+        changes={conductivity: (0.0, CHOICE), substance: values.COATING.material.substance},
     )
     return {"leaky": leaky, "insulated": insulated}
 

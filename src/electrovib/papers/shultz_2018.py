@@ -17,18 +17,37 @@ import functools
 import numpy as np
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
+from electrovib.scenario.notes import PresetNote
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
 
-CITATION = (
-    "C. D. Shultz, M. A. Peshkin, J. E. Colgate, On the electrical characterization of electroadhesive displays and"
-    " the prominent interfacial gap impedance associated with sliding fingertips, IEEE Haptics Symposium 2018,"
-    " https://experts.illinois.edu/en/publications/on-the-electrical-characterization-of-electroadhesive-displays-an"
-    " (abstract)"
+CITATIONS = (
+    Citation(
+        kind="inproceedings",
+        authors=("C. D. Shultz", "M. A. Peshkin", "J. E. Colgate"),
+        title="On the electrical characterization of electroadhesive displays and the prominent interfacial gap impedance"
+        " associated with sliding fingertips",
+        booktitle="IEEE Haptics Symposium 2018",
+        year=2018,
+        url="https://experts.illinois.edu/en/publications/on-the-electrical-characterization-of-electroadhesive-displays-an",
+        read="abstract",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
+PRESETS = {
+    "at_rest": PresetNote(
+        "impedance of a sliding finger",
+        "touchscreen, electroadhesive display, impedance",
+    ),
+    "sliding": PresetNote(
+        "impedance of a sliding finger",
+        "touchscreen, electroadhesive display, impedance, air gap",
+    ),
+}
 NOT_READ = (
     "The values of the series elements, and the equations of the companion paper on broadband electroadhesion"
     " (IEEE Trans. Haptics 11(2), 2018), were not read."

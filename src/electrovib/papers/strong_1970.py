@@ -14,17 +14,39 @@ import functools
 import numpy as np
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
+from electrovib.scenario.notes import PresetNote
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
 
-CITATION = (
-    "R. M. Strong, D. E. Troxel, An electrotactile display, IEEE Trans. Man-Mach. Syst. 11(1) (1970),"
-    " https://ieeexplore.ieee.org/document/4081933 (abstract)"
+CITATIONS = (
+    Citation(
+        kind="article",
+        authors=("R. M. Strong", "D. E. Troxel"),
+        title="An electrotactile display",
+        journal="IEEE Trans. Man-Mach. Syst.",
+        year=1970,
+        volume="11",
+        number="1",
+        url="https://ieeexplore.ieee.org/document/4081933",
+        read="abstract",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "abstract"
+PRESETS = {
+    "display": PresetNote(
+        "intensity set by peak voltage",
+        "electrotactile display, plastic film, Maxwell stress in the insulator",
+    ),
+    "display_gap": PresetNote(
+        "intensity set by peak voltage",
+        "electrotactile display, plastic film, Maxwell stress in the gap",
+    ),
+}
 NOT_READ = (
     "The paper's model of the texture sensation was not read. F = eps0 eps A V^2/(2 d^2) with Coulomb friction is cited from"
     " memory, unverified; here it is MaxwellStressInInsulator on one layer."

@@ -1,4 +1,4 @@
-"""The numbers of the files that a scenario names: read when the scenario is, never by a model."""
+"""Numbers of the files that a scenario names: read together with the scenario, never by a model."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from electrovib.core.errors import DataFileError, InputError, NoColumnError, Problem
-from electrovib.core.files import FileColumn, note_input
+from electrovib.core.files import note_input
 from electrovib.core.mistakes import shown
 from electrovib.core.model import Model, read_model
 from electrovib.data.columns import read_columns
@@ -25,12 +25,12 @@ def read_part(kind: type[M], content: object, *, folder: Path | None = None) -> 
     content : object
         Nested tables.
     folder : Path, optional
-        Where relative names of files begin; by default the working folder.
+        Folder to which names of files are relative; by default the working folder.
 
     Returns
     -------
-    Model
-        Validated; it carries the numbers of its files.
+    model : Model
+        Validated, with the numbers of its files.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def current_tables(kind: type[Model] | None, content: Any) -> Any:
 
 
 def _filled(kind: type[Model] | None, content: Any, folder: Path, path: str, faults: list[Problem]) -> Any:
-    """Copy tables and put the numbers of their files in; what cannot be told from them is left to validation."""
+    """Copy tables and add the numbers of their files; tables that name no known model are left to validation."""
     start = f"{path}." if path else ""
     if isinstance(content, (list, tuple)) and any(isinstance(item, Mapping) for item in content):
         return [_filled(kind, item, folder, f"{start}{index}", faults) for index, item in enumerate(content)]
@@ -85,19 +85,25 @@ def _filled(kind: type[Model] | None, content: Any, folder: Path, path: str, fau
         name: _filled(model.part(str(name)), item, folder, f"{start}{name}", faults)
         for name, item in content.items()
     }
-    if columns := model.file_columns(table):
+    if model.file_columns(table):
         try:
-            table |= _read(folder / str(table["file"]), columns)
+            table |= _read(folder / str(table["file"]), model, table)
         except DataFileError as error:
             value = shown({"model": model.__name__, **table})
             faults += [Problem(str(each), path=path, value=value) for each in error.problems]
     return table
 
 
-def _read(file: Path, columns: Mapping[str, FileColumn]) -> dict[str, Any]:
+def _read(file: Path, model: type[Model], table: Mapping[str, Any]) -> dict[str, Any]:
+    """Read the columns of a model's file, in the first form in which it has them."""
     note_input(file)
-    try:
-        return dict(read_columns(file, {name: (each.name, each.unit) for name, each in columns.items()}))
-    except NoColumnError as error:
-        more = "".join(each.otherwise for each in columns.values() if each.name == error.column)
-        raise DataFileError(problem.followed_by(more) for problem in error.problems) from None
+    missing: list[DataFileError] = []
+    for variant in ({}, *model.file_variants(table)):
+        columns = model.file_columns({**table, **variant})
+        asked = {name: (each.name, each.unit) for name, each in columns.items()}
+        try:
+            return {**variant, **read_columns(file, asked)}
+        except NoColumnError as error:
+            more = "".join(each.otherwise for each in columns.values() if each.name == error.column)
+            missing.append(DataFileError(problem.followed_by(more) for problem in error.problems))
+    raise missing[0]

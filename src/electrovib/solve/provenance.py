@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import json
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.model import Model
+from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
+from electrovib.core.own_models import origins
 from electrovib.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -20,13 +23,15 @@ _MANY: Final = 100_000
 
 def provenance(scenario: Scenario) -> dict[str, Any]:
     """Return what was computed, and by which version."""
-    return {
+    stated = {
         "title": scenario.title,
         "electrovib": _version(),
         "scenario": scenario.to_json(),
         "scenario_hash": scenario.digest(),
         "dropped_samples": _dropped(scenario.drive),
     }
+    others = origins(scenario)
+    return stated | {OWN_MODELS: json.dumps(others)} if others else stated
 
 
 @contextlib.contextmanager

@@ -97,6 +97,12 @@ def test_a_part_without_a_family_may_be_called_by_its_former_name():
         read_part(SensorCreep, {"model": "Creeping"} | creep)
 
 
+def test_a_scenario_of_a_paper_is_found_by_its_former_name():
+    assert load("persson_2018/coat") == load("persson_2018/coating")
+    stack = load(PAPER, changes={"stack": "persson_2018/coat"}).stack
+    assert stack == load("persson_2018/coating").stack
+
+
 SWIPE = {"model": "Swipe", "begin": 0.01, "rise": 0.05, "hold": 0.2, "fall": 0.05}
 
 
@@ -166,12 +172,6 @@ def test_no_former_parameter_is_one_of_today():
     for kind in kinds:
         assert not set(kind.former_parameters) & set(kind.model_fields)
         assert set(kind.former_parameters.values()) <= set(kind.model_fields)
-
-
-def test_a_scenario_of_a_paper_is_found_by_its_former_name():
-    assert load("persson_2018/coat") == load("persson_2018/coating")
-    stack = load(PAPER, changes={"stack": "persson_2018/coat"}).stack
-    assert stack == load("persson_2018/coating").stack
 
 
 def test_no_former_name_is_one_of_today():

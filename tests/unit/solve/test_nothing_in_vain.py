@@ -104,8 +104,8 @@ def test_moisture_says_what_it_sets_and_what_it_finds_nothing_for(gap):
     shear = {"friction": {"model": "AdhesiveShear", "shear_strength": 1e6}, "contact.surface": PERSSON}
     diagnostic = diagnostics(simulate(gap.replace(shear | {"moisture": MOIST})))["moisture"]
     assert diagnostic["state"] == "warning"
-    assert "no number of friction" in diagnostic["text"]
-    with pytest.raises(InputError, match=r"friction\.coefficient: moisture sets it"):
+    assert "no parameter of friction that moisture sets" in diagnostic["text"]
+    with pytest.raises(InputError, match=r"friction\.coefficient: is set by moisture"):
         moist.replace({"friction.coefficient": 0.7})
     assert moist.replace({"moisture": None, "friction.coefficient": 0.7}).friction.coefficient == 0.7
 

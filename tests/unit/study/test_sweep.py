@@ -187,7 +187,7 @@ def test_what_some_cases_cannot_judge_is_told_beside_the_largest():
     )
     assert (judged["value"], judged["at"]) == (2.0, {"a": 2.0})
     assert (unknown["state"], unknown["cases"], unknown["at"]) == ("unknown", 1, {"a": 1.0})
-    assert unknown["text"] == "no law; so in 1 of 3 cases, the first at a = 1"
+    assert unknown["text"] == "no law; in 1 of 3 cases, the first at a = 1"
 
 
 def test_words_without_a_number():
@@ -196,11 +196,11 @@ def test_words_without_a_number():
         [diagnostic("x", state="warning", text="bad")],
         [diagnostic("x", state="warning", text="worse")],
     )
-    assert (found["state"], found["text"]) == ("warning", "bad; so in 2 of 3 cases, the first at a = 1")
+    assert (found["state"], found["text"]) == ("warning", "bad; in 2 of 3 cases, the first at a = 1")
     (found,) = told([diagnostic("x", text="fine")], [diagnostic("x", text="fine")])
     assert found["text"] == "fine"
     (found,) = told([diagnostic("x", text="a 1")], [diagnostic("x", text="a 2")])
-    assert found["text"] == "a 1; so in all cases, this is the one at a = 0"
+    assert found["text"] == "a 1; in all cases, this is the one at a = 0"
 
 
 def test_advice_on_samples_silences_every_case_when_it_is_followed():

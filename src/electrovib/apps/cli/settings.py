@@ -1,4 +1,4 @@
-"""What goes before a command: ``electrovib --version``, ``electrovib --budget '1 h, 8 GB' run ...``."""
+"""Options before a command: ``electrovib --version``, ``electrovib --budget '1 h, 8 GB' run ...``."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from electrovib.apps.cli.options import Models
 from electrovib.apps.cli.terminal import say
 
 
@@ -28,20 +29,24 @@ def command(
     version: Annotated[
         bool,
         typer.Option(
-            "--version", help="Show the versions of electrovib and its parts.", callback=_show, is_eager=True
+            "--version",
+            help="Show the versions of electrovib and of the packages it uses.",
+            callback=_show,
+            is_eager=True,
         ),
     ] = False,
+    models: Models = None,
     budget: Annotated[
         str | None,
         typer.Option(
             metavar="TIME,MEMORY",
             envvar="ELECTROVIB_BUDGET",
-            help="What a computation may take, '1 h, 8 GB'; more is refused before it begins. By default 10 min, 4 GB.",
+            help="Time and memory a computation may use, '1 h, 8 GB'; more is refused before it begins. Default: 10 min, 4 GB.",
         ),
     ] = None,
 ) -> None:
     """Electrovibration: the force between a finger and a charged plate, from drive voltage to friction."""
-    del version
+    del version, models
     if budget is not None:
         from electrovib.core import budget as budgets
 

@@ -87,9 +87,8 @@ def layer_diagnostics(
     finger = [name for name, role in roles.items() if role == "finger"]
     found: list[Diagnostic] = []
     for name, layer in layers.items():
-        if name in plate or layer.breakdown_field is not None:
-            own = {"permittivity": _permittivity(layer), "thickness": layer.thickness}
-            found.append(film_diagnostic(name, field=fields[name], declared=layer.breakdown_field, **own))
+        if name in plate or layer.breakdown_field is not None or layer.material.substance is not None:
+            found.append(film_diagnostic(name, layer, field=fields[name]))
     if nearest is not None:
         field, gap = nearest
         found.append(paschen_diagnostic(field=field, gap=gap))

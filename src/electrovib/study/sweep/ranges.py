@@ -1,4 +1,4 @@
-"""The values over which parameters are swept, as texts say them."""
+"""Values over which parameters are swept, read from texts."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ _FORM = "expected PATH=FROM:TO:N or PATH=FROM:TO:Nlog, for instance drive.rise=1
 
 
 def parse_over(scenario: Scenario, texts: Sequence[str]) -> dict[str, Real]:
-    """Read what ``--over`` says.
+    """Read the option ``--over``.
 
     Parameters
     ----------
     scenario : Scenario
-        Whose parameters are meant.
+        Scenario that has the parameters.
     texts : sequence of str
-        ``path=from:to:n`` evenly, ``path=from:to:nlog`` evenly in the logarithm; values with units.
+        ``path=from:to:n`` for evenly spaced values, ``path=from:to:nlog`` for even spacing in the logarithm; with units.
 
     Returns
     -------
-    dict of str to ndarray
+    axes : dict of str to ndarray
         Dotted path to values in SI.
 
     Raises
