@@ -179,11 +179,25 @@ def _set_levels(
     experiment: Scenario, changes: Mapping[str, Any], axes: Mapping[str, Any]
 ) -> dict[str, list[Any]]:
     """Return as axes of one value the set parameters that would otherwise follow a swept one, as low follows high."""
-    followed: set[str] = set()
-    for path, values in axes.items():
-        for value in (values[0], values[-1]) if len(values) else ():
-            followed |= {*stored_changes(experiment, {path: value})[0]} - {path}
-    return {path: [value_at(experiment, path)] for path in changes if path in followed and path not in axes}
+    found = {}
+    for path in (path for path in changes if path not in axes):
+        points = [
+            {swept: value}
+            for swept, values in axes.items()
+            if len(values)
+            for value in (values[0], values[-1])
+        ]
+        if any(_follows(experiment, path, point) for point in points):
+            found[path] = [value_at(experiment, path)]
+    return found
+
+
+def _follows(experiment: Scenario, path: str, point: Mapping[str, Any]) -> bool:
+    """Tell whether a parameter changes with another one, or whether that can be changed only together with it."""
+    stored, problems = stored_changes(experiment, point)
+    if not problems:
+        return path in stored and path not in point
+    return not stored_changes(experiment, {**point, path: value_at(experiment, path)})[1]
 
 
 def _check_names(experiment: Scenario, names: Sequence[str]) -> None:
