@@ -62,6 +62,8 @@ class Model(BaseModel):
     """Parameters that were added later: at their defaults they do not enter the hash, which older files carry."""
     derived: ClassVar[Mapping[str, Quantity]] = {}
     """Parameters that can be given in place of stored ones, and are read as attributes."""
+    derived_note: ClassVar[str] = ""
+    """How stored and derived parameters go together, for the list of models."""
     offered_by: ClassVar[tuple[str, ...]] = ()
     """Functions of papers that offer ready-made ones, which can then be named ``author_year/name``."""
 

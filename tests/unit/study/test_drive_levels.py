@@ -183,3 +183,10 @@ def test_the_list_of_models_shows_both_pairs():
             assert rows[each][1] == "V"
             assert rows[each][5] == f"in place of {stored}"
         assert set(rows) >= {"amplitude", "offset", "high", "low"}
+    for name, note in (
+        ("Sine", "or both high and low"),
+        ("Square", "or amplitude and offset (0 unless given)"),
+    ):
+        page = " ".join(str(ev.models(name)).split())
+        assert note in page
+        assert "a drive that is symmetric about 0 stays symmetric" in page

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 
 SWING: Final[tuple[str, str]] = ("amplitude", "offset")
 LEVELS: Final[tuple[str, str]] = ("high", "low")
+_CHANGED: Final = (
+    "changed alone, amplitude keeps the offset and offset the amplitude, and high and low keep each other, except that a"
+    " drive that is symmetric about 0 stays symmetric"
+)
 _PAIRS: Final = "give amplitude and offset, or high and low"
 
 
@@ -33,7 +37,8 @@ class LevelledDrive(Drive, family=True):
     where high and low are the extremes of the envelope. In a table either pair is given, never one of each; `offset` is
     0 unless given, and `low` is 0 unless given in drives that store it. A change of one parameter keeps another one:
     amplitude keeps the offset, offset the amplitude; high and low keep each other, except that a drive that is
-    symmetric about 0 stays symmetric.
+    symmetric about 0 stays symmetric, for which `low` = 0 alone is refused. A drive that is off (high = low = 0) keeps
+    `low` = 0 where it stores it, and is otherwise symmetric.
     """
 
     stored_pair: ClassVar[tuple[str, str]]
@@ -168,6 +173,9 @@ class Swing(LevelledDrive, family=True):
     """A drive that stores amplitude and offset; high and low are derived."""
 
     stored_pair: ClassVar[tuple[str, str]] = SWING
+    derived_note: ClassVar[str] = (
+        f"give amplitude and offset (0 unless given), or both high and low; {_CHANGED}"
+    )
     later_parameters: ClassVar[frozenset[str]] = frozenset({"offset"})
     derived: ClassVar[Mapping[str, Quantity]] = {
         "high": Quantity("V", -1e5, 1e5, "highest voltage, offset + amplitude"),
@@ -198,6 +206,9 @@ class Levels(LevelledDrive, family=True):
     """A drive that stores high and low; amplitude and offset are derived."""
 
     stored_pair: ClassVar[tuple[str, str]] = LEVELS
+    derived_note: ClassVar[str] = (
+        f"give high and low (0 unless given), or amplitude and offset (0 unless given); {_CHANGED}"
+    )
     derived: ClassVar[Mapping[str, Quantity]] = {
         "amplitude": Quantity("V", -1e5, 1e5, "half the difference between high and low"),
         "offset": Quantity("V", -1e5, 1e5, "mean of high and low"),
