@@ -236,7 +236,9 @@ class Model(Written):
             name for name in dir(Model) if isinstance(inspect.getattr_static(Model, name), classmethod)
         }
         about = {name for name in _ABOUT if getattr(self, name)}
-        names = (set(super().__dir__()) - inherited - of_class) | about | {name for name, _ in self}
+        names = (
+            (set(super().__dir__()) - inherited - of_class - {"stored"}) | about | {name for name, _ in self}
+        )
         return sorted(name for name in names if not name.startswith("_"))
 
     @classmethod
