@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
@@ -13,6 +14,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
+from electrovib.core.paths import quantity_at
 from electrovib.view.style import COLOURS, DASHES, between, layer_colours
 from electrovib.view.units import pretty_quantity
 
@@ -234,8 +236,9 @@ def swept_units(trace: xarray.Dataset) -> dict[str, str]:
     swept = swept_paths(trace)
     found = {path: str(trace[path].attrs["units"]) for path in swept if "units" in trace[path].attrs}
     if len(found) < len(swept) and (scenario := scenario_or_none(trace)):
-        declared = {path: quantity.unit for path, _, quantity in scenario.parameters()}
-        found = {path: declared[path] for path in swept if path in declared} | found
+        for path in swept:
+            with suppress(InputError):
+                found.setdefault(path, quantity_at(scenario, path).unit)
     return found
 
 
