@@ -102,7 +102,7 @@ WRONG = {
     "nothing": (lambda: None, "scenario = None: expected"),
     "a list": (lambda: [PRESET], "scenario = .*: expected"),
     "no such paper": (lambda: "nobody_1900/fig1", "nobody_1900"),
-    "no such scenario": (lambda: "vezzoli_2014/fig66", "has no scenario 'fig66'. Did you mean 'fig6'?"),
+    "no such scenario": (lambda: "vezzoli_2014/fig66", r"has no scenario 'fig66'. Did you mean 'vezzoli_2014/fig6' \("),
     "no such file": (lambda: "none.toml", "none.toml: No such file"),
     "no such Trace": (lambda: "none.nc", "none.nc: there is no such file"),
     "a measurement": (measured, "carries no scenario: it is a measurement"),

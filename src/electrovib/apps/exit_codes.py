@@ -7,4 +7,4 @@ from typing import Final
 MISTAKE: Final = 2
 """After a mistake that the user can correct."""
 INTERRUPTED: Final = 130
-"""After Ctrl-C: 128 and the number of the signal."""
+"""After Ctrl-C: 128 plus the number of the signal."""

@@ -1,4 +1,4 @@
-"""A scenario as a file to start from."""
+"""A commented scenario file to start from."""
 
 from __future__ import annotations
 
@@ -9,9 +9,7 @@ from typing import Any
 from electrovib.core.files import inputs_noted
 from electrovib.scenario import DEFAULT, Source, read_scenario
 
-_NAMES = (
-    '# A material, or the whole stack, can be the name of what a paper offers: material = "gabriel_1996/wet"'
-)
+_NAMES = '# A material, or the whole stack, can be named: material = "silica" of the library, "gabriel_1996/wet" of a paper'
 
 
 def init(
@@ -26,11 +24,11 @@ def init(
     Parameters
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
-        As for `electrovib.load`; of a sweep the scenario from which it began.
+        As for `electrovib.load`; of a sweep, the scenario before its parameters are varied.
     set : mapping of str to value, optional
         Dotted path to value, put into the scenario.
     output : str or Path, optional
-        Where to write it.
+        The file to write; no file if absent.
     force : bool
         Whether a file that electrovib did not write may be replaced.
 
@@ -43,7 +41,7 @@ def init(
     ------
     InputError
         If there is no such scenario, or if the output cannot be written or would replace a file that is read, that
-        we did not write, or that was changed since.
+        electrovib did not write, or that was changed since.
     """
     from electrovib.scenario.toml import left_away, to_toml
 
@@ -55,7 +53,7 @@ def init(
         for line in [
             "",
             _NAMES,
-            "# Parts that can be added; 'electrovib models NAME' lists what each needs:",
+            "# Parts that can be added; 'electrovib models NAME' shows what each needs:",
             *lines,
         ]
     )

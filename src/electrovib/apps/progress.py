@@ -1,4 +1,4 @@
-"""Progress of everything that takes longer than a second."""
+"""A progress bar for a computation that takes longer than a second."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from electrovib.core.budget import listening
 
 PATIENCE = 1.0
-"""Seconds before anything is shown."""
+"""Time before the progress bar is shown [s]."""
 _PARTS = 1000
 
 
@@ -22,12 +22,12 @@ def tracked(title: str) -> Iterator[Callable[[int, int], None]]:
     Parameters
     ----------
     title : str
-        Description of the work.
+        What is computed.
 
     Yields
     ------
     callable
-        Function of the number of steps that are done and of all steps; need not be called.
+        Takes the number of parts done and the number of all parts; calling it is optional.
     """
     state: dict[str, Any] = {"done": 0, "total": None, "bar": None, "over": False}
     lock = threading.Lock()

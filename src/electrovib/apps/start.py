@@ -1,4 +1,4 @@
-"""Entry point of the command line; it imports nothing at first, so that Ctrl-C works from the first moment on."""
+"""Entry point of the command line: it imports little at first, so that Ctrl-C is handled from the start."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from types import FrameType
 
 _AGAIN: Final = 1.0
-"""Time after which an interrupt is raised again [s]: Python only prints one that is raised in a callback."""
+"""Time after which an interrupt is raised again [s]: Python only prints an exception that a callback raises."""
 
 
 def main() -> None:
@@ -31,7 +31,7 @@ def main() -> None:
 
 
 def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
-    """Raise KeyboardInterrupt, and again until the command has ended by it."""
+    """Raise KeyboardInterrupt, repeatedly until the command has ended."""
     del number, frame
     if hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, _interrupt)
@@ -40,7 +40,7 @@ def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
 
 
 def _be_silent() -> None:
-    """Stop raising, and let a further Ctrl-C end the process without a message: nothing is left to be cleaned up."""
+    """Stop raising; a further Ctrl-C ends the process without a message, because nothing is left to clean up."""
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, 0.0)
     if signal.getsignal(signal.SIGINT) is _interrupt:

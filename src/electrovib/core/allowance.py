@@ -1,4 +1,4 @@
-"""How much memory a file or a text from outside may take while it is read."""
+"""The memory that reading a file or a text from outside may use."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ _BASE: Final = 64 * 1024**2
 
 
 def memory_allowed(size: int) -> int:
-    """Bytes of memory that may be taken to read so many bytes: ten times as many, and 64 MB."""
+    """Return the memory in bytes that reading `size` bytes may use: ten times the size plus 64 MB."""
     return _TIMES * size + _BASE
 
 
 def content_allowed(size: int) -> int:
-    """Bytes of numbers that so many bytes may unfold to: half the memory, because a conversion needs them twice."""
+    """Return how many bytes of numbers `size` bytes may unpack to: half the memory, because a conversion holds them twice."""
     return memory_allowed(size) // 2
 
 
 def megabytes(size: float) -> str:
-    """Write a number of bytes for a person.
+    """Write a number of bytes as text for people.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def megabytes(size: float) -> str:
     Returns
     -------
     str
-        In MB, GB from a thousand of them on, TB from a million.
+        In MB, from 1e9 bytes on in GB, from 1e12 bytes on in TB, with three digits.
     """
     if size >= 1e12:
         return f"{size / 1e12:.3g} TB"

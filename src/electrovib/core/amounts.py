@@ -1,4 +1,4 @@
-"""Times and amounts of memory as people write them."""
+"""Computing times and amounts of memory as text."""
 
 from __future__ import annotations
 
@@ -11,20 +11,14 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import parse_quantity
 
 _MEMORY: Final = re.compile(r"\s*(\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)\s*(B|kB|MB|GB|TB)\s*")
-
-
 _BYTES: Final = {"B": 1.0, "kB": 1e3, "MB": 1e6, "GB": 1e9, "TB": 1e12}
-
-
 _DURATIONS: Final = (("days", 86400.0, 3), ("h", 3600.0, 2), ("min", 60.0, 2), ("s", 1.0, 0))
-
-
 _MORE: Final = 1.5
-"""How much more than the estimate a refusal names as enough: an estimate is right within a factor of about two."""
+"""Factor on the estimate that a refusal recommends: an estimate is right within a factor of about two."""
 
 
 def duration(seconds: float) -> str:
-    """Write a computing time for a person.
+    """Write a computing time as text for people.
 
     Parameters
     ----------
@@ -34,7 +28,7 @@ def duration(seconds: float) -> str:
     Returns
     -------
     str
-        In s, min, h or days, with two digits.
+        In s, min, h or days, with two significant digits.
     """
     unit, length = next((unit, length) for unit, length, fewest in _DURATIONS if seconds >= fewest * length)
     return f"{float(f'{seconds / length:.2g}'):g} {unit}"

@@ -1,4 +1,4 @@
-"""How long a computation may take and how much memory: estimated before the work, and refused beyond what is allowed."""
+"""The computing time and memory that a computation may use: estimated before it begins, refused beyond the budget."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ _NOBODY_HAS: Final = 1e12
 
 
 class BudgetError(InputError):
-    """A computation that would take longer, or more memory, than is allowed."""
+    """A computation that would exceed the allowed computing time or memory."""
 
 
 @dataclass(frozen=True)
 class Budget:
-    """What one computation may take.
+    """The computing time and memory that one computation may use.
 
     Parameters
     ----------
     time : float
         Estimated computing time on one core of a common computer [s].
     memory : float
-        Bytes.
+        Memory held at once [bytes].
     """
 
     time: float = 600.0
@@ -38,18 +38,18 @@ class Budget:
 
 @dataclass(frozen=True, kw_only=True)
 class Work:
-    """A part of a computation, before it is done.
+    """One part of a computation, estimated before it begins.
 
     Parameters
     ----------
     what : str
-        What is computed, with its number: "1e+08 output times".
+        What is computed, with its count: "1e+08 output times".
     time : float
-        About how long it takes [s].
+        Estimated computing time [s].
     memory : float
-        About how much memory it holds at once [bytes].
+        Estimated memory held at once [bytes].
     remedy : str
-        What makes it less, as an order to the user: "ask for fewer time.samples".
+        What reduces it, as an instruction to the user: "ask for fewer time.samples".
     """
 
     what: str
@@ -64,34 +64,34 @@ _LISTENER: ContextVar[Callable[[float], None] | None] = ContextVar("listener", d
 
 
 def allowed() -> Budget:
-    """Give what a computation may take here and now."""
+    """Return the budget that holds in this thread at this point."""
     return _ALLOWED.get()
 
 
 @contextmanager
 def budget(*, time: float | str | None = None, memory: float | str | None = None) -> Iterator[Budget]:
-    """Allow computations more time or memory, or less, than the 10 minutes and 4 GB of the default.
+    """Set the computing time and memory that computations may use; the default is 10 minutes and 4 GB.
 
     Parameters
     ----------
     time : float or str, optional
-        Computing time on one core [s], or a text such as ``"2 h"``; as before if absent.
+        Computing time on one core [s], or a text such as ``"2 h"``; unchanged if absent.
     memory : float or str, optional
-        Bytes, or a text such as ``"16 GB"``; as before if absent.
+        Memory [bytes], or a text such as ``"16 GB"``; unchanged if absent.
 
     Yields
     ------
     Budget
-        What holds within the block, in this thread.
+        The budget that holds within the block, in this thread.
 
     Raises
     ------
     InputError
-        If it is not above 0, or no such quantity.
+        If a value is not above 0, or is neither a number nor a text of that kind.
 
     Notes
     -----
-    The estimate counts output times, corners and cycles of the drive, and steps, each with the time that it takes on a
+    The estimate counts output times, corners and cycles of the drive, and time steps, each with its computing time on a
     common computer: the same scenario is refused or accepted on every machine.
     """
     chosen = _ALLOWED.get()
@@ -107,7 +107,7 @@ def budget(*, time: float | str | None = None, memory: float | str | None = None
 
 
 def read_budget(text: str) -> dict[str, float]:
-    """Read a budget as one text, a time, a memory or both.
+    """Read a budget from one text: a time, an amount of memory, or both.
 
     Parameters
     ----------
@@ -117,12 +117,12 @@ def read_budget(text: str) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        ``time`` [s] and ``memory`` [bytes], for `budget`.
+        ``time`` [s] and ``memory`` [bytes], as arguments of `budget`.
 
     Raises
     ------
     InputError
-        If a part is neither.
+        If a part is neither a time nor an amount of memory.
     """
     found: dict[str, float] = {}
     for part in text.split(","):
@@ -134,19 +134,19 @@ def read_budget(text: str) -> dict[str, float]:
 
 
 def refuse_beyond(works: Sequence[Work], *, what: str = "this run") -> None:
-    """Refuse a computation before it begins if it needs more than is allowed.
+    """Refuse a computation before it begins if its estimate exceeds the budget.
 
     Parameters
     ----------
     works : sequence of Work
-        Its parts, one after the other: their times add up, and the largest memory counts.
+        Its parts in sequence: their times add up, and the largest memory counts.
     what : str
         What the user asked for.
 
     Raises
     ------
     BudgetError
-        With the estimate, its largest part, what makes that less, and how to allow more.
+        With the estimate, its largest part, what reduces that part, and how to allow more.
     """
     limit = allowed()
     time, memory = sum(work.time for work in works), max((work.memory for work in works), default=0.0)
@@ -161,7 +161,7 @@ def refuse_beyond(works: Sequence[Work], *, what: str = "this run") -> None:
 
 
 def _advice(remedy: str, time: float, memory: float) -> str:
-    """Say what makes a computation smaller, and how to allow it as it is, unless nobody would wait for it."""
+    """Write what reduces a computation and, below a week and 1 TB, how to allow it as it is."""
     advice = remedy[:1].upper() + remedy[1:]
     if time > _NOBODY_WAITS or memory > _NOBODY_HAS:
         return advice
@@ -179,18 +179,18 @@ def _advice(remedy: str, time: float, memory: float) -> str:
 
 
 class Meter:
-    """Counts the steps of a march whose number is not known beforehand, and ends it when they are too many.
+    """Counter of time steps whose number is not known beforehand; it ends the time stepping beyond the budget.
 
     Parameters
     ----------
     what : str
-        What is marched, for the refusal.
+        What is computed, for the refusal.
     end : float
-        Where the march ends [s].
+        Time at which the time stepping ends [s].
     each : float
-        About how long a step takes [s].
+        Estimated computing time of one step [s].
     remedy : str
-        What makes them fewer, as for `Work`.
+        What reduces the number of steps, as for `Work`.
     """
 
     def __init__(self, what: str, *, end: float, each: float, remedy: str) -> None:
@@ -200,19 +200,19 @@ class Meter:
         self._listener = _LISTENER.get()
 
     def count(self, now: float, *, steps: int = 1) -> None:
-        """Count steps that have come to a time.
+        """Count steps that have been made.
 
         Parameters
         ----------
         now : float
-            How far the march is [s].
+            Time that the time stepping has reached [s].
         steps : int
-            How many more.
+            Number of further steps.
 
         Raises
         ------
         BudgetError
-            If so many take longer than is allowed.
+            If the steps made take longer than the budget allows.
         """
         self.steps += steps
         share = now / self.end if self.end else 1.0
@@ -227,17 +227,17 @@ class Meter:
             )
 
     def expect(self, steps: int) -> None:
-        """Count steps before they are made, those of a whole march.
+        """Count the steps of a whole time stepping before they are made.
 
         Parameters
         ----------
         steps : int
-            How many more.
+            Number of further steps.
 
         Raises
         ------
         BudgetError
-            If so many take longer than is allowed.
+            If the steps would take longer than the budget allows.
         """
         self.steps += steps
         if self.steps > self._most:
@@ -254,12 +254,12 @@ class Meter:
 
 @contextmanager
 def listening(listener: Callable[[float], None] | None) -> Iterator[None]:
-    """Tell someone how far a march is.
+    """Report the progress of time stepping to a listener.
 
     Parameters
     ----------
     listener : callable or None
-        Takes the share that is done, from 0 to 1; called often. None: nobody is told.
+        Called often with the fraction that is done, 0 to 1; None for no reports.
 
     Yields
     ------

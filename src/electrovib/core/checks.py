@@ -1,35 +1,36 @@
-"""A number that a source gives, and how a model is asked for it."""
+"""A number that a source states, and how the same number is computed here."""
 
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
+
+from electrovib.core.status import STATUSES, UNVERIFIED
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-STATUSES: Final = ("full text", "abstract", "derived", "unverified")
-"""How the source of a model or a value was read, from best to not at all."""
+__all__ = ["STATUSES", "Check"]
 
 
 @dataclass(frozen=True)
 class Check:
-    """One published or derived number against ours.
+    """Comparison of a published or derived number with the number computed here.
 
     Parameters
     ----------
     name : str
-        Method of the model to call with `given`, or the name of the quantity that `compute` gives.
+        Method of the model that is called with `given`, or the name of the quantity that `compute` returns.
     expect : float
-        The number of the source, SI.
+        The number that the source states [SI].
     rtol : float
-        Relative tolerance, from the digits the source prints.
+        Relative tolerance, from the digits that the source prints.
     source : str
-        Where it stands.
+        Where the number is stated.
     given : mapping of str to float, optional
         Arguments of the method.
     compute : callable, optional
-        For a check of a whole paper: takes nothing, gives the number.
+        For a check of a whole paper: takes nothing and returns the number computed here.
     status : str
         One of `STATUSES`; a number cited from memory is never a check.
     """
@@ -44,8 +45,8 @@ class Check:
     status: str = "full text"
 
     def __post_init__(self) -> None:
-        """Refuse a check whose source nobody has read."""
-        if self.status not in STATUSES or self.status == "unverified":
+        """Refuse a check against a number whose source was not read."""
+        if self.status not in STATUSES or self.status == UNVERIFIED:
             msg = f"check '{self.name}': status '{self.status}' cannot be checked against"
             raise TypeError(msg)
         if self.expect == 0 or not 0 < self.rtol < 1:
@@ -53,22 +54,22 @@ class Check:
             raise TypeError(msg)
 
     def value(self, model: Any = None) -> float:
-        """Compute our number."""
+        """Compute the number."""
         if self.compute is not None:
             return float(self.compute())
         return float(getattr(model, self.name)(**self.given))
 
     def accepts(self, value: float) -> bool:
-        """Tell whether a number agrees within the tolerance.
+        """Return whether a number agrees within the tolerance.
 
         Parameters
         ----------
         value : float
-            SI, as `expect`; NaN never agrees.
+            The number computed here [SI]; NaN never agrees.
 
         Returns
         -------
         bool
-            True within the relative tolerance, ends included.
+            True within the relative tolerance, its bounds included.
         """
         return abs(value - self.expect) <= self.rtol * abs(self.expect)

@@ -1,4 +1,4 @@
-"""The unit of a file's column, as a scenario names it."""
+"""The unit of a column of a file, as a scenario states it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from electrovib.core.units import KINDS, parse_quantity
 
 
 def column_unit(kind: str) -> AfterValidator:
-    """Declare that a text has to be a unit of this kind, for instance ``"us"`` for ``"s"``.
+    """Declare that a text has to be a unit of a given kind, for instance ``"us"`` for ``"s"``.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def column_unit(kind: str) -> AfterValidator:
 
 
 def is_unit_of(kind: str, text: object) -> bool:
-    """Tell whether a text is a unit of this kind, prefixes included; ``"1"`` and ``"-"`` stand for none."""
+    """Return whether a text is a unit of a kind, with or without a prefix; ``"1"`` and ``"-"`` stand for no unit."""
     if kind == "1" and text in ("1", "-"):
         return True
     if not isinstance(text, str) or not text.strip() or text.strip()[0].isdigit():

@@ -1,4 +1,4 @@
-"""Constants of nature."""
+"""Physical constants."""
 
 from __future__ import annotations
 
@@ -7,4 +7,4 @@ from typing import Final
 VACUUM_PERMITTIVITY: Final = 8.8541878128e-12
 """Electric constant [F/m], CODATA 2018."""
 eps0: Final = VACUUM_PERMITTIVITY
-"""The same, as formulas write it."""
+"""The electric constant under the name that formulas use."""

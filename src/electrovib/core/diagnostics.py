@@ -20,13 +20,13 @@ class Diagnostic:
     Parameters
     ----------
     name : str
-        What is watched.
+        What is judged.
     state : str
-        ``"ok"``, ``"warning"`` (beyond the limit) or ``"unknown"`` (no limit known, or nothing to watch).
+        ``"ok"``, ``"warning"`` (beyond the limit) or ``"unknown"`` (no limit known, or nothing to judge).
     text : str
-        With the value and the limit.
+        One sentence with the value and the limit.
     value, limit : float, optional
-        What was reached and what it was held against, both in `unit`; absent where there is no number.
+        Largest value reached and the limit it is compared with, both in `unit`; absent where there is no number.
     unit : str
         SI unit of both.
     """
@@ -45,7 +45,7 @@ class Diagnostic:
             raise ValueError(msg)
 
     def to_dict(self) -> dict[str, str | float]:
-        """Give plain texts and numbers; numbers that are absent are left out."""
+        """Return the texts and numbers as a mapping; numbers that are absent are omitted."""
         content = asdict(self)
         if not self.unit:
             content = {name: content[name] for name in ("name", "state", "text")}
@@ -53,7 +53,7 @@ class Diagnostic:
 
 
 def read_diagnostics(text: str) -> list[Diagnostic]:
-    """Read what the attribute ``validity`` of a Trace holds; what a sweep adds, such as the case, is in the text too."""
+    """Read the attribute ``validity`` of a Trace; what a sweep adds to it, such as the case, is also in the texts."""
     known = {each.name for each in fields(Diagnostic)}
     return [
         Diagnostic(**{name: content[name] for name in known & set(content)}) for content in json.loads(text)
@@ -61,27 +61,27 @@ def read_diagnostics(text: str) -> list[Diagnostic]:
 
 
 def against(name: str, *, value: float, limit: float, unit: str, what: str, why: str) -> Diagnostic:
-    """Judge a value against a limit.
+    """Compare a value with a limit.
 
     Parameters
     ----------
     name : str
-        What is watched.
+        What is judged.
     value, limit : float
-        Both in `unit`; a value that is not a number is unknown.
+        Both in `unit`; NaN as a value is unknown.
     unit : str
         SI unit.
     what, why : str
-        What reaches the value, and what the limit is.
+        What reaches the value, and what the limit means.
 
     Returns
     -------
     Diagnostic
-        A warning above the limit.
+        In the state ``warning`` above the limit.
     """
     bound = format_quantity(limit, unit, digits=3)
     if math.isnan(value):
-        return Diagnostic(name, "unknown", f"{what} is not known, so it was not held against {bound}: {why}")
+        return Diagnostic(name, "unknown", f"{what} is not known, so it was not compared with {bound}: {why}")
     if math.isinf(value):
         return Diagnostic(name, "warning", f"{what} has no bound, above {bound}: {why}")
     state = "warning" if value > limit else "ok"

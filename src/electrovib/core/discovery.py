@@ -1,14 +1,16 @@
-"""Models and papers are found, never listed: subclasses, the folder `papers/`, entry points of others."""
+"""Discovery of models and papers: subclasses, the folder `papers/`, and entry points of other packages."""
 
 from __future__ import annotations
 
 import functools
 import importlib
 import pkgutil
+from dataclasses import replace
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, nearest, shortened
+from electrovib.core.search import Searchable, as_question, closest_entries
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
@@ -21,19 +23,19 @@ M = TypeVar("M", bound="Model")
 
 
 def find_members(family: type[M], *, wanted: str | None = None) -> Mapping[str, type[M]]:
-    """Find the final classes of a family.
+    """Return the final classes of a family by name.
 
     Parameters
     ----------
     family : type
         An abstract model class.
     wanted : str, optional
-        A name; papers are imported only when it is not among what is already loaded, or when None.
+        A name that is looked for: papers are imported only if no class loaded so far has it, or if it is absent.
 
     Returns
     -------
     mapping of str to type
-        Class name to class.
+        Name of a class to the class.
     """
     _import_beside(family)
     members = _by_name(family)
@@ -44,7 +46,7 @@ def find_members(family: type[M], *, wanted: str | None = None) -> Mapping[str, 
 
 
 def find_member(family: type[M], name: str) -> type[M] | None:
-    """Find the final class of a family by its name, or by one that it had; None if there is none."""
+    """Return the final class of a family with a name, or with a former name; None if there is none."""
     members = find_members(family, wanted=name)
     former = (member for member in members.values() if name in member.former_names)
     return members.get(name) or next(former, None)
@@ -69,7 +71,7 @@ def _leaves(family: type[M]) -> Iterator[type[M]]:
 
 
 def _import_beside(family: type[Model]) -> None:
-    """Import the room of a family of our own, `electrovib.physics` for instance: there its members are, and in papers."""
+    """Import the package of a family of electrovib, `electrovib.physics` for instance, which holds its members besides papers."""
     own, *room = family.__module__.split(".")[:2]
     if own == __name__.partition(".")[0]:
         _import_folder(".".join([own, *room]))
@@ -77,7 +79,7 @@ def _import_beside(family: type[Model]) -> None:
 
 @functools.cache
 def _import_folder(package: str) -> tuple[ModuleType, ...]:
-    """Import every module of a package, folders included."""
+    """Import every module of a package and of the packages in it."""
     root = importlib.import_module(package)
     names = [info.name for info in pkgutil.walk_packages(root.__path__, f"{package}.")]
     return tuple(importlib.import_module(name) for name in names)
@@ -85,7 +87,7 @@ def _import_folder(package: str) -> tuple[ModuleType, ...]:
 
 @functools.cache
 def papers() -> Mapping[str, ModuleType]:
-    """Import every paper, ours and those other packages contribute.
+    """Import every paper, those of electrovib and those that other packages contribute.
 
     Returns
     -------
@@ -108,7 +110,7 @@ def papers() -> Mapping[str, ModuleType]:
 
 
 def _contributed() -> tuple[EntryPoint, ...]:
-    """List what other packages offer under our entry-point group."""
+    """Return the entry points of other packages in the group `ENTRY_POINT_GROUP`."""
     from importlib.metadata import entry_points
 
     return tuple(entry_points(group=ENTRY_POINT_GROUP))
@@ -129,52 +131,65 @@ def _load(entry: EntryPoint) -> ModuleType:
 
 @functools.cache
 def paper_names() -> tuple[str, ...]:
-    """List the papers in our own folder without importing them."""
+    """Return the names of the papers of electrovib, without importing them."""
     root = importlib.import_module("electrovib.papers")
     return tuple(sorted(info.name for info in pkgutil.iter_modules(root.__path__)))
 
 
 def paper(name: str) -> ModuleType:
-    """Import one paper by its file name.
+    """Import one paper by its name.
 
     Parameters
     ----------
     name : str
-        ``author_year``, ours or contributed.
+        ``author_year``, of electrovib or of another package.
 
     Returns
     -------
     module
-        With its citation, models and checks.
+        The paper, with its citation, models and checks.
 
     Raises
     ------
     InputError
-        If there is none; the message has the nearest name.
+        If there is none; the message has the three nearest names.
     """
     if name in paper_names():
         return importlib.import_module(f"electrovib.papers.{name}")
     contributed = {entry.name: entry for entry in _contributed()}
     if name in contributed:
         return _load(contributed[name])
-    known = nearest(name, [*paper_names(), *contributed])
-    raise InputError(f"'{name}' is neither a file nor a paper.{known}")
+    raise InputError(
+        f"'{name}' is neither a file nor a paper.{_near_papers(name, [*paper_names(), *contributed])}"
+    )
+
+
+def _near_papers(name: str, known: Collection[str]) -> str:
+    """Ask for the three papers that a wrong name is most like, with what each is about; only these are imported."""
+    entries = (Searchable(name=author_year, kind="paper", meaning="") for author_year in known)
+    near = closest_entries(name, entries)
+    about = ((paper(match.entry.name).__doc__ or "").strip().split("\n")[0] for match in near)
+    named = [
+        replace(match, entry=replace(match.entry, meaning=text))
+        for match, text in zip(near, about, strict=True)
+    ]
+    return as_question(named) or nearest(name, known)
 
 
 def offers(functions: Collection[str], *, of: str = "") -> dict[str, Any]:
-    """Collect what papers offer ready-made.
+    """Collect what papers offer by name.
 
     Parameters
     ----------
     functions : collection of str
-        Names of functions of a paper that give it, each a mapping of name to thing; ``("skins",)`` for instance.
+        Names of the functions of a paper that return it, each as a mapping of name to object; ``("skins",)`` for instance.
     of : str, optional
-        Only what this paper offers, without importing the others.
+        Collect only from this paper, without importing the others.
 
     Returns
     -------
     dict of str to object
-        ``author_year/name`` to thing; the first function wins where two offer one name.
+        ``author_year/name`` to object; of two functions that offer one name the first counts.
     """
     found: dict[str, Any] = {}
     for author_year, module in ({of: paper(of)} if of else papers()).items():
@@ -191,7 +206,7 @@ def name_of_today(module: ModuleType, name: str) -> str:
 
 
 def find_offer(name: str, functions: Collection[str]) -> Any:
-    """Find what a paper offers under ``author_year/name``.
+    """Return what a paper offers as ``author_year/name``.
 
     Raises
     ------
@@ -210,7 +225,7 @@ def find_offer(name: str, functions: Collection[str]) -> Any:
 
 
 def paper_of(model: type[Model]) -> str:
-    """Give the name of the paper that contributes a model; empty for a law of the textbook."""
+    """Return the name of the paper that contributes a model; empty for a model of the textbook."""
     for name, module in papers().items():
         if model.__module__ == module.__name__ or model.__module__.startswith(f"{module.__name__}."):
             return name

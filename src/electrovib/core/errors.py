@@ -1,4 +1,4 @@
-"""Errors that a user can cause, each with the next thing to do."""
+"""Errors that a user can cause, each with what to do next."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import difflib
 import re
 import unicodedata
 from contextlib import contextmanager
+from traceback import FrameSummary, walk_tb
 from typing import TYPE_CHECKING, Final, Self
 
 if TYPE_CHECKING:
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 
 
 LONGEST_QUOTED: Final = 60
-"""Signs of what is quoted from a file."""
+"""Most characters that are quoted from a file."""
 _LONGEST_PROBLEM: Final = 1200
 _LONGEST_LIST: Final = 600
 _LONGEST_NAME: Final = 100
@@ -22,21 +23,21 @@ _SENTENCE: Final = re.compile(r"([^\s:='\"]+)(?: = ([^:]{1,200}))?: (.+)", re.DO
 
 
 class Problem(str):
-    """One thing wrong with an input: a sentence for people, and what it is made of for programs.
+    """One mistake in an input: a sentence for people, and its parts for programs.
 
     Parameters
     ----------
     reason : str
-        What is wrong, what is allowed and the nearest name. What is quoted in it may come from a file: control
-        characters are shown as their codes, and the middle of a long one is left out.
+        What is wrong, what is allowed and the nearest name. Quoted text may come from a file: control characters are shown
+        as their codes, and the middle of a long text is omitted.
     path : object
-        Where: dotted path of a parameter, name of a file, or option; empty for the whole input.
+        Dotted path of a parameter, name of a file, or an option; empty for the whole input.
     value : str
-        What stands there, as it is shown; empty where there is nothing to show.
+        The value at that place, as text; empty where none is shown.
 
     Notes
     -----
-    The sentence is ``path = value: reason``. Whoever has to decide looks at `path`, `value` and `reason`.
+    The sentence is ``path = value: reason``. Programs read `path`, `value` and `reason`.
     """
 
     __slots__ = ("path", "reason", "value")
@@ -54,36 +55,36 @@ class Problem(str):
 
     @classmethod
     def read(cls, sentence: str) -> Problem:
-        """Take a sentence that is written as ``path = value: reason`` or ``path: reason`` for what it says."""
+        """Read a sentence of the form ``path = value: reason`` or ``path: reason``."""
         if isinstance(sentence, Problem):
             return sentence
         parts = _SENTENCE.fullmatch(sentence)
         return cls(sentence) if parts is None else cls(parts[3], path=parts[1], value=parts[2] or "")
 
     def within(self, owner: str) -> Problem:
-        """Give the same problem of a part, seen from what the part belongs to."""
+        """Return the problem with the path of the part in front, separated by a full stop."""
         path = f"{owner}.{self.path}" if self.path else owner
         return Problem(self.reason, path=path, value=self.value)
 
     def followed_by(self, words: str) -> Problem:
-        """Give the same problem with more words at its end."""
+        """Return the problem with more words at its end."""
         return Problem(f"{self.reason}{words}", path=self.path, value=self.value)
 
 
 class ElectrovibError(Exception):
-    """A mistake a user can mend; shown as one line for each problem, never as a traceback.
+    """A mistake that a user can correct; shown as one line for each problem, without a traceback.
 
     Parameters
     ----------
     problems : str or iterable of str
-        What is wrong, all at once: each a `Problem` or a sentence, ``path = value: reason``.
+        All mistakes: each a `Problem` or a sentence, ``path = value: reason``.
     path, value
-        Of the one problem, if they do not stand in its sentence.
+        Of a single problem, if its sentence does not contain them.
 
     Attributes
     ----------
     problems : tuple of Problem
-        Each a sentence that knows its path, value and reason.
+        Each a sentence with its path, value and reason.
     """
 
     def __init__(self, problems: str | Iterable[str], *, path: object = "", value: str = "") -> None:
@@ -93,24 +94,38 @@ class ElectrovibError(Exception):
         self.problems = tuple(Problem.read(problem) for problem in given)
         super().__init__("\n".join(self.problems))
 
+    def _render_traceback_(self) -> list[str]:
+        """Return what IPython prints instead of a traceback: the problems, and the user's line that met them."""
+        package = __name__.partition(".")[0]
+        theirs = [
+            FrameSummary(frame.f_code.co_filename, number, frame.f_code.co_name)
+            for frame, number in walk_tb(self.__traceback__)
+            if frame.f_globals.get("__name__", "").partition(".")[0] != package
+        ]
+        line = f"in line {theirs[-1].lineno}: {theirs[-1].line}" if theirs and theirs[-1].line else ""
+        return [
+            *(f"{type(self).__name__}: {problem}" for problem in self.problems),
+            *([line] if line else []),
+        ]
+
 
 class InputError(ElectrovibError):
-    """One or several things wrong with an input, all listed at once."""
+    """One or several mistakes in an input, all listed at once."""
 
 
 class DataFileError(InputError):
-    """A file that cannot be read as what it was given for."""
+    """A file that cannot be read as the kind of file that is needed."""
 
 
 class NoColumnError(DataFileError):
-    """A file that has no column of the name that was asked for.
+    """A file without the column that is needed.
 
     Parameters
     ----------
     problems, path
         As for `ElectrovibError`.
     column : str
-        The name.
+        Name of the column.
     """
 
     def __init__(self, problems: str | Iterable[str], *, column: str, path: object = "") -> None:
@@ -119,22 +134,22 @@ class NoColumnError(DataFileError):
 
 
 class NotCausalError(ElectrovibError):
-    """A law without a time-domain form was asked for one."""
+    """A time-domain response was requested of a law that has none."""
 
 
 @contextmanager
 def gathered(problems: list[str]) -> Iterator[None]:
-    """Add what is wrong with an input to a list and go on, so that the rest is looked at too.
+    """Add the mistakes of a block to a list and continue, so that the rest of the input is checked too.
 
     Parameters
     ----------
     problems : list of str
-        Grows by the sentences of an InputError raised in the block; other errors pass.
+        Extended by the problems of an InputError raised in the block; other errors are not caught.
 
     Yields
     ------
     None
-        The block leaves at its first error.
+        The block ends at its first error.
     """
     try:
         yield
@@ -143,7 +158,7 @@ def gathered(problems: list[str]) -> Iterator[None]:
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Give ``" Did you mean 'x'?"`` for the closest known name, or the list of all of them.
+    """Write ``" Did you mean 'x'?"`` with the closest known name, or the list of all known names.
 
     Parameters
     ----------
@@ -155,7 +170,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
     Returns
     -------
     str
-        A sentence that starts with a blank, or an empty text when nothing is known.
+        A sentence that starts with a blank; empty if no name is known.
     """
     names = sorted(known)
     listed = f" Known: {shortened(', '.join(names), _LONGEST_LIST)}." if names else ""
@@ -163,13 +178,13 @@ def nearest(word: str, known: Iterable[str]) -> str:
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """Give ``" Did you mean 'x'?"`` for the closest known name, and nothing if none is close."""
+    """Write ``" Did you mean 'x'?"`` with the closest known name; empty if none is close."""
     close = closest(word, known)
     return "" if close is None else f" Did you mean '{close}'?"
 
 
 def closest(word: str, known: Iterable[str]) -> str | None:
-    """Find the known name that a word is most like.
+    """Find the known name that is most similar to a word.
 
     Parameters
     ----------
@@ -181,27 +196,27 @@ def closest(word: str, known: Iterable[str]) -> str | None:
     Returns
     -------
     str or None
-        None if no name is like it.
+        The closest name; None if no name is similar.
     """
     names = sorted(known)
     close = difflib.get_close_matches(word[:_LONGEST_NAME], names[:_MOST_NAMES], n=1, cutoff=0.6)
-    if not close:  # a difference in capitals only is the commonest slip
+    if not close:  # a difference in capitals only is the most frequent mistake
         close = [name for name in names if name.lower() == word.lower()]
     return close[0] if close else None
 
 
 def printable(text: str) -> str:
-    """Show control characters, and others that a terminal would obey or hide, as their codes.
+    """Write control characters, and others that a terminal would obey or hide, as their codes.
 
     Parameters
     ----------
     text : str
-        From anywhere.
+        Text of any origin.
 
     Returns
     -------
     str
-        One line of signs that can be seen.
+        One line of visible characters.
     """
     if text.isprintable():
         return text
@@ -215,7 +230,7 @@ def _code(sign: str) -> str:
 
 
 def shortened(text: str, room: int) -> str:
-    """Leave out the middle of a text that is longer than this many signs."""
+    """Omit the middle of a text that has more than `room` characters."""
     if len(text) <= room:
         return text
     end = room // 3

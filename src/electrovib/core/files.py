@@ -1,4 +1,4 @@
-"""Files that are read: what a model declares of a file's columns, and a list of all inputs."""
+"""Input files: the columns that a model declares, and the list of all files that are read."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 UNREAD: Final = "its file is read with a scenario; alone, read it with electrovib.scenario.read_part"
-"""What to do about a model that names a file, where nobody has read it."""
+"""Advice of an error where a model names a file that has not been read."""
 _inputs: ContextVar[list[Path] | None] = ContextVar("inputs", default=None)
 
 
 @dataclass(frozen=True)
 class FileColumn:
-    """A column of a file that a model needs; the model declares it, and whoever reads a scenario reads it.
+    """A column of a file that a model needs: declared by the model, read together with the scenario.
 
     Parameters
     ----------
     name : str or int
-        Heading, or number from 0.
+        Heading, or number of the column from 0.
     unit : str
-        Of its numbers where the file names none.
+        Unit of the numbers where the file states none.
     otherwise : str
-        What can be done if there is no such column.
+        What the user can do if there is no such column.
     """
 
     name: str | int
@@ -42,7 +42,7 @@ def inputs_noted() -> Iterator[list[Path]]:
     Yields
     ------
     list of Path
-        Grows while files are read.
+        The files read so far; the list grows while files are read.
     """
     found: list[Path] = []
     token = _inputs.set(found)
@@ -53,7 +53,7 @@ def inputs_noted() -> Iterator[list[Path]]:
 
 
 def note_input(path: Path) -> None:
-    """Tell `inputs_noted` that a file is read."""
+    """Add a file to the list of `inputs_noted`."""
     found = _inputs.get()
     if found is not None:
         found.append(path)

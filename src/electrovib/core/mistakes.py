@@ -1,7 +1,8 @@
-"""What is wrong with a table that should be a model, as sentences for people."""
+"""Messages about a table that cannot be read as a model."""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -10,18 +11,17 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import LONGEST_QUOTED, Problem, nearest, shortened
 from electrovib.core.quantity import quantity_of
+from electrovib.core.search import Searchable, as_question, suggestions
 
 if TYPE_CHECKING:
     from electrovib.core.model import Model
 
 
 def explained(model: type[Model], item: Any) -> InitErrorDetails:
-    """Say for an unknown parameter of which class it was, and the nearest known one."""
+    """Rewrite a validation error: of an unknown parameter with its class and the nearest known name."""
     kind, loc, given = item["type"], item["loc"], item["input"]
     if kind == "extra_forbidden" and len(loc) == 1:
-        known = nearest(str(loc[0]), model.model_fields)
-        name = shortened(str(loc[0]), LONGEST_QUOTED)
-        kind, why = "unknown", f"unknown parameter '{name}' of {model.__name__}.{known}"
+        kind, why = "unknown", _unknown(model, str(loc[0]))
     elif kind == "missing" and len(loc) == 1:
         kind, why = "missing_parameter", f"missing: {_meaning(model, str(loc[0]))}"
     else:
@@ -29,6 +29,13 @@ def explained(model: type[Model], item: Any) -> InitErrorDetails:
     if not loc and isinstance(given, Mapping) and model.is_member:
         given = {"model": model.__name__, **given}
     return InitErrorDetails(type=PydanticCustomError(kind, "{why}", {"why": why}), loc=loc, input=given)
+
+
+def _unknown(model: type[Model], name: str) -> str:
+    if name in model.former_parameters:
+        return f"is the former name of '{model.former_parameters[name]}', which is given as well; remove one of the two"
+    known = nearest(name, [*model.model_fields, *model.derived])
+    return f"unknown parameter '{shortened(name, LONGEST_QUOTED)}' of {model.__name__}.{known}"
 
 
 def _meaning(model: type[Model], field: str) -> str:
@@ -39,18 +46,33 @@ def _meaning(model: type[Model], field: str) -> str:
 
 
 def wants(model: type[Model], value: object) -> str:
-    """Say how to write what stands where a table belongs; of a family, which members there are."""
+    """Write what is expected in the place of a table; of a family, with the nearest members."""
     expected = (
         'expected "author_year/name" of a paper, or a table' if model.offered_by else "expected a table"
     )
     if not model.is_family:
         return f"{expected} of parameters of {model.__name__}"
-    known = nearest(str(value), find_members(model))
-    return f'{expected} that names a {model.__name__} model, {{ model = "..." }}.{known}'
+    return f'{expected} that names a {model.__name__} model, {{ model = "..." }}.{near_members(model, str(value))}'
+
+
+def near_members(family: type[Model], name: str) -> str:
+    """Ask for the three members of a family that a wrong name is most like, with what each is; else list all."""
+    members = find_members(family)
+    entries = [
+        Searchable(name=key, kind=family.__name__, meaning=first_line(member), former=member.former_names)
+        for key, member in members.items()
+    ]
+    return as_question(suggestions(name, entries)) or nearest(name, members)
+
+
+def first_line(thing: object) -> str:
+    """Return the first line of a docstring, without its full stop."""
+    text = (inspect.getdoc(thing) or "").strip()
+    return " ".join(text.split("\n\n")[0].split()).rstrip(".")
 
 
 def problem(item: Mapping[str, Any]) -> Problem:
-    """Say one validation error with its dotted path and the value that stands there."""
+    """Convert a validation error to a `Problem` with its dotted path and value."""
     path = ".".join(shortened(str(part), LONGEST_QUOTED) for part in item["loc"])
     why = item["msg"].removeprefix("Value error, ")
     shows_value = item["type"] not in {"missing_parameter", "unknown"}
@@ -58,7 +80,7 @@ def problem(item: Mapping[str, Any]) -> Problem:
 
 
 def shown(value: Any) -> str:
-    """Write the value that an error is about, on one short line."""
+    """Write the value of an error on one short line."""
     if isinstance(value, Mapping):
         named = [
             f"{key} = {shortened(repr(value[key]), LONGEST_QUOTED)}, "

@@ -1,4 +1,4 @@
-"""A model with other numbers in it: only what holds them is built and validated again, the rest is shared."""
+"""A model with some numbers replaced: only the parts that hold them are built and validated again."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ M = TypeVar("M", bound=Model)
 
 
 def with_numbers(model: M, numbers: Mapping[str, float]) -> M:
-    """Give a copy with other numbers at some paths; parts that hold none of them are the same objects.
+    """Return a copy with other numbers at some paths; parts without a change are shared with the original.
 
     Parameters
     ----------
     model : Model
-        What to start from.
+        The model to copy.
     numbers : mapping of str to float
-        Dotted path of a physical parameter to its value in SI.
+        Dotted path of a stored physical parameter, as `stored_changes` has it, to its value in SI.
 
     Returns
     -------
     Model
-        Validated, as `Model.replace` gives it, and faster.
+        Validated, and equal to the result of `Model.replace`, which is slower.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def with_numbers(model: M, numbers: Mapping[str, float]) -> M:
     try:
         return _rebuilt(model, tree)
     except (ValidationError, LookupError, TypeError):
-        return model.replace(numbers)  # which says what is wrong with them
+        return model.replace(numbers)  # reports what is wrong with them
 
 
 def _rebuilt(model: M, tree: Mapping[str, Any]) -> M:

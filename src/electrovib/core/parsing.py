@@ -1,15 +1,15 @@
-"""TOML and JSON from outside: whatever is in the text, it is read or refused with a reason."""
+"""TOML and JSON from outside: any text is either read or refused with a reason."""
 
 from __future__ import annotations
 
 from typing import Any, Final
 
 _DEEPEST: Final = 50
-"""Levels of tables and lists: a scenario needs about ten."""
+"""Most levels of nested tables and lists; a scenario needs about ten."""
 
 
 def read_toml(text: str) -> dict[str, Any]:
-    """Read TOML.
+    """Read a text as TOML.
 
     Raises
     ------
@@ -31,7 +31,7 @@ def read_toml(text: str) -> dict[str, Any]:
 
 
 def read_json(text: object) -> Any:
-    """Read JSON.
+    """Read a text as JSON.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def read_json(text: object) -> Any:
 
 
 def _check_depth(content: Any) -> None:
-    """Refuse what the recursions of everything that follows could not get through."""
+    """Refuse nesting that would exceed the recursion limit later on."""
     level = [content]
     for _ in range(_DEEPEST):
         level = [

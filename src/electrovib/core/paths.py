@@ -1,9 +1,10 @@
-"""Dotted paths: one name for a parameter in files, options, sliders, fits and messages."""
+"""Dotted paths: the name of a parameter in files, options, fits and messages."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from electrovib.core.changes import derived_at, stored_path
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.tables import place_of, unknown
 
@@ -13,27 +14,29 @@ if TYPE_CHECKING:
 
 
 def value_at(model: Model, path: str) -> Any:
-    """Look a dotted path up.
+    """Return what stands at a dotted path of a model.
 
     Parameters
     ----------
     model : Model
-        Where to look.
+        A scenario, or a part of one.
     path : str
         Dotted path.
 
     Returns
     -------
     object
-        A float in SI, a text, a nested table.
+        A float in SI, a text, or a nested table.
 
     Raises
     ------
     InputError
         If there is no such path; the message has the nearest name.
     """
+    if (found := derived_at(model, path)) is not None:
+        return getattr(*found)
     table: Any = model.to_dict()
-    for depth, key in enumerate(parts := path.split(".")):
+    for depth, key in enumerate(parts := stored_path(model, path).split(".")):
         if isinstance(table, dict) and key in table:
             table = table[key]
         elif isinstance(table, list) and (place := place_of(table, key)) is not None:
@@ -46,15 +49,20 @@ def value_at(model: Model, path: str) -> Any:
 
 
 def quantity_at(model: Model, path: str) -> Quantity:
-    """Find the declaration of the parameter at a dotted path.
+    """Return the declaration of the parameter at a dotted path.
 
     Raises
     ------
     InputError
         If the path names no physical parameter.
     """
+    if (found := derived_at(model, path)) is not None:
+        owner, name = found
+        quantity: Quantity = owner.derived[name]
+        return quantity
     declared = {where: quantity for where, _, quantity in model.parameters()}
-    if path not in declared:
+    today = stored_path(model, path)
+    if today not in declared:
         how = type(model).how_to_add(model.to_dict(), path)
         raise InputError(how or f"no physical parameter has this path.{nearest(path, declared)}", path=path)
-    return declared[path]
+    return declared[today]

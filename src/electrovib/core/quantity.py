@@ -1,4 +1,4 @@
-"""The declaration that every physical parameter carries: unit, range, meaning."""
+"""The declaration of a physical parameter: unit, range, meaning."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Quantity:
     doc : str
         What the number means, in a few words.
     source : str
-        Where the default comes from; empty without one, or where it is 0 or absent.
+        Source of the default; empty without a default, or where it is 0.
     """
 
     unit: str
@@ -53,7 +53,7 @@ class Quantity:
             raise TypeError(msg)
 
     def read(self, value: object) -> float:
-        """Turn text or a number into a float in SI within the range.
+        """Convert a text or a number to a float in SI within the range.
 
         Raises
         ------
@@ -79,11 +79,11 @@ class Quantity:
         return number
 
     def range(self, between: str = " and ") -> str:
-        """Write the range for a person, with a word between the ends."""
+        """Write the range as text, with a word between its ends."""
         return f"{format_quantity(self.low, self.unit)}{between}{format_quantity(self.high, self.unit)}"
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Validate through `read`; keep a None that the field's own type allows."""
+        """Validate with `read`; None is kept where the type of the field allows it."""
         del handler
         schema = core_schema.no_info_plain_validator_function(self.read)
         return core_schema.nullable_schema(schema) if type(None) in get_args(source) else schema
@@ -91,7 +91,7 @@ class Quantity:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """Describe the parameter for sliders and documents."""
+        """Describe the parameter for user interfaces and documents."""
         del schema, handler
         return {
             "type": "number",
@@ -103,6 +103,6 @@ class Quantity:
 
 
 def quantity_of(model: type[BaseModel], field: str) -> Quantity | None:
-    """Find the declaration of a field, if it is a physical parameter."""
+    """Return the declaration of a field; None if it is no physical parameter."""
     found = [m for m in model.model_fields[field].metadata if isinstance(m, Quantity)]
     return found[0] if found else None

@@ -1,4 +1,4 @@
-"""Measured numbers inside a model: a read-only array whose content counts for equality and hash."""
+"""Measured numbers inside a model: a read-only array that is compared and hashed by its content."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ _EXACT = 2.0**53
 """Whole numbers below it are exact, and so is the nearest number to one of them over a power of ten."""
 _KINDS = ("i1", "i2", "i4", "i8")
 _STRETCH = 1 << 15
-"""Numbers that are looked at together, so that they stay in the cache."""
+"""Numbers that are processed together, so that they stay in the cache."""
 _LOOKS = 256
-"""Numbers that are looked at before all of them are."""
+"""Numbers that are inspected first, before all of them are."""
 _HEAD = 1 << 16
 _WORTH = 0.6
-"""Share to which the first bytes have to be compressed for all of them to be."""
+"""Compressed size over size of the first bytes, above which nothing is compressed."""
 
 
 class Samples:
-    """A read-only one-dimensional float64 array, a value: its content counts, and nothing changes it.
+    """A read-only one-dimensional array of float64, compared by its content.
 
     Parameters
     ----------
     values : array_like
-        Copied; one dimension.
+        The numbers, in one dimension; they are copied.
     """
 
     __slots__ = ("_raw",)
@@ -53,19 +53,19 @@ class Samples:
 
     @property
     def values(self) -> NDArray[np.float64]:
-        """The numbers; an array on bytes, which cannot be made writeable."""
+        """The numbers, as an array that cannot be made writeable."""
         return np.frombuffer(self._raw, np.float64)
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
-        """Refuse: samples stay what they are."""
+        """Refuse to set an attribute: samples are read-only."""
         raise AttributeError(f"samples are read-only: '{name}' cannot be set")
 
     def __reduce__(self) -> tuple[type[Samples], tuple[NDArray[np.float64]]]:
-        """Pickle and copy through the constructor, so that a copy is read-only too."""
+        """Pickle and copy with the constructor, so that a copy is read-only too."""
         return type(self), (self.values,)
 
     def __eq__(self, other: object) -> bool:
-        """Compare every bit."""
+        """Compare all bits."""
         return isinstance(other, Samples) and self._raw == other._raw
 
     def __hash__(self) -> int:
@@ -77,29 +77,29 @@ class Samples:
         return len(self.values)
 
     def __repr__(self) -> str:
-        """Show the size only."""
+        """Write the number of samples."""
         return f"<{len(self)} samples>"
 
     def canonical_content(self) -> dict[str, Any]:
-        """Give what stands for the numbers in a hash."""
+        """Return what represents the numbers in a hash: how many they are, and the SHA-256 of their bytes."""
         return {"size": len(self), "sha256": hashlib.sha256(self._little_endian()).hexdigest()}
 
     def _little_endian(self) -> bytes:
         return self._raw if sys.byteorder == "little" else self.values.astype("<f8").tobytes()
 
     def packed(self) -> str:
-        """Write the numbers without loss as short text that `read` accepts.
+        """Write the numbers without loss as a short text that `read` accepts.
 
         Notes
         -----
-        Numbers with few decimals, as instruments write them, are steps of whole numbers; others are their bytes, which
-        are compressed where that is worth its time.
+        Numbers with few decimals, as instruments write them, are stored as differences of integers; other numbers as
+        their bytes, compressed where that shortens them enough.
         """
         return _as_decimals(self.values) or _as_bytes(self._little_endian())
 
     @classmethod
     def read(cls, value: object) -> Samples:
-        """Accept samples, an array, a list or packed text."""
+        """Read samples, an array, a list or a packed text."""
         if isinstance(value, Samples):
             return value
         try:
@@ -115,13 +115,13 @@ class Samples:
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Validate through `read`."""
+        """Validate with `read`."""
         del source, handler
         return core_schema.no_info_plain_validator_function(cls.read)
 
 
 def _as_bytes(raw: bytes) -> str:
-    """Write bytes as text, compressed if their beginning becomes short enough by that."""
+    """Write bytes as text, compressed if that shortens their beginning enough."""
     head = raw[:_HEAD]
     worth = len(zlib.compress(head, 1)) <= _WORTH * len(head)
     packed = zlib.compress(raw, 6 if worth else 0)
@@ -131,7 +131,7 @@ def _as_bytes(raw: bytes) -> str:
 
 
 def _as_decimals(values: NDArray[np.float64]) -> str:
-    """Write numbers with few decimals as steps of whole numbers; empty where they are none."""
+    """Write numbers with few decimals as differences of integers; empty if they have many decimals."""
     some = values[:: max(1, len(values) // _LOOKS)]
     places = next((each for each in range(_MOST_PLACES + 1) if _whole(some, each) is not None), None)
     whole = None if places is None else _whole(values, places)
@@ -152,7 +152,7 @@ def _as_decimals(values: NDArray[np.float64]) -> str:
 
 
 def _whole(values: NDArray[np.float64], places: int) -> NDArray[np.int64] | None:
-    """Give numbers times a power of ten where that makes them whole and gives them back exactly, else None."""
+    """Return the numbers times a power of ten as integers; None unless the division restores them exactly."""
     power, whole = 10.0**places, np.empty(len(values), np.int64)
     for first in range(0, len(values), _STRETCH):
         some = values[first : first + _STRETCH]
@@ -167,12 +167,12 @@ def _whole(values: NDArray[np.float64], places: int) -> NDArray[np.int64] | None
 
 
 def _steps(whole: NDArray[np.int64], stretch: slice) -> NDArray[np.int64]:
-    """From each whole number to the next, up to those of a stretch."""
+    """Return the differences of consecutive integers within a range of places."""
     return np.diff(whole[stretch.start - 1 : stretch.stop])
 
 
 def _minus_zeros(values: NDArray[np.float64]) -> list[int]:
-    """Places of -0.0, which no whole number tells from 0.0."""
+    """Return the places of -0.0, which an integer cannot distinguish from 0.0."""
     zeros = np.flatnonzero(values == 0)
     found: list[int] = zeros[np.signbit(values[zeros])].tolist()
     return found
@@ -182,7 +182,7 @@ def _from_decimals(text: str) -> NDArray[np.float64]:
     """Read what `_as_decimals` writes."""
     places, kind, first, minus, packed = text.removeprefix(_DECIMALS).split(":")
     if kind not in _KINDS or not 0 <= int(places) <= _MOST_PLACES:
-        raise ValueError("their first words are not understood")
+        raise ValueError("the beginning of the packed text is not valid")
     allowed = content_allowed(len(base64.b64decode(packed, validate=True))) // 8 * int(kind[1])
     steps = np.frombuffer(_unpacked(packed, allowed), f"<{kind}")
     values = np.cumsum(np.append(int(first), steps), dtype=np.int64) / 10.0 ** int(places)
@@ -192,14 +192,14 @@ def _from_decimals(text: str) -> NDArray[np.float64]:
 
 
 def _unpacked(text: str, allowed: int | None = None) -> bytes:
-    """Unpack no more than so much text may unfold to."""
+    """Unpack a text, and refuse one that unpacks to more bytes than are allowed."""
     packed = base64.b64decode(text, validate=True)
     allowed = content_allowed(len(packed)) if allowed is None else allowed
     unpacking = zlib.decompressobj()
     raw = unpacking.decompress(packed, allowed + 1)
     if len(raw) > allowed:
-        msg = f"they would unfold to more than {megabytes(allowed)}"
+        msg = f"they would unpack to more than {megabytes(allowed)}"
         raise ValueError(msg)
     if not unpacking.eof:
-        raise ValueError("they are cut short")
+        raise ValueError("the packed text is incomplete")
     return raw

@@ -1,7 +1,7 @@
-"""The nomenclature: one word for each signal, with its unit, symbol and meaning.
+"""The nomenclature: one name for each signal, with its unit, symbol and meaning.
 
-The unit belongs to the name. xarray keeps attributes through arithmetic, so a squared voltage would still say
-V; units are therefore stamped when a Trace is made and when it is saved, and never trusted in between.
+The unit belongs to the name. xarray keeps attributes in arithmetic, so a squared voltage would still have the unit V;
+units are therefore written when a Trace is made and when it is saved, and not relied on in between.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from electrovib.core.errors import ElectrovibError, nearest
 
 @dataclass(frozen=True)
 class Signal:
-    """What a signal is.
+    """Declaration of a signal.
 
     Parameters
     ----------
     unit : str
         SI unit, one of `electrovib.core.units.KINDS`.
     symbol : str
-        As on an axis, mathtext.
+        Symbol for an axis, in mathtext.
     doc : str
         Meaning, in a few words.
     dims : tuple of str
-        Dimensions in the Trace of one scenario; none of a coordinate.
+        Dimensions in the Trace of one scenario; empty for a coordinate.
     """
 
     unit: str
@@ -43,20 +43,20 @@ SIGNALS: Final = {
     "drive_voltage": Signal("V", "v", "voltage of the drive"),
     "drive_current": Signal("A", "i_d", "current that the drive prescribes"),
     "stack_voltage": Signal("V", "v_{stack}", "voltage across the layers, without source and return path"),
-    "effective_voltage": Signal("V", "v_e", "part of the voltage that pulls the finger"),
+    "effective_voltage": Signal("V", "v_e", "part of the voltage that attracts the finger"),
     "field": Signal("V/m", "E", "electric field in a layer", ("layer", "time")),
     "interface_field": Signal(
         "V/m", "E_g", "electric field where plate and finger separate: of the gap, or of a vanishing one"
     ),
     "displacement": Signal("C/m2", "D", "bound electric displacement in a layer", ("layer", "time")),
-    "plate_voltage": Signal("V", "v_p", "voltage that the amplifier gives the plate"),
+    "plate_voltage": Signal("V", "v_p", "voltage of the plate behind the amplifier"),
     "amplifier_current": Signal(
         "A", "i_a", "current of the amplifier into plate, stray capacitance and finger"
     ),
     "current": Signal("A", "i", "current into the contact"),
     "gap": Signal("m", "g", "gap between finger and plate"),
     "gross_contact_area": Signal("m2", "A", "area of the outline of the contact"),
-    "real_contact_area": Signal("m2", "A_r", "area that touches"),
+    "real_contact_area": Signal("m2", "A_r", "real contact area"),
     "electrostatic_force": Signal("N", "f_e", "electrostatic attraction"),
     "normal_force": Signal("N", "f_n", "force with which the finger is pressed"),
     "lateral_force": Signal("N", "f_t", "friction force"),
@@ -90,7 +90,7 @@ SIGNALS: Final = {
 
 
 def signal(name: str) -> Signal:
-    """Look a signal up.
+    """Return the declaration of a signal.
 
     Raises
     ------

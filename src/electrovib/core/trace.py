@@ -16,7 +16,7 @@ FORMAT = "electrovib trace 1"
 
 
 def is_trace(source: object) -> TypeGuard[xarray.Dataset]:
-    """Tell whether something is a Trace in memory; without xarray, which costs time to import, there is none."""
+    """Return whether an object is a Trace; False without an import of xarray, because no Trace exists then."""
     known = sys.modules.get("xarray")
     return known is not None and isinstance(source, known.Dataset)
 
@@ -26,16 +26,16 @@ def make_trace(
     coordinates: Mapping[str, Any],
     attributes: Mapping[str, Any],
 ) -> xarray.Dataset:
-    """Make a Trace and stamp the unit of every signal.
+    """Make a Trace, with the unit of every signal.
 
     Parameters
     ----------
     variables : mapping
-        Signal name to (dimensions, array).
+        Name of a signal to its dimensions and array.
     coordinates : mapping
-        Dimension to values.
+        Name of a dimension to its values.
     attributes : mapping
-        Provenance: texts and numbers only; structured things as JSON text.
+        Provenance, texts and numbers only; structured content as JSON text.
 
     Returns
     -------
@@ -60,12 +60,12 @@ def make_trace(
 
 
 def stamp(trace: xarray.Dataset) -> xarray.Dataset:
-    """Write units and meanings on a Trace again, from the names alone.
+    """Write the units and meanings of a Trace again, from the names of its variables.
 
     Parameters
     ----------
     trace : xarray.Dataset
-        Any Trace, also after arithmetic.
+        A Trace, also after arithmetic.
 
     Returns
     -------
@@ -79,7 +79,7 @@ def stamp(trace: xarray.Dataset) -> xarray.Dataset:
 
 
 def _meaning(name: str) -> dict[str, str]:
-    """Unit and meaning of a signal; nothing for a name outside the nomenclature."""
+    """Return unit and meaning of a signal; empty for a name outside the nomenclature."""
     if name not in SIGNALS:
         return {}
     known = SIGNALS[name]

@@ -1,4 +1,4 @@
-"""Numbers with units at the border: text in, SI floats inside, text out."""
+"""Conversion between texts with units and floats in SI."""
 
 from __future__ import annotations
 
@@ -59,12 +59,12 @@ KINDS: Final = {
     "S/m2": ("a conductance per area", "20 mS/m2"),
     "rad": ("an angle", "0.5 rad"),
 }
-"""Every unit a parameter or a signal may have: what it is called and how it is written."""
+"""Every unit of a parameter or a signal: name of the quantity, and an example."""
 
 _STEM: Final = {"kg": ("g", -3)}
-"""Units whose SI form already has a prefix: what prefixes go with, and its power of ten."""
+"""Units whose SI form has a prefix: the stem that takes prefixes, and the power of ten of the SI form."""
 _LONGEST: Final = 64
-"""Longer texts are no number with a unit; the bound keeps matching short."""
+"""Most characters of a number with a unit; the bound keeps the matching fast."""
 _NUMBER = r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?)"
 _SYMBOL = re.compile(r"([A-Za-z]+)(\d?)")
 _PINT_LENGTH: Final = 32
@@ -87,19 +87,19 @@ _PINT_TEXT = re.compile(rf"\s*{_NUMBER}\s*({_PINT_UNIT}(?:(?:\s*[*/]\s*|\s+){_PI
 
 
 def parse_quantity(text: str, unit: str) -> float:
-    """Read a number with a unit as a float in SI.
+    """Convert a text with a unit to a float in SI.
 
     Parameters
     ----------
     text : str
-        A decimal number and a unit, for instance ``"90 um"``; a bare number is SI.
+        A decimal number and a unit, for instance ``"90 um"``; a number without a unit is in SI.
     unit : str
         The SI unit wanted, one of `KINDS`.
 
     Returns
     -------
-    float
-        The nearest float to the exact decimal value.
+    value : float
+        In SI: the float nearest to the exact decimal value.
 
     Raises
     ------
@@ -116,13 +116,13 @@ def parse_quantity(text: str, unit: str) -> float:
 
 
 def expected(unit: str) -> str:
-    """Say what a parameter of this unit looks like."""
+    """Write what is expected of a parameter with this unit, with an example."""
     kind, example = KINDS[unit]
     return f"expected {kind}, for instance '{example}'"
 
 
 def format_quantity(value: float, unit: str, *, digits: int = 6) -> str:
-    """Show a number to a person: a prefix where it reads better (``90 um``).
+    """Write a number with its unit, with a prefix where it reads better (``90 um``).
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def format_quantity(value: float, unit: str, *, digits: int = 6) -> str:
         return f"{value:.{digits}g}"
     if value == 0 or not math.isfinite(value):
         return f"{value:g} {unit}"
-    value = float(f"{value:.{digits}g}")  # first: 999.96 with three digits is 1 k
+    value = float(f"{value:.{digits}g}")  # rounded first: 999.96 with three digits is 1 k
     stem, shift = _STEM.get(unit, (unit, 0))
     power = int(_first_symbol(unit)[1] or 1)
     prefixes = SHOWN_PREFIXES if power == 1 else ("u", "m", "c", "")
@@ -156,7 +156,7 @@ def format_quantity(value: float, unit: str, *, digits: int = 6) -> str:
 
 
 def exact_text(value: float, unit: str) -> str | float:
-    """Give text with a unit if it reads back to exactly this float, else the bare float.
+    """Return a text with a unit if it reads back to exactly this float, else the float.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def exact_text(value: float, unit: str) -> str | float:
     Returns
     -------
     str or float
-        What a scenario file may hold without loss.
+        For a scenario file, without loss of precision.
     """
     for digits in (6, 12, 17):
         text = format_quantity(value, unit, digits=digits)
@@ -209,12 +209,12 @@ def _parse_own_unit(text: str, unit: str) -> float | None:
     if unit == "1":
         return float(Decimal(match[1]).scaleb(-2 if match[3] else 0))
     power = int(_first_symbol(unit)[1] or 1)
-    shift = 0 if match[2] is None else _STEM.get(unit, (unit, 0))[1]  # a bare number is SI
+    shift = 0 if match[2] is None else _STEM.get(unit, (unit, 0))[1]  # a number without a unit is in SI
     return float(Decimal(match[1]).scaleb(PREFIXES[match[2] or ""] * power + shift))
 
 
 def _parse_other_unit(text: str, unit: str) -> float | None:
-    """Leave unusual unit texts to pint, which never returns from towers of powers: admit only short ones."""
+    """Convert a short text with any other unit by pint; pint does not return from towers of powers."""
     match = _PINT_TEXT.fullmatch(text) if len(text) <= _PINT_LENGTH and unit != "1" else None
     if match is None:
         return None

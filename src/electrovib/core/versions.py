@@ -1,4 +1,4 @@
-"""Which versions of the parts made a result."""
+"""Versions of the packages with which a result was computed."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ PARTS = (
 
 
 def versions() -> dict[str, str]:
-    """Give the versions of electrovib, Python and the packages a result depends on, without importing them.
+    """Return the versions of electrovib, Python and the packages on which a result depends, without importing them.
 
     Returns
     -------
     dict of str to str
-        Name to version; a package that is not installed is left out.
+        Name to version; a package that is not installed is omitted.
     """
     import platform
     from importlib.metadata import PackageNotFoundError, version

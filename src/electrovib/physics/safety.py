@@ -1,8 +1,9 @@
-"""What breaks down, and where: films, air, skin and sweat."""
+"""Electrical limits of films, air, skin and sweat, and the diagnostics that compare a run with them."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -10,31 +11,38 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic, against
 from electrovib.core.units import format_quantity
+from electrovib.physics.material.library import UNVERIFIED, BreakdownStrength, find_substance, materials
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from electrovib.physics.stack import Layer
 
 PASCHEN_A = 112.50 * 1e-3 * 1e2
 """Ionisation constant of air [1/(Pa m)]: 112.50 /(kPa cm)."""
 PASCHEN_B = 2737.50 * 1e-3 * 1e2
 """Excitation constant of air [V/(Pa m)]: 2737.50 V/(kPa cm)."""
 SECONDARY_EMISSION = 0.01
-"""Electrons freed per ion that hits the electrode; cited from memory, unverified."""
+"""Electrons released per ion that hits the electrode; cited from memory, unverified."""
 ATMOSPHERE = 101325.0
-"""Pa."""
+"""Standard pressure of air [Pa]."""
 SMALLEST_PASCHEN_GAP = 5e-6
-"""Below, Paschen's law fails and field emission takes over [m]."""
+"""Gap below which Paschen's law fails and field emission dominates [m]."""
 FIELD_EMISSION = 75e6
-"""Micro-gap breakdown in air [V/m]; cited from memory, unverified."""
+"""Field of breakdown of micro-gaps in air [V/m]; cited from memory, unverified."""
 LINEAR_SKIN = 10.0
-"""Voltage up to which skin conducts in proportion: onset of electroporation at 10 to 20 V."""
+"""Voltage up to which skin is ohmic [V]: the onset of electroporation is at 10 to 20 V."""
 SURFACE_TENSION = 0.072
-"""Water [N/m]."""
-POLYMER_FILM: Final = (118e6, 236e6)
-"""Lowest and highest AC strength of films of 7.6 to 127 um [V/m]: Kapton HN, minima of its data sheet; PET, 133, is inside."""
+"""Surface tension of water [N/m]."""
 POLYMER_PERMITTIVITY: Final = (2.0, 4.5)
-POLYMER_THICKNESS: Final = (7.6e-6, 127e-6)
-"""Of the films that were measured [m]."""
+"""Relative permittivities at 1 kHz between which an unnamed layer counts as a polymer film; a choice."""
+OTHER_THICKNESS: Final = {
+    "same": "",
+    "thinner": "; this layer is thinner, and thinner films usually hold more",
+    "thicker": "; this layer is thicker, and thicker films usually hold less, so this limit does not show that it holds",
+    "unknown": "; so this limit does not show that this layer holds",
+}
+"""What follows from the thickness at which a strength was measured, by that of the layer."""
 
 
 def paschen_voltage(*, gap: float) -> float:
@@ -47,12 +55,13 @@ def paschen_voltage(*, gap: float) -> float:
 
     Returns
     -------
-    float
+    voltage : float
         V; infinite where the gap is too small for an avalanche by this law.
 
     Notes
     -----
-    V = B p d/(ln(A p d) - ln(ln(1 + 1/gamma))); gamma is recalled. Not valid below about 5 um.
+    V = B p d/(ln(A p d) - ln(ln(1 + 1/gamma))); gamma is cited from memory, unverified. Not valid below about
+    5 um.
     """
     product = ATMOSPHERE * gap
     denominator = math.log(PASCHEN_A * product) - math.log(math.log1p(1 / SECONDARY_EMISSION))
@@ -60,7 +69,7 @@ def paschen_voltage(*, gap: float) -> float:
 
 
 def electrowetting_voltage(*, thickness: float, permittivity: float) -> float:
-    """Voltage at which Young-Lippmann would change cos(theta) by 1: menisci are saturated above.
+    """Voltage at which the Young-Lippmann equation changes cos(theta) by 1; above it menisci are saturated.
 
     Parameters
     ----------
@@ -71,14 +80,14 @@ def electrowetting_voltage(*, thickness: float, permittivity: float) -> float:
 
     Returns
     -------
-    float
+    voltage : float
         V.
     """
     return math.sqrt(2 * SURFACE_TENSION * thickness / (eps0 * permittivity))
 
 
 def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Voltage across a gap over the one at which Paschen's law has it break down.
+    """Voltage across a gap over its breakdown voltage by Paschen's law.
 
     Parameters
     ----------
@@ -87,8 +96,8 @@ def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> N
 
     Returns
     -------
-    ndarray, shape (n,)
-        1 at breakdown; 0 for gaps of which the law says nothing.
+    share : ndarray, shape (n,)
+        Dimensionless, 1 at breakdown; 0 for gaps to which the law does not apply.
     """
     if len(gaps) and np.all(gaps == gaps[0]):
         held = np.full(len(gaps), paschen_voltage(gap=max(float(gaps[0]), SMALLEST_PASCHEN_GAP)))
@@ -97,54 +106,60 @@ def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> N
     return np.asarray(np.where(gaps >= SMALLEST_PASCHEN_GAP, np.abs(fields) * gaps / held, 0.0))
 
 
-def film_diagnostic(
-    name: str, *, field: float, declared: float | None, permittivity: float, thickness: float
-) -> Diagnostic:
-    """Judge the strength of a layer of the plate.
+def film_diagnostic(name: str, layer: Layer, *, field: float) -> Diagnostic:
+    """Compare the field of a layer with its breakdown strength.
 
     Parameters
     ----------
     name : str
         Of the layer.
+    layer : Layer
+        Its declared breakdown field counts first, then the strength of its substance in the materials library, then
+        that of the polymer films of the library.
     field : float
         Its largest absolute field [V/m].
-    declared : float or None
-        Its breakdown field [V/m].
-    permittivity : float
-        Real, at 1 kHz.
-    thickness : float
-        m.
 
     Returns
     -------
     Diagnostic
-        Against what is declared; else against the range of polymer films where it may be one, by permittivity
-        and thickness; else unknown.
+        Unknown if no strength is known, and where the field is within a strength that is unverified, or was measured on
+        a thinner layer, or at a thickness that is not known.
     """
     title, what = f"film strength, {name}", f"the field in '{name}'"
-    if declared is not None:
-        return against(
-            title, value=field, limit=declared, unit="V/m", what=what, why="its declared breakdown field"
-        )
-    own = f"declare stack.{name}.breakdown_field for this film's own"
-    low, high = POLYMER_FILM
-    if _between(permittivity, POLYMER_PERMITTIVITY) and _between(thickness, POLYMER_THICKNESS):
-        both = f"{low / 1e6:g} to {high / 1e6:g} MV/m"
-        why = f"the lowest strength of polymer films of this kind ({both}: Kapton HN and PET, data sheets); {own}"
-        return against(title, value=field, limit=low, unit="V/m", what=what, why=why)
-    shown = format_quantity(field, "V/m", digits=3)
-    text = (
-        f"{what} reaches {shown}; no breakdown_field is declared and no range is known for such a film: {own}"
-    )
-    return Diagnostic(title, "unknown", text)
+    if layer.breakdown_field is not None:
+        why = "its declared breakdown field"
+        return against(title, value=field, limit=layer.breakdown_field, unit="V/m", what=what, why=why)
+    own = f"for its own, set stack.{name}.material.substance or stack.{name}.breakdown_field"
+    substance = None if layer.material.substance is None else find_substance(layer.material.substance)
+    if substance is not None:
+        strength = substance.strength_of(layer.thickness)
+        whose, more = f"the breakdown strength of {substance.name}", ""
+    else:
+        strength = _polymer_strength(layer)
+        whose, more = "the lowest breakdown strength of polymer films in the materials library", f"; {own}"
+    if strength is None:
+        shown = format_quantity(field, "V/m", digits=3)
+        text = f"{what} reaches {shown}; no breakdown strength is known for such a film; {own}"
+        return Diagnostic(title, "unknown", text)
+    compared = strength.compared_with(layer.thickness)
+    why = f"{whose}, {strength.measured_at} ({strength.status}: {strength.source}){OTHER_THICKNESS[compared]}{more}"
+    found = against(title, value=field, limit=strength.value, unit="V/m", what=what, why=why)
+    doubtful = compared in {"thicker", "unknown"} or strength.status == UNVERIFIED
+    return replace(found, state="unknown") if doubtful and found.state == "ok" else found
 
 
-def _between(value: float, range_: tuple[float, float]) -> bool:
-    return range_[0] <= value <= range_[1]
+def _polymer_strength(layer: Layer) -> BreakdownStrength | None:
+    """Find the lowest strength that polymer films of the library have at the thickness of a layer that may be one."""
+    low, high = POLYMER_PERMITTIVITY
+    if not low <= float(layer.material.bound_permittivity(np.array(1e3)).real) <= high:
+        return None
+    films = (each.strength_of(layer.thickness) for each in materials() if each.kind == "polymer film")
+    known = [each for each in films if each is not None and each.compared_with(layer.thickness) == "same"]
+    return min(known, key=lambda each: each.value, default=None)
 
 
 def skin_diagnostic(name: str, *, voltage: float) -> Diagnostic:
-    """Judge whether a layer of the finger conducts in proportion.
+    """Judge whether a layer of the finger is ohmic.
 
     Parameters
     ----------
@@ -156,29 +171,29 @@ def skin_diagnostic(name: str, *, voltage: float) -> Diagnostic:
     Returns
     -------
     Diagnostic
-        Against the onset of electroporation.
+        Comparison with the onset of electroporation.
     """
-    what, why = f"the voltage across '{name}'", "up to there skin conducts in proportion"
+    what, why = f"the voltage across '{name}'", "the onset of electroporation, up to which skin is ohmic"
     return against(f"linear skin, {name}", value=voltage, limit=LINEAR_SKIN, unit="V", what=what, why=why)
 
 
 def sweat_diagnostic(*, voltage: float, electrical_thickness: float) -> Diagnostic:
-    """Judge whether sweat between finger and film follows the voltage.
+    """Compare the voltage with that at which sweat between finger and film saturates.
 
     Parameters
     ----------
     voltage : float
         Largest absolute voltage across the stack [V].
     electrical_thickness : float
-        Of the plate's layers, sum T/eps at 1 kHz [m].
+        Sum of T/eps at 1 kHz over the layers of the plate [m].
 
     Returns
     -------
     Diagnostic
-        Against the voltage at which menisci saturate.
+        Comparison with the voltage at which menisci saturate.
     """
     limit = electrowetting_voltage(thickness=electrical_thickness, permittivity=1.0)
-    why = "where sweat menisci saturate and a V^2 law fails"
+    why = "where menisci of sweat saturate and a force proportional to V^2 no longer holds"
     return against(
         "electrowetting", value=voltage, limit=limit, unit="V", what="the voltage across the stack", why=why
     )
@@ -192,7 +207,7 @@ def air_diagnostics(*, field: float, gap: float) -> list[Diagnostic]:
     field : float
         Largest absolute field in the gap [V/m].
     gap : float
-        m; 0 for a vanishing gap, about which Paschen's law says nothing.
+        m; 0 for a vanishing gap, to which Paschen's law does not apply.
 
     Returns
     -------
@@ -205,12 +220,12 @@ def air_diagnostics(*, field: float, gap: float) -> list[Diagnostic]:
 
 
 def paschen_diagnostic(*, field: float, gap: float) -> Diagnostic:
-    """Judge the field of a gap by Paschen's law.
+    """Compare the voltage across a gap with its breakdown voltage by Paschen's law.
 
     Parameters
     ----------
     field : float
-        Absolute [V/m].
+        Absolute field in the gap [V/m].
     gap : float
         m, >= 0.
 
@@ -220,7 +235,7 @@ def paschen_diagnostic(*, field: float, gap: float) -> Diagnostic:
         Unknown below 5 um, where the law does not hold.
     """
     if gap < SMALLEST_PASCHEN_GAP:
-        text = f"a gap of {format_quantity(gap, 'm')} is below the reach of Paschen's law, 5 um"
+        text = f"a gap of {format_quantity(gap, 'm')} is below 5 um, where Paschen's law does not hold"
         return Diagnostic("Paschen", "unknown", text)
     why = "where air breaks down by Paschen's law (its secondary emission is a value cited from memory, unverified)"
     what = f"the voltage across a gap of {format_quantity(gap, 'm', digits=3)}"
@@ -228,7 +243,7 @@ def paschen_diagnostic(*, field: float, gap: float) -> Diagnostic:
 
 
 def emission_diagnostic(*, field: float, vanishing: bool = False) -> Diagnostic:
-    """Judge the field of a gap, or of a vanishing one, against field emission.
+    """Compare the field of a gap, or of a vanishing one, with that of field emission.
 
     Parameters
     ----------
@@ -240,7 +255,7 @@ def emission_diagnostic(*, field: float, vanishing: bool = False) -> Diagnostic:
     Returns
     -------
     Diagnostic
-        Against the breakdown of micro-gaps.
+        Comparison with the breakdown of micro-gaps.
     """
     why = "where micro-gaps break down by field emission (value cited from memory, unverified)"
     what = "the field of a vanishing gap" if vanishing else "the gap field"
@@ -248,6 +263,6 @@ def emission_diagnostic(*, field: float, vanishing: bool = False) -> Diagnostic:
 
 
 def peak(values: NDArray[np.float64]) -> float:
-    """Largest absolute value, in the unit of the values [any]; NaN ignored, 0 for none."""
+    """Largest absolute value, in the unit of the values [any]; NaN is ignored, 0 without values."""
     finite = values[np.isfinite(values)]
     return float(np.max(np.abs(finite))) if finite.size else 0.0

@@ -1,6 +1,6 @@
 """An experiment as one frozen tree of models, and how it is read."""
 
-from electrovib.scenario.experiment import SCHEMA, Scenario
+from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import read_part
 from electrovib.scenario.grids import AtRest, FrequencyGrid, InitialState, PeriodicState, TimeGrid
 from electrovib.scenario.of_trace import changed_models, scenario_of, sweep_of
@@ -15,6 +15,7 @@ from electrovib.scenario.reading import (
     read_scenario,
 )
 from electrovib.scenario.sources import is_default, not_in_paper
+from electrovib.scenario.toml import SCHEMA
 
 __all__ = [
     "AIR",

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any, ClassVar, Final, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
+from electrovib.core.changes import stored_changes
 from electrovib.core.errors import Problem
 from electrovib.core.model import Model, read_model
 from electrovib.core.tables import put
@@ -25,13 +26,12 @@ from electrovib.physics.rig import Rig
 from electrovib.physics.stack import Stack
 from electrovib.scenario.files import read_part
 from electrovib.scenario.grids import FrequencyGrid, TimeGrid
+from electrovib.scenario.in_words import lines_of
 from electrovib.scenario.moisture import moistened, refuse_what_moisture_sets
 from electrovib.scenario.offers import with_offers
 from electrovib.scenario.parts import how_to_add, with_parts
 from electrovib.scenario.sources import BY_THE_USER
-
-SCHEMA: Final = 1
-"""Of the scenario files that this version reads and writes."""
+from electrovib.scenario.toml import SCHEMA, to_toml
 
 
 class Scenario(Model):
@@ -175,7 +175,10 @@ class Scenario(Model):
         InputError
             Every mistake at once.
         """
-        changes, told = with_offers(changes)
+        stored, problems = stored_changes(self, changes)
+        if problems:
+            return Model.replace(self, changes)  # which refuses them, with every other mistake
+        changes, told = with_offers(stored)
         changed = Model.replace(self, changes)
         if changed.moisture is not None:
             refuse_what_moisture_sets(changed, changes)
@@ -189,10 +192,20 @@ class Scenario(Model):
         paths = [path for path, _, _ in changed.parameters()]
         theirs = {
             path: f"{BY_THE_USER} to {told[path]}" if path in told else BY_THE_USER
-            for path in paths
+            for path in dict.fromkeys([*paths, *told])
             if any(path == change or path.startswith(f"{change}.") for change in changes)
         }
         return changed.model_copy(update={"sources": kept | theirs})
+
+    def __repr__(self) -> str:
+        """Write title and parts, a line each; those that keep their default are omitted."""
+        return "\n  ".join([f"Scenario: {self.title or 'without a title'}", *lines_of(self)])
+
+    __str__ = __repr__
+
+    def to_toml(self) -> str:
+        """Write the TOML file that builds this scenario again, with the meaning of every parameter."""
+        return to_toml(self)
 
     def to_json(self) -> str:
         """Return everything, measured samples included, as one line of JSON."""

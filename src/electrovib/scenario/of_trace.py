@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.core.changes import stored_path
 from electrovib.core.errors import InputError, Problem
 from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
 from electrovib.core.own_models import missing_models, origins
 from electrovib.core.parsing import read_json
-from electrovib.scenario.experiment import SCHEMA, Scenario
+from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import read_part
+from electrovib.scenario.toml import SCHEMA
 
 if TYPE_CHECKING:
     import xarray
@@ -35,7 +37,13 @@ def scenario_of(trace: xarray.Dataset) -> Scenario:
             contact.pop(parameter, None)
     if missing := list(missing_models(Scenario, content)):
         raise InputError(_needs(family.__name__, name, path, trace) for path, family, name in missing)
-    return read_part(Scenario, content)
+    return with_current_sources(read_part(Scenario, content))
+
+
+def with_current_sources(scenario: Scenario) -> Scenario:
+    """Return a scenario whose sources are given by the names that parameters have today."""
+    sources = {stored_path(scenario, path): source for path, source in scenario.sources.items()}
+    return scenario if sources == scenario.sources else scenario.model_copy(update={"sources": sources})
 
 
 def _needs(family: str, name: str, path: str, trace: xarray.Dataset) -> Problem:
@@ -111,6 +119,9 @@ def sweep_of(trace: xarray.Dataset) -> tuple[dict[str, list[Any]], list[str]]:
         raise _damaged_attribute("over", "it lists no values")
     if not all(isinstance(name, str) for name in names):
         raise _damaged_attribute("quantities", "it lists no names")
+    if axes and "scenario" in trace.attrs:
+        scenario = scenario_of(trace)
+        axes = {stored_path(scenario, path): values for path, values in axes.items()}
     return dict(axes), names
 
 

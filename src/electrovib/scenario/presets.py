@@ -6,6 +6,7 @@ import functools
 from collections.abc import Mapping
 from typing import Any, Final
 
+from electrovib.core.changes import stored_changes
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
 from electrovib.scenario.experiment import Scenario
@@ -63,8 +64,12 @@ def preset(
     told: dict[str, str] = {path.removesuffix(".model"): "" for path in changes}
     values = {path: _without_sources(given, path, told) for path, given in changes.items()}
     values, offered = with_offers(values)
+    stored, problems = stored_changes(start, values)
+    beside = {path.rpartition(".")[0]: told[path] for path in values if path in told}
+    told |= {path: beside.get(path.rpartition(".")[0], "") for path in stored if path not in values}
     content = start.to_dict()
-    if problems := Scenario.put_into(content, values):
+    problems += Scenario.put_into(content, stored)
+    if problems:
         raise InputError(problems)
     built = read_part(Scenario, content | {"title": title, "sources": {}})
     kept = {path: unchanged or source for path, source in start.sources.items()}

@@ -7,15 +7,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from electrovib.core.discovery import name_of_today, paper
-from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
+from electrovib.core.discovery import name_of_today, offers, paper, paper_names, papers
+from electrovib.core.errors import LONGEST_QUOTED, InputError, shortened
 from electrovib.core.files import note_input
 from electrovib.core.parsing import read_toml
 from electrovib.core.trace import is_trace
 from electrovib.data.traces import is_trace_file, open_if_trace
-from electrovib.scenario.experiment import SCHEMA, Scenario
-from electrovib.scenario.files import read_part
-from electrovib.scenario.of_trace import scenario_of, sweep_of, without_schema
+from electrovib.scenario.experiment import Scenario
+from electrovib.scenario.files import current_tables, read_part
+from electrovib.scenario.notes import near_presets
+from electrovib.scenario.of_trace import scenario_of, sweep_of, with_current_sources, without_schema
+from electrovib.scenario.toml import SCHEMA
 
 if TYPE_CHECKING:
     import xarray
@@ -90,9 +92,9 @@ def _of_trace(source: Any, *, before_sweep: bool) -> Scenario:
 
 def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Path) -> Scenario:
     """Build a scenario; changes may correct mistakes in the tables."""
-    content = without_schema(content)
+    content = current_tables(Scenario, without_schema(content))
     try:
-        scenario = read_part(Scenario, content, folder=folder)
+        scenario = with_current_sources(read_part(Scenario, content, folder=folder))
     except InputError:
         if not changes:
             raise
@@ -146,14 +148,17 @@ def paper_scenario(name: str) -> Scenario:
     Raises
     ------
     InputError
-        If there is no such scenario; the message has the nearest name.
+        If there is no such scenario; the message has the three nearest names and what each is.
     """
     author_year, _, wanted = name.partition("/")
-    module = paper(author_year)
-    wanted = name_of_today(module, wanted)
-    found: Mapping[str, Scenario] = module.scenarios() if hasattr(module, "scenarios") else {}
+    if author_year not in paper_names() and author_year not in papers():
+        raise InputError(f"'{name}' is neither a file nor a paper's scenario.{near_presets(name)}")
+    found: Mapping[str, Scenario] = offers(("scenarios",), of=author_year)
+    wanted = name_of_today(paper(author_year), wanted)
+    if f"{author_year}/{wanted}" in found:
+        return found[f"{author_year}/{wanted}"]
     if not found:
-        raise InputError(f"'{author_year}' has no scenario")
-    if wanted not in found:
-        raise InputError(f"'{name}': {author_year} has no scenario '{wanted}'.{nearest(wanted, found)}")
-    return found[wanted]
+        raise InputError(f"'{author_year}' has no scenario.{near_presets(name)}")
+    if not wanted:
+        raise InputError(f"'{name}' is a paper; name one of its scenarios: {', '.join(found)}.")
+    raise InputError(f"'{name}': {author_year} has no scenario '{wanted}'.{near_presets(name)}")

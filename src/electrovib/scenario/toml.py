@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, Final, get_args
 
 from electrovib.core.discovery import find_members
 from electrovib.core.model import Model
 from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
 from electrovib.core.units import exact_text
-from electrovib.scenario.experiment import SCHEMA, Scenario
+
+if TYPE_CHECKING:
+    from electrovib.scenario.experiment import Scenario
+
+SCHEMA: Final = 1
+"""Version of the scenario files that this package reads and writes."""
 
 
 def to_toml(scenario: Scenario) -> str:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from electrovib.core.discovery import papers
+from electrovib.core.status import STATUSES_EXPLAINED
 from electrovib.study import catalogue
 from electrovib.study.reproduction import Table
 
-INTRODUCTION = """# Models and papers
+INTRODUCTION = f"""# Models and papers
 
-What there is to choose from, found in the code as `electrovib models` finds it; a test keeps this page as the code is. *How
-read* says how the source of a model was read: in full text, as an abstract, derived here from values that were read, or only
-recalled. A recalled number is never a check, and a paper whose equation nobody here has read runs nothing.
+What there is to choose from, found in the code as `electrovib models --all` finds it; a test keeps this page as the code is. The
+source status is how the source of a model was read: {STATUSES_EXPLAINED}. A paper whose equations were not read runs nothing.
 """
 
 
@@ -20,7 +20,7 @@ def as_markdown(*, own: bool = True) -> str:
     Parameters
     ----------
     own : bool
-        Only of this package, as docs/models.md is; else also what other packages contribute, for a page of theirs.
+        Omit what other packages contribute, as docs/models.md does.
 
     Returns
     -------

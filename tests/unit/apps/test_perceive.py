@@ -104,7 +104,7 @@ def test_nothing_moves(cli):
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["vardar_2017/sin"], "Did you mean 'sine'?"),
+        (["vardar_2017/sin"], "Did you mean 'vardar_2017/sine' ("),
         (["vardar_2017/sine", "--set", "perception.treshold=2"], "Did you mean 'threshold'?"),
         (["vardar_2017/sine", "--set", "perception.threshold=2 V"], "expected a length"),
         (["vardar_2017/sine", "--set", "drive.frequency"], "expected PATH=VALUE"),

@@ -67,9 +67,9 @@ def packed(raw, level=9):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (packed(bytes(40_000_000)), "would unfold to more than 33"),
-        (packed(np.arange(100.0).tobytes())[:-8], "cut short"),
-        (MARK, "cut short"),
+        (packed(bytes(40_000_000)), "would unpack to more than 33"),
+        (packed(np.arange(100.0).tobytes())[:-8], "incomplete"),
+        (MARK, "incomplete"),
         ([10**400], "not numbers"),
     ],
 )

@@ -47,11 +47,11 @@ COPIES = {
 }
 
 
-@pytest.mark.parametrize("way", COPIES)
-def test_a_copy_is_the_same_value_and_as_read_only(way):
+@pytest.mark.parametrize("made", COPIES)
+def test_a_copy_is_the_same_value_and_as_read_only(made):
     samples = Samples([1.0, np.nan, -0.0])
     record = read_model(Record, {"values": samples})
-    for again in (COPIES[way](samples), COPIES[way](record).values):
+    for again in (COPIES[made](samples), COPIES[made](record).values):
         assert again == samples
         assert hash(again) == hash(samples)
         assert again.values.tobytes() == samples.values.tobytes()
@@ -59,8 +59,8 @@ def test_a_copy_is_the_same_value_and_as_read_only(way):
             again.values[0] = 1
         with pytest.raises(ValueError, match="cannot set WRITEABLE"):
             again.values.setflags(write=True)
-    assert COPIES[way](record) == record
-    assert hash(COPIES[way](record)) == hash(record)
+    assert COPIES[made](record) == record
+    assert hash(COPIES[made](record)) == hash(record)
 
 
 def test_every_bit_counts():

@@ -1,4 +1,4 @@
-"""A measured dielectric: rows, what is between and beyond them, what is refused, and its reduction."""
+"""A measured dielectric: its rows, interpolation and extrapolation, refusals, and reduction."""
 
 from __future__ import annotations
 
@@ -286,7 +286,7 @@ FAULTS = {
         [
             "conductivity = 1 mS/m alone",
             "row 0 (first is 0), 10 Hz",
-            "whole loss there is 2000",
+            "whole loss of the table there is 2000",
             "0 to 1.113 uS/m",
         ],
     ),
@@ -369,7 +369,7 @@ def test_noise_may_take_five_percent_of_the_conduction():
     film = {"permittivity_samples": [3.35] * 5, "loss_samples": [0.0] * 5}
     tiny = 2 * np.pi * 10 * VACUUM_PERMITTIVITY * 3.35e-4
     assert np.all(tabulated(**film, conductivity=tiny).table()[1] == 3.35)
-    assert "whole loss there is 0" in refusal(**film, conductivity=20 * tiny)
+    assert "whole loss of the table there is 0" in refusal(**film, conductivity=20 * tiny)
 
 
 # ------------------------------------------------------------------------------ what it says of itself

@@ -121,7 +121,10 @@ def test_a_preset_names_a_skin():
             f"{SKIN} = 'palmar_1995/dry_man': no paper offers .*'palmar_1995/dry_men'",
         ),
         ({SKIN: "palmr_1995/dry_men"}, "Did you mean 'palmar_1995/dry_men'"),
-        ({SKIN: "Constnt"}, "expected \"author_year/name\" of a paper, or a table .*Did you mean 'Constant'"),
+        (
+            {SKIN: "Constnt"},
+            "no material 'Constnt'.*; a model is chosen by a table, { model = \"Constant\", ... }",
+        ),
         ({"stack": "vezzoli_2014/fig66"}, "stack = 'vezzoli_2014/fig66': .*Did you mean 'vezzoli_2014/fig6'"),
         ({"stack": "fig6"}, "stack = 'fig6': expected \"author_year/name\" of a paper, or a table"),
         ({"drive": "vezzoli_2014/fig6"}, "drive = 'vezzoli_2014/fig6': expected a table"),

@@ -1,4 +1,4 @@
-"""The command line: each command parses, and calls the public function of its name."""
+"""The command line: each command reads its arguments and calls the public function of the same name."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from electrovib.apps.cli import (
     report,
     reproduce,
     run,
+    scenarios,
     settings,
 )
 from electrovib.apps.cli.terminal import complain, prepare
 from electrovib.apps.exit_codes import INTERRUPTED, MISTAKE
 from electrovib.core.errors import ElectrovibError
 
-_MOST: Final = 50  # mistakes reported at once
+_MOST: Final = 50  # mistakes shown at once
 
 app = typer.Typer(
     name="electrovib",
@@ -31,16 +32,28 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 
-for _command in (run, compare, equilibrium, perceive, reproduce, models, report, export, init, settings):
+for _command in (
+    run,
+    compare,
+    equilibrium,
+    perceive,
+    reproduce,
+    scenarios,
+    models,
+    report,
+    export,
+    init,
+    settings,
+):
     _command.register(app)
 
 
 def main() -> None:
-    """Run the command line; a user's mistake gives one line each and exit code 2."""
+    """Run the command line; each mistake of the user is one line on the error output, with exit code 2."""
     prepare()
     try:
         app()
@@ -48,7 +61,7 @@ def main() -> None:
         _stop(*error.problems)
     except KeyboardInterrupt:
         _interrupted()
-    except SystemExit as stop:  # the library turns an interrupt into this code, without a message
+    except SystemExit as stop:  # typer ends with this code after an interrupt, without a message
         if stop.code == INTERRUPTED:
             _interrupted()
         raise

@@ -1,4 +1,4 @@
-"""The values of a paper's ready-made scenario that are not found in the paper, as one line of the terminal."""
+"""The values of a paper's ready-made scenario that are not from the paper, as one line of the terminal."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -
     Parameters
     ----------
     scenario : Scenario
-        As it was run.
+        The scenario as it was run.
     source : str
-        What the user asked for: a file, or a paper's scenario such as ``vezzoli_2014/fig6``.
+        What the user named: a file, or a paper's scenario such as ``vezzoli_2014/fig6``.
     without : iterable of str
-        Paths that are swept.
+        Dotted paths that are swept, which are omitted.
 
     Returns
     -------

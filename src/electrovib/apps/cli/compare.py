@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -39,10 +39,22 @@ def command(
             metavar="PATH=FROM:TO:N[log]", help="Draw the static force over a parameter; repeatable."
         ),
     ] = None,
+    materials: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A,B,...", help="Materials of the insulator instead of force laws; 'all' of the library."
+        ),
+    ] = None,
+    layer: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", help="Layer of --materials, if the plate has several.", show_default=False
+        ),
+    ] = "",
     output: Annotated[str | None, typer.Option("--output", "-o", help="Write an HTML page.")] = None,
     force: Force = False,
 ) -> None:
-    """Compare every force law on one stack: which to believe, and why they differ."""
+    """Compare the force laws on one stack, or the materials of its insulator: which to believe, and why they differ."""
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.table import as_text
 
@@ -50,10 +62,20 @@ def command(
         from electrovib.study.surfaces import ANSWER, compare_surfaces
 
         _refuse_without_scenario(
-            {"--set": changes or None, "--models": models or None, "--over": over, "--output": output}
+            {
+                "--set": changes or None,
+                "--models": models or None,
+                "--over": over,
+                "--materials": materials,
+                "--output": output,
+            }
         )
         say(ANSWER)
         show(as_text(compare_surfaces()))
+        return
+    if materials is not None:
+        _refuse_with_materials({"--models": models, "--over": over, "--output": output})
+        _print_materials(scenario, read_changes(changes or []), materials, layer)
         return
     from electrovib.apps.progress import tracked
     from electrovib.view.compare import compare
@@ -90,6 +112,28 @@ def _laws(texts: list[str]) -> list[str] | None:
         use_models(file)
     names = [name for name in given if not name.endswith(".py")]
     return [name for name in dict.fromkeys(names) if name] if names else None
+
+
+def _print_materials(scenario: str, changes: dict[str, Any], materials: str, layer: str) -> None:
+    from electrovib.apps.cli.table import as_text
+    from electrovib.apps.progress import tracked
+    from electrovib.scenario import read_scenario
+    from electrovib.study.compare import compare_materials
+
+    source = read_scenario(scenario, changes=changes)
+    names = [name.strip() for name in materials.split(",") if name.strip()]
+    with tracked("comparing materials"):
+        found = compare_materials(source, layer=layer, materials=None if names == ["all"] else names)
+    for table in found.tables:
+        show(as_text(table))
+
+
+def _refuse_with_materials(options: dict[str, object]) -> None:
+    from electrovib.core.errors import InputError
+
+    given = [name for name, value in options.items() if value]
+    if given:
+        raise InputError(f"{name}: compares force laws; leave it out, or --materials" for name in given)
 
 
 def _refuse_without_scenario(options: dict[str, object]) -> None:

@@ -1,4 +1,4 @@
-"""What goes before a command: ``electrovib --version``, ``electrovib --budget '1 h, 8 GB' run ...``."""
+"""Options before a command: ``electrovib --version``, ``electrovib --budget '1 h, 8 GB' run ...``."""
 
 from __future__ import annotations
 
@@ -29,7 +29,10 @@ def command(
     version: Annotated[
         bool,
         typer.Option(
-            "--version", help="Show the versions of electrovib and its parts.", callback=_show, is_eager=True
+            "--version",
+            help="Show the versions of electrovib and of the packages it uses.",
+            callback=_show,
+            is_eager=True,
         ),
     ] = False,
     models: Models = None,
@@ -38,7 +41,7 @@ def command(
         typer.Option(
             metavar="TIME,MEMORY",
             envvar="ELECTROVIB_BUDGET",
-            help="What a computation may take, '1 h, 8 GB'; more is refused before it begins. By default 10 min, 4 GB.",
+            help="Time and memory a computation may use, '1 h, 8 GB'; more is refused before it begins. Default: 10 min, 4 GB.",
         ),
     ] = None,
 ) -> None:

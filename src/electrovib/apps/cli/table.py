@@ -2,38 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import textwrap
+from electrovib.study.catalogue.columns import laid_out as as_text
 
-from electrovib.study.reproduction import Table
-
-NARROWEST = 12
-
-
-def as_text(table: Table) -> str:
-    """Lay a table out in columns; the last one takes what is left and is wrapped.
-
-    Parameters
-    ----------
-    table : Table
-        Words.
-
-    Returns
-    -------
-    str
-        With a trailing blank line.
-    """
-    lines = [table.headings, *table.rows]
-    widths = [max(len(line[column]) for line in lines) for column in range(len(table.headings))]
-    room = max(shutil.get_terminal_size((120, 24)).columns, 80)
-    taken = sum(widths[:-1]) + 2 * (len(widths) - 1)
-    widths[-1] = max(min(widths[-1], room - taken), 3 * NARROWEST)
-    shown = [table.title, "-" * len(table.title)]
-    for line in lines:
-        last = textwrap.wrap(line[-1], widths[-1]) or [""]
-        first = "  ".join(cell.ljust(width) for cell, width in zip(line[:-1], widths[:-1], strict=True))
-        shown.append(f"{first}  {last[0]}".rstrip())
-        shown += [" " * taken + part for part in last[1:]]
-    if table.caption:
-        shown += ["", *textwrap.wrap(table.caption, room)]
-    return "\n".join(shown) + "\n"
+__all__ = ["as_text"]

@@ -1,4 +1,4 @@
-"""How the commands write to a terminal: no control characters of a file, and only signs that it can show."""
+"""Output of the commands: no control characters of a file, and only characters that the terminal can show."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ _HANDLER: Final = "electrovib.plain"
 
 
 def say(*lines: str) -> None:
-    """Print each text as one line; a control character, which can only come from a file, is shown as its code."""
+    """Print each text as one line; a control character is shown as its code."""
     for line in lines:
         print(printable(line))
 
 
 def show(text: str) -> None:
-    """Print a text of many lines, such as a table."""
+    """Print a text of several lines, such as a table."""
     say(*text.split("\n"))
 
 
 def complain(*lines: str) -> None:
-    """Print lines on the error output."""
+    """Print lines on the error output, each after the name of the program."""
     for line in lines:
         print(f"electrovib: {printable(line)}", file=sys.stderr)
 
 
 def prepare() -> None:
-    """Let signs that a terminal cannot show become plain letters, instead of ending the command."""
+    """Replace characters that a terminal cannot show by plain letters, where Python would end the command."""
     codecs.register_error(_HANDLER, _plain)
     chosen = next((os.environ[name] for name in ("LC_ALL", "LC_CTYPE", "LANG") if os.environ.get(name)), "")
     for stream in (sys.stdout, sys.stderr):

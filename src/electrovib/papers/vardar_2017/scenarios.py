@@ -9,11 +9,23 @@ from electrovib.papers import plutchik_1963
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Constant
 from electrovib.scenario import Scenario, preset
+from electrovib.scenario.notes import PresetNote
 
 FREQUENCIES = (15.0, 30.0, 60.0, 120.0, 240.0, 480.0, 1920.0)
 """Fundamental frequencies of the 2016 experiment, abstract [Hz]."""
 VOLTAGE = 100.0
 """Peak of the ready-made drives, a choice [V]."""
+
+PRESETS = {
+    "sine": PresetNote(
+        "thresholds of sine and square",
+        "touchscreen, touch panel with a thin coating as on a 3M-type screen (values unverified), perception, waveform",
+    ),
+    "square": PresetNote(
+        "thresholds of sine and square",
+        "touchscreen, touch panel with a thin coating as on a 3M-type screen (values unverified), perception, waveform",
+    ),
+}
 
 CHOICE = "not printed in the abstract; a choice"
 COATING = "not printed in the abstract; recalled of 3M-type screens, and the coating of vezzoli_2014"

@@ -12,13 +12,15 @@ from __future__ import annotations
 from electrovib.papers.vezzoli_2014.defects import DEFECTS
 from electrovib.papers.vezzoli_2014.laws import Vezzoli2014Causal, Vezzoli2014PerFrequency
 from electrovib.papers.vezzoli_2014.reproduction import reproduce
-from electrovib.papers.vezzoli_2014.scenarios import scenarios
-from electrovib.papers.vezzoli_2014.values import CHECKS, CITATION, STATUS, materials, skins
+from electrovib.papers.vezzoli_2014.scenarios import PRESETS, scenarios
+from electrovib.papers.vezzoli_2014.values import CHECKS, CITATION, CITATIONS, STATUS, materials, skins
 
 __all__ = [
     "CHECKS",
     "CITATION",
+    "CITATIONS",
     "DEFECTS",
+    "PRESETS",
     "STATUS",
     "Vezzoli2014Causal",
     "Vezzoli2014PerFrequency",

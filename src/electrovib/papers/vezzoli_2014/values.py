@@ -7,16 +7,24 @@ from collections.abc import Callable
 from typing import Any
 
 from electrovib.core.checks import Check
+from electrovib.core.citation import Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.palmar_1995 import MEN, WOMEN
 from electrovib.physics.material import Constant, ConstantPhase, Material
 from electrovib.physics.skin import Skin
 from electrovib.physics.stack import Layer
 
-CITATION = (
-    "E. Vezzoli, M. Amberg, F. Giraud, B. Lemaire-Semail, Electrovibration modeling analysis, EuroHaptics 2014,"
-    " hal-01253573"
+CITATIONS = (
+    Citation(
+        kind="inproceedings",
+        authors=("E. Vezzoli", "M. Amberg", "F. Giraud", "B. Lemaire-Semail"),
+        title="Electrovibration modeling analysis",
+        booktitle="EuroHaptics 2014",
+        year=2014,
+        archive="hal-01253573",
+    ),
 )
+CITATION = cited(CITATIONS)
 STATUS = "full text"
 
 AREA = 1e-4
@@ -49,7 +57,9 @@ COATING_THICKNESS, COATING_PERMITTIVITY = 1e-6, 3.9
 """Of the thin coating of figure 7 the paper says only that C_i is comparable with C_s: a choice of ours."""
 
 FILM = Layer(thickness=FILM_THICKNESS, material=Constant(permittivity=FILM_PERMITTIVITY))
-COATING = Layer(thickness=COATING_THICKNESS, material=Constant(permittivity=COATING_PERMITTIVITY))
+COATING = Layer(
+    thickness=COATING_THICKNESS, material=Constant(permittivity=COATING_PERMITTIVITY, substance="silica")
+)
 POINT = Constant(permittivity=SKIN_PERMITTIVITY, conductivity=CONDUCTIVITY)
 """Skin of the paper's one point."""
 

@@ -1,13 +1,17 @@
-"""What there is to choose from: models and papers, with how each was read and how often it is checked."""
+"""What there is to choose from: models, papers and ready-made scenarios, with how each source was read."""
 
 from electrovib.study.catalogue.described import NAMES, bibtex, claims, parameters, ready_made, values
-from electrovib.study.catalogue.families import PREDICTS, families, plain_text
-from electrovib.study.catalogue.listing import Listed, find, is_own, models, tables
+from electrovib.study.catalogue.families import PREDICTS, families, places, plain_text
+from electrovib.study.catalogue.found import find, models, scenarios
+from electrovib.study.catalogue.items import is_own
+from electrovib.study.catalogue.listed import Listed, Listing
+from electrovib.study.catalogue.listing import tables
 
 __all__ = [
     "NAMES",
     "PREDICTS",
     "Listed",
+    "Listing",
     "bibtex",
     "claims",
     "families",
@@ -15,8 +19,10 @@ __all__ = [
     "is_own",
     "models",
     "parameters",
+    "places",
     "plain_text",
     "ready_made",
+    "scenarios",
     "tables",
     "values",
 ]

@@ -1,4 +1,4 @@
-"""What is told of one model or paper: parameters, values, claims, what it offers by name, citation."""
+"""Details of one model or paper: parameters, values, claims, what it offers by name, citation."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from types import ModuleType
 from typing import Any, get_args
 
+from electrovib.core.citation import bibtex_of
 from electrovib.core.discovery import paper_of
 from electrovib.core.model import Model
 from electrovib.core.quantity import quantity_of
@@ -20,11 +21,11 @@ NAMES = (
     "A skin, a material or a stack of a paper is used by its name, which 'electrovib models PAPER' lists:"
     " --set stack.stratum_corneum.material=gabriel_1996/wet"
 )
-"""For people who look for one."""
+"""How the name of something that a paper offers is used."""
 
 
 def ready_made(module: ModuleType, name: str) -> Iterator[tuple[str, str]]:
-    """Give what a paper offers by name: what it is, and how it is written.
+    """List what a paper offers by name.
 
     Parameters
     ----------
@@ -36,7 +37,7 @@ def ready_made(module: ModuleType, name: str) -> Iterator[tuple[str, str]]:
     Yields
     ------
     tuple of str
-        ``"run"``, ``"skin"``, ``"material"`` or ``"stack"``; ``author_year/name`` with a few words.
+        Kind, ``"run"``, ``"skin"``, ``"material"`` or ``"stack"``; and ``author_year/name`` with a few words.
     """
     for key, scenario in getattr(module, "scenarios", dict)().items():
         yield "run", f"electrovib run {name}/{key} ({scenario.title})"
@@ -49,7 +50,7 @@ def ready_made(module: ModuleType, name: str) -> Iterator[tuple[str, str]]:
 
 
 def parameters(model: type[Model]) -> Table:
-    """Give a model's parameters: unit, range, default, meaning, source of the default."""
+    """Return the table of a model's parameters: unit, range, default, meaning, source of the default."""
     rows = []
     for name, declared in model.model_fields.items():
         quantity = quantity_of(model, name)
@@ -62,6 +63,10 @@ def parameters(model: type[Model]) -> Table:
         shown = needed or ("none" if default is None else format_quantity(default, quantity.unit))
         source = quantity.source or _source(model, default, needed)
         rows.append((name, quantity.unit, quantity.range(" to "), shown, quantity.doc, source))
+    stored = " and ".join(getattr(model, "stored_pair", ()))
+    for name, quantity in model.derived.items():
+        shown = f"in place of {stored}"
+        rows.append((name, quantity.unit, quantity.range(" to "), "derived", quantity.doc, shown))
     return Table("parameters", ("name", "unit", "range", "default", "meaning", "source"), tuple(rows))
 
 
@@ -72,7 +77,7 @@ def _named(default: Any) -> str:
 
 
 def _family_of(annotation: Any) -> str:
-    """Say what a parameter is that is itself a model."""
+    """Return what the members of the family compute, of a parameter that is itself a model."""
     known = families()
     return next((known[kind] for kind in (annotation, *get_args(annotation)) if kind in known), "")
 
@@ -86,7 +91,7 @@ def _source(model: type[Model], default: Any, needed: str) -> str:
 
 
 def values(module: ModuleType) -> Table | None:
-    """Give what a paper's ready-made scenarios are made of, with the source of each value.
+    """Return the values of a paper's ready-made scenarios, with the source of each value.
 
     Parameters
     ----------
@@ -96,7 +101,7 @@ def values(module: ModuleType) -> Table | None:
     Returns
     -------
     Table or None
-        One row for each parameter and source; None without scenarios.
+        One row for each parameter and source; None if the paper has no scenarios.
     """
     found: dict[tuple[str, str], list[str]] = {}
     for scenario in getattr(module, "scenarios", dict)().values():
@@ -117,13 +122,13 @@ def _several(shown: list[str]) -> str:
 
 
 def claims(module: ModuleType) -> dict[str, str]:
-    """Read from a paper's docstring what it claims and what it does not.
+    """Read what a paper claims, and what it does not claim, from the docstring of its module.
 
     Returns
     -------
     dict of str to str
-        ``claims``, ``does not claim``, and ``here``: what the docstring says of our computation after that. A paper
-        without the first two is refused by the tests.
+        ``claims``, ``does not claim``, and ``here``: what the docstring states after that about the computation here. The
+        first two are required of a paper.
     """
     text = plain_text(inspect.getdoc(module) or "")
     found = re.search(r"Claims: (.*?)\s*Does not claim: (.*)", text)
@@ -135,27 +140,21 @@ def claims(module: ModuleType) -> dict[str, str]:
 
 
 def bibtex(module: ModuleType, name: str) -> str:
-    """Give a paper's citation as a BibTeX entry.
+    """Write a paper's citations as BibTeX entries.
 
     Parameters
     ----------
     module : module
         The paper.
     name : str
-        ``author_year``, the key.
+        ``author_year``, the key of its first entry.
 
     Returns
     -------
     str
-        ``@misc`` with the citation as a note, and the DOI where the citation has one.
+        One entry for each publication; ``@misc`` with the citation as a note for a paper that declares only a text.
     """
-    citation = module.CITATION
-    note = re.sub(r"(?<!\\)([&%#_])", r"\\\1", citation)
-    doi = re.search(r"doi:(10\.\S+?)(?=[\s,;)]|$)", citation)
-    year = re.search(r"_(\d{4})", name)
-    fields = [f"  note = {{{note}}}"]
-    if year:
-        fields.append(f"  year = {{{year[1]}}}")
-    if doi:
-        fields.append(f"  doi = {{{doi[1]}}}")
-    return f"@misc{{{name},\n" + ",\n".join(fields) + "\n}"
+    citations = getattr(module, "CITATIONS", ())
+    if not citations:
+        return bibtex_of(module.CITATION, name)
+    return "\n\n".join(citation.bibtex(name) for citation in citations)

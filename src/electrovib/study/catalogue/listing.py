@@ -1,111 +1,31 @@
-"""The list of models and papers, with how each was read and how often it is checked."""
+"""Tables of models, papers and scenarios, with how each source was read and how often it is checked."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from types import ModuleType
-from typing import Any
+from collections.abc import Iterable, Iterator
 
-from electrovib.core.discovery import find_members, paper_of, papers
-from electrovib.core.errors import InputError, nearest
-from electrovib.core.model import Model
-from electrovib.study.catalogue.families import families, plain_text
+from electrovib.study.catalogue.items import PAPERS, Item, model_items, paper_items
+from electrovib.study.catalogue.listed import Listed
 from electrovib.study.reproduction import Table
 
 
-@dataclass(frozen=True)
-class Listed:
-    """One model or paper of the catalogue.
-
-    Parameters
-    ----------
-    name : str
-        What to write after ``model =``, or the paper's name.
-    predicts : str
-        Group.
-    paper : str
-        ``author_year``, or empty for a law of the textbook.
-    status : str
-        How the source was read; empty for a definition.
-    checks : int
-        Numbers of sources it is checked against.
-    runnable : str
-        ``"yes"``, or why not.
-    """
-
-    name: str
-    predicts: str
-    paper: str
-    status: str
-    checks: int
-    runnable: str
-
-
-def is_own(thing: type[Model] | ModuleType) -> bool:
-    """Tell whether a model or a paper is of this package, and not contributed by another one."""
-    place = thing.__name__ if isinstance(thing, ModuleType) else thing.__module__
-    return place.partition(".")[0] == __name__.partition(".")[0]
-
-
-def models(name: str = "", *, own: bool = False) -> tuple[Listed, ...]:
-    """List all models, then all papers.
-
-    Parameters
-    ----------
-    name : str
-        Only this model or paper; all if empty.
-    own : bool
-        Leave out what other packages contribute.
-
-    Returns
-    -------
-    tuple of Listed
-        Found, never kept in a list of names.
-
-    Raises
-    ------
-    InputError
-        For an unknown name, with the nearest one.
-    """
-    if name:
-        find(name)
-        return tuple(entry for entry in models() if entry.name == name)
-    found = []
-    for family, predicts in families().items():
-        for key, model in sorted(find_members(family).items()):
-            if own and not is_own(model):
-                continue
-            author_year = paper_of(model)
-            count = len(model.checks) + (len(_checks(papers()[author_year])) if author_year else 0)
-            found.append(Listed(key, predicts, author_year, model.status, count, "yes"))
-    for key, module in papers().items():
-        if own and not is_own(module):
-            continue
-        runnable = "not: " + plain_text(getattr(module, "NOT_READ", "")) if _not_runnable(module) else "yes"
-        status = getattr(module, "STATUS", "")
-        found.append(Listed(key, "papers", key, status, len(_checks(module)), runnable))
-    return tuple(found)
-
-
-def _checks(module: ModuleType) -> tuple[Any, ...]:
-    return tuple(getattr(module, "CHECKS", ()))
-
-
-def _not_runnable(module: ModuleType) -> bool:
-    return (
-        not hasattr(module, "scenarios")
-        and not hasattr(module, "skins")
-        and bool(getattr(module, "NOT_READ", ""))
-    )
-
-
 def tables(*, own: bool = False) -> Iterator[Table]:
-    """Give the catalogue as one table for each thing predicted; `own` as for `models`."""
-    everything = models(own=own)
-    for group in dict.fromkeys(entry.predicts for entry in everything):
-        lines = [entry for entry in everything if entry.predicts == group]
-        if group == "papers":
+    """Write models and papers as one table for each family, and one of the papers.
+
+    Parameters
+    ----------
+    own : bool
+        Omit what other packages contribute.
+
+    Yields
+    ------
+    Table
+        In the order of the families.
+    """
+    records = [item.record for items in (model_items(own=own), paper_items(own=own)) for item in items]
+    for group in dict.fromkeys(record.group for record in records):
+        lines = [record for record in records if record.group == group]
+        if group == PAPERS:
             headings: tuple[str, ...] = ("paper", "source status", "checks", "runnable")
             rows = tuple((e.name, e.status, str(e.checks), e.runnable) for e in lines)
         else:
@@ -114,22 +34,31 @@ def tables(*, own: bool = False) -> Iterator[Table]:
         yield Table(group, headings, rows)
 
 
-def find(name: str) -> type[Model] | ModuleType:
-    """Find a model or a paper by name.
+def found_table(records: Iterable[Listed], title: str = "") -> Table:
+    """Write the result of a search: what was found, what it is, and why it was found."""
+    rows = [(record.name, record.kind, f"{record.meaning} [{record.reason}]") for record in records]
+    return Table(title, ("name", "kind", "what it is [why it was found]"), tuple(rows))
 
-    Raises
-    ------
-    InputError
-        With the nearest name.
-    """
-    known: dict[str, Any] = dict(papers())
-    for family in families():
-        for key, model in find_members(family).items():
-            known.setdefault(key, model)
-    for part in Model.__subclasses__():  # parts without a choice, such as the amplifier
-        if not part.is_family and part.__module__.startswith("electrovib."):
-            known.setdefault(part.__name__, part)
-    if name not in known:
-        raise InputError(f"'{name}' is neither a model nor a paper.{nearest(name, known)}")
-    found: type[Model] | ModuleType = known[name]
-    return found
+
+def all_table(records: Iterable[Listed], title: str = "") -> Table:
+    """Write every record on one line."""
+    rows = [(record.name, record.kind, record.status or "definition", record.meaning) for record in records]
+    return Table(title, ("name", "kind", "source status", "what it is"), tuple(rows))
+
+
+def scenario_table(items: Iterable[Item], title: str = "") -> Table:
+    """Write ready-made scenarios with what each reproduces; of a search also the stack, and why it was found."""
+    rows = []
+    for item in items:
+        record = item.record
+        why = f"; stack: {item.texts['stack']} [{record.reason}]" if record.reason else ""
+        rows.append((record.name, record.reproduces or "-", f"{_without_paper(record)}{why}"))
+    why = " [why it was found]" if rows and rows[0][-1].endswith("]") else ""
+    return Table(title, ("scenario", "figure or statement", f"what it is{why}"), tuple(rows))
+
+
+def _without_paper(record: Listed) -> str:
+    """Omit from a title the author, year and figure that stand in the other columns."""
+    author, _, year = record.paper.partition("_")
+    start, colon, rest = record.meaning.partition(": ")
+    return rest if colon and start.casefold().startswith(f"{author} {year}") else record.meaning

@@ -12,6 +12,7 @@ import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.budget import Work, refuse_beyond
+from electrovib.core.changes import stored_changes, with_current_names
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at
@@ -82,7 +83,8 @@ def sweep(
     """
     scenario = read_scenario(scenario)
     asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
-    axes = {path: np.asarray(values, dtype=float) for path, values in over.items()}
+    named, _ = with_current_names(scenario, over)
+    axes = {path: np.asarray(values, dtype=float) for path, values in named.items()}
     _refuse_large(scenario, axes, records=records)
     words = functools.partial(_words, {path: quantity_at(scenario, path).unit for path in axes})
     points = [
@@ -191,6 +193,7 @@ def _checked(scenario: Scenario, over: Mapping[str, Any], names: Sequence[str], 
             problems.append(f"over '{path}': expected a sequence of numbers, at least one")
         if records and path.startswith("frequency."):
             problems.append(f"over '{path}': with records, all cases share the grid of frequencies")
+    problems += with_current_names(scenario, over)[1]
     if problems:
         raise InputError(problems)
     return asked
@@ -216,6 +219,7 @@ def _sharing(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[
     """Make every case; those that differ in their drive alone share all other parts."""
     if not points[0]:
         return [scenario]
+    points = [_stored(scenario, point) for point in points]
     base, found = scenario.replace(points[0]), []
     if base.moisture is not None:  # which sets parameters itself
         return [scenario.replace(point) for point in points]
@@ -227,6 +231,14 @@ def _sharing(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[
         if key not in others:
             others[key] = with_numbers(base, rest) if rest else base
         found.append(with_numbers(others[key], of_drive) if of_drive else others[key])
+    return found
+
+
+def _stored(scenario: Scenario, point: Mapping[str, float]) -> dict[str, float]:
+    """Return the values of a case by the parameters that the scenario stores, not those of another case."""
+    found, problems = stored_changes(scenario, point)
+    if problems:
+        raise InputError(problems)
     return found
 
 

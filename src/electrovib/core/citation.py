@@ -1,0 +1,161 @@
+"""A publication as data: one citation for people, one entry for BibTeX."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Final
+
+from electrovib.core.status import UNVERIFIED
+
+ARTICLE, PROCEEDINGS, MISC = "article", "inproceedings", "misc"
+KINDS: Final = (ARTICLE, PROCEEDINGS, MISC)
+"""Types of BibTeX entries that papers are cited with."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Citation:
+    """A publication, with what is known of it: nothing is filled in that was not read.
+
+    Parameters
+    ----------
+    kind : str
+        One of `KINDS`.
+    authors : tuple of str
+        Initials before the family name; ``"others"`` as the last one where the rest is not known.
+    title : str
+        As it is printed; empty where it is not known.
+    about : str
+        What the text is about, in words of our own, where the title is not known.
+    journal, booktitle : str
+        Where it appeared: of an article, of a contribution to a conference.
+    year : int, optional
+        Of publication.
+    volume, number, pages : str
+        Of a journal; first page or article number if no more is known.
+    doi, eprint, url : str
+        Digital object identifier; number of a preprint on arXiv; address.
+    archive : str
+        Number in another archive, ``hal-01253573`` for instance.
+    read : str
+        How it was read here where that was not the whole text: ``abstract``, or ``cited from memory, unverified``.
+    note : str
+        What else a reader has to know.
+    key : str
+        Of the BibTeX entry where it is not the name of the paper's module.
+    """
+
+    kind: str
+    authors: tuple[str, ...] = ()
+    title: str = ""
+    about: str = ""
+    journal: str = ""
+    booktitle: str = ""
+    year: int | None = None
+    volume: str = ""
+    number: str = ""
+    pages: str = ""
+    doi: str = ""
+    eprint: str = ""
+    url: str = ""
+    archive: str = ""
+    read: str = ""
+    note: str = ""
+    key: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse an unknown kind, and a place of publication of another kind."""
+        if self.kind not in KINDS:
+            raise TypeError(f"a citation is one of {', '.join(KINDS)}, not '{self.kind}'")
+        if bool(self.journal) != (self.kind == ARTICLE) or bool(self.booktitle) != (self.kind == PROCEEDINGS):
+            raise TypeError(
+                f"{self.kind}: an article has a journal, a contribution to a conference a booktitle"
+            )
+
+    def __str__(self) -> str:
+        """Write the citation for a list of references."""
+        authors = ", ".join(self.authors).replace(", others", " and others")
+        parts = [authors, self.title or self.about, self._place(), self.doi and f"doi:{self.doi}"]
+        parts += [f"arXiv:{self.eprint}" if self.eprint and self.kind != MISC else "", self.archive, self.url]
+        text = ", ".join(part for part in parts if part)
+        remarks = "; ".join(part for part in (self.note, self.read) if part)
+        return f"{text} ({remarks})" if remarks else text
+
+    def _place(self) -> str:
+        if self.kind == PROCEEDINGS:
+            return f"{self.booktitle}, {self.pages}" if self.pages else self.booktitle
+        if self.kind == MISC:
+            place = f"arXiv:{self.eprint}" if self.eprint else ""
+        else:
+            number = f"({self.number})" if self.number else ""
+            volume = f"{self.journal} {self.volume}{number}".rstrip()
+            place = f"{volume}, {self.pages}" if self.pages else volume
+        return f"{place} ({self.year})" if self.year else place
+
+    def bibtex(self, key: str) -> str:
+        """Write a BibTeX entry.
+
+        Parameters
+        ----------
+        key : str
+            Of the entry, unless the citation has one of its own.
+
+        Returns
+        -------
+        str
+            An entry with one field a line; a field that is not known is omitted. How it was read here stands before the
+            entry, where BibTeX overlooks it, and in the note too if it is unverified.
+        """
+        doubtful = self.read if UNVERIFIED in self.read else ""
+        remarks = (self.about, self.archive, self.note, doubtful)
+        fields = {
+            "author": _typeset(" and ".join(self.authors)),
+            "title": _typeset(self.title),
+            "journal": _typeset(self.journal),
+            "booktitle": _typeset(self.booktitle),
+            "year": str(self.year or ""),
+            "volume": self.volume,
+            "number": self.number,
+            "pages": self.pages.replace("-", "--"),
+            "doi": self.doi,
+            "eprint": self.eprint,
+            "archiveprefix": "arXiv" if self.eprint else "",
+            "url": self.url,
+            "note": _typeset("; ".join(part for part in remarks if part)),
+        }
+        lines = [f"  {name} = {{{value}}}" for name, value in fields.items() if value]
+        before = f"read here: {self.read}\n" if self.read else ""
+        return f"{before}@{self.kind}{{{self.key or key},\n" + ",\n".join(lines) + "\n}"
+
+
+def cited(citations: Iterable[Citation]) -> str:
+    """Write several citations as one text."""
+    return "; ".join(map(str, citations))
+
+
+def bibtex_of(text: str, key: str) -> str:
+    """Write a BibTeX entry for a citation that is known as a text only.
+
+    Parameters
+    ----------
+    text : str
+        As in a list of references.
+    key : str
+        ``author_year``, from which the year is read.
+
+    Returns
+    -------
+    str
+        ``@misc`` with the text as its note, and the DOI where the text has one.
+    """
+    doi = re.search(r"doi:(10\.\S+?)(?=[\s,;)]|$)", text)
+    year = re.search(r"_(\d{4})", key)
+    fields = {"note": _typeset(text), "year": year[1] if year else "", "doi": doi[1] if doi else ""}
+    lines = [f"  {name} = {{{value}}}" for name, value in fields.items() if value]
+    return f"@{MISC}{{{key},\n" + ",\n".join(lines) + "\n}"
+
+
+def _typeset(text: str) -> str:
+    """Escape what TeX would take for a command."""
+    return re.sub(r"(?<!\\)([&%#_$])", r"\\\1", text)

@@ -1,0 +1,239 @@
+"""Search for an entry by its name, by words of its description, and by spelling."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+NAME, ALIAS, FORMER, PREFIX, WORDS, SPELLING = "name", "alias", "former name", "prefix", "words", "spelling"
+STAGES: Final = (NAME, ALIAS, FORMER, PREFIX, WORDS, SPELLING)
+"""How an entry was found, from best to worst."""
+
+_PART: Final = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
+_WORD: Final = re.compile(r"[^\W_]+(?:\.\d+)?")
+_TWO_WORDS: Final = re.compile(r"\b(touch|finger)[ -](screens?|pads?|tips?)\b", re.IGNORECASE)
+_SHORTEST_PREFIX: Final = 3
+_LONGEST_EXCERPT: Final = 90
+_LONGEST_QUERY: Final = 100
+_LIKE, _NEAR = 0.55, 0.3
+"""Least likeness, 0 to 1, of the best name that is suggested, and of the others."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Searchable:
+    """Something that can be searched for.
+
+    Parameters
+    ----------
+    name : str
+        What is written to use it, ``Sine`` or ``vezzoli_2014/fig6``.
+    kind : str
+        What it is, in a few words.
+    meaning : str
+        One line for people.
+    former : tuple of str
+        Names that it had.
+    aliases : tuple of str
+        Other names of the same thing.
+    texts : mapping of str to str
+        Label of a text to the text: where words are searched for besides `name` and `meaning`, the best place first.
+    """
+
+    name: str
+    kind: str
+    meaning: str
+    former: tuple[str, ...] = ()
+    aliases: tuple[str, ...] = ()
+    texts: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Match:
+    """An entry that was found, and why.
+
+    Parameters
+    ----------
+    entry : Searchable
+        What was found.
+    stage : str
+        One of `STAGES`.
+    reason : str
+        A few words for people.
+    """
+
+    entry: Searchable
+    stage: str
+    reason: str
+
+
+def search(query: str, entries: Iterable[Searchable], *, nearest: int = 3) -> tuple[Match, ...]:
+    """Find entries, the best first.
+
+    Parameters
+    ----------
+    query : str
+        A name, another name, a former one, a part of it, or words of a description; capitals do not count.
+    entries : iterable of Searchable
+        What is searched.
+    nearest : int
+        How many names of similar spelling are given when nothing else is found.
+
+    Returns
+    -------
+    matches : tuple of Match
+        In the order of `STAGES`; of the names that are spelled similarly only when there is nothing better.
+    """
+    wanted = " ".join(query.split())[:_LONGEST_QUERY]
+    if not wanted:
+        return ()
+    candidates = list(entries)
+    ranked = [(*found, place) for place, entry in enumerate(candidates) if (found := _judge(wanted, entry))]
+    if ranked:
+        ordered = sorted(ranked, key=lambda item: (item[0], item[2]))
+        return tuple(match for _, match, _ in ordered)
+    return closest_entries(wanted, candidates, count=nearest)
+
+
+def closest_entries(query: str, entries: Iterable[Searchable], *, count: int = 3) -> tuple[Match, ...]:
+    """Find the entries whose names are spelled most similarly, whatever else would be found.
+
+    Parameters
+    ----------
+    query : str
+        What was written.
+    entries : iterable of Searchable
+        What is searched.
+    count : int
+        At most so many.
+
+    Returns
+    -------
+    matches : tuple of Match
+        The most similar first; none if no name resembles what was written.
+    """
+    scored = [(_likeness(query[:_LONGEST_QUERY], entry), place, entry) for place, entry in enumerate(entries)]
+    near = sorted((item for item in scored if item[0] >= _NEAR), key=lambda item: (-item[0], item[1]))
+    if not near or near[0][0] < _LIKE:
+        return ()
+    return tuple(Match(entry, SPELLING, "similar spelling") for _, _, entry in near[:count])
+
+
+def suggestions(query: str, entries: Iterable[Searchable], *, count: int = 3) -> tuple[Match, ...]:
+    """Choose what someone may have meant: what a search finds, and then the names that are spelled most similarly.
+
+    Parameters
+    ----------
+    query : str
+        What was written.
+    entries : iterable of Searchable
+        What there is.
+    count : int
+        How many are given, if there are so many.
+
+    Returns
+    -------
+    matches : tuple of Match
+        The likeliest first, none twice.
+    """
+    candidates = list(entries)
+    found = search(query, candidates, nearest=count)[:count]
+    names = {match.entry.name for match in found}
+    more = (
+        match
+        for match in closest_entries(query, candidates, count=2 * count)
+        if match.entry.name not in names
+    )
+    return (*found, *list(more)[: count - len(found)])
+
+
+def as_question(matches: Iterable[Match]) -> str:
+    """Write ``" Did you mean 'x' (what it is), 'y' (...) or 'z' (...)?"``; empty without matches."""
+    shown = [f"'{match.entry.name}' ({_shortened(match.entry.meaning)})" for match in matches]
+    if not shown:
+        return ""
+    listed = f"{', '.join(shown[:-1])} or {shown[-1]}" if len(shown) > 1 else shown[0]
+    return f" Did you mean {listed}?"
+
+
+def _judge(query: str, entry: Searchable) -> tuple[tuple[float, ...], Match] | None:
+    """Rank one entry, smaller is better; None if it has nothing of the query."""
+    low, name, squeezed = query.casefold(), entry.name, _squeezed(query)
+    if low == name.rpartition("/")[2].casefold() or squeezed == _squeezed(name):
+        rank = (0.0, float(name != query), float(name.casefold() != low))
+        return rank, Match(entry, NAME, "name")
+    if squeezed in map(_squeezed, entry.aliases):
+        return (1.0,), Match(entry, ALIAS, f"'{query}' is another name of {name}")
+    if low in (former.casefold() for former in entry.former):
+        return (2.0,), Match(entry, FORMER, f"'{query}' is now called {name}")
+    parts = _PART.findall(name)
+    starts = [name, *name.split("/"), *("".join(parts[at:]) for at in range(1, len(parts)))]
+    if len(squeezed) > 1 and any(_squeezed(start).startswith(squeezed) for start in starts):
+        return (3.0, float(not name.casefold().startswith(low))), Match(entry, PREFIX, "part of the name")
+    return _by_words(query, entry)
+
+
+def _by_words(query: str, entry: Searchable) -> tuple[tuple[float, ...], Match] | None:
+    """Find every word of the query in the entry; the place of the worst one counts."""
+    names = [*_PART.findall(entry.name), *entry.aliases]
+    texts = {"meaning": entry.meaning, **entry.texts, "name": " ".join(names)}
+    worst, reason = -1, ""
+    for word in _words(query):
+        places = [place for place, text in enumerate(texts.values()) if _has(text, word)]
+        if not places:
+            return None
+        if places[0] > worst:
+            worst = places[0]
+            label = list(texts)[worst]
+            reason = f"{label}: {_excerpt(texts[label], word)}" if worst else "its description"
+    return ((4.0, float(worst)), Match(entry, WORDS, reason)) if reason else None
+
+
+def _words(text: str) -> list[str]:
+    """Split a text into words in small letters; ``touch screen`` is the word ``touchscreen``."""
+    return _WORD.findall(_joined(text).casefold())
+
+
+def _joined(text: str) -> str:
+    return _TWO_WORDS.sub(r"\1\2", text)
+
+
+def _has(text: str, word: str) -> bool:
+    return any(_fits(found, word) for found in _words(text))
+
+
+def _fits(found: str, word: str) -> bool:
+    """Tell whether a word of a text is the wanted one, begins with it, or is its singular."""
+    if found == word or (len(word) > _SHORTEST_PREFIX and found == word.removesuffix("s")):
+        return True
+    return len(word) >= _SHORTEST_PREFIX and found.startswith(word)
+
+
+def _excerpt(text: str, word: str) -> str:
+    """Cut the part of a text around a word, at blanks."""
+    plain = " ".join(_joined(text).split())
+    at = next((found.start() for found in _WORD.finditer(plain) if _fits(found[0].casefold(), word)), 0)
+    start = 0 if at < _LONGEST_EXCERPT // 2 else plain.rfind(" ", 0, at - _LONGEST_EXCERPT // 3) + 1
+    part = plain[start : start + _LONGEST_EXCERPT]
+    if start + _LONGEST_EXCERPT < len(plain):
+        part = f"{part.rpartition(' ')[0]} ..."
+    return f"... {part}" if start else part
+
+
+def _shortened(text: str) -> str:
+    plain = " ".join(text.split()).rstrip(".")
+    return plain if len(plain) <= _LONGEST_EXCERPT else f"{plain[:_LONGEST_EXCERPT].rpartition(' ')[0]} ..."
+
+
+def _likeness(query: str, entry: Searchable) -> float:
+    """Likeness of a name, or of its part after the slash, to what was written, 0 to 1."""
+    names = [entry.name, *entry.former, *entry.aliases] + (
+        [] if "/" in query else [entry.name.rpartition("/")[2]]
+    )
+    return max(difflib.SequenceMatcher(None, query.casefold(), name.casefold()).ratio() for name in names)
+
+
+def _squeezed(text: str) -> str:
+    return "".join(_WORD.findall(text.casefold())).replace("_", "")

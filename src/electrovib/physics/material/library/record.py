@@ -1,0 +1,245 @@
+"""What the library declares of a substance: each value with its conditions, its source and the status of that source."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from electrovib.core.checks import STATUSES
+from electrovib.core.units import format_quantity
+
+UNVERIFIED: Final = STATUSES[-1]
+SAME_THICKNESS: Final = 2.0
+"""Factor up to which a strength measured on a thinner layer counts as measured at the thickness of a layer; a choice."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SourcedValue:
+    """One number that a source gives.
+
+    Parameters
+    ----------
+    value : float
+        SI.
+    unit : str
+        SI unit of the value.
+    conditions : str
+        Frequency, temperature and kind of the value, as far as the source states them.
+    source : str
+        The page or paper that gives the value.
+    status : str
+        How far that source was read: one of `electrovib.core.checks.STATUSES`.
+    """
+
+    value: float
+    unit: str
+    conditions: str
+    source: str
+    status: str
+
+    def __post_init__(self) -> None:
+        """Refuse a value without a source, or with an unknown status."""
+        if not self.source or self.status not in STATUSES:
+            msg = f"{self.value:g} {self.unit}: needs a source and a status, one of {', '.join(STATUSES)}"
+            raise TypeError(msg)
+
+    @property
+    def origin(self) -> str:
+        """Source, status and conditions as one text."""
+        return f"{self.source} ({'; '.join(filter(None, (self.status, self.conditions)))})"
+
+
+@dataclass(frozen=True, kw_only=True)
+class BreakdownStrength(SourcedValue):
+    """One breakdown strength.
+
+    Parameters
+    ----------
+    thickness : tuple of float or None
+        Thinnest and thickest layer on which it was measured [m]; None if the source does not state it.
+    """
+
+    thickness: tuple[float, float] | None
+
+    @property
+    def thickest(self) -> float:
+        """Thickest layer on which it was measured [m]; 0 if the source does not state it."""
+        return self.thickness[1] if self.thickness else 0.0
+
+    @property
+    def measured_at(self) -> str:
+        """The thickness at which it was measured, as a text."""
+        if self.thickness is None:
+            return "measured at a thickness that its source does not state"
+        low, high = (format_quantity(edge, "m", digits=3) for edge in self.thickness)
+        return f"measured at {low}" if low == high else f"measured at {low} to {high}"
+
+    def compared_with(self, thickness: float) -> str:
+        """Compare a layer with the layers on which the strength was measured.
+
+        Parameters
+        ----------
+        thickness : float
+            Of the layer [m].
+
+        Returns
+        -------
+        str
+            ``"same"``, ``"thinner"`` or ``"thicker"``: the layer, within a factor of `SAME_THICKNESS`;
+            ``"unknown"`` without a thickness.
+        """
+        if self.thickness is None:
+            return "unknown"
+        if thickness > SAME_THICKNESS * self.thickness[1]:
+            return "thicker"
+        return "thinner" if SAME_THICKNESS * thickness < self.thickness[0] else "same"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dispersion:
+    """A material model that follows the permittivity over frequency.
+
+    Parameters
+    ----------
+    model : str
+        Name of the material model.
+    parameters : mapping of str to value
+        Of that model, without the conductivity.
+    source : str
+        Where the parameters are from.
+    status : str
+        How far that source was read.
+    """
+
+    model: str
+    parameters: Mapping[str, Any]
+    source: str
+    status: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Substance:
+    """One material of the library.
+
+    Parameters
+    ----------
+    name : str
+        What a scenario writes: ``material = "silica"``.
+    aliases : tuple of str
+        Other names under which it is found.
+    meaning : str
+        What it is, in a few words.
+    kind : str
+        ``"glass"``, ``"oxide"``, ``"polymer film"``, ``"coating"`` or ``"ferroelectric polymer"``.
+    permittivity : tuple of SourcedValue
+        Relative permittivities; the first one is taken where there is no dispersion.
+    dispersion : Dispersion, optional
+        Model over frequency; one permittivity at all frequencies without it.
+    conductivity : SourcedValue, optional
+        Conductivity at zero frequency [S/m]; taken as 0 without it.
+    conductivity_bound : SourcedValue, optional
+        Where a source gives a lower bound of the resistivity alone: the upper bound of the conductivity [S/m].
+    strengths : tuple of BreakdownStrength
+        Breakdown strengths [V/m].
+    """
+
+    name: str
+    aliases: tuple[str, ...]
+    meaning: str
+    kind: str
+    permittivity: tuple[SourcedValue, ...]
+    dispersion: Dispersion | None = None
+    conductivity: SourcedValue | None = None
+    conductivity_bound: SourcedValue | None = None
+    strengths: tuple[BreakdownStrength, ...] = ()
+
+    @property
+    def material(self) -> dict[str, Any]:
+        """Table of the material model that a scenario takes."""
+        conductivity = (
+            {"conductivity": self.conductivity.value} if self.conductivity else {"conductivity": 0.0}
+        )
+        name = {"substance": self.name}
+        if self.dispersion is not None:
+            return {"model": self.dispersion.model, **name, **self.dispersion.parameters, **conductivity}
+        return {"model": "Constant", **name, "permittivity": self.permittivity[0].value, **conductivity}
+
+    def origin(self, parameter: str) -> tuple[str, str]:
+        """Find where a parameter of its material model is from.
+
+        Parameters
+        ----------
+        parameter : str
+            Name in the table of `material`; of a list, the path in it.
+
+        Returns
+        -------
+        source : str
+            Source, status and conditions.
+        status : str
+            The status alone; ``"unknown"`` for a conductivity that was not found.
+        """
+        if parameter == "conductivity":
+            return self._origin_of_conductivity
+        if self.dispersion is not None:
+            return f"{self.dispersion.source} ({self.dispersion.status})", self.dispersion.status
+        return self.permittivity[0].origin, self.permittivity[0].status
+
+    def taken_by(self, table: Mapping[str, Any]) -> dict[str, str]:
+        """Find which values a material takes from the library.
+
+        Parameters
+        ----------
+        table : mapping of str to value
+            Of the material in a layer; a value that differs from that of the library is its own.
+
+        Returns
+        -------
+        dict of str to str
+            Parameter to the status of its source.
+        """
+        return {
+            name: self.origin(name)[1]
+            for name, value in self.material.items()
+            if name not in {"model", "substance"} and table.get(name) == value
+        }
+
+    @property
+    def _origin_of_conductivity(self) -> tuple[str, str]:
+        if self.conductivity is not None:
+            return self.conductivity.origin, self.conductivity.status
+        if (bound := self.conductivity_bound) is not None:
+            return (
+                f"below {format_quantity(bound.value, 'S/m', digits=3)}, taken as 0: {bound.origin}",
+                bound.status,
+            )
+        return "not found; taken as 0", "unknown"
+
+    def strength_of(self, thickness: float) -> BreakdownStrength | None:
+        """Choose the strength that a layer is compared with.
+
+        Parameters
+        ----------
+        thickness : float
+            Of the layer [m].
+
+        Returns
+        -------
+        BreakdownStrength or None
+            That of the thinnest measured layer which is at least as thick, because strength usually falls with
+            thickness; if none is, the lowest of all, of equal ones that of the thickest layer; None if no strength is
+            declared.
+        """
+        thick = [each for each in self.strengths if each.thickest >= thickness]
+        if thick:
+            return min(thick, key=lambda each: each.thickest)
+        return min(self.strengths, key=lambda each: (each.value, -each.thickest), default=None)
+
+    @property
+    def strength_words(self) -> str:
+        """All breakdown strengths, each with its thickness, source and status, as one text."""
+        return "; ".join(
+            f"breakdown strength {format_quantity(each.value, each.unit, digits=3)} {each.measured_at}, {each.origin}"
+            for each in self.strengths
+        )

@@ -1,0 +1,53 @@
+"""What a paper's ready-made scenario shows of the paper, and the words by which it is found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from electrovib.core.discovery import offers, papers
+from electrovib.core.search import Searchable, as_question, suggestions
+
+
+@dataclass(frozen=True)
+class PresetNote:
+    """What a ready-made scenario shows, declared in ``PRESETS`` of its paper by the name of the scenario.
+
+    Parameters
+    ----------
+    reproduces : str
+        The figure of the paper, or the statement in a few words.
+    keywords : str
+        What a user may search for that neither the title nor the stack says: device, drive, effect.
+    """
+
+    reproduces: str
+    keywords: str = ""
+
+
+def note_of(name: str) -> PresetNote:
+    """Return what a paper declares of a ready-made scenario; empty words where it declares nothing.
+
+    Parameters
+    ----------
+    name : str
+        ``author_year/name``.
+
+    Returns
+    -------
+    PresetNote
+        From ``PRESETS`` of the paper.
+    """
+    author_year, _, key = name.partition("/")
+    declared: dict[str, PresetNote] = getattr(papers()[author_year], "PRESETS", {})
+    return declared.get(key, PresetNote(""))
+
+
+def near_presets(name: str) -> str:
+    """Ask for the three ready-made scenarios that a wrong name or word is most like, with the title of each."""
+    entries = [
+        Searchable(
+            name=key, kind="scenario", meaning=scenario.title, texts={"keywords": note_of(key).keywords}
+        )
+        for key, scenario in offers(("scenarios",)).items()
+    ]
+    return f"{as_question(suggestions(name, entries))} 'electrovib scenarios' lists all."

@@ -1,0 +1,260 @@
+"""One scenario with a layer of different materials: attraction, field and breakdown strength of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from electrovib.core.constants import eps0
+from electrovib.core.diagnostics import read_diagnostics
+from electrovib.core.errors import ElectrovibError, InputError, Problem, nearest
+from electrovib.core.units import format_quantity
+from electrovib.physics.material import Material
+from electrovib.physics.material.library import UNVERIFIED, find_substance, materials
+from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.solve.simulate import simulate
+from electrovib.study.reproduction import Table
+
+AS_IT_IS: Final = "as it is"
+"""Name of the entry with the scenario's own material."""
+_FREQUENCY = 1e3
+"""At which permittivities are compared [Hz]."""
+HEADINGS: Final = (
+    "material",
+    "permittivity at 1 kHz",
+    "relaxation",
+    "largest attraction",
+    "largest field",
+    "strength",
+    "margin",
+    "breakdown",
+    "source status",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MaterialEntry:
+    """A scenario with one material in a layer.
+
+    Parameters
+    ----------
+    name : str
+        Of the material; `AS_IT_IS` for the scenario's own.
+    permittivity : float
+        Real relative permittivity at 1 kHz, without conduction.
+    relaxation_time : float
+        Charge relaxation time, permittivity over conductivity [s]; infinite without conduction.
+    force : float
+        Largest electrostatic attraction of the run [N].
+    field : float
+        Largest absolute field in the layer [V/m]; NaN where no strength is known to compare it with.
+    strength : float
+        Breakdown strength that it is compared with [V/m]; NaN where none is known.
+    margin : float
+        Strength over field, dimensionless; NaN where no strength is known.
+    breakdown : str
+        State of the diagnostic of the film's strength: ``"ok"``, ``"unknown"`` or ``"warning"``.
+    status : str
+        Statuses of the sources of the values taken from the library, the strength included.
+    why : str
+        Text of that diagnostic.
+    """
+
+    name: str
+    permittivity: float
+    relaxation_time: float
+    force: float
+    field: float
+    strength: float
+    margin: float
+    breakdown: str
+    status: str
+    why: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class MaterialComparison:
+    """Materials of one layer, compared.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        As it was given.
+    layer : str
+        Whose material is exchanged.
+    entries : tuple of MaterialEntry
+        The scenario's own material first, the others from the largest to the smallest attraction.
+    left_out : mapping of str to str
+        Material to why the scenario does not run with it.
+    tables : tuple of Table
+        The same as text.
+    """
+
+    scenario: Scenario
+    layer: str
+    entries: tuple[MaterialEntry, ...]
+    left_out: dict[str, str]
+    tables: tuple[Table, ...]
+
+
+def compare_materials(
+    scenario: Source, *, layer: str = "", materials: Sequence[str] | None = None
+) -> MaterialComparison:
+    """Run a scenario with different materials in one layer of the same thickness.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`.
+    layer : str
+        Name of the layer; the only one of the plate if empty.
+    materials : sequence of str, optional
+        Names of the library, or ``author_year/name`` of papers; the whole library if absent.
+
+    Returns
+    -------
+    MaterialComparison
+        Attraction, field, strength and margin of each.
+
+    Raises
+    ------
+    InputError
+        For a layer or a material that does not exist, or if the scenario runs with none of them.
+    """
+    given = read_scenario(scenario)
+    chosen = _layer(given, layer)
+    entries, left_out = [], dict[str, str]()
+    for name, case in _cases(given, chosen, materials).items():
+        try:
+            replaced = case if isinstance(case, Scenario) else given.replace(case)
+            entries.append(_entry(name, replaced, chosen))
+        except ElectrovibError as error:
+            left_out[name] = str(error)
+    if not entries:
+        raise InputError(f"no material can be compared here. {name}: {why}" for name, why in left_out.items())
+    entries.sort(key=lambda entry: (entry.name != AS_IT_IS, -entry.force))
+    return MaterialComparison(
+        scenario=given,
+        layer=chosen,
+        entries=tuple(entries),
+        left_out=left_out,
+        tables=_tables(chosen, given, entries, left_out),
+    )
+
+
+def _layer(scenario: Scenario, layer: str) -> str:
+    """Find the layer whose material is exchanged."""
+    plate = [name for name, role in scenario.stack.roles.items() if role == "plate"]
+    known = scenario.stack.layers
+    if layer and layer not in known:
+        raise InputError(f"layer '{layer}': the stack has none of this name.{nearest(layer, known)}")
+    if not layer and len(plate) != 1:
+        has = f"has {len(plate)} layers of the plate" if plate else "has no layer of the plate"
+        raise InputError(
+            f"the stack {has}: name the layer whose material is exchanged, of {', '.join(known)}"
+        )
+    return layer or plate[0]
+
+
+def _cases(
+    scenario: Scenario, layer: str, names: Sequence[str] | None
+) -> dict[str, Scenario | dict[str, str]]:
+    """Give the scenario as it is, then the changes for each material; every unknown name is refused at once."""
+    wanted = [each.name for each in materials()] if names is None else list(dict.fromkeys(names))
+    if not wanted:
+        raise InputError(f"no material is named; known: {', '.join(each.name for each in materials())}")
+    problems: list[Problem] = []
+    for name in wanted:
+        try:
+            Material.offer(name)
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(problems)
+    found = ((getattr(find_substance(name), "name", name), name) for name in wanted)
+    changes = {shown: {f"stack.{layer}.material": name} for shown, name in found}
+    return {AS_IT_IS: scenario, **changes}
+
+
+def _entry(name: str, scenario: Scenario, layer: str) -> MaterialEntry:
+    """Run the scenario with one material."""
+    material = scenario.stack.layers[layer].material
+    permittivity = float(material.bound_permittivity(np.array(_FREQUENCY)).real)
+    trace = simulate(scenario)
+    title = f"film strength, {layer}"
+    judged = next((each for each in read_diagnostics(trace.attrs["validity"]) if each.name == title), None)
+    field, strength = (
+        math.nan if judged is None or (number := getattr(judged, which)) is None else float(number)
+        for which in ("value", "limit")
+    )
+    conductivity = material.conductivity
+    return MaterialEntry(
+        name=name,
+        permittivity=permittivity,
+        relaxation_time=eps0 * permittivity / conductivity if conductivity else math.inf,
+        force=float(np.nanmax(trace.electrostatic_force.values)),
+        field=field,
+        strength=strength,
+        margin=strength / field if field else math.inf,
+        breakdown="unknown" if judged is None else judged.state,
+        status=_status(scenario, layer),
+        why="" if judged is None else judged.text,
+    )
+
+
+def _status(scenario: Scenario, layer: str) -> str:
+    """List the statuses of the values that a layer takes from the library, for a material of the library."""
+    slab = scenario.stack.layers[layer]
+    substance = None if slab.material.substance is None else find_substance(slab.material.substance)
+    if substance is None:
+        return "of the scenario"
+    strength = substance.strength_of(slab.thickness)
+    taken = {
+        what if what == "conductivity" else "permittivity": status
+        for what, status in substance.taken_by(slab.material.to_dict()).items()
+    }
+    taken |= {} if strength is None else {"strength": strength.status}
+    by_status: dict[str, list[str]] = {}
+    for what, status in taken.items():
+        by_status.setdefault(status, []).append(what)
+    return "; ".join(f"{status}: {', '.join(parts)}" for status, parts in by_status.items())
+
+
+def _tables(
+    layer: str, scenario: Scenario, entries: Sequence[MaterialEntry], left_out: dict[str, str]
+) -> tuple[Table, ...]:
+    rows = tuple(
+        (
+            entry.name,
+            f"{entry.permittivity:.4g}",
+            _shown(entry.relaxation_time, "s", endless="no conduction"),
+            format_quantity(entry.force, "N", digits=4),
+            _shown(entry.field, "V/m"),
+            _shown(entry.strength, "V/m"),
+            "not known" if math.isnan(entry.margin) else f"{entry.margin:.3g}",
+            entry.breakdown,
+            entry.status,
+        )
+        for entry in entries
+    )
+    thickness = format_quantity(scenario.stack.layers[layer].thickness, "m")
+    title = f"Materials of the layer '{layer}', {thickness} thick"
+    caption = (
+        f"Margin: breakdown strength over largest field; '{UNVERIFIED}' values are cited from memory. Relaxation: charge"
+        " relaxation time, permittivity over conductivity; a voltage held for much longer reaches the finger through the"
+        " layer. 'electrovib models NAME' lists the sources."
+    )
+    found = [Table(title, HEADINGS, rows, caption=caption)]
+    if left_out:
+        found.append(Table("Not in this comparison", ("material", "why"), tuple(left_out.items())))
+    return tuple(found)
+
+
+def _shown(value: float, unit: str, *, endless: str = "") -> str:
+    if math.isnan(value):
+        return "not known"
+    return endless if math.isinf(value) else format_quantity(value, unit, digits=3)
