@@ -24,7 +24,7 @@ def init(
     Parameters
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
-        As for `electrovib.load`; of a sweep, the scenario before its parameters are varied.
+        As for `electrovib.load`; of a sweep the scenario from which it began.
     set : mapping of str to value, optional
         Dotted path to value, put into the scenario.
     output : str or Path, optional
@@ -53,7 +53,7 @@ def init(
         for line in [
             "",
             _NAMES,
-            "# Parts that can be added; 'electrovib models NAME' shows what each needs:",
+            "# Parts that can be added; 'electrovib models NAME' lists what each needs:",
             *lines,
         ]
     )

@@ -1,4 +1,4 @@
-"""The values of a paper's ready-made scenario that are not from the paper, as one line of the terminal."""
+"""The values of a paper's ready-made scenario that are not found in the paper, as one line of the terminal."""
 
 from __future__ import annotations
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.options import Changes, Everything
 from electrovib.apps.cli.terminal import say, show
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 
 def register(app: typer.Typer) -> None:
@@ -54,7 +57,7 @@ def command(
     output: Annotated[str | None, typer.Option("--output", "-o", help="Write an HTML page.")] = None,
     force: Force = False,
 ) -> None:
-    """Compare the force laws on one stack, or the materials of its insulator: which to believe, and why they differ."""
+    """Compare the force laws on one stack, which to believe and why they differ, or the materials of its insulator."""
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.table import as_text
 
@@ -103,27 +106,17 @@ def command(
         say(f"written: {output}")
 
 
-def _laws(texts: list[str]) -> list[str] | None:
-    """Import the files among what ``--models`` names; the rest are laws, or None for all of them."""
-    from electrovib.core.own_models import use_models
-
-    given = [name.strip() for text in texts for name in text.split(",")]
-    for file in [name for name in given if name.endswith(".py")]:
-        use_models(file)
-    names = [name for name in given if not name.endswith(".py")]
-    return [name for name in dict.fromkeys(names) if name] if names else None
-
-
-def _print_materials(scenario: str, changes: dict[str, Any], materials: str, layer: str) -> None:
+def _print_materials(scenario: str, changes: Mapping[str, Any], materials: str, layer: str) -> None:
     from electrovib.apps.cli.table import as_text
     from electrovib.apps.progress import tracked
-    from electrovib.scenario import read_scenario
+    from electrovib.scenario import load
     from electrovib.study.compare import compare_materials
 
-    source = read_scenario(scenario, changes=changes)
     names = [name.strip() for name in materials.split(",") if name.strip()]
     with tracked("comparing materials"):
-        found = compare_materials(source, layer=layer, materials=None if names == ["all"] else names)
+        found = compare_materials(
+            load(scenario, changes=changes), layer=layer, materials=None if names == ["all"] else names
+        )
     for table in found.tables:
         show(as_text(table))
 
@@ -134,6 +127,17 @@ def _refuse_with_materials(options: dict[str, object]) -> None:
     given = [name for name, value in options.items() if value]
     if given:
         raise InputError(f"{name}: compares force laws; leave it out, or --materials" for name in given)
+
+
+def _laws(texts: list[str]) -> list[str] | None:
+    """Import the files among what ``--models`` names; the rest are laws, or None for all of them."""
+    from electrovib.core.own_models import use_models
+
+    given = [name.strip() for text in texts for name in text.split(",")]
+    for file in [name for name in given if name.endswith(".py")]:
+        use_models(file)
+    names = [name for name in given if not name.endswith(".py")]
+    return [name for name in dict.fromkeys(names) if name] if names else None
 
 
 def _refuse_without_scenario(options: dict[str, object]) -> None:
