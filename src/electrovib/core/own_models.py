@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import importlib.util
+import re
 import sys
 import traceback
 from collections.abc import Iterator, Mapping
@@ -133,9 +134,8 @@ def fault(error: Exception) -> str:
     for path, module in reversed(_used.items()):
         if _line(error, path) is not None:
             return _told(error, path, path.name)
-        named = [
-            name for name, each in vars(module).items() if isinstance(each, type) and f"{name}." in str(error)
-        ]
+        own = [name for name, each in vars(module).items() if isinstance(each, type)]
+        named = [name for name in own if re.search(rf"\b{name}\b", str(error))]
         if named:
             return f"{path.name}, {named[0]}: {type(error).__name__}: {error}"
     return ""

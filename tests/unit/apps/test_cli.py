@@ -69,13 +69,13 @@ def chosen(out: str) -> str:
 def test_a_papers_scenario_names_what_its_paper_does_not_give(cli):
     """The 36 ms were chosen to give 2.5 mN, and the conductivity is the printed 7.7 ms turned round."""
     line = chosen(cli("run")[1])
-    assert line.startswith("not found in vezzoli_2014, chosen: drive.rise, drive.hold, ")
+    assert line.startswith("not found in vezzoli_2014: drive.rise, drive.hold, ")
     for told in ("friction.coefficient", "return_path.resistance", "conductivity"):
         assert told in line
     for printed in ("drive.high", "contact.area", "permittivity", "thickness", "drive.low"):
         assert printed not in line
     other = chosen(cli("run", "rauf_2025/field_50")[1])
-    assert other.startswith("not found in rauf_2025, chosen: friction.coefficient, load.normal_force (")
+    assert other.startswith("not found in rauf_2025: friction.coefficient, load.normal_force (")
 
 
 def test_perceive_and_equilibrium_name_it_too(cli):
