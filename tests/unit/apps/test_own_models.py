@@ -112,7 +112,7 @@ def folder(tmp_path_factory):
         "law.py": LAW,
         "syntax.py": "x = 1\nclass Law(\n",
         "broken.py": "import math\n\nmath.nothing\n",
-        "empty.py": "x = 1\n",
+        "empty.py": "from electrovib.physics.force import MaxwellStressInGap\n",
         "law.txt": LAW,
         "second.py": LAW.split("class Failing", maxsplit=1)[0].replace("Saturating", "Second")
         + "import shared\nassert shared.ONE == 1\n",
