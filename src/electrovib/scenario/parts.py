@@ -100,7 +100,7 @@ def _role(name: str, changes: Mapping[str, Any]) -> Any:
 
 
 def _lies_before(name: str, table: Any, role: Any) -> bool:
-    """Tell whether a layer of the stack lies on the plate's side of a new one of this role."""
+    """Return whether a layer of the stack lies on the plate's side of a new one of this role."""
     other = IMPLIED.get(name) or (table.get("role") if isinstance(table, Mapping) else None)
     if other not in ORDER:
         return False
