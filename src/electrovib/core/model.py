@@ -21,10 +21,11 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.changes import stored_changes
 from electrovib.core.discovery import find_member, find_members, find_offer
-from electrovib.core.errors import LONGEST_QUOTED, InputError, shortened, suggestion
-from electrovib.core.hooks import Overridable
+from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
+from electrovib.core.files import FileColumn
 from electrovib.core.mistakes import explained, near_members, problem, wants
 from electrovib.core.quantity import Quantity, quantity_of
+from electrovib.core.tables import put
 
 M = TypeVar("M", bound="Model")
 
@@ -32,7 +33,7 @@ _ABOUT: Final = frozenset({"equation", "reference", "status"})
 """What a class states of itself and completion lists beside its parameters."""
 
 
-class Model(Overridable):
+class Model(BaseModel):
     """A thing with declared parameters: abstract (a family) or final, never in between.
 
     Notes
@@ -107,6 +108,45 @@ class Model(Overridable):
             if int in (annotation, *get_args(annotation)):
                 raise PydanticCustomError("count", "{why}", {"why": "expected a whole number"})
         return value
+
+    @classmethod
+    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
+        """Say which columns of the file that a table names its parameters are read from, by parameter.
+
+        Parameters
+        ----------
+        table : mapping
+            The model's own, not yet validated.
+
+        Returns
+        -------
+        mapping of str to FileColumn
+            Empty if nothing has to be read, or if the table is wrong, which is told when it is validated.
+        """
+        del table
+        return {}
+
+    @classmethod
+    def file_variants(cls, table: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
+        """Return parameters with which to read the file of a table if it has not the columns of `file_columns`.
+
+        Parameters
+        ----------
+        table : mapping
+            The model's own, not yet validated.
+
+        Returns
+        -------
+        tuple of mapping
+            The first whose columns are in the file is added to the table.
+        """
+        del table
+        return ()
+
+    @classmethod
+    def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
+        """Add what a table leaves to be found; it is validated after that."""
+        return content
 
     @classmethod
     def part(cls, name: str) -> type[Model] | None:
@@ -226,6 +266,10 @@ class Model(Overridable):
         """Hash the canonical JSON."""
         return hash((type(self).__name__, self.canonical()))
 
+    def stored(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return given parameters as those that this model stores: a member may offer derived ones beside them."""
+        return dict(given)
+
     def __dir__(self) -> list[str]:
         """List the parameters and the methods of a model that exists, without pydantic's names and those of the class."""
         inherited = {
@@ -243,8 +287,19 @@ class Model(Overridable):
         """Build the model from tables in which something was changed."""
         return read_model(cls, content)
 
+    @classmethod
+    def put_into(cls, content: dict[str, Any], changes: Mapping[str, Any]) -> list[Problem]:
+        """Put changes by dotted path into nested tables of this model, and return what is wrong with them."""
+        return put(content, changes)
+
+    @classmethod
+    def how_to_add(cls, content: Mapping[str, Any], path: str) -> str:
+        """Explain how to add the optional part that a dotted path leads into; empty where it leads into none."""
+        del content, path
+        return ""
+
     def replace(self, changes: Mapping[str, Any]) -> Self:
-        """Return a copy with some parameters changed.
+        """Give a copy with some parameters changed.
 
         Parameters
         ----------
