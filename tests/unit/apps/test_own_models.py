@@ -8,6 +8,8 @@ import sys
 
 import pytest
 
+from electrovib.core.own_models import described
+
 LAW = '''"""A force law that levels off."""
 from typing import Annotated
 
@@ -240,3 +242,12 @@ def test_a_report_shows_the_signals_and_states_what_is_missing(folder, found):
     assert (
         "own.nc: shown without its parameters: force: this Trace needs the ForceLaw model 'Saturating'" in out
     )
+
+
+def test_the_list_of_own_models_is_written_as_text():
+    law = {"model": "Saturating", "family": "ForceLaw", "file": "law.py", "sha256": "ab12"}
+    typed = {"model": "Other", "family": "Material", "file": "", "sha256": ""}
+    text = described(json.dumps([law, typed]))
+    assert text == "ForceLaw Saturating, law.py (SHA-256 ab12); Material Other, without a file"
+    for damaged in ("{", "[1]", '[{"model": "x"}]'):
+        assert described(damaged) == damaged
