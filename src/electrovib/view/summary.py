@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
+from electrovib.core.own_models import described
 from electrovib.core.parsing import read_json
 from electrovib.core.signals import signal
 from electrovib.core.units import KINDS, format_quantity
@@ -33,6 +35,7 @@ _WORDS: Final = {
     "reduction_error": "largest error of a material reduced to relaxations",
     "transfer_error": "largest error of fields, voltages and attraction through it, in time and over frequency",
     "quadrature_error": "error of the mean over the contact",
+    "own_models": "models that are not part of electrovib",
     "dropped_samples": "samples of the measured drive that were dropped",
 }
 _LONGEST: Final = 400
@@ -255,6 +258,7 @@ def provenance(trace: xarray.Dataset) -> dict[str, str]:
         if value is None or name in _SHOWN_ELSEWHERE or (name == "dropped_samples" and not value):
             continue
         text = f"{100 * float(value):.2g} %" if name.endswith("_error") else str(value)
+        text = described(text) if name == OWN_MODELS else text
         found[_WORDS.get(str(name), str(name))] = text if len(text) <= _LONGEST else f"{text[:_LONGEST]} …"
     return found
 

@@ -12,7 +12,7 @@ from electrovib.apps.cli import main
 
 @pytest.fixture
 def cli(tmp_path, capsys, monkeypatch):
-    """Run a command in this process; gives exit code, output and error output."""
+    """Return a function that runs a command in this process: exit code, output and error output."""
     monkeypatch.chdir(tmp_path)
 
     def call(*arguments: str) -> tuple[int, str, str]:

@@ -1,4 +1,4 @@
-"""Comparing laws, and the catalogue of them."""
+"""Comparison of force laws."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def test_air_that_breaks_down_is_marked_in_the_figure(coating):
 
 
 def test_a_law_pulls_as_the_gap_plane_at_some_gap(coating):
-    """V^2/(K + g)^2 of the Maxwell stress in the gap against each law: 8 and 15 um on the coating."""
+    """Each law equals V^2/(K + g)^2 at some gap g: 8 and 15 um on the coating."""
     why = {entry.name: entry.why for entry in coating.entries}
     electrical = 1e-6 / 3.9 + 200e-6 / 1650
     for name, ratio in (
@@ -298,7 +298,7 @@ def test_parts_without_a_choice_are_found_too():
     ["MaxwellStressInInsulator", "MaxwellStressInStratumCorneum", "EffectiveMedium", "MaxwellStressInGap"],
 )
 def test_a_filled_gap_is_accounted_for(law):
-    """The field in a gap falls with what fills it, and its stress with the square: no law has further terms."""
+    """The field in a gap decreases with the permittivity of its filling, its stress with the square: no further terms."""
     filled = {"stack.gap.material.permittivity": 2.5, "force": {"model": law}}
     scenario = load("vezzoli_2014/fig6_gap").replace(filled)
     plane = static_force(scenario.replace({"force": {"model": "MaxwellStressInGap"}}), voltage=100.0)

@@ -78,7 +78,7 @@ class Vezzoli2014Causal(ForceLaw):
     def diagnostics(self, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
         """Warn where nothing conducts, and where a table does not determine how much does."""
         film, skin = (layers[name] for role in _LAYERS if (name := beside_interface(roles_of(layers), role)))
-        found = []
+        found = [*super().diagnostics(layers)]
         if skin.material.conductivity == 0 and skin.leak is None:
             text = "the stratum corneum has conductivity 0: no charge is ever lost, the force never fades"
             found.append(Diagnostic("lost charge", "warning", text))
