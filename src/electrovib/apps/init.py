@@ -1,4 +1,4 @@
-"""A commented scenario file to start from."""
+"""A scenario to start from."""
 
 from __future__ import annotations
 
@@ -7,31 +7,33 @@ from pathlib import Path
 from electrovib.core.files import inputs_noted
 from electrovib.scenario import DEFAULT, Source, read_scenario
 
-_NAMES = '# A material, or the whole stack, can be named: material = "silica" of the library, "gabriel_1996/wet" of a paper'
+_NAMES = (
+    '# A material, or the whole stack, can be the name of what a paper offers: material = "gabriel_1996/wet"'
+)
 
 
 def init(scenario: Source = DEFAULT, *, output: str | Path | None = None, force: bool = False) -> str:
-    """Write a scenario as a commented TOML file.
+    """Give a scenario as a commented TOML file.
 
     Parameters
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
-        As for `electrovib.load`; of a sweep, the scenario before its parameters are varied.
+        As for `electrovib.load`; of a sweep the scenario from which it began.
     output : str or Path, optional
-        The file to write; no file if absent.
+        Where to write it.
     force : bool
-        Whether a file that electrovib did not write may be replaced.
+        Whether a file that we did not write may be replaced.
 
     Returns
     -------
     str
-        The content of the file.
+        The text.
 
     Raises
     ------
     InputError
         If there is no such scenario, or if the output cannot be written or would replace a file that is read, that
-        electrovib did not write, or that was changed since.
+        we did not write, or that was changed since.
     """
     from electrovib.scenario.toml import left_away, to_toml
 
@@ -43,7 +45,7 @@ def init(scenario: Source = DEFAULT, *, output: str | Path | None = None, force:
         for line in [
             "",
             _NAMES,
-            "# Parts that can be added; 'electrovib models NAME' shows what each needs:",
+            "# Parts that can be added; 'electrovib models NAME' tells what each needs:",
             *lines,
         ]
     )

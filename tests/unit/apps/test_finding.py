@@ -156,6 +156,22 @@ def test_names_of_scenarios_are_completed(complete):
     assert complete("init", "nobody_2014/f") == []
 
 
+@pytest.mark.parametrize("command", ["run", "compare", "equilibrium", "perceive", "export", "init"])
+def test_every_command_that_takes_a_scenario_completes_its_name(command, complete):
+    assert complete(command, "bau_2010/") == ["bau_2010/sine"]
+
+
+def test_every_argument_that_is_a_scenario_or_a_paper_is_completed():
+    for command in typer.main.get_command(app).commands.values():
+        for parameter in command.params:
+            if parameter.name in {"scenario", "paper", "query"}:
+                assert parameter.shell_complete(typer.Context(command), "vezzoli"), command.name
+
+
+def test_names_of_papers_are_completed(complete):
+    assert complete("reproduce", "v") == ["vardar_2017", "vezzoli_2014"]
+
+
 def test_only_the_paper_that_is_written_is_imported_for_a_completion():
     code = (
         "import sys; from electrovib.apps.cli.completion import scenario_names;"

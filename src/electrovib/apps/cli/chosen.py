@@ -1,4 +1,4 @@
-"""The values of a paper's ready-made scenario that are not from the paper, as one line of the terminal."""
+"""What a paper's ready-made scenario does not find in its paper, as one line of the terminal."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ if TYPE_CHECKING:
 
 
 def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -> list[str]:
-    """List the values that are not from the paper; nothing for a user's own scenario.
+    """Name the values that the paper does not give; nothing of a scenario of one's own.
 
     Parameters
     ----------
     scenario : Scenario
-        The scenario as it was run.
+        As it was run.
     source : str
-        What the user named: a file, or a paper's scenario such as ``vezzoli_2014/fig6``.
+        What the user asked for: a file, or a paper's scenario such as ``vezzoli_2014/fig6``.
     without : iterable of str
-        Dotted paths that are swept, which are omitted.
+        Paths that are swept.
 
     Returns
     -------
@@ -32,5 +32,5 @@ def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -
     found = not_in_paper(scenario, paper) if paper else {}
     swept = set(without)
     values = ", ".join(f"{path} {value}" for path, value in found.items() if path not in swept)
-    line = f"not found in {paper}, chosen or derived here: {values} ('electrovib models {paper}' gives the sources)"
-    return [line] if values else []
+    told = f"not found in {paper}, chosen or derived here: {values} ('electrovib models {paper}' says how)"
+    return [told] if values else []

@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from electrovib.apps.cli.completion import scenario_names
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.terminal import say
 
@@ -18,9 +17,7 @@ def register(app: typer.Typer) -> None:
 
 
 def command(
-    scenario: Annotated[
-        str, typer.Argument(help="A paper's scenario, or a file.", autocompletion=scenario_names)
-    ] = "vezzoli_2014/fig6",
+    scenario: Annotated[str, typer.Argument(help="A paper's scenario, or a file.")] = "vezzoli_2014/fig6",
     output: Annotated[str | None, typer.Option("--output", "-o", help="The TOML file to write.")] = None,
     force: Force = False,
 ) -> None:
@@ -35,7 +32,7 @@ def command(
 
 
 def as_toml(text: str, encoding: str | None) -> str:
-    """Write characters that an encoding does not have as TOML escapes, so that the output reads back equal."""
+    """Write signs that an encoding does not have as TOML escapes, so that a file made of it reads back equal."""
     codes = ((sign, f"\\U{ord(sign):08x}") for sign in dict.fromkeys(text) if not _has(encoding, sign))
     return text.translate({ord(sign): code for sign, code in codes})
 
