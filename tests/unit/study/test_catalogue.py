@@ -38,6 +38,11 @@ def test_every_preset_is_listed_with_its_title_and_what_it_reproduces():
         assert record.reproduces in str(scenarios())
 
 
+def test_a_line_does_not_repeat_the_paper_and_the_figure_that_stand_beside_it():
+    (line,) = [line for line in str(scenarios()).splitlines() if line.startswith("vezzoli_2014/fig6 ")]
+    assert line.split("figure 6")[1].strip().startswith("0 to 1000 V trapezoidal pulse")
+
+
 def test_a_figure_is_named_where_the_title_names_one():
     for record in scenarios():
         if ", figure " in record.meaning:
@@ -149,7 +154,7 @@ def test_every_material_of_the_library_is_listed_and_found_by_every_name():
 
     for substance in materials():
         for word in (substance.name, *substance.aliases):
-            assert substance.name in names(models(word)), word
+            assert f"{substance.name} (material)\n===" in str(models(word)), word
         assert substance.name in str(models())
 
 
