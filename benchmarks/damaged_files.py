@@ -1,9 +1,9 @@
-"""Damage files of every format at random and open them through the public doors.
+"""Damage files of every format at random and open them through the public functions.
 
     python benchmarks/damaged_files.py 2000 --seed 7 --kinds trace.nc,columns.csv
 
-Each file has to be read or refused in one sentence: no other exception, no crash of this process, no more memory than
-ten times the file and 64 MB, and no file that takes longer than the limits of its reader. The exit code is 1 otherwise.
+Each file has to be read or refused in one sentence, without another exception, without a crash of this process, within
+ten times the size of the file plus 64 MB of memory, and within the time limits of its reader. The exit code is 1 otherwise.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ thickness = "200 um"
 material = { model = "Constant", permittivity = 1560, conductivity = "1.79 uS/m" }
 """
 LONGEST = 40.0
-"""Seconds by the clock: the limits of a small file in its own process, and room for a busy machine."""
+"""Wall time allowed for a small file in its own process [s], with a margin for a busy machine."""
 
 
 def small_trace():
@@ -70,7 +70,7 @@ def small_trace():
 
 
 def make_files(folder):
-    """Write one whole file of each kind; give how each is opened."""
+    """Write one undamaged file of each kind; return how each is opened."""
     trace = small_trace()
     save_nc(trace, folder / "trace.nc")
     save_csv(trace, folder / "trace.csv")
@@ -110,7 +110,7 @@ def make_files(folder):
 
 
 def damaged(raw, random):
-    """Damage bytes as transfers, editors and forgers do: one to three changes."""
+    """Return bytes with one to three changes, as by transfers, editors and forgery."""
     found = bytearray(raw)
     for _ in range(int(random.choice([1, 1, 1, 2, 3]))):
         place = int(random.integers(0, max(1, len(found))))
@@ -142,7 +142,7 @@ def damaged(raw, random):
 
 
 def open_one(path, wanted):
-    """Open a file as a user does: ``read`` or ``refused``."""
+    """Open a file as a user does; return ``read`` or ``refused``."""
     try:
         if wanted is not None:
             read_columns(path, wanted)
@@ -159,7 +159,7 @@ def open_one(path, wanted):
 
 
 def memory(who):
-    """Largest memory so far [bytes]; 0 where the system does not tell."""
+    """Return the largest memory so far [bytes]; 0 where the system does not report it."""
     try:
         import resource
     except ImportError:
@@ -168,7 +168,7 @@ def memory(who):
 
 
 def run(kind, wanted, whole, folder, count, seed):
-    """Open so many damaged files of a kind; give counts and what went wrong."""
+    """Open damaged files of a kind, print the counts, and return the failures."""
     path = folder / f"damaged.{kind}"
     path.write_bytes(whole)
     other = folder / "trace.frequency.csv"
@@ -185,7 +185,7 @@ def run(kind, wanted, whole, folder, count, seed):
         begin = time.perf_counter()
         try:
             counts[open_one(path, wanted)] += 1
-        except Exception:  # noqa: BLE001  # whatever comes is what this looks for
+        except Exception:  # noqa: BLE001  # any exception is a failure to report
             wrong.append(f"{kind} seed {seed} number {number}: {traceback.format_exc(limit=-3)}")
         slowest = max(slowest, time.perf_counter() - begin)
     grown = max(memory("RUSAGE_SELF") - before[0], memory("RUSAGE_CHILDREN") - before[1])

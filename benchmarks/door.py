@@ -1,7 +1,7 @@
-"""The public door against its peers: a measured drive, jittered stamps, a sine, a short run, a map.
+"""The public interface compared with its peers: a measured drive, jittered time stamps, a sine, a short run, a map.
 
-Run from the root of the repository with ``python -m benchmarks.door``. Each figure is a ratio with its peer in the
-same process and the same minute; a large drive runs in a process of its own, whose resident memory is told.
+Run from the root of the repository with ``python -m benchmarks.door``. Each figure is a ratio to its peer in the same
+process and the same minute; a large drive runs in a process of its own, whose resident memory is reported.
 """
 
 import json
@@ -21,7 +21,7 @@ LAWS = {"gap": "vezzoli_2014/fig6_gap", "law of Vezzoli et al. 2014": "vezzoli_2
 
 
 def best(work: Callable[[], object], repeats: int = REPEATS) -> float:
-    """Shortest wall time of several repeats [s]."""
+    """Return the shortest wall time of several repeats [s]."""
     times = []
     for _ in range(repeats):
         begin = perf_counter()
@@ -31,7 +31,7 @@ def best(work: Callable[[], object], repeats: int = REPEATS) -> float:
 
 
 def lsim(samples: int = SAMPLES) -> Callable[[], object]:
-    """One output of twelve poles at even samples."""
+    """Return the work of one output of twelve poles at even samples."""
     from scipy.signal import lsim as peer
 
     poles = -1.0 / np.logspace(-5, 0, 12)
@@ -42,13 +42,13 @@ def lsim(samples: int = SAMPLES) -> Callable[[], object]:
 
 
 def volts(samples: int = SAMPLES) -> np.ndarray:
-    """A clipped sine of 125 Hz, written with three decimals."""
+    """Return a clipped sine of 125 Hz, rounded to three decimals [V]."""
     wave = np.sin(2 * np.pi * 125 * STEP * np.arange(samples))
     return np.round(100 * np.clip(3 * wave, -1, 1), 3)
 
 
 def stamps(kind: str) -> np.ndarray:
-    """Stamps of the samples [s]: decimal numbers, or up to a fifth of a step off."""
+    """Return the time stamps of the samples [s]: decimal numbers, or displaced by up to a fifth of a step."""
     if kind == "decimal":
         return np.array([float(f"{place}e-6") for place in range(SAMPLES)])
     found = np.arange(SAMPLES) * STEP
@@ -57,7 +57,7 @@ def stamps(kind: str) -> np.ndarray:
 
 
 def scenario(law: str, drive: dict[str, object], **more: object) -> object:
-    """A dispersive skin under a drive."""
+    """Return a dispersive skin under a drive."""
     import electrovib as ev
     from electrovib.papers import palmar_1995
 
@@ -97,7 +97,7 @@ def _large_rows() -> list[list[str]]:
     for kind, target in wanted.items():
         for law in LAWS:
             found = measured(kind, law)
-            what = f"{SAMPLES} {'output times of a sine' if kind == 'sine' else f'samples, {kind} stamps'}, {law}"
+            what = f"{SAMPLES} {'output times of a sine' if kind == 'sine' else f'samples, {kind} time stamps'}, {law}"
             ratio = f"{found['peer'] / found['ours']:.3g}"
             times = (
                 f"{found['ours'] * 1e3:.3g} (first {found['first'] * 1e3:.3g})",
@@ -168,16 +168,16 @@ def main() -> None:
     """Measure everything and write the table."""
     rows = [*_large_rows(), _short_row(), _map_row(), _prepared_row()]
     head = ["what", "time, ms", "peer, ms", "times faster", "wanted", "resident memory, MB"]
-    write("door.md", "The public door", _notes(), head, rows)
+    write("door.md", "The public interface", _notes(), head, rows)
 
 
 def _notes() -> list[str]:
-    setting = """`ev.simulate` with all signals and checks on a dispersive skin (`palmar_1995/dry_men`), through the law in the
-gap and the law of Vezzoli et al. 2014 of Vezzoli 2014, which filters by relaxations of its own. Peer of a large run: one
+    setting = """`ev.simulate` with all signals and checks on a dispersive skin (`palmar_1995/dry_men`), by the Maxwell stress in
+the gap and by the law of Vezzoli et al. 2014, which filters by relaxations of its own. Peer of a large run: one
 `scipy.signal.lsim` of one output with 12 poles on as many even samples, in the same process. Peer of the map: each
 case by itself through `ev.sweep`, 25 of the 900 measured."""
-    measure = f"""Best of {REPEATS}; the first run of a process, which also fits the material, apart. Memory: largest resident set
-after the first run, imports and the record itself included."""
+    measure = f"""Best of {REPEATS}; the first run of a process, which also fits the material, is given separately. Memory:
+largest resident set after the first run, imports and the record itself included."""
     return [setting, measure, surroundings(["numpy", "scipy", "xarray"])]
 
 

@@ -1,4 +1,4 @@
-"""Electrics, force, friction and sensor at once, against the electrics alone.
+"""Electrics, force, friction and sensor together, compared with the electrics alone.
 
 Run from the root of the repository with ``python -m benchmarks.full_chain``.
 """
@@ -10,7 +10,7 @@ from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
-from benchmarks.one_finger import DIRECT, GAINS, POLES, SAMPLES, STEP, roots, trapezium
+from benchmarks.one_finger import DIRECT, GAINS, POLES, SAMPLES, STEP, roots, trapezoidal_pulse
 from benchmarks.table import surroundings, write
 from numpy.typing import NDArray
 
@@ -30,7 +30,7 @@ ROUNDS = 41
 
 
 class Contender(NamedTuple):
-    """One way: its name, the rounds it takes part in, the work, and what the plain loops give."""
+    """One method: its name, its number of rounds, the work, and the result of the plain loops."""
 
     name: str
     rounds: int
@@ -40,42 +40,42 @@ class Contender(NamedTuple):
 
 
 def electrics(drive: Array) -> Array:
-    """Voltage at every sample."""
+    """Return the voltage at every sample."""
     return march(POLES, [GAINS], [DIRECT], drive[:-1], drive[1:], STEP, REST)[0][0]
 
 
 def electrics_kept(drive: Array) -> Array:
-    """Voltage at all samples, every 80th kept."""
+    """Return the voltage at every 80th sample, computed at all samples."""
     return electrics(drive)[::KEEP].copy()
 
 
 def electrics_decimated(drive: Array) -> Array:
-    """Voltage at every 80th sample, nothing computed between."""
+    """Return the voltage at every 80th sample, computed at these only."""
     return march(POLES, [GAINS], [DIRECT], drive[:-1], drive[1:], STEP, REST, keep=KEEP)[0][0]
 
 
 def into_friction(voltage: Array) -> None:
-    """Put friction mu (f_n + c v^2) in the place of the voltage."""
+    """Overwrite the voltage by the friction mu (f_n + c v^2)."""
     np.multiply(voltage, voltage, out=voltage)
     voltage *= FRICTION * STATIC
     voltage += FRICTION * LOAD
 
 
 def chain(drive: Array) -> Array:
-    """Reading of the lateral sensor at every 80th sample, settled under the first force, in one pass."""
+    """Return the lateral sensor's signal at every 80th sample, settled under the first force, in one pass."""
     sensor = SENSOR.poles, SENSOR.gains, SENSOR.direct
     return march_chain((POLES, GAINS, DIRECT), into_friction, sensor, drive, STEP, keep=KEEP, settled=True)
 
 
 def chain_apart(drive: Array) -> Array:
-    """The same, one whole record after the other."""
+    """Return the same from whole records, computed one after the other."""
     force = electrics(drive)
     into_friction(force)
     return filtered(SENSOR, force, step=STEP, settled=True, keep=KEEP)
 
 
 def reference(drive: Array) -> tuple[Array, Array]:
-    """Voltage and reading by the plain loops, every 80th."""
+    """Return voltage and sensor signal of the plain loops at every 80th sample."""
     voltage = march_loop(POLES, [GAINS], [DIRECT], drive[:-1], drive[1:], STEP, REST)[0][0]
     force = FRICTION * (LOAD + STATIC * voltage**2)
     poles, gains, start = SENSOR.poles, [SENSOR.gains], SENSOR.state(force[0])
@@ -84,15 +84,15 @@ def reference(drive: Array) -> tuple[Array, Array]:
 
 
 def contenders(drive: Array) -> list[Contender]:
-    """Build all ways; the first is what the others are measured by."""
+    """Return all methods; the first is the reference for the ratios."""
     voltage, reading = reference(drive)
     own = [
-        ("electrics alone, all outputs, every 80th kept", electrics_kept, voltage, "the unit"),
+        ("electrics alone, all outputs, every 80th kept", electrics_kept, voltage, "the reference"),
         (
             "electrics alone, only every 80th computed",
             electrics_decimated,
             voltage,
-            "leaves nothing to square",
+            "too few samples for a square",
         ),
         ("**full chain, `march_chain`** (numpy)", chain, reading, "in tiles"),
         ("full chain, whole records (numpy)", chain_apart, reading, "`march`, formula, `filtered`"),
@@ -104,7 +104,7 @@ def contenders(drive: Array) -> list[Contender]:
 
 
 def _biquads(drive: Array) -> Callable[[], Array]:
-    """Six biquads, numpy between, one biquad for the sensor, all as exact holds of straight pieces."""
+    """Return the work of six biquads, numpy and one biquad for the sensor, all exact for piecewise linear inputs."""
     from scipy.signal import lfilter, sosfilt, zpk2sos
 
     sections = zpk2sos(*roots())
@@ -114,14 +114,14 @@ def _biquads(drive: Array) -> Callable[[], Array]:
         force = sosfilt(sections, drive)
         into_friction(force)
         base = force[0]
-        force -= base  # settled under the first force, which the sensor passes on as it is
+        force -= base  # settled under the first force, for which the sensor's gain is 1
         return lfilter(numerator, denominator, force)[::KEEP] + base
 
     return work
 
 
 def _sensor_section() -> tuple[Array, Array]:
-    """Sensor as one discrete biquad."""
+    """Return the sensor as one discrete biquad."""
     decay, first, last = (complex(each[0]) for each in hold_weights_complex(SENSOR.poles * STEP))
     gain = complex(SENSOR.gains[0])
     b0, b1 = gain * last, gain * first  # (b0 + b1/z)/(1 - a/z) and its conjugate
@@ -151,34 +151,40 @@ def _lsim(drive: Array) -> Callable[[], Array]:
     return work
 
 
-def measure(ways: list[Contender]) -> list[list[float]]:
-    """Wall times, in rounds in which every way runs once, so that a busy moment meets all of them."""
-    for way in ways:
-        way.work()
-    times: list[list[float]] = [[] for _ in ways]
+def measure(methods: list[Contender]) -> list[list[float]]:
+    """Return wall times from rounds in which every method runs once, so that other load affects all of them alike."""
+    for method in methods:
+        method.work()
+    times: list[list[float]] = [[] for _ in methods]
     for round_ in range(ROUNDS):
-        for way, found in zip(ways, times, strict=True):
-            if round_ < way.rounds:
+        for method, found in zip(methods, times, strict=True):
+            if round_ < method.rounds:
                 begin = perf_counter()
-                way.work()
+                method.work()
                 found.append(perf_counter() - begin)
     return times
 
 
 def main() -> None:
-    """Time every way, judge every answer, write the table."""
-    ways = contenders(trapezium())
-    times = measure(ways)
+    """Time every method, compute every error, and write the table."""
+    methods = contenders(trapezoidal_pulse())
+    times = measure(methods)
     middles = [median(found) for found in times]
     rows = []
-    for way, found, middle in zip(ways, times, middles, strict=True):
-        error = np.abs(way.work() - way.exact).max() / np.ptp(way.exact)
+    for method, found, middle in zip(methods, times, middles, strict=True):
+        error = np.abs(method.work() - method.exact).max() / np.ptp(method.exact)
         numbers = [middle * 1e3, min(found) * 1e3, middle / middles[0], middle / middles[1]]
         rows.append(
-            [way.name, *(f"{number:.3g}" for number in numbers), f"{error:.1e}", str(way.rounds), way.remark]
+            [
+                method.name,
+                *(f"{number:.3g}" for number in numbers),
+                f"{error:.1e}",
+                str(method.rounds),
+                method.remark,
+            ]
         )
     head = [
-        "way",
+        "method",
         "time, ms",
         "shortest, ms",
         "ratio to row 1",
@@ -193,10 +199,10 @@ def main() -> None:
 def _notes() -> list[str]:
     setting = f"""{SAMPLES} samples of 1 us of the drive of `one_finger`, {POLES.size} electrical poles, force
 c v^2, friction mu (f_n + c v^2), lateral sensor of second order (4400 Hz, damping 0.44); every {KEEP}th sample kept."""
-    unit = """Row 1 computes all 1e6 voltages, as a square needs them, and keeps every 80th. Row 2 never computes
-those between: a shortcut that nothing after a square can use."""
-    how = """Rounds in which every way runs once, after one unmeasured; median wall time and
-ratios of medians. Error: largest against the plain loops, as a share of the swing. Compare rows only within this table."""
+    unit = """Row 1 computes all 1e6 voltages, as a square needs them, and keeps every 80th. Row 2 does not compute
+the others: a shortcut that is not possible where the voltage is squared afterwards."""
+    how = """Rounds in which every method runs once, after one unmeasured round; median wall time and ratios of medians.
+Error: largest deviation from the plain loops, as a share of the range. Rows are comparable only within this table."""
     return [setting, unit, how, surroundings(["numpy", "scipy"])]
 
 

@@ -1,4 +1,4 @@
-"""One finger, one drive: the exact recursion against the usual tools at equal answer.
+"""One finger, one drive: the exact recursion compared with common tools that give the same response.
 
 Run from the root of the repository with ``python -m benchmarks.one_finger``.
 """
@@ -25,7 +25,7 @@ AMPLITUDE, HALF_PERIOD, RAMP = 100, 4000, 100  # +-100 V, 125 Hz, ramps of 100 u
 
 
 class Contender(NamedTuple):
-    """One way to the answer: its name, how often to time it, and the work from samples to output."""
+    """One method: its name, its number of repeats, and the work from samples to output."""
 
     name: str
     repeats: int
@@ -34,20 +34,20 @@ class Contender(NamedTuple):
 
 
 def corners() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Samples and volts between which the drive is straight; it begins in the middle of a ramp, at zero."""
+    """Return the corners of the drive in samples and volts; it begins in the middle of a ramp, at zero."""
     middles = np.arange(0, SAMPLES + HALF_PERIOD, HALF_PERIOD)
     sides = AMPLITUDE * (-1) ** np.arange(middles.size)
     ends = np.column_stack([middles + RAMP // 2, middles + HALF_PERIOD - RAMP // 2])
     return np.append(0, ends), np.append(0, np.repeat(sides, 2))
 
 
-def trapezium() -> Array:
-    """Sampled drive; every value is a whole number of volts, so the straight pieces are exact."""
+def trapezoidal_pulse() -> Array:
+    """Return the sampled drive; every value is a whole number of volts, so the straight pieces are exact."""
     return np.round(np.interp(np.arange(SAMPLES), *corners()))
 
 
 def reference(places: NDArray[np.int64]) -> Array:
-    """Output at some samples in 40 digits, from the closed form of every straight piece."""
+    """Return the output at some samples to 40 digits, from the closed form of every straight piece."""
     with mpmath.workdps(40):
         poles = [mpmath.mpf(pole) * mpmath.mpf(STEP) for pole in POLES]  # time in samples
         states, answer = [mpmath.mpf(0)] * len(poles), []
@@ -63,7 +63,7 @@ def reference(places: NDArray[np.int64]) -> Array:
 
 
 def _after(states: list, poles: list, since: int, start: int, slope: mpmath.mpf) -> list:
-    """States ``since`` samples into a piece: the particular answer and what is left of the rest."""
+    """Return the states ``since`` samples into a piece: the particular solution and the decaying deviation from it."""
     return [
         (x - start - slope / pole) * mpmath.exp(pole * since) + start + slope * since + slope / pole
         for x, pole in zip(states, poles, strict=True)
@@ -71,7 +71,7 @@ def _after(states: list, poles: list, since: int, start: int, slope: mpmath.mpf)
 
 
 def contenders(drive: Array) -> list[Contender]:
-    """Build all ways; what they can prepare once per set of poles is prepared here, ours is not."""
+    """Return all methods; work that is possible once per set of poles is done here, except for ours."""
     return [
         Contender("electrovib march (numpy)", 25, _ours(drive), "weights included"),
         Contender("scipy.signal.sosfilt, 6 biquads by zpk2sos", 15, _biquads(drive), "filter prepared"),
@@ -114,7 +114,7 @@ def _forced(drive: Array) -> Callable[[], Array]:
 
 
 def _sections() -> tuple[Array, Array, Array]:
-    """Discrete sections: y = sum of (b0 + b1/z)/(1 - a/z) over poles, plus the direct share."""
+    """Return discrete sections: y = sum of (b0 + b1/z)/(1 - a/z) over poles, plus the direct share."""
     decay, first, last = hold_weights(POLES * STEP)
     return decay, GAINS * last, GAINS * first
 
@@ -134,7 +134,7 @@ def _parallel(drive: Array) -> Callable[[], Array]:
 
 
 def roots() -> tuple[Array, Array, float]:
-    """Zeros, poles and gain of the same discrete transfer function, both in rising order."""
+    """Return zeros, poles and gain of the same discrete transfer function, zeros and poles in rising order."""
     decay, now, before = _sections()
     gain = DIRECT + now.sum()
     residues = now * decay + before  # b0 + b1/z over 1 - a/z is b0 + (b0 a + b1)/(z - a)
@@ -150,7 +150,7 @@ def _biquads(drive: Array) -> Callable[[], Array]:
 
 
 def _singles(drive: Array) -> Callable[[], Array]:
-    """One pole and the zero beside it in every section: the most accurate series form, twice the work."""
+    """Return the work with one pole and the nearest zero in every section: the most accurate series form, twice the work."""
     from scipy.signal import sosfilt
 
     zeros, poles, gain = roots()
@@ -160,7 +160,7 @@ def _singles(drive: Array) -> Callable[[], Array]:
 
 
 def _fourier(drive: Array) -> Callable[[], Array]:
-    """Impulse response cut after one record, so that nothing comes round in twice its length."""
+    """Return the work with the impulse response truncated after one record, without aliasing in twice its length."""
     from scipy.fft import irfft, next_fast_len, rfft
 
     size = next_fast_len(2 * drive.size, real=True)
@@ -175,8 +175,8 @@ def _fourier(drive: Array) -> Callable[[], Array]:
 
 
 def main() -> None:
-    """Time every way, judge every answer, write the table."""
-    drive = trapezium()
+    """Time every method, compute every error, and write the table."""
+    drive = trapezoidal_pulse()
     places = np.unique(np.concatenate([np.arange(0, SAMPLES, 2477), [1, RAMP, 2 * RAMP, SAMPLES - 1]]))
     exact = reference(places)
     found = []
@@ -193,14 +193,14 @@ def main() -> None:
     write("one_finger.md", "One finger", _notes(len(places)), _HEAD, rows)
 
 
-_HEAD = ["way", "time, ms", "times faster than lsim", "error", "repeats", "remark"]
+_HEAD = ["method", "time, ms", "times faster than lsim", "error", "repeats", "remark"]
 
 
 def _notes(places: int) -> list[str]:
     setting = f"""{SAMPLES} samples of 1 us, {POLES.size} poles (relaxation times 10 us to 1 s, log-spread),
-double precision, trapezium of +-100 V, 125 Hz, ramps of 100 us, from rest."""
-    measure = f"""Median wall time after one unmeasured run. Error: largest over {places} samples against
-a closed form in 40 digits, as a share of the largest value there. Compare rows only within this table."""
+double precision, trapezoidal pulses of +-100 V, 125 Hz, ramps of 100 us, from rest."""
+    measure = f"""Median wall time after one unmeasured run. Error: largest deviation at {places} samples from
+a closed form to 40 digits, as a share of the largest value there. Rows are comparable only within this table."""
     return [setting, measure, surroundings(["numpy", "scipy", "control"])]
 
 

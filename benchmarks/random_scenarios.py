@@ -2,8 +2,8 @@
 
     python benchmarks/random_scenarios.py 3000 --first 10000
 
-Prints the share that runs, the share that is refused and by which sentences, and the median and 99 % of the times. The
-exit code is 1 if one crashes, does not end, or takes more memory than its budget.
+Prints the share that runs, the share that is refused and by which sentences, and the median and the 99th percentile of
+the times. The exit code is 1 if a scenario crashes, does not end, or takes more memory than its budget.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def report(found: list[Outcome]) -> None:
 
 
 def reason(outcome: Outcome) -> str:
-    """The first sentence of a refusal, without its numbers and names."""
+    """Return the first sentence of a refusal, without its numbers and names."""
     text = re.sub(r"\{.*?\}|'.*?'", "~", outcome.said.split("\n")[0])
     return f"{outcome.what}: {re.sub(r'[-+]?[0-9.]+(e[-+]?[0-9]+)?', '#', text)[:LETTERS]}"
 

@@ -1,4 +1,4 @@
-"""What a run at the command line costs next to importing its libraries.
+"""Wall time of a run at the command line compared with importing its libraries.
 
 Run from the root of the repository with ``python -m benchmarks.start_up``.
 """
@@ -17,7 +17,7 @@ LIBRARIES = "import numpy, xarray, h5netcdf, h5py, scipy.optimize"
 
 
 def commands(folder: Path) -> dict[str, list[str]]:
-    """Command lines to compare; the last one is what the others are measured by."""
+    """Return the command lines to compare; the last one is the reference for the ratios."""
     return {
         "python, nothing imported": [sys.executable, "-c", "pass"],
         "electrovib --help": [sys.executable, "-m", "electrovib", "--help"],
@@ -27,7 +27,7 @@ def commands(folder: Path) -> dict[str, list[str]]:
 
 
 def wall_time(command: list[str], folder: Path) -> float:
-    """Wall time of one fresh process [s]."""
+    """Return the wall time of one fresh process [s]."""
     (folder / "out.nc").unlink(missing_ok=True)
     begin = perf_counter()
     answer = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
@@ -38,7 +38,7 @@ def wall_time(command: list[str], folder: Path) -> float:
 
 
 def main() -> None:
-    """Run all commands in turn, several rounds after one unmeasured, and write the table."""
+    """Run all commands in turn, several rounds after one unmeasured round, and write the table."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         lines = commands(folder)
@@ -54,7 +54,7 @@ def main() -> None:
 
 
 def _numbers(found: list[float], unit: float) -> list[str]:
-    """Median, the quartiles, and the median as a multiple of ``unit``."""
+    """Return the median, the quartiles, and the median as a multiple of ``unit``."""
     low, _, high = quantiles(found, n=4)
     return [
         f"{median(found) * 1e3:.0f}",
@@ -64,8 +64,8 @@ def _numbers(found: list[float], unit: float) -> list[str]:
 
 
 def _notes() -> list[str]:
-    measure = f"""Fresh processes in turn, {ROUNDS} rounds after one unmeasured, median wall time, files
-in the cache of the system. Ratio to importing the libraries that a run needs."""
+    measure = f"""Fresh processes in turn, {ROUNDS} rounds after one unmeasured round, median wall time, files in the cache
+of the operating system. The ratio is to the time of importing the libraries that a run needs."""
     return [measure, surroundings(["numpy", "xarray", "h5netcdf", "h5py", "scipy"])]
 
 

@@ -1,4 +1,4 @@
-"""A table of measured times, written for people, with what it was measured on."""
+"""A table of measured times, with the versions and the processor of the measurement."""
 
 import os
 import platform
@@ -12,10 +12,10 @@ HERE = Path(__file__).parent
 
 
 def timed(work: Callable[[], object], repeats: int) -> tuple[float, object]:
-    """Median wall time of several repeats [s] and the last result."""
+    """Return the median wall time of several repeats [s] and the last result."""
     times, result = [], None
     for _ in range(repeats):
-        result = None  # so that every repeat may use the memory of the one before
+        result = None  # so that every repeat can reuse the memory of the previous one
         begin = perf_counter()
         result = work()
         times.append(perf_counter() - begin)
@@ -23,7 +23,7 @@ def timed(work: Callable[[], object], repeats: int) -> tuple[float, object]:
 
 
 def surroundings(packages: Sequence[str]) -> str:
-    """One sentence: versions, processor family and cores; no name of a machine."""
+    """Return one sentence with versions, processor family and number of cores, without the name of a machine."""
     found = [f"Python {platform.python_version()}"]
     for package in packages:
         try:
@@ -37,7 +37,7 @@ def surroundings(packages: Sequence[str]) -> str:
 def write(
     name: str, title: str, notes: Sequence[str], head: Sequence[str], rows: Sequence[Sequence[str]]
 ) -> None:
-    """Print a markdown page and keep it beside this file."""
+    """Print a markdown page and write it to the folder of this file."""
     lines = [f"# {title}", ""]
     for note in notes:
         lines += [note, ""]

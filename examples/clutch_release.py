@@ -1,7 +1,8 @@
-"""Release of an electroadhesive clutch: when the force lets go, and how load cell and clutch ring together.
+"""Release of an electroadhesive clutch: delay of the force, and damped oscillation of the load cell with the clutch.
 
-Run with a file of your own, ``python clutch_release.py record.npy``: time [us], force [N], any, and as drive [V] what
-was read back from one of two electrodes driven in antiphase. If yours is the whole voltage, set READBACK = None.
+Run with a file of your own, ``python clutch_release.py record.npy``: time [us], force [N], any, and the
+voltage [V] read back from one of two electrodes driven in antiphase. If the voltage is that of the whole drive, set
+READBACK = None.
 """
 
 from __future__ import annotations
@@ -16,8 +17,7 @@ import numpy as np
 from electrovib.data.columns import read_columns
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.resonance import release_seen_by_sensor
-from electrovib.recordings.release import ringing
-from electrovib.recordings.release_result import Ringing
+from electrovib.recordings.release import FittedRelease, fit_release
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,7 +28,7 @@ READBACK = OneOfTwoInAntiphase()
 
 
 def make_record(path: Path) -> None:
-    """Write a clutch whose force begins to fall 0.4 ms after the drive ends and rings, with jitter and noise."""
+    """Write a clutch whose force begins to fall 0.4 ms after the drive ends, with an oscillation, jitter and noise."""
     random = np.random.default_rng(1)
     time = np.cumsum(random.integers(77, 80, 8000)) * 1e-6
     voltage = np.where((time > 0.1) & (time < 0.5) & ((time * 1000) % 1 < 0.5), 300.0, 2.0)
@@ -40,7 +40,7 @@ def make_record(path: Path) -> None:
     np.save(path, np.column_stack([time * 1e6, force, 0 * time, voltage]))
 
 
-def draw(found: Ringing) -> Figure:
+def draw(found: FittedRelease) -> Figure:
     """Draw the measured force and both fits."""
     from matplotlib.figure import Figure
 
@@ -48,10 +48,13 @@ def draw(found: Ringing) -> Figure:
     axes = figure.subplots()
     axes.plot(1e3 * found.time, found.force, ".", ms=3, color="0.4", label="measured")
     uncertain = found.uncertainty["frequency"].total
-    label = f"release, resonance of {found.frequency:.0f} ± {uncertain:.0f} Hz: {found.misfit:.1%} left"
+    label = f"release, resonance of {found.frequency:.0f} ± {uncertain:.0f} Hz: residual {found.misfit:.1%}"
     axes.plot(1e3 * found.time, found.model, label=label)
     axes.plot(
-        1e3 * found.time, found.model_without, "--", label=f"release alone: {found.misfit_without:.1%} left"
+        1e3 * found.time,
+        found.model_without,
+        "--",
+        label=f"release alone: residual {found.misfit_without:.1%}",
     )
     inside = [extremum for extremum in found.extrema if extremum.time <= found.time[-1]]
     axes.plot([1e3 * extremum.time for extremum in inside], [extremum.force for extremum in inside], "k+")
@@ -60,14 +63,14 @@ def draw(found: Ringing) -> Figure:
     return figure
 
 
-def main(file: str = "") -> Ringing:
+def main(file: str = "") -> FittedRelease:
     """Fit a recorded release, or one made up with a loaded cell of 350 Hz."""
     if file:
-        return ringing(**read_columns(Path(file), COLUMNS), readback=READBACK)
+        return fit_release(**read_columns(Path(file), COLUMNS), readback=READBACK)
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "clutch.npy"
         make_record(made)
-        return ringing(**read_columns(made, COLUMNS), readback=READBACK)
+        return fit_release(**read_columns(made, COLUMNS), readback=READBACK)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
-"""The field between plate and finger, solved on a mesh that knows nothing of layers in series.
+"""Field between plate and finger, solved by finite elements without the assumption of layers in series.
 
 A finger of finite width with a rounded edge stands over an infinite plate with a film on it; what lies outside is
 air. Finite elements (scikit-fem) give the potential; the force follows from the Maxwell stress in the gap and from
 virtual work, which must agree. In one dimension the same equation with complex permittivities, conduction included,
-gives a leaky stack over frequency. Printed: how far the Maxwell stress in the gap law, the stack and the correction of
-`electrovib.physics.fringe` are from that.
+gives a leaky stack over frequency. The output is the deviation of the law MaxwellStressInGap, of the stack and of the
+correction in `electrovib.physics.fringe` from these fields.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Finger(NamedTuple):
     skin: float = 200e-6
     skin_permittivity: complex = 1560.0
     wall: float = 5.0  # height of the finger's wall and length of plate beside it: far away
-    edge: bool = True  # without: planes of symmetry on both sides
+    edge: bool = True  # False: symmetry on both sides
     round_contact: bool = False  # a disc instead of a strip
 
     @property
@@ -92,7 +92,7 @@ def grid_of(finger: Finger, halvings: int) -> skfem.MeshQuad:
 
 
 def place(finger: Finger, along: Real, across: Real) -> Real:
-    """Points of the plane, shape (2, ...).
+    """Return points of the cross-section, shape (2, ...).
 
     Along the finger's surface: 0 axis, 1 end of the flat part, 2 foot of the wall, 3 far. Across: 0 plate, 1 film, 2
     surface of the finger, 3 deep finger; in the air on circles that meet finger and film at right angles.
@@ -151,7 +151,7 @@ def circumference(finger: Finger, basis: skfem.Basis) -> Any:
 def stress_force(field: Field, *, across: float = 1.5) -> float:
     """Attraction [N/V2, per metre for half a strip] by the Maxwell stress on a surface in the gap.
 
-    The surface is the plane in the middle of the gap; beside the contact it follows the edge and the wall, so that it
+    The surface lies in the middle of the gap; beside the contact it follows the edge and the wall, so that it
     encloses the finger. The stress T = eps0 (E E - 1 E^2/2) is taken with both components of the field. It is
     evaluated at Gauss points of the elements, where the gradient is more exact than elsewhere. The time mean is given
     for complex fields.
@@ -183,7 +183,7 @@ def virtual_work(finger: Finger, halvings: int = 0, step: float = 1e-3) -> float
 
 
 def pressed(finger: Finger) -> float:
-    """Gap-plane pressure at 1 V by the package [Pa]."""
+    """Return the pressure in the gap at 1 V as computed by electrovib [Pa]."""
     trace = ev.simulate(scenario(finger, {"model": "Step", "level": 1.0}))
     return float(trace.electrostatic_force[-1]) / 1e-4
 
@@ -246,7 +246,7 @@ def leaky_error(finger: Finger, samples: int = 25) -> float:
 
 
 def fringe(finger: Finger) -> float:
-    """The documented correction for this finger."""
+    """Return the correction of `electrovib.physics.fringe` for this finger, dimensionless."""
     return float(
         fringe_factor(
             width=2 * finger.half_width,
@@ -260,7 +260,7 @@ def fringe(finger: Finger) -> float:
 
 
 def draw(file: str | Path, finger: Finger | None = None) -> None:
-    """Potential at the edge, attraction along the contact, and the excess over the width of the contact."""
+    """Draw the potential at the edge, and the excess of the force over the width of the contact."""
     import matplotlib.pyplot as plt
 
     finger = finger or Finger(half_width=1e-3)
@@ -286,7 +286,7 @@ def draw(file: str | Path, finger: Finger | None = None) -> None:
     right.loglog(2e3 * half_widths, [fringe(one) - 1 for one in fingers], label="fringe_factor - 1")
     right.set(
         xlabel="width of the contact (mm)",
-        ylabel="excess of the force over the Maxwell stress in the gap law",
+        ylabel="excess over the force of MaxwellStressInGap",
     )
     right.legend()
     figure.savefig(file)
@@ -294,7 +294,7 @@ def draw(file: str | Path, finger: Finger | None = None) -> None:
 
 
 def main() -> Real:
-    """Give relative differences: planar law, virtual work, correction, leaky stack."""
+    """Return the relative differences of planar law, virtual work, correction and leaky stack."""
     finger = Finger(half_width=5e-3)
     planar = finger._replace(edge=False)
     law, force = pressed(finger), stress_force(solve(finger))

@@ -1,4 +1,4 @@
-"""How the Maxwell stress in the gap force of a 5 um gap depends on the insulator."""
+"""Force by the Maxwell stress in a gap of 5 um over the thickness of the insulator."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import electrovib as ev
 
 
 def main() -> np.ndarray:
-    """Give the peak force for five insulators from 1 to 90 um."""
+    """Return the peak force [N] for five insulators from 1 to 90 um."""
     scenario = ev.load("vezzoli_2014/fig2").replace({"stack.gap.thickness": "5 um", "drive.high": "100 V"})
     thicknesses = np.geomspace(1e-6, 90e-6, 5)
     found = ev.sweep(

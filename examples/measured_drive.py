@@ -1,4 +1,4 @@
-"""A drive measured with jittered time stamps, from a file, through the same path as any other."""
+"""Force under a measured drive with jittered time stamps, read from a file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import electrovib as ev
 
 
 def main() -> float:
-    """Give the peak force of a measured 300 V pulse."""
+    """Return the peak force [N] under a measured pulse of 300 V."""
     random = np.random.default_rng(1)
     time = np.cumsum(random.uniform(77e-6, 79e-6, 2000))
     voltage = 300.0 * ((time > 0.05) & (time < 0.1))

@@ -1,8 +1,8 @@
-"""A recorded swipe: friction of the finger, with what the zero of the sensors leaves uncertain.
+"""A recorded swipe: friction of the finger, with the uncertainty due to the zero of the sensors.
 
 Run with a file of your own, ``python measured_swipe.py record.mat``, after writing its calibration below. A column that
-is a force already has a unit in place of a sensitivity, {"column": "trial.Fz", "unit": "N", "sign": -1}; without an
-encoder leave it out and state "speed": "40 mm/s", or nothing; "missing_rows": 20 lets as many rows with a NaN be left out.
+is a force already has a unit in place of a sensitivity, {"column": "trial.Fz", "unit": "N", "sign": -1}. Without an encoder
+omit it, and state "speed": "40 mm/s" if it is known. With "missing_rows": 20 up to 20 rows with a NaN are omitted.
 """
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ import numpy as np
 from electrovib.core.model import read_model
 from electrovib.physics.rig_channels import TribometerChannels
 from electrovib.recordings.recording import read_recording
-from electrovib.recordings.swipe import reduce_swipe
-from electrovib.recordings.swipe_result import SwipeResult
+from electrovib.recordings.swipe import SwipeResult, reduce_swipe
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,13 +38,13 @@ def make_record(path: Path) -> None:
     random = np.random.default_rng(1)
     time = np.arange(60_000) / 10e3
     load = LOAD * np.interp(time, [1.5, 1.6, 4.7, 4.8], [0, 1, 1, 0])
-    way = np.interp(time, [2.2, 4.2], [0, 80e-3])
+    position = np.interp(time, [2.2, 4.2], [0, 80e-3])
     slides = np.interp(time, [2.2, 2.25, 4.2, 4.25], [0, 1, 1, 0])
     lateral = (FRICTION * load * slides + 0.01 * time) / 0.4444444444 + 3e-3 * random.standard_normal(
         time.size
     )
     normal = (load + 2e-3 * time) / -0.31 + 5.4 + 5e-3 * random.standard_normal(time.size)
-    counts = (np.rint(way / 0.5e-6) + 2**32 - 1000) % 2**32
+    counts = (np.rint(position / 0.5e-6) + 2**32 - 1000) % 2**32
     table = np.column_stack([lateral, normal, 0 * time, 0 * time, counts])
     scipy.io.savemat(path, {"record": table}, do_compression=True)
 

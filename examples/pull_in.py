@@ -1,4 +1,4 @@
-"""A surface topography as stiff as a spring snaps onto the plate at one voltage and lets go at a lower one."""
+"""Hysteresis of a surface on a linear spring: pull-in at one voltage, release at a lower one."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,7 +12,7 @@ FILM = 15e-6 / 3.0  # electrical thickness of 15 um of 3
 
 
 def main() -> tuple[Hysteresis, float]:
-    """Give the loop of the gap over rising and falling voltage, and the voltage of the snap."""
+    """Return the gap over rising and falling voltage, and the pull-in voltage [V]."""
     voltages = np.linspace(1, 250, 500)
     loop = ev.hysteresis(voltages, surface=SPRING, pressure=200.0, electrical_thickness=FILM)
     snap = pull_in_voltage(
@@ -36,5 +36,5 @@ def draw(loop: Hysteresis, snap: float) -> Figure:
 
 if __name__ == "__main__":
     loop, snap = main()
-    print(f"snaps at {snap:.2f} V, lets go at {loop.down.voltage[loop.down.jump][0]:.2f} V")
+    print(f"pull-in at {snap:.2f} V, release at {loop.down.voltage[loop.down.jump][0]:.2f} V")
     draw(loop, snap).savefig("pull_in.png")

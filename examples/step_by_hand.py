@@ -1,4 +1,4 @@
-"""The law of Vezzoli et al. 2014 after a step, beside its closed form."""
+"""The law of Vezzoli et al. 2014 after a step, compared with its closed form."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import electrovib as ev
 
 
 def main() -> float:
-    """Give the largest difference between the simulated effective voltage and v exp(-t/tau)."""
+    """Return the largest difference between the simulated effective voltage and v exp(-t/tau) [V]."""
     scenario = ev.load("vezzoli_2014/fig6").replace(
         {"drive": {"model": "Step", "level": "1 kV"}, "circuit.return_path.resistance": 0}
     )

@@ -1,4 +1,4 @@
-"""A fingertip that slides slowly sticks and slips; a held attraction delays the slip, one that comes and goes delays it less."""
+"""Stick-slip of a slowly sliding fingertip: a constant attraction delays the slip, a modulated one delays it less."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -17,7 +17,7 @@ BRISTLES = {
 
 
 def main() -> dict:
-    """Give the Traces without and with a voltage."""
+    """Return the Traces without and with a voltage."""
     base = ev.load("vezzoli_2014/fig6_static").replace(
         {
             "finger": FINGER,

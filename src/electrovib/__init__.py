@@ -6,6 +6,7 @@ Public names are loaded on first use, so that ``import electrovib`` takes no tim
 from __future__ import annotations
 
 import importlib
+import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
     from electrovib.recordings.recording import read_recording as read_recording
-    from electrovib.recordings.release import ringing as ringing
+    from electrovib.recordings.release import fit_release as fit_release
     from electrovib.recordings.swipe import reduce_swipe as reduce_swipe
     from electrovib.scenario import Scenario as Scenario
     from electrovib.scenario import load as load
@@ -43,6 +44,7 @@ _PLACES = {
     "compare": "electrovib.view.compare",
     "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",
+    "fit_release": "electrovib.recordings.release",
     "hysteresis": "electrovib.solve.equilibrium",
     "init": "electrovib.apps.init",
     "compare_materials": "electrovib.study.compare",
@@ -56,7 +58,6 @@ _PLACES = {
     "reduce_swipe": "electrovib.recordings.swipe",
     "report": "electrovib.view.report",
     "reproduce": "electrovib.view.reproduce",
-    "ringing": "electrovib.recordings.release",
     "run": "electrovib.apps.run",
     "save": "electrovib.export.save",
     "scenario_of": "electrovib.scenario",
@@ -81,3 +82,7 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted([*_PLACES, "plot", "__version__"])
+
+
+if "IPython" in sys.modules:  # a notebook or an IPython terminal: results show themselves there
+    importlib.import_module("electrovib.view.notebook").register()

@@ -128,7 +128,7 @@ def test_a_repeating_trapezium_rests_at_low(build):
 
 @given(data=st.data())
 def test_a_burst_begins_and_ends_at_zero(drawn, data):
-    drive = data.draw(drawn(Burst))
+    drive = data.draw(drawn(Burst)).replace({"offset": 0})
     end = drive.delay + drive.cycles / drive.frequency
     # what sin of a rounded phase leaves, at the first and after the last sample
     rounding = 2 * np.pi * drive.frequency * np.spacing(end) * drive.amplitude * 4

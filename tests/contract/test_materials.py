@@ -1,4 +1,4 @@
-"""Dielectrics are passive over 0.1 Hz to 1 GHz, and what a table says of itself is told."""
+"""Dielectrics are passive from 0.1 Hz to 1 GHz, and tables carry their Kramers-Kronig residual."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ROUNDING = 1e-13
 
 
 def active(permittivity):
-    """Largest Im eps* over |eps*|: above rounding the dielectric gives energy away."""
+    """Largest Im eps* over |eps*|: above rounding the dielectric releases energy."""
     return float(np.max(permittivity.imag / np.abs(permittivity)))
 
 

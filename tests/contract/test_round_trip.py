@@ -224,11 +224,12 @@ def test_another_model_takes_its_own_parameters():
 def test_every_mistake_of_a_change_is_told_at_once():
     with pytest.raises(InputError) as caught:
         load("vezzoli_2014/fig6").replace(
-            {"drive.hihg": 1, "drive.rise": "2 V", "stack.gap": {}, "load.normal_force": -1, "title.x": 1}
+            {"drive.hihg": 1, "drive.rise": "2 V", "stack.air": {}, "load.normal_force": -1, "title.x": 1}
         )
     assert caught.value.problems == (
         "drive.hihg: unknown parameter 'hihg' of Trapezium. Did you mean 'high'?",
-        "stack.gap: unknown parameter 'gap' in 'stack'. Known: insulator, stratum_corneum.",
+        "stack.air: the stack has no layer 'air'; its layers are insulator, stratum_corneum. A new layer needs a thickness,"
+        " a material and a role, 'plate', 'gap' or 'finger'",
         "title.x: 'title' is a single value, without parameters of its own",
         "drive.rise = '2 V': expected a time, for instance '36 ms'",
         "load.normal_force = -1: must lie between 0 N and 1 kN",

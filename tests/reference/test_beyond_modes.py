@@ -46,7 +46,7 @@ def test_a_moved_gap_that_nothing_leaks_through(suspended, distance):
 
 
 def test_general_solver_and_moving_gap_agree(suspended):
-    """A leak that is in proportion to the field, once declared as material and once as a law of conduction."""
+    """An ohmic leak, once declared as material and once as a law of conduction."""
     moved = suspended.replace({"motion.distance": TREMOR})
     linear = {"stack.gap.material": {"model": "Constant", "permittivity": 1.0, "conductivity": 1e-9}}
     time = np.linspace(0, 0.5, 251)
@@ -60,7 +60,7 @@ def test_general_solver_and_moving_gap_agree(suspended):
 
 
 def test_two_leaks_go_to_the_general_solver(founding):
-    """Two leaks in proportion to the field are two conductivities."""
+    """Two ohmic leaks are two conductivities."""
     base = load("vezzoli_2014/fig6_gap").replace(
         DRY | {"stack.gap.material": {"model": "Constant", "permittivity": 1.0}}
     )

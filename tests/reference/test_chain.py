@@ -25,18 +25,18 @@ SETTLED = {"drive": SINE, "time.initial_state": {"model": "PeriodicState"}}
 
 
 @pytest.fixture(scope="module")
-def founding():
+def vezzoli():
     return load("vezzoli_2014/fig6")
 
 
-def test_the_skin_follows_the_friction_as_its_equation_says(founding):
+def test_the_skin_follows_the_friction_as_its_equation_says(vezzoli):
     """Against scipy's Radau on m x'' + c x' + k x = F - F(0); the load's friction has always been there."""
-    scenario = founding.replace({"finger": FINGER})
+    scenario = vezzoli.replace({"finger": FINGER})
     trace = simulate(scenario)
     time, force = trace.time.values, trace.lateral_force.values
     mass, stiffness, damping = 1.5e-4, 1e3, 1.0
     fine = np.linspace(0, time[-1], 20 * (len(time) - 1) + 1)
-    smooth = simulate(founding, time=fine).lateral_force.values
+    smooth = simulate(vezzoli, time=fine).lateral_force.values
 
     def rate(t, state):
         return [state[1], (np.interp(t, fine, smooth) - damping * state[1] - stiffness * state[0]) / mass]
@@ -50,27 +50,27 @@ def test_the_skin_follows_the_friction_as_its_equation_says(founding):
     assert trace.attrs["mechanics_error"] <= 1e-6
 
 
-def test_creep_against_its_equations(founding):
+def test_creep_against_its_equations(vezzoli):
     """F = (1 - w) F_s + w F_1, tau F_1' = F_s - F_1, marched apart."""
     share, tau = 0.3, 20e-3
     creep = {"model": "Creep", "steady": COULOMB, "relaxations": [{"share": share, "time": tau}]}
     time = np.linspace(0, 0.2, 40001)
-    steady = simulate(founding, time=time).lateral_force.values
+    steady = simulate(vezzoli, time=time).lateral_force.values
     slow, step = np.empty_like(steady), time[1]
     slow[0] = steady[0]
     decay = np.exp(-step / tau)
     for index in range(1, len(time)):
         slow[index] = decay * slow[index - 1] + (1 - decay) * (steady[index] + steady[index - 1]) / 2
     expected = (1 - share) * steady + share * slow
-    found = simulate(founding.replace({"friction": creep}), time=time[::200]).lateral_force.values
+    found = simulate(vezzoli.replace({"friction": creep}), time=time[::200]).lateral_force.values
     assert np.max(np.abs(found - expected[::200])) < 1e-8 * np.max(expected)
     assert np.max(np.abs(found - steady[::200])) > 1e-4 * np.max(expected)
 
 
-def test_a_lag_in_the_periodic_state(founding):
+def test_a_lag_in_the_periodic_state(vezzoli):
     """The two lines of the force of a sine, mean and twice its frequency, each through one corner."""
     lag = {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": "150 Hz"}
-    scenario = founding.replace(SETTLED)
+    scenario = vezzoli.replace(SETTLED)
     time = np.linspace(0, 0.01, 201)[:-1]
     steady = simulate(scenario, time=time).lateral_force.values
     lines = np.fft.rfft(steady)
@@ -80,25 +80,25 @@ def test_a_lag_in_the_periodic_state(founding):
     assert np.max(np.abs(found - expected)) < 1e-6 * np.max(expected)
 
 
-def test_a_corner_that_rises_with_the_speed(founding):
+def test_a_corner_that_rises_with_the_speed(vezzoli):
     lag = {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": "100 Hz", "at_speed": "20 mm/s"}
     growing = {"friction": lag | {"renewal_length": 1 / 13.8e3}, "motion.speed": "40 mm/s"}
     fixed = {"friction": lag | {"cut_off": 100 + 13.8 * 20, "at_speed": 0.0}}
-    first, second = (simulate(founding.replace(changes)).lateral_force.values for changes in (growing, fixed))
+    first, second = (simulate(vezzoli.replace(changes)).lateral_force.values for changes in (growing, fixed))
     np.testing.assert_allclose(first, second, rtol=1e-12)
     with pytest.raises(InputError, match=r"motion\.speed"):
-        simulate(founding.replace({"friction": lag | {"renewal_length": 1e-4}}))
+        simulate(vezzoli.replace({"friction": lag | {"renewal_length": 1e-4}}))
     with pytest.raises(InputError, match="cut_off"):
-        simulate(founding.replace({"friction": lag | {"renewal_length": 1e-5}, "motion.speed": "1 mm/s"}))
+        simulate(vezzoli.replace({"friction": lag | {"renewal_length": 1e-5}, "motion.speed": "1 mm/s"}))
 
 
-def test_the_rig_reads_the_load_but_not_the_attraction_in_touch(founding):
+def test_the_rig_reads_the_load_but_not_the_attraction_in_touch(vezzoli):
     """Piezo: nothing of a load held for ever; the attraction is balanced inside the contact."""
-    trace = simulate(founding.replace({"rig": RIG}))
+    trace = simulate(vezzoli.replace({"rig": RIG}))
     assert np.max(np.abs(trace.normal_force_measured.values)) < 1e-12
     time = trace.time.values
     fine = np.linspace(0, time[-1], 20 * (len(time) - 1) + 1)
-    true = simulate(founding, time=fine).lateral_force.values
+    true = simulate(vezzoli, time=fine).lateral_force.values
     turn, corner = 2 * np.pi * 500.0, 2 * np.pi * 1e3
     poles = np.polymul([1 / turn**2, 0.1 / turn, 1], [1 / corner, 1])
     _, change, _ = lsim(([1.0], poles), true - true[0], fine)
@@ -108,46 +108,46 @@ def test_the_rig_reads_the_load_but_not_the_attraction_in_touch(founding):
     assert np.max(np.abs(read - (true - true[0])[::20])) > 0.05 * np.max(change)
 
 
-def test_a_press_is_read_by_a_piezo_sensor(founding):
+def test_a_press_is_read_by_a_piezo_sensor(vezzoli):
     """After a slow press the reading decays with the charge amplifier's time constant."""
     press = {
         "load.time_profile": {"model": "Press", "rise": 0.1},
         "rig": RIG | {"normal": RIG["normal"] | {"time_constant": 0.5}},
     }
     time = np.linspace(0, 2.0, 401)
-    trace = simulate(founding.replace(press), time=time)
+    trace = simulate(vezzoli.replace(press), time=time)
     late = time > 0.3
     expected = 0.5 * 0.5 / 0.1 * (np.exp(-(time - 0.1) / 0.5) - np.exp(-time / 0.5))
     np.testing.assert_allclose(trace.normal_force_measured.values[late], expected[late], rtol=2e-3)
     np.testing.assert_allclose(trace.normal_force.values, 0.5 * np.clip(time / 0.1, 0, 1), rtol=1e-12)
 
 
-def test_a_digitiser_that_is_driven_beyond_its_range_says_so(founding):
+def test_a_digitiser_that_is_driven_beyond_its_range_says_so(vezzoli):
     small = {"sampling_rate": 1e4, "bits": 12, "normal_range": 1.0, "lateral_range": 0.1, "seed": 3}
-    trace = simulate(founding.replace({"rig": RIG | {"digitiser": small}}))
+    trace = simulate(vezzoli.replace({"rig": RIG | {"digitiser": small}}))
     assert np.max(trace.lateral_force_measured.values) <= 0.1
     diagnostics = {diagnostic["name"]: diagnostic for diagnostic in json.loads(trace.attrs["validity"])}
     assert diagnostics["lateral range"]["state"] == "warning"
 
 
-def test_the_attraction_grows_with_the_area_that_load_and_attraction_make(founding):
+def test_the_attraction_grows_with_the_area_that_load_and_attraction_make(vezzoli):
     """Exponent 1/2: W = load + c sqrt(W), a square in sqrt(W)."""
     growing = {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.5}
     changes = {"contact": growing, "load.time_profile": {"model": "Press", "rise": 0.1}}
     time = np.linspace(0, 0.2, 101)
-    trace, whole = simulate(founding.replace(changes), time=time), simulate(founding, time=time)
+    trace, whole = simulate(vezzoli.replace(changes), time=time), simulate(vezzoli, time=time)
     load, slope = 0.5 * np.clip(time / 0.1, 0, 1), whole.electrostatic_force.values / np.sqrt(0.5)
     root = np.where(load > 0, slope / 2 + np.sqrt(slope**2 / 4 + load), 0.0)
     np.testing.assert_allclose(trace.gross_contact_area.values, 1e-4 * root / np.sqrt(0.5), rtol=1e-12)
     np.testing.assert_allclose(trace.electrostatic_force.values, slope * root, rtol=1e-12)
 
 
-def test_adhesive_shear_needs_the_relief(founding):
+def test_adhesive_shear_needs_the_surface_topography(vezzoli):
     with pytest.raises(InputError, match=r"contact\.surface"):
-        simulate(founding.replace({"friction": {"model": "AdhesiveShear", "shear_strength": "1 MPa"}}))
+        simulate(vezzoli.replace({"friction": {"model": "AdhesiveShear", "shear_strength": "1 MPa"}}))
 
 
-def test_attraction_adds_real_contact(founding):
+def test_attraction_adds_real_contact(vezzoli):
     topography = {
         "model": "PerssonSurface",
         "modulus": 1e6,
@@ -157,7 +157,7 @@ def test_attraction_adds_real_contact(founding):
         "decay_factor": 1.0,
     }
     shear = {"contact.surface": topography, "friction": {"model": "AdhesiveShear", "shear_strength": "1 MPa"}}
-    trace = simulate(founding.replace(shear))
+    trace = simulate(vezzoli.replace(shear))
     np.testing.assert_allclose(trace.lateral_force.values, 1e6 * trace.real_contact_area.values, rtol=1e-12)
     peak = int(trace.electrostatic_force.values.argmax())
     assert trace.real_contact_area.values[peak] > trace.real_contact_area.values[0] * (1 + 1e-3)
@@ -187,19 +187,19 @@ def test_moisture_moves_skin_gap_and_friction_together():
     assert again == wet
 
 
-def test_without_a_load_there_is_no_growing_area(founding):
+def test_without_a_load_there_is_no_growing_area(vezzoli):
     growing = {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.5}
     with pytest.raises(InputError, match="contact area"):
-        founding.replace({"contact": growing, "load.normal_force": 0.0})
+        vezzoli.replace({"contact": growing, "load.normal_force": 0.0})
 
 
-def test_a_lag_whose_corner_follows_the_speed_against_its_equation(founding):
+def test_a_lag_whose_corner_follows_the_speed_against_its_equation(vezzoli):
     """Against scipy's Radau on F' = 2 pi f_c(u(t)) (F_s - F) while the finger sets out."""
     length = 1 / 13.8e3
     lag = {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": "20 Hz", "renewal_length": length}
     moving = {"speed": "40 mm/s", "time_profile": {"model": "Press", "rise": 0.06}}
     square = {"model": "Square", "high": 1000.0, "frequency": 20.0, "edge": 5e-3}
-    scenario = founding.replace({"friction": lag, "motion": moving, "drive": square, "time.duration": 0.1})
+    scenario = vezzoli.replace({"friction": lag, "motion": moving, "drive": square, "time.duration": 0.1})
     trace = simulate(scenario)
     time = trace.time.values
     fine = np.linspace(0, 0.1, 40001)
@@ -234,43 +234,45 @@ LUGRE = {
 }
 
 
-def test_bristles_that_slide_follow_the_steady_friction(founding):
+def test_bristles_that_slide_follow_the_steady_friction(vezzoli):
     """A rigid finger at 0.5 m/s and stiff bristles: Coulomb but for the 0.05 mm of their deflection."""
     fast = {"friction": LUGRE | {"stiffness": 1e6, "static_ratio": 1.0}, "motion.speed": 0.5}
-    trace = simulate(founding.replace(fast))
-    steady = simulate(founding).lateral_force.values
+    trace = simulate(vezzoli.replace(fast))
+    steady = simulate(vezzoli).lateral_force.values
     assert np.max(np.abs(trace.lateral_force.values - steady)) < 2e-3 * np.ptp(steady)
     assert trace.attrs["energy_residual"] < 1e-6
 
 
-def test_bristles_need_a_speed_and_no_periodic_state(founding):
+def test_bristles_need_a_speed_and_no_periodic_state(vezzoli):
     with pytest.raises(InputError, match=r"motion\.speed"):
-        simulate(founding.replace({"friction": LUGRE}))
+        simulate(vezzoli.replace({"friction": LUGRE}))
     with pytest.raises(InputError, match="PeriodicState"):
-        simulate(founding.replace(SETTLED | {"friction": LUGRE, "motion.speed": "30 mm/s"}))
+        simulate(vezzoli.replace(SETTLED | {"friction": LUGRE, "motion.speed": "30 mm/s"}))
 
 
-def test_a_finger_that_sets_out_sticks_before_it_slips(founding):
+def test_a_finger_that_sets_out_sticks_before_it_slips(vezzoli):
     """Below the Stribeck speed it ends at the friction of its curve; before, the skin is left behind."""
     moving = {"speed": "2 mm/s", "time_profile": {"model": "Press", "rise": 0.01}}
-    scenario = founding.replace({"friction": LUGRE, "motion": moving, "finger": FINGER})
+    scenario = vezzoli.replace({"friction": LUGRE, "motion": moving, "finger": FINGER})
     trace = simulate(scenario, time=np.linspace(0, 1.0, 2001))
     lateral, skin = trace.lateral_force.values, trace.skin_displacement.values
     assert lateral[0] == 0
     early = trace.time.values < 0.05
-    way = np.where(trace.time.values < 0.01, 0.1 * trace.time.values**2, 2e-3 * (trace.time.values - 0.005))
+    distance = np.where(
+        trace.time.values < 0.01, 0.1 * trace.time.values**2, 2e-3 * (trace.time.values - 0.005)
+    )
     bent = skin + trace.bristle_deflection.values
-    np.testing.assert_allclose(bent[early], way[early], atol=0.02 * way[early].max())
+    np.testing.assert_allclose(bent[early], distance[early], atol=0.02 * distance[early].max())
     assert lateral[-1] == pytest.approx(0.25 * (1 + 0.5 * np.exp(-((2 / 5) ** 2))), rel=1e-3)
     assert trace.attrs["energy_residual"] < 1e-6
 
 
-def test_a_reading_in_the_periodic_state_is_periodic(founding):
+def test_a_reading_in_the_periodic_state_is_periodic(vezzoli):
     """The lines of the friction of a sine, each through lag and sensor: by hand from their transfer functions."""
     lag = {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": "150 Hz"}
-    scenario = founding.replace(SETTLED | {"friction": lag, "rig": RIG})
+    scenario = vezzoli.replace(SETTLED | {"friction": lag, "rig": RIG})
     time = np.linspace(0, 0.01, 201)[:-1]
-    steady = simulate(founding.replace(SETTLED), time=time).lateral_force.values
+    steady = simulate(vezzoli.replace(SETTLED), time=time).lateral_force.values
     frequency = np.fft.rfftfreq(len(time), time[1])
     share = frequency / 500.0
     sensor = 1 / (1 - share**2 + 0.1j * share) / (1 + 1j * frequency / 1e3)
@@ -281,13 +283,13 @@ def test_a_reading_in_the_periodic_state_is_periodic(founding):
 
 
 @pytest.mark.slow
-def test_a_coarse_output_grid_reads_the_same(founding):
+def test_a_coarse_output_grid_reads_the_same(vezzoli):
     """What is between the output times counts too: creep and stick-slip are read as on a fine grid."""
     creep = {"model": "Creep", "steady": COULOMB, "relaxations": [{"share": 0.3, "time": 20e-3}]}
     slip = {"friction": LUGRE, "motion.speed": "20 mm/s", "finger": FINGER}
     square = {"model": "Square", "high": 1000.0, "frequency": 20.0, "edge": 2e-3}
     for changes in ({"friction": creep}, slip):
-        scenario = founding.replace(changes | {"rig": RIG, "drive": square})
+        scenario = vezzoli.replace(changes | {"rig": RIG, "drive": square})
         fine = simulate(scenario, time=np.linspace(0, 0.1, 2001)).lateral_force_measured.values
         coarse = simulate(scenario, time=np.linspace(0, 0.1, 41)).lateral_force_measured.values
         assert np.max(np.abs(coarse - fine[::50])) < 2e-5 * np.ptp(fine) + 1e-6 * np.max(fine)

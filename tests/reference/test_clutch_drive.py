@@ -177,7 +177,7 @@ def test_repeated_and_decreasing_stamps(tmp_path):
     assert len(caught.value.problems) == 1
     assert caught.value.problems[0].startswith("drive = ")
     # Two samples: the one that repeats and the first that goes back; its follower rises again after it.
-    assert "2 of 5000 stamps do not: sample 1000" in str(caught.value)
+    assert "2 of 5000 time stamps do not: sample 1000" in str(caught.value)
     assert 'stamps = { model = "KeepIncreasing" }' in str(caught.value)
     trace = ev.simulate(load(tmp_path, drive + 'stamps = { model = "KeepIncreasing" }\n'))
     assert trace.attrs["dropped_samples"] == 3

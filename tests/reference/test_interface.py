@@ -166,7 +166,7 @@ def with_gap(layers, thickness):
 
 
 def check_limit(seed, finger):
-    """Difference from the limit in proportion to the gap, and its extrapolation the limit; counts what was held."""
+    """Check that the difference from the limit is proportional to the gap and extrapolates to it; return the numbers checked."""
     random = np.random.default_rng(seed)
     layers, path = random_case(random, finger)
     frequency = np.geomspace(1.0, 1e5, 6)
@@ -341,7 +341,10 @@ def test_a_negative_attraction_says_why(finger):
     scenario = finger.build(drive=drive, stack=layers, force="MaxwellStressInStratumCorneum")
     trace = simulate(scenario, time=np.linspace(0, 0.03, 301))
     assert trace.electrostatic_force.values.min() < 0
-    assert "a convention of this plane" in diagnostics(trace)["negative attraction"]["text"]
+    assert (
+        "convention of evaluating the stress inside a layer"
+        in diagnostics(trace)["negative attraction"]["text"]
+    )
     assert "negative attraction" not in diagnostics(
         simulate(scenario.replace({"force": {"model": "MaxwellStressInGap"}}))
     )

@@ -44,7 +44,7 @@ def stack_of(name, case):
 @settings(max_examples=60)
 @given(case=st.fixed_dictionaries(two_layers))
 def test_the_gap_field_rises_iff_the_gap_resists_more(case):
-    """rho_g > eps_d rho_d, on the whole way from scenario to force."""
+    """rho_g > eps_d rho_d, from the scenario to the force."""
     margin = abs(np.log(case["gap_resistivity"] / (case["permittivity"] * case["resistivity"])))
     assume(margin > 1e-6)
     capacitance = (EPS0 * case["permittivity"] / case["thickness"], EPS0 / case["gap"])
@@ -74,7 +74,7 @@ def test_the_gap_field_rises_iff_the_gap_resists_more(case):
 @settings(max_examples=40)
 @given(case=st.fixed_dictionaries(two_layers | {"film": powers(-7, -3)}))
 def test_a_blocking_film_always_ends_it(case):
-    """Whatever the criterion says: with the founding plate's film the gap's field ends at 0."""
+    """With the film of Vezzoli et al. 2014 the gap's field ends at 0, whatever the criterion."""
     scenario = stack_of("blocked", case).replace({"stack.insulator.thickness": case["film"]})
     section, _ = modes(scenario)
     field = section["gap"].field

@@ -172,7 +172,7 @@ def test_what_is_prescribed_and_what_results():
     assert largest == pytest.approx(impedance * np.sqrt(2) * 1e-3, rel=2e-2)
     assert largest > np.abs(section.voltage[0]) * np.sqrt(2) * 1e-3 * 0.99
     diagnostics = trace.attrs["validity"]
-    assert "the force goes as 1/area" in diagnostics
+    assert "the force is proportional to 1/area" in diagnostics
     assert "above 250 uA" in diagnostics  # what Vezzoli et al. 2014's limiter allows
 
 

@@ -139,7 +139,7 @@ def test_blocking_film_decays_with_the_gap_not_with_the_skin(finger, gap, printe
 
 @pytest.mark.parametrize("gap", [0.1e-6, 1e-6, 5e-6])
 def test_founding_law_comes_back_with_the_gaps_time_constant(finger, gap):
-    """H_gap/H_gap(inf) tends to tau_gap s/(1 + tau_gap s) as C_i/C_s goes to 0, in proportion to it."""
+    """H_gap/H_gap(inf) tends to tau_gap s/(1 + tau_gap s) as C_i/C_s goes to 0, with a difference proportional to it."""
     tau = EPS0 * 8.7e8 * (1 + gap * 3.35 / 90e-6)
     s = 2j * np.pi * np.geomspace(0.1, 1e5, 121)
     law = tau * s / (1 + tau * s)

@@ -21,7 +21,7 @@ STATIC = 56.55e-3 / 1000.0**2
 
 
 def effective_force(times):
-    """Founding chain in closed form: trapezium of 1 kV, 36 ms ramps, 100 ms hold; v_e by hand; f = c v_e^2."""
+    """The chain of Vezzoli et al. 2014 in closed form: pulse of 1 kV, 36 ms ramps, 100 ms hold; v_e by hand; f = c v_e^2."""
     corners, slopes = np.array([0.0, 0.036, 0.136, 0.172]), np.array([1, -1, -1, 1]) * 1000.0 / 0.036
     voltage = np.zeros(np.shape(times))
     for corner, slope in zip(corners, slopes, strict=True):  # a ramp through the high-pass
@@ -34,7 +34,7 @@ CORNERS = [0.036, 0.136, 0.172]
 
 
 def test_the_closed_form_is_the_founding_drive():
-    """The same v_e from the package's own trapezium and its exact filter."""
+    """The same v_e from the package's own trapezoidal pulse and its exact filter."""
     from electrovib.solve.mechanics.filters import filtered_linear
 
     drive = Trapezium(low=0.0, high=1000.0, rise=0.036, hold=0.1, fall=0.036)
@@ -92,7 +92,7 @@ def test_lateral_sensor_under_the_founding_force_against_an_adaptive_integrator(
 def test_relaxation_of_the_sensor_makes_falling_edges_smaller():
     """What the paper suspects: the first pulse leaves creep behind, and the second is read on a lower base.
 
-    It is a small effect: even a sensor that gives way by 30 % in 0.1 s takes only some per cent off.
+    It is a small effect: even a sensor that yields by 30 % in 0.1 s takes only some per cent off.
     """
     times = np.linspace(0.0, 0.2, 2001)
     quick = {"natural_frequency": 5e3, "damping_ratio": 0.7}

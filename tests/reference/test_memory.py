@@ -82,7 +82,7 @@ def laws(skin, film, resistance, s):
 
 
 def exact(skin, film, resistance, drive, times):
-    """Response of the three to a step, or to the four bends of a trapezium, shape (3, n)."""
+    """Response of the three to a step, or to the four corners of a trapezoidal pulse, shape (3, n)."""
     bends, slopes, power = [0.0], [drive.get("level")], 1
     if drive["model"] == "Trapezium":
         bends, power = np.cumsum([0.0, drive["rise"], drive["hold"], drive["fall"]]).tolist(), 2
@@ -229,7 +229,7 @@ def random_skin(random):
 
 
 def random_run(random):
-    """Durations of 1 ms to 100 s, steps and trapezia, on the film and on the coating."""
+    """Durations of 1 ms to 100 s, steps and trapezoidal pulses, on the film and on the coating."""
     skin, lasts = random_skin(random), float(10 ** random.uniform(-3, 2))
     film, resistance = (FILM, COATING)[int(random.integers(2))], (0.0, 1000.0)[int(random.integers(2))]
     drive = {"model": "Step", "level": 100.0}

@@ -1,4 +1,4 @@
-"""A leak out of proportion to the field: against the linear solver, closed forms and a stiff integrator."""
+"""A non-ohmic leak compared with the linear solver, closed forms and a stiff integrator."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def test_a_leak_in_proportion_is_a_conductivity(drive, layer, body):
 
 
 def closed_form(time, *, high, ramp, hold, positive, negative):
-    """Effective voltage of one mode with a time constant for each sign, under a rising trapezium."""
+    """Effective voltage of one mode with a time constant for each sign, under a rising trapezoidal pulse."""
     slope = high / ramp
     top = slope * positive * -np.expm1(-ramp / positive)
     left = top * np.exp(-hold / positive)
@@ -180,7 +180,7 @@ def test_a_stiff_integrator_agrees():
     )
     found = trace.field.sel(layer="stratum_corneum").values
     largest = np.max(np.abs(expected))
-    assert largest > 1.2 * onset  # far out of proportion
+    assert largest > 1.2 * onset  # far from ohmic
     assert np.max(np.abs(found - expected)) < MARCH * trace.attrs["step_error"] * largest + 1e-8 * largest
     linear = simulate(founding(None, trapezium(), skin_conductivity=scale), time=time)
     straight = linear.field.sel(layer="stratum_corneum").values

@@ -196,7 +196,7 @@ def test_a_leak_is_followed_from_rest_and_says_so():
     }
     leaking = SINE.replace({"stack.stratum_corneum.material": skin, "stack.stratum_corneum.leak": leak})
     found, exact = perceive(leaking, set={"perception.window": 0.07}), perceive(ohmic)
-    assert "not known to have settled" in found.spectrum.how
+    assert "not known to be steady" in found.spectrum.how
     assert found.level == pytest.approx(exact.level, abs=0.02)
     with pytest.raises(InputError, match="leak"):
         threshold_over_frequency(leaking, [30.0], {"sine": {"model": "Sine", "amplitude": 1.0}})

@@ -171,7 +171,7 @@ def test_a_gap_or_no_insulator_or_charge_is_refused():
     tables = scenario.to_dict()
     film, skin = tables["stack"].values()
     tables["stack"] = {"insulator": film, "gap": {"thickness": 1e-6}, "stratum_corneum": skin}
-    with pytest.raises(InputError, match=r"stack\.gap: .*mean_gap and force\.rms_gap; take the layer away"):
+    with pytest.raises(InputError, match=r"stack\.gap: .*mean_gap and force\.rms_gap; omit the layer"):
         simulate(type(scenario).model_validate(tables))
     leaking = {
         "stack.insulator.material.conductivity": 1e-12,
@@ -179,7 +179,7 @@ def test_a_gap_or_no_insulator_or_charge_is_refused():
     }
     with pytest.raises(InputError, match="every layer conducts"):
         simulate(scenario.replace(leaking))
-    with pytest.raises(InputError, match="initial_charge is not carried"):
+    with pytest.raises(InputError, match="initial_charge is not supported"):
         simulate(scenario.replace({"stack.insulator.initial_charge": 1e-6}))
 
 

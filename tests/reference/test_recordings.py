@@ -14,8 +14,8 @@ from electrovib.data.columns import read_columns
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.rig_channels import TribometerChannels
 from electrovib.recordings.recording import read_recording
-from electrovib.recordings.release import ringing
-from electrovib.recordings.release_parts import damped_sine
+from electrovib.recordings.release import fit_release
+from electrovib.recordings.release.parts import damped_sine
 from electrovib.recordings.swipe import reduce_swipe, reduce_swipes
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
@@ -41,13 +41,13 @@ def _recording():
 def clutch(name):
     columns = {"time": (0, "us"), "force": (1, "N"), "voltage": (3, "V")}
     record = read_columns(shared(f"clutch/{name}.npy"), columns)
-    return ringing(**record, readback=OneOfTwoInAntiphase())
+    return fit_release(**record, readback=OneOfTwoInAntiphase())
 
 
 def test_the_swipe_has_the_expected_forces(recording):
     found = reduce_swipe(recording)
     assert len(reduce_swipes(recording)) == 1
-    assert found.way == pytest.approx(91e-3, rel=0.02)
+    assert found.distance == pytest.approx(91e-3, rel=0.02)
     assert found.speed == pytest.approx(40e-3, rel=0.01)
     assert 0.523 * 0.98 < found.normal_force.value < 0.530 * 1.02
     low, high = found.normal_force.baseline_interval
@@ -96,7 +96,7 @@ def test_without_its_encoder_the_swipe_has_the_same_friction_within_what_is_stat
     assert found.friction.value == pytest.approx(with_it.friction.value, rel=0.07)
     low, high = found.friction.interval
     assert low < with_it.friction.value < high
-    assert (found.speed, found.way) == (40e-3, None)
+    assert (found.speed, found.distance) == (40e-3, None)
     assert not any("rail" in word for word in (*found.words, *with_it.words))
 
 
@@ -123,7 +123,7 @@ def test_a_release_determines_a_delay_and_only_an_upper_bound_of_its_fall(name):
     assert set(found.uncertainty["delay"].components) == {"noise", "window", "fall time", "end"}
     assert found.fall_time_interval[0] == 0
     assert 0.1e-3 < found.fall_time_interval[1] < 0.2e-3
-    assert any("How fast it falls is not determined" in word for word in found.words)
+    assert any("The time constant of the fall is not determined" in word for word in found.words)
     assert not any("pause" in word or "holds through" in word for word in found.words)
 
 
@@ -139,12 +139,12 @@ def test_the_clutch_pulls_alike_while_the_read_back_is_high_and_low():
     assert pulls[1] > 0.75 * pulls[0]
 
 
-def test_the_frequency_of_the_ringing_falls():
+def test_the_frequency_of_the_oscillation_falls():
     found = clutch("square_300V_1kHz")
     assert found.early.frequency > 1.1 * found.late.frequency
     assert found.half_periods[-1] < 0.8 * found.half_periods[0]
     assert 10 < found.uncertainty["frequency"].components["change"] < 20
-    assert any("no single linear resonance does that" in word for word in found.words)
+    assert any("no single linear resonance reproduces" in word for word in found.words)
     first = found.extrema[0].time
     table = read_columns(shared("clutch/square_300V_1kHz.npy"), {"t": (0, "us"), "f": (1, "N")})
     stamps = table["t"] - table["t"][0]

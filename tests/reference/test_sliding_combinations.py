@@ -62,9 +62,9 @@ LOADS = (
 STATES = ({}, {"time.initial_state": {"model": "PeriodicState"}})
 EVERY = (FRICTIONS, FINGERS, RIGS, MOTIONS, DRIVES, LOADS, STATES)
 REFUSALS = (
-    "happens once",
+    "occurs once",
     "needs motion.speed",
-    "sticks and slips in its own time",
+    "does not have the period of the drive",
     "not known beforehand",
     "Both must stay positive",
     "does not repeat",
@@ -75,11 +75,11 @@ REFUSALS = (
 @pytest.fixture(scope="module")
 def bases():
     """The film of Vezzoli et al. 2014; and the same beneath a gap that is moved."""
-    founding = load("vezzoli_2014/fig6").replace({"force.model": "MaxwellStressInGap", "time.duration": 0.03})
-    layers = founding.stack.to_dict()
+    vezzoli = load("vezzoli_2014/fig6").replace({"force.model": "MaxwellStressInGap", "time.duration": 0.03})
+    layers = vezzoli.stack.to_dict()
     gap = {"thickness": 1e-6, "material": {"model": "Constant", "permittivity": 1.0}}
     stack = {"insulator": layers["insulator"], "gap": gap, "stratum_corneum": layers["stratum_corneum"]}
-    return founding, founding.replace({"stack": stack})
+    return vezzoli, vezzoli.replace({"stack": stack})
 
 
 def drawn(seed, count):

@@ -27,9 +27,9 @@ def always(value):
     return lambda time: value + 0 * np.asarray(time, dtype=float)
 
 
-def dahl_curve(way, *, stiffness, exponent):
-    """Force over the way from rest: (1 - r)^(1 - n) = 1 - (1 - n) stiffness way/strength, an exponential for n = 1."""
-    share = stiffness * way / STRENGTH
+def dahl_curve(distance, *, stiffness, exponent):
+    """Force over distance from rest: (1 - r)^(1 - n) = 1 - (1 - n) stiffness distance/strength; exponential for n = 1."""
+    share = stiffness * distance / STRENGTH
     if exponent == 1:
         return STRENGTH * -np.expm1(-share)
     left = np.maximum(1 - (1 - exponent) * share, 0) ** (1 / (1 - exponent))
@@ -38,7 +38,7 @@ def dahl_curve(way, *, stiffness, exponent):
 
 @pytest.mark.parametrize("exponent", [0.5, 0.7, 1.0, 1.5, 2.0])
 def test_dahl_before_sliding(exponent):
-    """A rigid finger that speeds up and slows down: only the way counts."""
+    """A rigid finger that speeds up and slows down: only the distance counts."""
     law = Dahl(steady=COULOMB, stiffness=500.0, exponent=exponent)
     times = np.linspace(0, 0.2, 101)
     slide = sliding(
@@ -48,14 +48,14 @@ def test_dahl_before_sliding(exponent):
         times=times,
         breaks=(0.1,),
     )
-    way = np.where(times < 0.1, 0.1 * times**2, 2e-3 - 0.1 * (0.2 - times) ** 2)
-    exact = dahl_curve(way, stiffness=500.0, exponent=exponent)
+    distance = np.where(times < 0.1, 0.1 * times**2, 2e-3 - 0.1 * (0.2 - times) ** 2)
+    exact = dahl_curve(distance, stiffness=500.0, exponent=exponent)
     np.testing.assert_allclose(slide.lateral_force, exact, rtol=0, atol=2e-7 * STRENGTH)  # ten local errors
-    wrong = dahl_curve(way, stiffness=500.0, exponent=exponent + 0.1)
+    wrong = dahl_curve(distance, stiffness=500.0, exponent=exponent + 0.1)
     assert np.max(np.abs(slide.lateral_force - wrong)) > 1e-3 * STRENGTH
     assert np.all(slide.skin_displacement == 0)
     assert slide.energy_residual < BALANCE
-    work = np.trapezoid(exact, way)
+    work = np.trapezoid(exact, distance)
     assert slide.energies.work[-1] == pytest.approx(work, rel=1e-3)  # trapezoidal rule of 100 steps
 
 
@@ -463,7 +463,7 @@ def test_attraction_at_100_hertz_makes_it_stick_and_slip():
     [
         ({"mass": 0.0, "stiffness": 1.0, "damping": 0.0}, "finger.mass"),
         ({"mass": 1e-3}, "needs mass, stiffness and damping"),
-        ({"mass": 1e-3, "stiffness": 0.0, "damping": 0.1}, "stiffness 0"),
+        ({"mass": 1e-3, "stiffness": 0.0, "damping": 0.1}, "stiffness = 0"),
         ({"strength": always(-1.0)}, "friction.steady"),
         ({"strength": always(np.nan)}, "friction.steady"),
     ],

@@ -255,7 +255,7 @@ def test_a_digitiser_counts_no_reading_that_is_not_known(dry):
 
 
 def test_the_spring_of_the_skin_tells_the_friction_at_rest(dry):
-    """By hand: stretched by the way until it slides; held after the stop, down to the friction of sliding."""
+    """By hand: stretched by the distance until it slides; held after the stop, down to the sliding friction."""
     motion = SPEED | {
         "time_profile": {"model": "Swipe", "begin": 0.01, "rise": 0.01, "hold": 0.03, "fall": 0.01}
     }
@@ -264,13 +264,13 @@ def test_the_spring_of_the_skin_tells_the_friction_at_rest(dry):
     time = np.linspace(0, 0.14, 1401)
     trace = simulate(scenario, time=time)
     strength = 0.5 * (0.5 + trace.electrostatic_force.values)
-    way = np.where(
+    distance = np.where(
         time < 0.01, 0.0, np.where(time < 0.02, 0.03 * (time - 0.01) ** 2 / 0.02, 0.03 * (time - 0.015))
     )
     lateral = trace.lateral_force.values
-    slips = np.argmax(1e3 * way >= strength)
+    slips = np.argmax(1e3 * distance >= strength)
     assert 0.02 < time[slips] < 0.05
-    np.testing.assert_allclose(lateral[:slips], 1e3 * way[:slips], atol=1e-6)
+    np.testing.assert_allclose(lateral[:slips], 1e3 * distance[:slips], atol=1e-6)
     moving = (time >= time[slips]) & (time < 0.06)
     np.testing.assert_allclose(lateral[moving], strength[moving], rtol=1e-5)
     stopped = time >= 0.06
@@ -326,7 +326,7 @@ def test_what_happens_once_has_no_periodic_state_behind_a_skin(dry):
     settled = sine | {"time.initial_state": {"model": "PeriodicState"}, "finger": FINGER}
     still = simulate(dry.replace(settled | {"motion.speed": 0.0}), time=TIME)
     assert np.all(still.lateral_force.values == 0)
-    with pytest.raises(InputError, match=r"motion\.time_profile = Swipe happens once"):
+    with pytest.raises(InputError, match=r"motion\.time_profile = Swipe occurs once"):
         simulate(dry.replace(settled | {"motion": SPEED | {"time_profile": SWIPE}}), time=TIME)
 
 

@@ -1,1 +1,1 @@
-"""Doors: the command line."""
+"""Applications: the command line."""

@@ -1,4 +1,4 @@
-"""What ``--set`` says, as values by dotted path."""
+"""The option ``--set``, read as values by dotted path."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ def read_changes(texts: Iterable[str]) -> dict[str, Any]:
     Parameters
     ----------
     texts : iterable of str
-        A value that begins with a brace or a bracket is TOML; any other stays a text.
+        Texts; a value that begins with a brace or a bracket is TOML, any other stays a text.
 
     Returns
     -------
-    dict of str to object
+    changes : dict of str to object
         Dotted path to value.
 
     Raises
     ------
     InputError
-        Every text that cannot be read, at once.
+        For all texts that cannot be read.
     """
     found, problems = readable_changes(texts)
     if problems:
@@ -34,19 +34,19 @@ def read_changes(texts: Iterable[str]) -> dict[str, Any]:
 
 
 def readable_changes(changes: Mapping[str, Any] | Iterable[str]) -> tuple[dict[str, Any], list[str]]:
-    """Read what can be read, and say what is wrong with the rest.
+    """Read the texts that can be read, and describe what is wrong with the others.
 
     Parameters
     ----------
     changes : mapping of str to object, or iterable of str
-        Values by path, which pass, or texts as in `read_changes`.
+        Values by path, which are returned as they are, or texts as in `read_changes`.
 
     Returns
     -------
     found : dict of str to object
         Dotted path to value.
     problems : list of str
-        One sentence each.
+        One sentence for each text that cannot be read.
     """
     if isinstance(changes, Mapping):
         return dict(changes), []

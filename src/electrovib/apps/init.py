@@ -1,51 +1,59 @@
-"""A scenario to start from."""
+"""A commented scenario file to start from."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from electrovib.core.files import inputs_noted
 from electrovib.scenario import DEFAULT, Source, read_scenario
 
-_NAMES = (
-    '# A material, or the whole stack, can be the name of what a paper offers: material = "gabriel_1996/wet"'
-)
+_NAMES = '# A material, or the whole stack, can be named: material = "silica" of the library, "gabriel_1996/wet" of a paper'
 
 
-def init(scenario: Source = DEFAULT, *, output: str | Path | None = None, force: bool = False) -> str:
-    """Give a scenario as a commented TOML file.
+def init(
+    scenario: Source = DEFAULT,
+    *,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+    output: str | Path | None = None,
+    force: bool = False,
+) -> str:
+    """Return a scenario as a commented TOML file.
 
     Parameters
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
         As for `electrovib.load`; of a sweep the scenario from which it began.
+    set : mapping of str to value, optional
+        Dotted path to value, put into the scenario.
     output : str or Path, optional
-        Where to write it.
+        The file to write; no file if absent.
     force : bool
-        Whether a file that we did not write may be replaced.
+        Whether a file that electrovib did not write may be replaced.
 
     Returns
     -------
-    str
-        The text.
+    text : str
+        TOML, which reads back as the same scenario.
 
     Raises
     ------
     InputError
         If there is no such scenario, or if the output cannot be written or would replace a file that is read, that
-        we did not write, or that was changed since.
+        electrovib did not write, or that was changed since.
     """
     from electrovib.scenario.toml import left_away, to_toml
 
     with inputs_noted() as inputs:
-        found = read_scenario(scenario, before_sweep=True)
+        found = read_scenario(scenario, changes=set, before_sweep=True)
     lines = [f"#   {path}: {what}" for path, what in left_away(found).items()]
     text = to_toml(found) + "".join(
         f"{line}\n"
         for line in [
             "",
             _NAMES,
-            "# Parts that can be added; 'electrovib models NAME' tells what each needs:",
+            "# Parts that can be added; 'electrovib models NAME' lists what each needs:",
             *lines,
         ]
     )

@@ -1,7 +1,8 @@
-"""The main job: a scenario in, a Trace and a report out."""
+"""Simulate or sweep a scenario, and write its Trace and report."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 from electrovib.apps.changes import readable_changes
 from electrovib.apps.progress import tracked
 from electrovib.core.budget import listening
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.core.trace import is_trace
 from electrovib.data.traces import open_if_trace
-from electrovib.scenario import DEFAULT, Scenario, Source, read_scenario, sweep_of
+from electrovib.scenario import DEFAULT, Scenario, Source, changed_models, read_scenario, sweep_of
 from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:
@@ -32,7 +34,7 @@ def run(
     report: str | Path | None = None,
     force: bool = False,
 ) -> xarray.Dataset:
-    """Simulate a finger on a charged plate and write what came out.
+    """Simulate or sweep a scenario and write its result.
 
     Parameters
     ----------
@@ -41,28 +43,28 @@ def run(
     set : mapping of str to value, or sequence of str, optional
         Dotted path to value: ``{"drive.high": "150 V"}`` or ``["drive.high=150 V"]``.
     over : sequence of str, or mapping of str to sequence of float
-        ``"path=from:to:n"`` or ``"path=from:to:nlog"``: a sweep, which answers with numbers for each case. A sweep
-        that is repeated keeps its own parameters too; one given again goes over the new values.
+        ``"path=from:to:n"`` or ``"path=from:to:nlog"``: a sweep, which gives numbers for each case. A repeated sweep
+        keeps its parameters; values that are given again replace the former ones.
     quantities : sequence of str, optional
-        Which numbers, as for `electrovib.sweep`; without `over`, those of the one case.
+        Names of quantities, as for `electrovib.sweep`; without `over`, those of one case.
     records : bool
         Keep the signals over time of each case of a sweep too.
     output : str or Path, optional
-        Where the result goes: ``.nc``, ``.csv`` or ``.mat``; of a sweep the CSV has one row for each case.
+        File of the result: ``.nc``, ``.csv`` or ``.mat``; the CSV of a sweep has one row for each case.
     report : str or Path, optional
-        Where the HTML report goes.
+        HTML file of the report.
     force : bool
-        Whether files that we did not write may be replaced; a file that is read never is.
+        Whether files that electrovib did not write may be replaced; a file that is read never is.
 
     Returns
     -------
-    xarray.Dataset
-        The Trace; of a sweep what `electrovib.sweep` gives.
+    trace : xarray.Dataset
+        Trace of the run, or table of the sweep as from `electrovib.sweep`.
 
     Raises
     ------
     ElectrovibError
-        For anything a user can mend, all at once as far as it can be told; nothing has been written then.
+        For mistakes of the user, all at once as far as possible; nothing has been written then.
     """
     experiment, wanted = _prepared(scenario, set, over, quantities, records, (output, report), force=force)
     with tracked("simulating") as progress:
@@ -71,7 +73,7 @@ def run(
         else:
             from electrovib.study.sweep import sweep
 
-            with listening(None):  # progress is told in cases
+            with listening(None):  # progress counts cases
                 trace = sweep(
                     experiment,
                     wanted.axes,
@@ -79,6 +81,7 @@ def run(
                     records=wanted.records,
                     progress=progress,
                 )
+    _warn_of_changed_models(trace, scenario, experiment)
     if output is not None:
         from electrovib.export.save import save
 
@@ -91,8 +94,17 @@ def run(
     return trace
 
 
+def _warn_of_changed_models(trace: xarray.Dataset, source: Source, experiment: Scenario) -> None:
+    """Add a warning to a repeated run for each own model that is not the one of the Trace it repeats."""
+    found = open_if_trace(source)
+    changed = changed_models(found, experiment) if is_trace(found) else []
+    if changed:
+        told = [Diagnostic("own models", "warning", text).to_dict() for text in changed]
+        trace.attrs["validity"] = json.dumps([*json.loads(trace.attrs["validity"]), *told])
+
+
 def _named(trace: xarray.Dataset, source: Source) -> xarray.Dataset | dict[str, xarray.Dataset]:
-    """Give a Trace without a title the name of its file."""
+    """Return a Trace without a title under the name of its file."""
     if trace.attrs["title"] or not isinstance(source, (str, Path)):
         return trace
     return {Path(source).stem: trace}
@@ -100,7 +112,7 @@ def _named(trace: xarray.Dataset, source: Source) -> xarray.Dataset | dict[str, 
 
 @dataclass(frozen=True)
 class _Wanted:
-    """What a sweep goes over and answers with."""
+    """Parameters and quantities of a sweep."""
 
     axes: Mapping[str, Any]
     quantities: Sequence[str]
@@ -108,7 +120,7 @@ class _Wanted:
 
     @property
     def dimensions(self) -> list[str]:
-        """Of the result."""
+        """Dimensions of the result."""
         return [*self.axes, *(("sample", "frequency", "layer") if self.records else ())]
 
 
@@ -122,7 +134,7 @@ def _prepared(
     *,
     force: bool,
 ) -> tuple[Scenario, _Wanted | None]:
-    """Find scenario and sweep; list what is wrong with file, options and outputs at once."""
+    """Read scenario and sweep; report mistakes of file, options and outputs at once."""
     found, problems = readable_changes(changes)
     experiment: Scenario | None = None
     earlier = _Wanted({}, (), records=False)
@@ -136,7 +148,7 @@ def _prepared(
             _check_names(experiment, names)
     problems += _set_and_swept(found, axes, earlier.axes, scenario)
     if records and not axes:
-        problems.append("--records: keeps the records of a sweep; give --over too")
+        problems.append("--records: keeps the records of a sweep; add --over")
     wanted = _Wanted(axes, names, records or earlier.records) if axes or names else None
     with gathered(problems):
         dimensions = ["time", "frequency", "layer"] if wanted is None else wanted.dimensions
@@ -149,10 +161,10 @@ def _prepared(
 def _set_and_swept(
     changes: Mapping[str, Any], axes: Mapping[str, Any], earlier: Mapping[str, Any], source: object
 ) -> list[str]:
-    """Say which parameters are set although each case of the sweep has a value of its own for them."""
+    """List parameters that are set although each case of the sweep has its own value of them."""
     return [
-        f"{path}: is set, but swept {f'in {source}' if path in earlier else 'with --over'} as well, so what is set"
-        " would not count; leave one of the two out"
+        f"{path}: is set, but swept {f'in {source}' if path in earlier else 'with --over'} as well, so the set value"
+        " would have no effect; omit one of the two"
         + (f", or take the scenario without its sweep: 'electrovib init {source}'" if path in earlier else "")
         for path in changes
         if path in axes
@@ -174,7 +186,7 @@ def _check_outputs(
     *,
     force: bool,
 ) -> None:
-    """Find out before the work whether its results can be written, and whether they would replace the user's."""
+    """Check before the computation that its results can be written, and that they replace no file of the user."""
     from electrovib.export.save import check_output
 
     problems: list[str] = []
@@ -199,7 +211,7 @@ def _axes(experiment: Scenario, over: Sequence[str] | Mapping[str, Sequence[floa
 
 
 def _experiment(source: Source, changes: Mapping[str, Any]) -> tuple[Scenario, _Wanted]:
-    """Find the scenario, and the sweep if one is to be repeated."""
+    """Read the scenario, and the sweep if one is repeated."""
     found = open_if_trace(source)
     experiment = read_scenario(found, changes=changes, before_sweep=True)
     if not is_trace(found):

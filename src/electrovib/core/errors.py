@@ -6,6 +6,7 @@ import difflib
 import re
 import unicodedata
 from contextlib import contextmanager
+from traceback import FrameSummary, walk_tb
 from typing import TYPE_CHECKING, Final, Self
 
 if TYPE_CHECKING:
@@ -92,6 +93,20 @@ class ElectrovibError(Exception):
         given = (problems,) if isinstance(problems, str) else problems
         self.problems = tuple(Problem.read(problem) for problem in given)
         super().__init__("\n".join(self.problems))
+
+    def _render_traceback_(self) -> list[str]:
+        """Return what IPython prints instead of a traceback: the problems, and the user's line that met them."""
+        package = __name__.partition(".")[0]
+        theirs = [
+            FrameSummary(frame.f_code.co_filename, number, frame.f_code.co_name)
+            for frame, number in walk_tb(self.__traceback__)
+            if frame.f_globals.get("__name__", "").partition(".")[0] != package
+        ]
+        line = f"in line {theirs[-1].lineno}: {theirs[-1].line}" if theirs and theirs[-1].line else ""
+        return [
+            *(f"{type(self).__name__}: {problem}" for problem in self.problems),
+            *([line] if line else []),
+        ]
 
 
 class InputError(ElectrovibError):

@@ -21,9 +21,7 @@ def explained(model: type[Model], item: Any) -> InitErrorDetails:
     """Rewrite a validation error: of an unknown parameter with its class and the nearest known name."""
     kind, loc, given = item["type"], item["loc"], item["input"]
     if kind == "extra_forbidden" and len(loc) == 1:
-        known = nearest(str(loc[0]), model.model_fields)
-        name = shortened(str(loc[0]), LONGEST_QUOTED)
-        kind, why = "unknown", f"unknown parameter '{name}' of {model.__name__}.{known}"
+        kind, why = "unknown", _unknown(model, str(loc[0]))
     elif kind == "missing" and len(loc) == 1:
         kind, why = "missing_parameter", f"missing: {_meaning(model, str(loc[0]))}"
     else:
@@ -31,6 +29,13 @@ def explained(model: type[Model], item: Any) -> InitErrorDetails:
     if not loc and isinstance(given, Mapping) and model.is_member:
         given = {"model": model.__name__, **given}
     return InitErrorDetails(type=PydanticCustomError(kind, "{why}", {"why": why}), loc=loc, input=given)
+
+
+def _unknown(model: type[Model], name: str) -> str:
+    if name in model.former_parameters:
+        return f"is the former name of '{model.former_parameters[name]}', which is given as well; remove one of the two"
+    known = nearest(name, [*model.model_fields, *model.derived])
+    return f"unknown parameter '{shortened(name, LONGEST_QUOTED)}' of {model.__name__}.{known}"
 
 
 def _meaning(model: type[Model], field: str) -> str:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Self, TypeVar, get_args
+from typing import Any, ClassVar, Final, Self, TypeVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -18,14 +19,18 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from electrovib.core.changes import stored_changes
 from electrovib.core.discovery import find_member, find_members, find_offer
-from electrovib.core.errors import LONGEST_QUOTED, InputError, shortened
+from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
 from electrovib.core.files import FileColumn
 from electrovib.core.mistakes import explained, near_members, problem, wants
 from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.tables import put
 
 M = TypeVar("M", bound="Model")
+
+_ABOUT: Final = frozenset({"equation", "reference", "status"})
+"""What a class states of itself and completion lists beside its parameters."""
 
 
 class Model(BaseModel):
@@ -53,6 +58,10 @@ class Model(BaseModel):
     """What it was called: files that name it so are read too."""
     former_parameters: ClassVar[Mapping[str, str]] = {}
     """What its parameters were called, and what they are called now: such files are read too."""
+    later_parameters: ClassVar[frozenset[str]] = frozenset()
+    """Parameters that were added later: at their defaults they do not enter the hash, which older files carry."""
+    derived: ClassVar[Mapping[str, Quantity]] = {}
+    """Parameters that can be given in place of stored ones, and are read as attributes."""
     offered_by: ClassVar[tuple[str, ...]] = ()
     """Functions of papers that offer ready-made ones, which can then be named ``author_year/name``."""
 
@@ -82,15 +91,13 @@ class Model(BaseModel):
         if name not in (None, cls.__name__, *cls.former_names):
             why = f"expected the model {cls.__name__}, not '{name}'"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
-        return cls._build(cls._with_the_names_of_today(content), handler)
+        return cls._build(cls.with_current_names(content), handler)
 
     @classmethod
-    def _with_the_names_of_today(cls, content: dict[str, Any]) -> dict[str, Any]:
-        """Read a parameter by its former name, unless the one of today is given beside it."""
-        for former, today in cls.former_parameters.items():
-            if former in content and today not in content:
-                content[today] = content.pop(former)
-        return content
+    def with_current_names(cls, content: dict[str, Any]) -> dict[str, Any]:
+        """Return a table with former names of parameters replaced, unless today's name is given as well."""
+        names = {key: cls.former_parameters.get(key, key) for key in content}
+        return {key if names[key] in content else names[key]: value for key, value in content.items()}
 
     @field_validator("*", mode="before")
     @classmethod
@@ -118,6 +125,23 @@ class Model(BaseModel):
         """
         del table
         return {}
+
+    @classmethod
+    def file_variants(cls, table: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
+        """Return parameters with which to read the file of a table if it has not the columns of `file_columns`.
+
+        Parameters
+        ----------
+        table : mapping
+            The model's own, not yet validated.
+
+        Returns
+        -------
+        tuple of mapping
+            The first whose columns are in the file is added to the table.
+        """
+        del table
+        return ()
 
     @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
@@ -165,6 +189,10 @@ class Model(BaseModel):
         member = find_member(cls, name)
         if member is None:
             near = near_members(cls, name)
+            if not suggestion(name, find_members(cls)):
+                near += (
+                    " A model of your own: 'electrovib --models FILE.py ...', or import its file in Python."
+                )
             why = f"unknown {cls.__name__} model '{shortened(name, LONGEST_QUOTED)}'.{near}"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         return member
@@ -206,8 +234,13 @@ class Model(BaseModel):
         dict
             Member of a family: with its ``model`` name first.
         """
+        return self._tables(hashed=False)
+
+    def _tables(self, *, hashed: bool) -> dict[str, Any]:
         content = {"model": type(self).__name__} if self.is_member else {}
-        return content | {name: _plain(value) for name, value in self}
+        fields, later = type(self).model_fields, self.later_parameters if hashed else ()
+        kept = ((name, value) for name, value in self if name not in later or value != fields[name].default)
+        return content | {name: _plain(value, hashed=hashed) for name, value in kept}
 
     def canonical(self) -> str:
         """Write the canonical JSON: what equality, hash and the scenario's hash are made of.
@@ -217,7 +250,7 @@ class Model(BaseModel):
         str
             Parameters in the order of their declaration, layers in that of the stack, which is physics.
         """
-        return json.dumps(self.to_dict(), separators=(",", ":"), default=_content)
+        return json.dumps(self._tables(hashed=True), separators=(",", ":"), default=_content)
 
     def digest(self) -> str:
         """Give the SHA-256 of the canonical JSON, hexadecimal."""
@@ -233,10 +266,37 @@ class Model(BaseModel):
         """Hash the canonical JSON."""
         return hash((type(self).__name__, self.canonical()))
 
+    def stored(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return given parameters as those that this model stores: a member may offer derived ones beside them."""
+        return dict(given)
+
+    def __dir__(self) -> list[str]:
+        """List the parameters and the methods of a model that exists, without pydantic's names and those of the class."""
+        inherited = {
+            name for name in dir(Model) if name in dir(BaseModel) or not callable(getattr(Model, name))
+        }
+        of_class = {
+            name for name in dir(Model) if isinstance(inspect.getattr_static(Model, name), classmethod)
+        }
+        about = {name for name in _ABOUT if getattr(self, name)}
+        names = (set(super().__dir__()) - inherited - of_class) | about | {name for name, _ in self}
+        return sorted(name for name in names if not name.startswith("_"))
+
     @classmethod
     def rebuilt(cls, content: dict[str, Any]) -> Self:
         """Build the model from tables in which something was changed."""
         return read_model(cls, content)
+
+    @classmethod
+    def put_into(cls, content: dict[str, Any], changes: Mapping[str, Any]) -> list[Problem]:
+        """Put changes by dotted path into nested tables of this model, and return what is wrong with them."""
+        return put(content, changes)
+
+    @classmethod
+    def how_to_add(cls, content: Mapping[str, Any], path: str) -> str:
+        """Explain how to add the optional part that a dotted path leads into; empty where it leads into none."""
+        del content, path
+        return ""
 
     def replace(self, changes: Mapping[str, Any]) -> Self:
         """Give a copy with some parameters changed.
@@ -257,7 +317,8 @@ class Model(BaseModel):
             For every path that does not exist and every value that does not fit, all at once.
         """
         content = self.to_dict()
-        problems = put(content, changes)
+        changes, problems = stored_changes(self, changes)
+        problems += self.put_into(content, changes)
         try:
             changed = self.rebuilt(content)
         except InputError as error:
@@ -306,13 +367,13 @@ def read_model(kind: type[M], content: object) -> M:
         raise InputError(problem(item) for item in error.errors(include_url=False)) from None
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Any, *, hashed: bool) -> Any:
     if isinstance(value, Model):
-        return value.to_dict()
+        return value._tables(hashed=hashed)  # noqa: SLF001  # of its own kind
     if isinstance(value, (tuple, list)):
-        return [_plain(item) for item in value]
+        return [_plain(item, hashed=hashed) for item in value]
     if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: _plain(item, hashed=hashed) for key, item in value.items()}
     return value
 
 

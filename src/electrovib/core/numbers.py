@@ -22,7 +22,7 @@ def with_numbers(model: M, numbers: Mapping[str, float]) -> M:
     model : Model
         The model to copy.
     numbers : mapping of str to float
-        Dotted path of a physical parameter to its value in SI.
+        Dotted path of a stored physical parameter, as `stored_changes` has it, to its value in SI.
 
     Returns
     -------

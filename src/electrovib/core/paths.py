@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from electrovib.core.changes import derived_at, stored_path
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.tables import place_of, unknown
 
@@ -32,13 +33,17 @@ def value_at(model: Model, path: str) -> Any:
     InputError
         If there is no such path; the message has the nearest name.
     """
+    if (found := derived_at(model, path)) is not None:
+        return getattr(*found)
     table: Any = model.to_dict()
-    for depth, key in enumerate(parts := path.split(".")):
+    for depth, key in enumerate(parts := stored_path(model, path).split(".")):
         if isinstance(table, dict) and key in table:
             table = table[key]
         elif isinstance(table, list) and (place := place_of(table, key)) is not None:
             table = table[place]
         else:
+            if how := type(model).how_to_add(model.to_dict(), path):
+                raise InputError(how, path=path)
             raise InputError([unknown(table, ".".join(parts[:depth]), key, path)])
     return table
 
@@ -51,7 +56,13 @@ def quantity_at(model: Model, path: str) -> Quantity:
     InputError
         If the path names no physical parameter.
     """
+    if (found := derived_at(model, path)) is not None:
+        owner, name = found
+        quantity: Quantity = owner.derived[name]
+        return quantity
     declared = {where: quantity for where, _, quantity in model.parameters()}
-    if path not in declared:
-        raise InputError(f"no physical parameter has this path.{nearest(path, declared)}", path=path)
-    return declared[path]
+    today = stored_path(model, path)
+    if today not in declared:
+        how = type(model).how_to_add(model.to_dict(), path)
+        raise InputError(how or f"no physical parameter has this path.{nearest(path, declared)}", path=path)
+    return declared[today]

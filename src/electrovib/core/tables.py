@@ -10,22 +10,22 @@ from electrovib.core.samples import Samples
 
 
 def put(content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = True) -> list[Problem]:
-    """Put changes into nested tables in place.
+    """Put changes by dotted path into nested tables, in place.
 
     Parameters
     ----------
     content : dict
         Nested tables.
     changes : mapping of str to value
-        Dotted path to new value. A table comes before what is set in it, which then counts. A new ``model`` comes first
-        and takes nothing over from the former one, so its own parameters can be given along with it.
+        Dotted path to new value. A table is set before single values in it. A new ``model`` is set first and keeps no
+        parameter of the former one, so its own parameters can be given beside it.
     strict : bool
-        Refuse paths that are not there; else trust that validation follows, and make what is missing.
+        Refuse paths that do not exist; otherwise tables that are missing are made, and validation follows.
 
     Returns
     -------
     list of Problem
-        One for each path that does not exist, and each table that would be dropped.
+        One for each path that does not exist, and for each table that would be dropped.
     """
     ordered = sorted(changes, key=lambda path: (path.count("."), not path.endswith(".model")))
     fresh: list[Any] = []
@@ -34,10 +34,10 @@ def put(content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = T
 
 
 def _dropped(changes: Mapping[str, Any]) -> list[Problem]:
-    """Say which tables would be dropped whole, because another model is set in their place."""
+    """List tables that would be dropped as a whole because another model is set in their place."""
     return [
         Problem(
-            f"is set beside the table '{table}', of which nothing would then count; give one of the two",
+            f"is set beside the table '{table}', which it would replace as a whole; give one of the two",
             path=path,
         )
         for table, content in changes.items()
@@ -54,7 +54,7 @@ def _has_another_model(table: Any, keys: Sequence[str], model: object) -> bool:
 
 
 def place_of(table: Sequence[Any], key: str) -> int | None:
-    """Read the number of an entry; only as it is usually written, so that each has one path."""
+    """Return the index that a key names, or None; only decimal notation is read, so that each entry has one path."""
     known = key.isascii() and key.isdecimal() and len(key) < 10 and str(int(key)) == key
     return int(key) if known and int(key) < len(table) else None
 
@@ -63,9 +63,14 @@ def _put(content: dict[str, Any], path: str, value: Any, fresh: list[Any], *, st
     *parents, last = path.split(".")
     tables: list[Any] = [content]
     for depth, key in enumerate(parents):
-        inner = _inner(tables[-1], key, strict=strict, optional=last == "model" and depth == len(parents) - 1)
+        new = not strict or _among(tables[-1], fresh)
+        inner = _inner(
+            tables[-1], key, strict=not new, optional=last == "model" and depth == len(parents) - 1
+        )
         if inner is None:
             return unknown(tables[-1], ".".join(parents[:depth]), key, path)
+        if new and inner == [{}]:
+            fresh += inner
         tables += inner
     if not _set(tables[-1], last, value, fresh, strict=strict):
         return unknown(tables[-1], ".".join(parents), last, path)
@@ -75,7 +80,7 @@ def _put(content: dict[str, Any], path: str, value: Any, fresh: list[Any], *, st
 
 
 def _inner(table: Any, key: str, *, strict: bool, optional: bool) -> list[Any] | None:
-    """Step into a table; an optional model that is absent so far begins as an empty one."""
+    """Return the inner table of a key in a list, or None; an absent optional model begins as an empty table."""
     if isinstance(table, list):
         return None if (place := place_of(table, key)) is None else [table[place]]
     if not isinstance(table, dict) or (strict and key not in table):
@@ -86,7 +91,7 @@ def _inner(table: Any, key: str, *, strict: bool, optional: bool) -> list[Any] |
 
 
 def _set(table: Any, key: str, value: Any, fresh: list[Any], *, strict: bool) -> bool:
-    """Set an item; tell whether there is such a place."""
+    """Set an item; return whether its key exists."""
     if isinstance(table, list):
         if (place := place_of(table, key)) is None:
             return False
@@ -104,7 +109,7 @@ def _set(table: Any, key: str, value: Any, fresh: list[Any], *, strict: bool) ->
 
 
 def _own(value: Any, fresh: list[Any]) -> Any:
-    """Copy given tables, in which more can then be set; what was given stays as it is."""
+    """Copy given tables, in which more can then be set; the originals are not changed."""
     if isinstance(value, Mapping):
         fresh.append({key: _own(item, fresh) for key, item in value.items()})
         return fresh[-1]
@@ -116,7 +121,7 @@ def _among(table: Any, tables: list[Any]) -> bool:
 
 
 def _forget_samples(tables: list[Any]) -> None:
-    """Numbers that were read from a file must not survive a change of how it is read."""
+    """Remove numbers that were read from a file after a change of how it is read."""
     for table in tables:
         if isinstance(table, dict) and table.get("file"):
             for key in [key for key, item in table.items() if isinstance(item, Samples)]:
@@ -124,7 +129,7 @@ def _forget_samples(tables: list[Any]) -> None:
 
 
 def unknown(table: Any, where: str, key: str, path: str) -> Problem:
-    """Say that a path leads to nothing, from the table at which it ends."""
+    """Return the problem of a path that does not exist, from the table at which it ends."""
     if isinstance(table, list):
         why = f"'{where}' has entries 0 to {len(table) - 1}"
     elif table is None:

@@ -1,4 +1,4 @@
-"""Files that are either whole or not there, and that replace nothing but what we wrote ourselves."""
+"""Files that are written as a whole or not at all, and that replace only files written by this package."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 
 _UNFINISHED: Final = ".partial"
 _LEFT: Final = 86400.0
-"""Age [s] from which an unfinished file counts as left by a process that was killed."""
+"""Age from which an unfinished file counts as left by a process that was killed [s]."""
 
 
 @contextmanager
 def writing(outputs: Mapping[Path, Form | None], *, force: bool = False) -> Iterator[dict[Path, Path]]:
-    """Give temporary files beside the outputs and put them in place once all of them are complete.
+    """Provide temporary files beside the outputs, and move them into place once all of them are complete.
 
     Parameters
     ----------
     outputs : mapping of Path to Form or None
-        The outputs, each with what it is, or None for what carries no mark; older files there stay untouched until
-        all new ones are complete. They are replaced in this order, so what tells which files belong together comes first.
+        Outputs with their forms, or None for a file that carries no mark. Older files remain until all new ones are
+        complete. They are replaced in this order, so the file that states which files belong together comes first.
     force : bool
         Whether files that we did not write may be replaced.
 
@@ -75,7 +75,7 @@ def _hidden(place: Path) -> str:
 
 
 def left_by_a_kill(path: Path) -> list[Path]:
-    """Find what a process that was killed while writing this output has left beside it, complete or not."""
+    """Find the temporary files that a process killed while writing this output has left beside it."""
     place = Path(os.path.realpath(path))
     return sorted(
         other
@@ -85,7 +85,7 @@ def left_by_a_kill(path: Path) -> list[Path]:
 
 
 def _clear_what_was_left(path: Path) -> None:
-    """Remove what a killed process left beside this output long ago: no save takes as long as `_LEFT`."""
+    """Remove temporary files of this output that are older than `_LEFT`, which no writing lasts."""
     for other in left_by_a_kill(path):
         with suppress(OSError):
             if time.time() - other.stat().st_mtime > _LEFT:
@@ -102,7 +102,7 @@ def _complete(temporary: Path, place: Path, form: Form | None) -> None:
 
 
 def _take_places(moves: Mapping[Path, Path]) -> None:
-    """Replace all older files; an interrupt between two of them waits, so that they stay of one save."""
+    """Replace all older files; an interrupt between two of them is delayed, so that all belong to one save."""
     try:
         for temporary, place in moves.items():
             temporary.replace(place)
@@ -114,16 +114,16 @@ def _take_places(moves: Mapping[Path, Path]) -> None:
 
 
 def write_text(path: Path, text: str, form: Form, *, force: bool = False) -> None:
-    """Write a whole text file, or leave the older one.
+    """Write a text file as a whole, or keep the older one.
 
     Parameters
     ----------
     path : Path
-        The output.
+        Output.
     text : str
-        Its content, with the mark of its form; written as UTF-8 with the line ends it has.
+        Content with the mark of its form, written as UTF-8 with its own line ends.
     form : Form
-        What it is.
+        Form of the file.
     force : bool
         Whether a file that we did not write may be replaced.
 
@@ -139,14 +139,14 @@ def write_text(path: Path, text: str, form: Form, *, force: bool = False) -> Non
 def check_writable(
     outputs: Mapping[Path, Form | None], *, inputs: Iterable[Path] = (), force: bool = False
 ) -> None:
-    """Tell, before a long computation, whether its outputs can be written.
+    """Check, before a long computation, whether its outputs can be written.
 
     Parameters
     ----------
     outputs : mapping of Path to Form or None
-        The outputs, each with what it is; nothing is created.
+        Outputs with their forms; nothing is created.
     inputs : iterable of Path
-        Files that are read; none of them is ever replaced, whatever `force` says.
+        Files that are read; none of them is replaced, regardless of `force`.
     force : bool
         Whether files that we did not write may be replaced.
 
@@ -168,7 +168,7 @@ def check_writable(
 
 
 def _input_of(path: Path, inputs: Iterable[Path]) -> str:
-    """Say in a sentence that this output is read, or nothing."""
+    """Return a sentence if this output is also an input, else an empty text."""
     for source in inputs:
         with suppress(OSError):
             if path.samefile(source):
@@ -177,7 +177,7 @@ def _input_of(path: Path, inputs: Iterable[Path]) -> str:
 
 
 def _not_ours(path: Path, form: Form | None) -> str:
-    """Say in a sentence that this output would replace a file of the user's, or nothing."""
+    """Return a sentence if this output would replace a file of the user, else an empty text."""
     if not path.exists() or (form is not None and is_ours(path, form)):
         return ""
     what = f"no {form} that electrovib wrote, or it was changed since" if form else "may be somebody else's"
@@ -185,7 +185,7 @@ def _not_ours(path: Path, form: Form | None) -> str:
 
 
 def _obstacle(path: Path) -> str:
-    """Say in a sentence why this output cannot be written, or nothing."""
+    """Return a sentence that states why this output cannot be written, or an empty text if it can."""
     try:
         place = Path(os.path.realpath(path))
         folder, exists = place.parent, place.exists()

@@ -1,4 +1,4 @@
-"""A reader of a foreign binary format, run in a process of its own that may neither hang, crash nor fill the memory."""
+"""Readers of foreign binary formats, run in a separate process with limits on time and memory."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ _ADVICE: Final = "Copy it again from where it was made, or export it there as .c
 
 @dataclass(frozen=True, kw_only=True)
 class ReaderLimits:
-    """What a reader may use.
+    """Resources that a reader may use.
 
     Parameters
     ----------
     memory : int
-        Of its own beyond what its libraries need [bytes].
+        Memory beyond that of its libraries [bytes].
     content : int
-        Of what it hands over [bytes].
+        Size of the content that it returns [bytes].
     processor_time, waiting_time : float
-        Computing, and by the clock [s].
+        Processor time and elapsed time [s].
     """
 
     memory: int
@@ -51,7 +51,7 @@ class ReaderLimits:
 
     @classmethod
     def for_file(cls, path: Path) -> ReaderLimits:
-        """Ten times the size and 64 MB; 3 s and 1 s for each 10 MB, ten times as long by the clock."""
+        """Return the limits for the size of a file: processor time 3 s and 1 s per 10 MB, elapsed time ten times that."""
         size = path.stat().st_size
         seconds = 3 + size / 10e6
         return cls(
@@ -64,17 +64,17 @@ class ReaderLimits:
 
 @dataclass(frozen=True)
 class Reader:
-    """A reader by name.
+    """A reader, named so that another process can import it.
 
     Parameters
     ----------
     function : str
-        ``"module:name"`` of a generator that takes the path, and further arguments by name, and yields pairs of a name
-        and an array or what JSON can hold. It may raise DataFileError with a sentence for the user.
+        ``"module:name"`` of a generator that takes the path and further arguments by name, and yields pairs of a name and
+        an array or JSON content. It may raise DataFileError with a sentence for the user.
     needs : tuple of str
         Modules that it imports; they are loaded before the memory is limited.
     format_name : str
-        What the file should be, for the message: ``"a netCDF file"``.
+        Name of the format for messages: ``"a netCDF file"``.
     """
 
     function: str
@@ -83,23 +83,23 @@ class Reader:
 
 
 class GuardedReading:
-    """A file being read by another process; use it in a ``with`` statement, which leaves no process behind.
+    """A file that another process reads; to be used in a ``with`` statement, at whose end the process is ended.
 
     Parameters
     ----------
     reader : Reader
-        Starts at once, so that the caller can do something else before it asks for the content.
+        Reader; it starts at once, so that the caller can continue before it requests the content.
     path : Path
-        The file.
+        File to be read.
     limits : ReaderLimits, optional
-        Those that fit the size of the file, if not given.
+        Limits; those for the size of the file if not given.
     **arguments
-        For the reader; what JSON can hold.
+        Arguments of the reader; anything that JSON can hold.
 
     Raises
     ------
     DataFileError
-        If it is no ordinary file.
+        If the path is not an ordinary file.
     """
 
     def __init__(
@@ -143,7 +143,7 @@ class GuardedReading:
         try:
             with self._process.stdin as stream:
                 stream.write(json.dumps(request).encode())
-        except OSError:  # it has ended already; its end is told when the content is asked for
+        except OSError:  # it has ended already, which is reported when the content is requested
             pass
 
     def _stop_late(self) -> None:
@@ -151,7 +151,7 @@ class GuardedReading:
         self._process.kill()
 
     def __enter__(self) -> Self:
-        """Give itself."""
+        """Return itself."""
         return self
 
     def __exit__(
@@ -161,7 +161,7 @@ class GuardedReading:
         self.close()
 
     def close(self) -> None:
-        """End the process, whatever it does."""
+        """End the process, whether or not it has finished."""
         self._clock.cancel()
         self._process.kill()
         if self._process.stdout is not None:
@@ -169,22 +169,22 @@ class GuardedReading:
         self._process.wait()
 
     def content(self) -> dict[str, Any]:
-        """Wait for the reader.
+        """Wait for the reader and return its content.
 
         Returns
         -------
         dict of str to array or JSON content
-            What it yielded, in that order.
+            Items that it yielded, in that order.
 
         Raises
         ------
         DataFileError
-            What the reader says is wrong with the file, or that it ran into a limit or crashed.
+            If the reader found a fault in the file, exceeded a limit or crashed.
         """
         return dict(self._items())
 
     def _items(self) -> Iterator[tuple[str, Any]]:
-        """Go through what the reader yields until it says that this is all."""
+        """Iterate over the items that the reader yields, up to its last message."""
         assert self._process.stdout is not None
         stream, left = self._process.stdout, self._limits.content
         while True:
@@ -208,7 +208,7 @@ class GuardedReading:
         return left - size
 
     def _check(self, message: dict[str, Any]) -> None:
-        """Raise what the reader has found wrong."""
+        """Raise the fault that the reader has found."""
         if "problems" in message:
             problems = [Problem(**problem) for problem in message["problems"]]
             missing = message["column"]
@@ -243,7 +243,7 @@ class GuardedReading:
         )
 
     def _ended(self) -> DataFileError:
-        """Say why the process ended without having said so itself."""
+        """Return the error of a process that ended without a last message."""
         code = self._process.wait()
         if self._late.is_set():
             why = f"reading it took more than {self._limits.waiting_time:.0f} s and was stopped."
@@ -257,7 +257,7 @@ class GuardedReading:
 
 
 def _stopped_by(*names: str) -> set[int]:
-    """Exit codes of a process that was ended by one of these signals, where the system has them."""
+    """Return the exit codes of a process ended by one of these signals, as far as the system has them."""
     import signal
 
     return {-getattr(signal, name) for name in names if hasattr(signal, name)}
@@ -266,7 +266,7 @@ def _stopped_by(*names: str) -> set[int]:
 def read_guarded(
     reader: Reader, path: Path, *, limits: ReaderLimits | None = None, **arguments: Any
 ) -> dict[str, Any]:
-    """Read a file in a process of its own, and wait for it.
+    """Read a file in a separate process, and wait for it.
 
     Parameters
     ----------
@@ -276,12 +276,12 @@ def read_guarded(
     Returns
     -------
     dict of str to array or JSON content
-        What the reader yielded.
+        Items that the reader yielded.
 
     Raises
     ------
     DataFileError
-        In one sentence, whatever is wrong with the file.
+        For any fault of the file, in one sentence.
     """
     with GuardedReading(reader, path, limits=limits, **arguments) as reading:
         return reading.content()

@@ -1,7 +1,7 @@
-"""The process in which a foreign binary file is read: run by its path, with a request on its standard input.
+"""The process in which a foreign binary file is read; it is run by its path and receives a request on standard input.
 
-It answers on its standard output with messages of JSON, each behind its length, and arrays as plain bytes: nothing is
-ever unpickled on either side.
+It returns on standard output JSON messages, each preceded by its length, and arrays as plain bytes; nothing is unpickled
+on either side.
 """
 
 from __future__ import annotations
@@ -20,10 +20,12 @@ _BLOCK = 1 << 20
 
 def main() -> None:
     """Read the file that the request names."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C reaches the whole group: end at once, say nothing
+    signal.signal(
+        signal.SIGINT, signal.SIG_DFL
+    )  # Ctrl-C reaches the whole group: end at once, without a message
     request = json.load(sys.stdin.buffer)
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # whatever a library prints must not get among the answers
+    os.dup2(2, 1)  # output printed by a library must not mix with the answers
     sys.path[:] = request["search"]
     module, _, name = request["function"].partition(":")
     function = getattr(importlib.import_module(module), name)
@@ -36,7 +38,7 @@ def main() -> None:
 
 
 def answer(answers: IO[bytes], function: Any, request: dict[str, Any]) -> None:
-    """Send what the reader yields, or what is wrong."""
+    """Send the items of the reader, or the fault that it found."""
     from electrovib.core.errors import InputError
     from electrovib.data.columns.faults import DAMAGE
 
@@ -56,7 +58,7 @@ def answer(answers: IO[bytes], function: Any, request: dict[str, Any]) -> None:
 
 
 def send(answers: IO[bytes], name: str, value: Any) -> None:
-    """Send one item: an array as it lies in memory, anything else as JSON."""
+    """Send one item: an array as its bytes in memory, anything else as JSON."""
     import numpy as np
 
     if not isinstance(value, np.ndarray):
@@ -69,13 +71,13 @@ def send(answers: IO[bytes], name: str, value: Any) -> None:
 
 
 def write(answers: IO[bytes], message: dict[str, Any]) -> None:
-    """Send JSON behind its length."""
+    """Send a JSON message, preceded by its length."""
     raw = json.dumps(message).encode()
     answers.write(struct.pack("<Q", len(raw)) + raw)
 
 
 def limit(*, memory: int, processor_time: float) -> None:
-    """Limit memory and computing from here on, as far as the system can."""
+    """Limit memory and processor time from here on, as far as the system supports it."""
     try:
         import resource
     except ImportError:  # no such limits here; the clock of the caller remains

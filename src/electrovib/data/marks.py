@@ -1,4 +1,4 @@
-"""Which files are ours: each holds a checksum of its own content, so no other file is taken for one."""
+"""Marks of the files that this package writes: each file holds a checksum of its own content."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Form(StrEnum):
-    """What a file of ours is."""
+    """Form of a file that this package writes."""
 
     NETCDF = "Trace as netCDF"
     CSV = "Trace as CSV"
@@ -24,7 +24,7 @@ class Form(StrEnum):
 
 
 WRITTEN_BY: Final = "written_by"
-"""Name of the mark where a format wants one."""
+"""Name of the mark in formats with named attributes."""
 
 _EMPTY: Final = "0" * 32
 _HEAD: Final = 1 << 16  # every format has its mark in its first 64 kB
@@ -32,30 +32,30 @@ _BLOCK: Final = 1 << 20
 
 
 def unsigned(form: Form) -> str:
-    """Give the mark that a writer puts near the beginning of its content, once; `sign` completes it.
+    """Return the mark that a writer puts once near the beginning of its content and that `sign` completes.
 
     Parameters
     ----------
     form : Form
-        What is written.
+        Form of the file.
 
     Returns
     -------
-    str
+    mark : str
         ``electrovib netlist, checksum 000...``, of letters, digits, blanks and a comma.
     """
     return f"electrovib {form}, checksum {_EMPTY}"
 
 
 def sign(path: Path, form: Form) -> None:
-    """Put the checksum of a complete file into its mark.
+    """Write the checksum of a complete file into its mark.
 
     Parameters
     ----------
     path : Path
-        With the mark of `unsigned` in it; without one it stays as it is, and is not ours.
+        File with the mark of `unsigned`; a file without one remains unchanged and unmarked.
     form : Form
-        What it is.
+        Form of the file.
     """
     with path.open("r+b") as file:
         start = file.read(_HEAD).find(unsigned(form).encode())
@@ -67,19 +67,19 @@ def sign(path: Path, form: Form) -> None:
 
 
 def is_ours(path: Path, form: Form) -> bool:
-    """Tell whether we wrote a file in this form, and nobody has changed it since.
+    """Return whether this package wrote a file in this form and it has not been changed since.
 
     Parameters
     ----------
     path : Path
-        An existing file.
+        Existing file.
     form : Form
-        What it would have to be.
+        Expected form.
 
     Returns
     -------
     bool
-        Whether its mark holds the checksum of its content; never by its name.
+        Whether its mark holds the checksum of its content; the name of the file has no influence.
     """
     mark = re.escape(unsigned(form).removesuffix(_EMPTY).encode()) + b"([0-9a-f]{%d})" % len(_EMPTY)
     try:

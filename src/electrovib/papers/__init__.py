@@ -1,1 +1,1 @@
-"""One file for each publication: its laws, values, scenarios and checks. Found, never listed."""
+"""One file for each publication, found automatically: its laws, values, scenarios and checks."""

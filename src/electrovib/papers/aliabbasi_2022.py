@@ -4,13 +4,13 @@
 IEEE Transactions on Haptics 15, 2022 (cited from memory, unverified); E. AliAbbasi, thesis, arXiv:2409.18725 (abstract).
 
 Claims: the force rises and falls with frequency, with a maximum near 250 Hz (cited from memory, unverified); below
-250 Hz it changes
-by leakage of charge from the stratum corneum, above by the electrical properties of the stratum corneum
-(abstract of the thesis). Does not claim: a gap, a leak, curves (none was read). What the chain of
-aliabbasi_2024 says: the rise is the corner of the leaking gap, the fall the dispersion of the skin (without any,
-the body's resistance), so the place of the maximum goes about as one over the resistivity of the gap and 250 Hz
-is a fit of the leak, not a constant of fingers. The maximum is flat and its place ill-conditioned; the corner is
-not. Skin without dispersion that conducts has a shallow maximum too if the gap leaks slower than the skin relaxes.
+250 Hz it changes by leakage of charge from the stratum corneum, above by the electrical properties of the stratum corneum
+(abstract of the thesis). Does not claim: a gap, a leak, curves (none was read). In the chain of aliabbasi_2024 the
+rise is the corner of the leaking gap and the fall the dispersion of the skin (for skin without dispersion, the
+resistance of the body). The frequency of the maximum is therefore about inversely proportional to the resistivity of
+the gap, and 250 Hz is a fit of the leak, not a constant of fingers. The maximum is flat and its frequency
+ill-conditioned; the corner is well-conditioned. Conducting skin without dispersion also has a shallow maximum if the gap
+leaks more slowly than the skin relaxes.
 """
 
 from __future__ import annotations
@@ -59,20 +59,20 @@ PRESETS = {
     ),
 }
 NOT_READ = (
-    "The equations and curves of the paper were not read, and its maximum near 250 Hz is recalled; only the abstract"
-    " of the thesis, with the division at 250 Hz, was read."
+    "The equations and curves of the paper were not read, and its maximum near 250 Hz is cited from memory, unverified; of"
+    " the thesis only the abstract, with the division at 250 Hz, was read."
 )
 DEFECTS = (
     "AliAbbasi 2022, a maximum near 250 Hz (cited from memory, unverified), against Vezzoli 2014, which rises and"
-    " saturates: the place of the"
-    " maximum goes about as one over the resistivity of the gap, 32 Hz, 1.6 kHz and 32 kHz for 1e9, 2e7 and 1e6 ohm m on one"
-    " dispersive skin. So 250 Hz is a fit of the leak and not a constant of fingers.",
+    " saturates: the frequency of the maximum is about inversely proportional to the resistivity of the gap, 32 Hz, 1.6 kHz"
+    " and 32 kHz for 1e9, 2e7 and 1e6 ohm m on one dispersive skin. So 250 Hz is a fit of the leak and not a constant of"
+    " fingers.",
 )
 
 DIVISION = 250.0
-"""Between leakage below and properties of the stratum corneum above, abstract of the thesis [Hz]."""
+"""Frequency below which leakage, and above which properties of the stratum corneum act, abstract of the thesis [Hz]."""
 FITTED_RESISTIVITY = 9.13e7
-"""Of the gap, chosen so that the maximum lies at 250 Hz with the skin of plutchik_1963: circular [ohm m]."""
+"""Resistivity of the gap, fitted so that the maximum is at 250 Hz with the skin of plutchik_1963: circular [ohm m]."""
 
 _LOWEST, _HIGHEST = 1e-2, 2e6
 _SAMPLES = 6001
@@ -80,7 +80,7 @@ _SAMPLES = 6001
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give the chain with its leak fitted to a maximum at 250 Hz."""
+    """Return the chain with its leak fitted to a maximum at 250 Hz."""
     leak = "fitted: puts the maximum of the force at 250 Hz; circular"
     fitted = preset(
         aliabbasi_2024.scenarios()["chain"],
@@ -91,7 +91,7 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def maximum(scenario: Scenario) -> float | None:
-    """Find the frequency at which a scenario pulls most.
+    """Return the frequency of the largest mean attraction of a scenario.
 
     Parameters
     ----------
@@ -100,8 +100,8 @@ def maximum(scenario: Scenario) -> float | None:
 
     Returns
     -------
-    float or None
-        Hz; None if the mean force has no maximum inside 0.01 Hz to 2 MHz.
+    frequency : float or None
+        Frequency of the maximum [Hz]; None if the mean force has no maximum between 0.01 Hz and 2 MHz.
     """
     frequency = np.geomspace(_LOWEST, _HIGHEST, _SAMPLES)
     force = mean_force(scenario, phasors(scenario, frequency), amplitude=100.0)
@@ -114,19 +114,19 @@ def maximum(scenario: Scenario) -> float | None:
 
 
 def maximum_of(*, gap_resistivity: float, skin: Material, resistance: float = 0.0) -> float:
-    """Frequency of the largest force of the chain.
+    """Return the frequency of the largest mean attraction of the chain.
 
     Parameters
     ----------
     gap_resistivity, resistance : float
-        Leak of the gap [ohm m], body [ohm].
+        Resistivity of the gap [ohm m], resistance of the body [ohm].
     skin : Material
         Stratum corneum.
 
     Returns
     -------
-    float
-        Hz; NaN if there is no maximum inside 0.01 Hz to 2 MHz.
+    frequency : float
+        Frequency of the maximum [Hz]; NaN if there is none between 0.01 Hz and 2 MHz.
     """
     scenario = aliabbasi_2024.chain(gap_resistivity=gap_resistivity, skin=skin, resistance=resistance)
     found = maximum(scenario)
@@ -146,7 +146,7 @@ def _maximum(skin: str, gap_resistivity: float, expect: float, rtol: float) -> C
         f"maximum of the force, {skin}, leak of {gap_resistivity:g} ohm m",
         expect=expect,
         rtol=rtol,
-        source="computed apart from this code for 3 um on the coating without body, two to four digits",
+        source="computed independently of this code for 3 um on the coating without body, two to four digits",
         compute=lambda: maximum_of(gap_resistivity=gap_resistivity, skin=_SKINS[skin]),
         status="derived",
     )

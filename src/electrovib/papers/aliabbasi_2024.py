@@ -8,7 +8,7 @@ air gap, which gives its thickness and the force; at low frequency an electrode 
 parallel with the gap and leaks its charge. Does not claim: a gap in micrometres, the form and values of
 the polarisation impedance (none was read). Here the leak is an ohmic resistivity of the gap, a choice. On an
 insulator that blocks, the gap field then has a lower corner at f_c = 1/(2 pi R_g (C_g + C_i)), set by the leak and
-the coating; the skin shifts it only as far as its own impedance counts beside theirs.
+the coating; the skin shifts it only where its impedance is not small compared with theirs.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ PRESETS = {
 NOT_READ = "The gap, the form of the electrode polarisation impedance and its values were not read."
 
 GAP, GAP_RESISTIVITY = 3e-6, 2e7
-"""Gap and its leak, illustrative [m, ohm m]."""
+"""Thickness and resistivity of the gap, illustrative [m, ohm m]."""
 CHOICE = "not printed in the abstract; a choice"
 COATING = "not printed in the abstract; a thin coating, as in vezzoli_2014 for its figure 7"
 SKIN = "not printed in the abstract; plutchik_1963, with 1 cm2 and 200 um assumed"
@@ -63,7 +63,7 @@ _BAND = np.geomspace(1e-2, 2e6, 6001)
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give coating, leaky gap and dispersive skin in series."""
+    """Return coating, leaky gap and dispersive skin in series."""
     leak = "not printed; an illustrative leak in place of electrode polarisation"
     gap = {
         "thickness": (GAP, "not printed in the abstract; of the order of skin roughness"),
@@ -92,21 +92,21 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def chain(*, gap_resistivity: float, skin: Material | None = None, resistance: float = 1500.0) -> Scenario:
-    """Coating, leaky gap and skin in series.
+    """Return coating, leaky gap and skin in series.
 
     Parameters
     ----------
     gap_resistivity : float
-        ohm m.
+        Resistivity of the gap [ohm m].
     skin : Material, optional
-        Stratum corneum; without one the finger is a conductor.
+        Stratum corneum; without it the finger is a conductor.
     resistance : float
-        Body [ohm].
+        Resistance of the body [ohm].
 
     Returns
     -------
     Scenario
-        A copy of the ready-made one.
+        The preset with these values.
     """
     base = scenarios()["chain"]
     layers = base.stack.to_dict()
@@ -118,35 +118,35 @@ def chain(*, gap_resistivity: float, skin: Material | None = None, resistance: f
 
 
 def corner(*, gap: float, gap_resistivity: float) -> float:
-    """Lower corner of the gap field on the coating.
+    """Compute the lower corner frequency of the gap field on the coating.
 
     Parameters
     ----------
     gap, gap_resistivity : float
-        m, ohm m.
+        Thickness [m] and resistivity [ohm m] of the gap.
 
     Returns
     -------
-    float
-        1/(2 pi R_g (C_g + C_i)) [Hz]: there the field is 1/sqrt(2) of its plateau (-3 dB) and the mean force half.
+    corner : float
+        1/(2 pi R_g (C_g + C_i)) [Hz]: there the field is 1/sqrt(2) of its plateau (-3 dB) and the mean force half of its.
     """
     coating = values.COATING_PERMITTIVITY / values.COATING_THICKNESS
     return 1 / (2 * math.pi * eps0 * gap_resistivity * gap * (1 / gap + coating))
 
 
 def rises_to(scenario: Scenario, *, share: float) -> float:
-    """Find the lower edge of the band in which a scenario pulls.
+    """Return the lower edge of the band in which the mean attraction has a share of its largest value.
 
     Parameters
     ----------
     scenario : Scenario
         Any stack.
     share : float
-        Of the largest mean force; 0.5 is the field's -3 dB.
+        Share of the largest mean force [1]; 0.5 is -3 dB of the field.
 
     Returns
     -------
-    float
+    frequency : float
         Lowest frequency between 0.01 Hz and 2 MHz at which the mean force has this share [Hz].
     """
     force = mean_force(scenario, phasors(scenario, _BAND), amplitude=100.0)
@@ -158,19 +158,19 @@ def rises_to(scenario: Scenario, *, share: float) -> float:
 
 
 def remaining_impedance(scenario: Scenario, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """Impedance of the gap as the paper measures it: the whole less skin, screen and body.
+    """Compute the impedance of the gap as the paper measures it: the total less skin, screen and body.
 
     Parameters
     ----------
     scenario : Scenario
-        With layers insulator, gap and stratum_corneum.
+        Scenario with layers insulator, gap and stratum_corneum.
     frequency : ndarray
-        Hz.
+        Frequencies [Hz].
 
     Returns
     -------
-    ndarray of complex
-        ohm.
+    impedance : ndarray of complex
+        Remaining impedance at each frequency [ohm].
     """
     area = scenario.contact_area
     total = 1 / (phasors(scenario, frequency).current_density * area)
@@ -182,20 +182,21 @@ def remaining_impedance(scenario: Scenario, frequency: NDArray[np.float64]) -> N
 
 
 def estimate(scenario: Scenario, *, frequency: float, voltage: float) -> tuple[float, float]:
-    """Gap and force from the remaining impedance.
+    """Compute gap and force from the remaining impedance.
 
     Parameters
     ----------
     scenario : Scenario
-        What stands in for the measurement.
+        Scenario in the place of the measurement.
     frequency, voltage : float
-        Hz, peak V.
+        Frequency [Hz] and peak voltage [V] of the drive.
 
     Returns
     -------
-    tuple of float
-        g = eps0 A w/Im(1/Z) [m], which a leak in parallel does not disturb, and the mean of the attraction
-        eps0 A |V_g/g|^2/4 [N], V_g the voltage of the remaining impedance.
+    gap : float
+        g = eps0 A w/Im(1/Z) [m], which a leak in parallel does not change.
+    force : float
+        Mean attraction eps0 A |V_g/g|^2/4 [N], where V_g is the voltage of the remaining impedance.
     """
     area, at = scenario.contact_area, np.array([frequency])
     left = complex(remaining_impedance(scenario, at)[0])
@@ -205,7 +206,7 @@ def estimate(scenario: Scenario, *, frequency: float, voltage: float) -> tuple[f
 
 
 def estimate_against_law(*, frequency: float) -> float:
-    """Force from the impedances over that of the law, at a frequency [Hz]."""
+    """Return the force from the impedances over that of the law, at a frequency [Hz]."""
     scenario = scenarios()["chain"]
     law = mean_force(scenario, phasors(scenario, np.array([frequency])), amplitude=100.0)
     return estimate(scenario, frequency=frequency, voltage=100.0)[1] / float(law[0])
@@ -216,7 +217,7 @@ def _corner(gap_resistivity: float, expect: float, rtol: float) -> Check:
         f"half force of the gap, leak of {gap_resistivity:g} ohm m",
         expect=expect,
         rtol=rtol,
-        source="1/(2 pi R_g (C_g + C_i)) for 3 um on the coating, computed apart from this code",
+        source="1/(2 pi R_g (C_g + C_i)) for 3 um on the coating, computed independently of this code",
         compute=lambda: rises_to(chain(gap_resistivity=gap_resistivity, resistance=0.0), share=0.5),
         status="derived",
     )
@@ -230,7 +231,7 @@ CHECKS = (
         "gap from impedances at 10 Hz, where it leaks",
         expect=GAP,
         rtol=1e-9,
-        source="abstract: remaining impedance gives the gap; identity with the gap put in",
+        source="abstract: remaining impedance gives the gap; identity with the gap of the scenario",
         compute=lambda: estimate(scenarios()["chain"], frequency=10.0, voltage=100.0)[0],
         status="derived",
     ),

@@ -5,9 +5,8 @@ M. Ayyildiz, M. Scaraggi, O. Sirin, C. Basdogan, B. N. J. Persson, PNAS 115, 126
 Claims: a mean-field theory of multiscale contact, validated against full-scale numerical contact mechanics and
 against friction measured on fingers, in which electroadhesion raises the real contact area at the microscopic
 level and with it friction; attraction and real contact depend strongly on the roughness of the skin and on the
-coating, and an effectively thinner coating does much.
-Does not claim: a force table that could be read here. Only the abstract and its statement of significance were
-read.
+coating, and an effectively thinner coating has a large effect.
+Does not claim: a table of forces (none was read). Only the abstract and the statement of significance were read.
 """
 
 from __future__ import annotations
@@ -35,27 +34,28 @@ CITATION = cited(CITATIONS)
 STATUS = "abstract"
 NOT_READ = (
     "equations, parameters and forces: thickness, permittivity, modulus, shear strength and roughness of this work are"
-    " only recalled, so they are no values here; the averaged pull is run as Persson2018RoughGap with values of your own"
+    " known from memory only and therefore not used; the averaged pull is available as Persson2018RoughGap with values of"
+    " the user"
 )
 DEFECTS = (
     "Ayyildiz 2018 and its sequel (Sirin et al. 2019, arXiv:2104.01090, abstract) against smooth adhesive contact (Popov"
-    " 2018): in full slip the apparent contact area is measured smaller with electrovibration, although friction is larger,"
-    " which the theory puts down to a larger real contact area; an adhesive sphere without roughness has a larger apparent"
+    " 2018): in full slip the measured apparent contact area is smaller with electrovibration, although friction is larger,"
+    " which the theory attributes to a larger real contact area; an adhesive sphere without roughness has a larger apparent"
     " area.",
 )
 
 ROUGHNESSES = (1e-6, 5e-6, 22e-6)
-"""rms gaps over which trends are looked at [m]."""
+"""Root-mean-square gaps over which trends are evaluated [m]."""
 
 
 def _pull(rms: float, in_rms: float, *, coating: float, voltage: float = 100.0) -> float:
-    """Averaged pull [Pa] on a coating of this electrical thickness [m]."""
+    """Return the averaged pull [Pa] on a coating of this electrical thickness [m]."""
     gaps = GaussianGaps(mean=in_rms * rms, rms=rms)
     return float(mean_pull(voltage, electrical_thickness=coating, gaps=gaps, spots=PullingSpots()).total)
 
 
 def thinner_coatings_pull_more() -> float:
-    """Share of rough contacts in which halving the coating raises the averaged pull."""
+    """Return the share of rough contacts in which halving the coating raises the averaged pull."""
     cases = [
         (rms, mean, coating) for rms in ROUGHNESSES for mean in (1, 2, 3) for coating in (1e-7, 3e-7, 1e-6)
     ]
@@ -67,7 +67,7 @@ def thinner_coatings_pull_more() -> float:
 
 
 def real_contact_grows() -> float:
-    """Share of rough contacts in which every increase of the voltage raises the real contact area."""
+    """Return the share of rough contacts in which every increase of the voltage raises the real contact area."""
     grows = []
     for rms in ROUGHNESSES:
         pulls = [_pull(rms, 2, coating=3e-7, voltage=voltage) for voltage in (0.0, 50.0, 100.0, 150.0, 200.0)]
@@ -81,7 +81,7 @@ CHECKS = (
         "share of rough contacts in which a thinner coating pulls more",
         expect=1.0,
         rtol=1e-6,
-        source="statement of significance: an effectively thinner coating does much",
+        source="statement of significance: an effectively thinner coating has a large effect",
         compute=thinner_coatings_pull_more,
         status="abstract",
     ),

@@ -4,11 +4,11 @@
 
 Claims: friction follows the attraction as a first-order system and the skin is mass, damper and spring; for each
 mm/s of sliding speed the cut-off rises by 13.8 Hz, the moving mass by 3.23e-5 kg, the stiffness by 4.04 N/m (ten
-persons, 20 to 100 mm/s, 0.2 to 0.6 N); stiffness moves the cut-off more than mass. Does not claim: the cut-off,
-mass or stiffness at any one speed (not read). Without these nothing can be run: they have to be given.
+persons, 20 to 100 mm/s, 0.2 to 0.6 N); stiffness changes the cut-off more than mass. Does not claim: the cut-off,
+mass or stiffness at any one speed (not read). The values at one speed have to be given before a scenario can be computed.
 
-Computed here: with a cut-off at one speed, `FirstOrderLag` with a renewal length of 72.5 um is
-its friction, and with mass and stiffness at one speed `MassSpringDamper` with its `growth` is its skin.
+Computed here: with a cut-off at one speed, `FirstOrderLag` with a renewal length of 72.5 um is the paper's friction;
+with mass and stiffness at one speed, `MassSpringDamper` with its `growth` is the paper's skin.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ LOADS = (0.2, 0.6)
 
 
 def at_speed(*, speed: float, slope: float, known_at: float, known: float) -> float:
-    """Follow one of the three straight lines from a speed at which the user knows the value.
+    """Extrapolate along one of the three straight lines from a speed at which the user knows the value.
 
     Parameters
     ----------
@@ -61,14 +61,14 @@ def at_speed(*, speed: float, slope: float, known_at: float, known: float) -> fl
 
     Returns
     -------
-    float
-        The value at the speed.
+    value : float
+        The value at `speed`, in the unit of `known`.
     """
     return known + slope * (speed - known_at)
 
 
 def change(*, slope: float) -> float:
-    """Change of a quantity from the lowest to the highest speed of the experiment, slope in unit per [m/s]."""
+    """Return the change of a quantity from the lowest to the highest speed of the experiment, slope in unit per m/s."""
     low, high = SPEEDS
     return at_speed(speed=high, slope=slope, known_at=low, known=0.0)
 

@@ -1,9 +1,9 @@
 """O. Bau, I. Poupyrev, A. Israr, C. Harrison, "TeslaTouch: electrovibration for touch surfaces", UIST 2010.
 
 Claims: a touch screen without moving parts gives tactile sensations to a sliding finger by electrostatic
-friction; three controlled experiments characterise how it is perceived. Does not claim: an
-equation, a stack, thresholds (none was read). Detection thresholds at five frequencies and its difference thresholds are
-recalled, unsure, and used nowhere. The difference threshold that could be read is that of Ryu 2018, 1.21 dB.
+friction; three controlled experiments characterise how it is perceived. Does not claim: an equation, a stack,
+thresholds (none was read). Its detection thresholds at five frequencies and its difference thresholds are known from
+memory only and not used. The difference threshold used here is that of Ryu 2018, 1.21 dB, which was read.
 """
 
 from __future__ import annotations
@@ -66,13 +66,13 @@ SKIN = "not printed in the abstract; the skin of vezzoli_2014, section 3.1"
 
 
 def just_noticeable_ratio() -> float:
-    """Ratio of two amplitudes that can just be told apart, 10^(threshold/20)."""
+    """Return the ratio of two amplitudes that can just be distinguished, 10^(threshold/20)."""
     return math.exp(DIFFERENCE_THRESHOLD / 20 * math.log(10))
 
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give one sine on a coated screen, cut free in the gap."""
+    """Return one sine on a coated screen, with the Maxwell stress evaluated in the gap."""
     gap = (3e-6, "not printed in the abstract; of the order of skin roughness")
     sine = preset(
         title="Bau 2010: a sine on a coated touch screen",
@@ -91,7 +91,7 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def force_change(*, ratio: float) -> float:
-    """Change of the mean attraction [dB] when the amplitude of the sine is multiplied by a ratio [1]."""
+    """Return the change of the mean attraction [dB] when the amplitude of the sine is multiplied by a ratio [1]."""
     scenario = scenarios()["sine"]
     section = phasors(scenario, np.array([125.0]))
     force = [float(mean_force(scenario, section, amplitude=100.0 * factor)[0]) for factor in (1.0, ratio)]
@@ -99,7 +99,7 @@ def force_change(*, ratio: float) -> float:
 
 
 def order_of_the_force() -> int:
-    """Give the harmonic of the drive at which the moving part of the attraction is largest."""
+    """Return the order of the drive's harmonic at which the alternating part of the attraction is largest."""
     time = np.arange(256) / 256 / 125.0
     force = simulate(scenarios()["sine"], time=time).electrostatic_force.values
     return int(np.argmax(np.abs(np.fft.rfft(force))[1:])) + 1
@@ -107,7 +107,7 @@ def order_of_the_force() -> int:
 
 CHECKS = (
     Check(
-        "voltage that can just be told apart, as a share",
+        "voltage difference that can just be distinguished, as a share",
         expect=0.149,
         rtol=4e-3,
         source="Ryu 2018, abstract: 1.21 dB, three digits",
@@ -126,7 +126,7 @@ CHECKS = (
         "frequency of the force over that of the drive",
         expect=2.0,
         rtol=1e-9,
-        source="a square has no memory of the sign of the voltage",
+        source="the attraction is proportional to the square of the voltage, whatever its sign",
         compute=order_of_the_force,
         status="derived",
     ),

@@ -4,10 +4,10 @@ Frontiers in Mechanical Engineering 6, 27.
 
 Claims: rough conductors and insulators under a voltage by a bearing-area model; pull-off depends mostly on
 voltage, rms height and the longest wavelength of the roughness, real contact and friction also on the rms
-slope, hence on where the spectrum is cut; two criteria of stickiness; the coefficient of friction decays with
+slope, hence on where the spectrum is truncated; two criteria of stickiness; the coefficient of friction decays with
 the normal pressure and tends to a plateau.
-Does not claim: numbers of a finger; values that could be read here. Only the abstract was read: the surface
-here has the form as it is remembered, without the number in front of it.
+Does not claim: numbers of a finger (none was read). Only the abstract was read: the form of the surface is cited
+from memory, unverified, without its numerical factor.
 """
 
 from __future__ import annotations
@@ -50,19 +50,20 @@ CITATIONS = (
 CITATION = cited(CITATIONS)
 STATUS = "abstract"
 NOT_READ = (
-    "equation not read: repulsion against mean gap is recalled as c q0 h_rms E* exp(-2 u/h_rms) beside the averaged"
-    " attraction; the factor c near 1 nobody here has seen, so BearingArea has no default for it and the paper no scenario"
+    "equation not read: repulsion against mean gap, c q0 h_rms E* exp(-2 u/h_rms), is cited from memory, unverified, beside"
+    " the averaged attraction; the factor c, near 1, was not read, so BearingArea has no default for it and the paper no"
+    " scenario"
 )
 
 
 class BearingArea(RoughSurface):
-    """A rough elastic skin by its bearing area: repulsion falls e^2-fold over an rms height.
+    """A rough elastic skin by its bearing area: repulsion decreases e^2-fold over an rms height.
 
     Notes
     -----
     p = c q0 h_rms E* exp(-2 gap/h_rms), q0 = 2 pi over the longest wavelength of the roughness. The form is
     cited from memory, unverified, so the factor c has to be given. A_real/A0 = erf(sqrt(2) p/(E* h')) is that of
-    Persson's theory, also recalled.
+    Persson's theory, also cited from memory, unverified.
     """
 
     reference: ClassVar[str] = "doi:10.3389/fmech.2020.00027"
@@ -89,15 +90,15 @@ class BearingArea(RoughSurface):
     longest_wavelength: Annotated[Number, Quantity("m", 1e-8, 1, "longest wavelength of the roughness")]
 
     def pressure(self, gap: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Repulsion per area [Pa]."""
+        """Return the repulsion per area [Pa]."""
         return exponential_pressure(gap, flat=self._flat, decay=self.rms_height / 2)
 
     def slope(self, gap: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Change of the repulsion with the gap [Pa/m]."""
+        """Return the derivative of the repulsion by the gap [Pa/m]."""
         return -self.pressure(gap) / (self.rms_height / 2)
 
     def gap(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Mean gap under a pressure [m]."""
+        """Return the mean gap under a pressure [m]."""
         return exponential_gap(pressure, flat=self._flat, decay=self.rms_height / 2)
 
     @property
@@ -108,7 +109,7 @@ class BearingArea(RoughSurface):
 def friction_coefficient(
     pressure: NDArray[np.float64], *, pull: float, modulus: float, slope: float
 ) -> NDArray[np.float64]:
-    """Friction over load, over its value without voltage under a small load.
+    """Compute the coefficient of friction relative to that without voltage under a small load.
 
     Parameters
     ----------
@@ -119,12 +120,12 @@ def friction_coefficient(
     modulus : float
         Effective modulus [Pa].
     slope : float
-        Root mean square slope.
+        Root-mean-square slope [1].
 
     Returns
     -------
-    ndarray
-        1, same shape: real contact under load and attraction, over the load's own in proportion.
+    relative : ndarray, shape of `pressure`
+        Real contact under load and attraction over that of the load alone extrapolated linearly from small loads [1].
     """
     small = 1e-9 * modulus * slope
     alone = contact_fraction(small, modulus=modulus, slope=slope) / small
@@ -134,7 +135,7 @@ def friction_coefficient(
 
 
 def decays_to_a_plateau() -> float:
-    """Tell for loads of 0.1 to 100 times the pull whether friction over load always falls, ever less: 1 if so."""
+    """Return 1 if friction over load decreases ever more slowly for loads of 0.1 to 100 times the pull, otherwise 0."""
     pull, modulus, slope = 1e3, 1e7, 1.0
     load = pull * np.geomspace(0.1, 100.0, 13)
     steps = -np.diff(friction_coefficient(load, pull=pull, modulus=modulus, slope=slope))
@@ -143,7 +144,7 @@ def decays_to_a_plateau() -> float:
 
 
 def conductors_over_plates() -> float:
-    """Give the pull without any layer over that of two plates in air."""
+    """Return the pull without any layer over that of two plates in air."""
     gap, voltage = 2e-6, 50.0
     return float(local_pull(voltage, electrical_thickness=0.0, gap=gap) / (eps0 * voltage**2 / (2 * gap**2)))
 
@@ -153,7 +154,7 @@ CHECKS = (
         "coefficient of friction decays with the normal pressure and tends to a plateau (1: yes)",
         expect=1.0,
         rtol=1e-6,
-        source="abstract; computed with a real contact that is proportional to a small load plus the pull",
+        source="abstract; computed with a real contact that is proportional to load plus pull while these are small",
         compute=decays_to_a_plateau,
         status="abstract",
     ),

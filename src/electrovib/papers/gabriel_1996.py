@@ -3,9 +3,9 @@
 Physics in Medicine and Biology 41, 2271, doi:10.1088/0031-9155/41/11/003.
 
 Claims: whole skin, dry and wet, as four Cole-Cole terms from 10 Hz to 100 GHz. Does not claim: stratum corneum
-alone; within its own measurements the fit misses by up to 12 % below 1 kHz and 40 % in conductivity between
-10 and 100 kHz. Its resistivity is about 110 times below what Vezzoli et al. 2014's 7.7 ms would need
-as the time constant of the voltage, twice that if they are the decay of the force.
+alone; agreement with its own measurements to better than 12 % below 1 kHz, and to better than 40 % in conductivity
+between 10 and 100 kHz. Its resistivity is about 110 times below that which the 7.7 ms of Vezzoli et al. 2014 require as
+the time constant of the voltage, and twice as far below if they are the decay of the force.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ WET = ColeCole.model_validate(
 
 
 def skins() -> dict[str, Skin]:
-    """Give dry and wet whole skin."""
+    """Return dry and wet whole skin."""
     note = "whole skin, not stratum corneum; values read in public code that quotes the paper's table"
     return {
         "dry": Skin(
@@ -75,7 +75,7 @@ CHECKS = (
         "tau of dry skin at 100 Hz",
         expect=50.3e-6,
         rtol=2e-3,
-        source="evaluated apart from this code, table of skin values",
+        source="evaluated independently of this code, table of skin values",
         compute=lambda: float(time_constant(DRY, 100.0)),
         status="derived",
     ),
@@ -83,7 +83,7 @@ CHECKS = (
         "tau of wet skin at 1 kHz",
         expect=0.433e-3,
         rtol=2e-3,
-        source="evaluated apart from this code, table of skin values",
+        source="evaluated independently of this code, table of skin values",
         compute=lambda: float(time_constant(WET, 1e3)),
         status="derived",
     ),

@@ -1,17 +1,17 @@
 """K. A. Kaczmarek and others, "Polarity effect in electrovibration for tactile display", IEEE Trans. Biomed. Eng. 2006.
 
 Claims: people are less sensitive to positive pulses than to negative or biphasic ones, and thresholds of negative
-pulses are the steadiest; models of a parallel-plate capacitor cannot know the polarity; the asymmetric electrical
+pulses are the steadiest; models of a parallel-plate capacitor do not depend on the polarity; the asymmetric electrical
 properties of skin may be the cause. Does not claim: in the abstract, which alone was read, a threshold, a pulse, an
 electrode, a law of conduction. The baseline force is EffectiveMedium; that Vezzoli et al. 2014 took it from
-this one is recalled.
+this paper is cited from memory, unverified.
 
-Computed here: every law on linear layers gives the same attraction for either polarity, to the last bit, and is
-reported as unable to show the effect. With a layer that conducts better for positive fields the cut decides. Where
-charge that has crossed the skin no longer pulls, or where the interface itself rectifies, a positive pulse pulls less
-while it is on, and more after it, by the charge it leaves behind. In the Maxwell stress in the gap over a gap that
-does not leak, a
-skin that conducts more leaves more field to the gap, and the positive pulse is stronger, by less than 1 % on a film.
+Computed here: every law on linear layers gives the same attraction for both polarities, to the last bit, and is
+reported as unable to show the effect. With a layer that conducts better for positive fields the result depends on the
+surface on which the Maxwell stress is evaluated. Where charge that has crossed the skin no longer attracts, or where the
+interface itself rectifies, a positive pulse attracts less while it is on, and more after it, by the charge it leaves
+behind. With the Maxwell stress in a gap that does not leak, a skin that conducts more leaves more field to the gap, and
+the positive pulse attracts more, by less than 1 % on a film.
 """
 
 from __future__ import annotations
@@ -62,42 +62,42 @@ NOT_READ = (
     " conductivities, one for each polarity."
 )
 DEFECTS = (
-    "Kaczmarek 2006 against every force law on layers that conduct alike both ways: +V and -V give the same attraction to"
-    " the last bit, while people are less sensitive to positive pulses. A layer that rectifies shows it: on skin that"
-    " conducts 3 times better for positive fields, a positive pulse of 5 ms pulls 0.45 of a negative one where charge that"
-    " has crossed counts as lost, and 1.003 of it in the Maxwell stress in the gap.",
+    "Kaczmarek 2006 against every force law on layers that conduct alike for both polarities: +V and -V give the same"
+    " attraction to the last bit, while people are less sensitive to positive pulses. A layer that rectifies shows the"
+    " effect: on skin that conducts 3 times better for positive fields, the attraction of a positive pulse of 5 ms is"
+    " 0.45 of a negative one where charge that has crossed counts as lost, and 1.003 of it in the Maxwell stress in the gap.",
 )
 
 FAST, SLOW = 2.5e-3, 7.7e-3
-"""Time constants of a layer that conducts better for positive than for negative fields, a choice [s]."""
+"""Time constants of a layer for positive and for negative fields, in which it conducts better for positive, a choice [s]."""
 CHOICE = "not printed in the abstract; a choice"
-FOUNDING = "not printed in the abstract; as in vezzoli_2014, section 3.1"
+VEZZOLI = "not printed in the abstract; as in vezzoli_2014, section 3.1"
 GAP = 1e-6
 HARDLY = 0.01
-"""Difference between the polarities below which it is called hardly one."""
+"""Relative difference between the polarities below which a pulse is called hardly weaker or stronger."""
 BLIND = "cannot show polarity: +V and -V give the same attraction to the last bit"
 
 
 def skin_conductivity(tau: float) -> float:
-    """Conductivity [S/m] that gives lost charge of Vezzoli et al. 2014 this time constant [s]: (C_i + C_s) R_s."""
+    """Return the conductivity [S/m] for which charge is lost with this time constant [s], (C_i + C_s) R_s."""
     capacitance = values.insulator_capacitance() + values.skin_capacitance()
     return capacitance * values.SKIN_THICKNESS / (values.AREA * tau)
 
 
 def gap_conductivity(tau: float) -> float:
-    """Conductivity [S/m] of the gap that lets its field fade with this time constant [s]: eps0 (1 + C_i/C_g)/tau."""
+    """Return the conductivity [S/m] of a gap whose field decays with this time constant [s]: eps0 (1 + C_i/C_g)/tau."""
     return eps0 * (1 + values.FILM_PERMITTIVITY * GAP / values.FILM_THICKNESS) / tau
 
 
 def rectifying(conductivity: Any, *, positive: float = FAST, negative: float = SLOW) -> dict[str, Any]:
-    """Leak of a layer with one time constant for each polarity.
+    """Return the leak of a layer with one time constant for each polarity.
 
     Parameters
     ----------
     conductivity : callable
-        Time constant [s] to conductivity [S/m].
+        Returns the conductivity [S/m] for a time constant [s].
     positive, negative : float
-        Time constants [s].
+        Time constants for positive and negative fields [s].
 
     Returns
     -------
@@ -124,12 +124,12 @@ _PULSES = {
 
 
 def _layers(kind: str) -> dict[str, Any]:
-    skin: dict[str, Any] = {"model": "Constant", "permittivity": (values.SKIN_PERMITTIVITY, FOUNDING)}
+    skin: dict[str, Any] = {"model": "Constant", "permittivity": (values.SKIN_PERMITTIVITY, VEZZOLI)}
     air: dict[str, Any] = {"model": "Constant", "permittivity": (1.0, "air")}
     layers: dict[str, Any] = {
-        "insulator": (values.FILM, FOUNDING),
+        "insulator": (values.FILM, VEZZOLI),
         "gap": {"thickness": GAP, "material": air},
-        "stratum_corneum": {"thickness": (values.SKIN_THICKNESS, FOUNDING), "material": skin},
+        "stratum_corneum": {"thickness": (values.SKIN_THICKNESS, VEZZOLI), "material": skin},
     }
     if kind == "linear":
         skin["conductivity"] = skin_conductivity(SLOW)
@@ -159,7 +159,7 @@ def _scenario(kind: str, pulse: str) -> Scenario:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give a positive, a negative and a biphasic pulse on linear layers, a rectifying skin, a rectifying gap."""
+    """Return a positive, a negative and a biphasic pulse on linear layers, a rectifying skin, a rectifying gap."""
     return {
         pulse if kind == "linear" else f"{kind}_{pulse}": _scenario(kind, pulse)
         for kind in ("linear", "skin", "gap")
@@ -168,18 +168,18 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def polarity_ratio(scenario: Scenario) -> float:
-    """Mean attraction while a pulse is on, over that of the same pulse with its sign turned.
+    """Compute the mean attraction while a pulse is on over that of the same pulse with opposite sign.
 
     Parameters
     ----------
     scenario : Scenario
-        With one trapezoidal pulse as drive.
+        Scenario with one trapezoidal pulse as drive.
 
     Returns
     -------
-    float
-        1; exactly 1 only where no instant of the response tells the polarity. Below 1: the pulse as it is pulls
-        less.
+    ratio : float
+        Ratio of the mean attractions [1]; exactly 1 only where the response does not depend on the polarity at any time.
+        Below 1 the pulse as declared attracts less.
     """
     drive = scenario.drive
     assert isinstance(drive, Trapezium)
@@ -193,7 +193,7 @@ def polarity_ratio(scenario: Scenario) -> float:
 
 
 def verdict(*, ratio: float) -> str:
-    """Say in words what a ratio of positive over negative means."""
+    """State in words what a ratio of positive over negative means."""
     if ratio == 1:
         return BLIND
     much = "hardly " if abs(ratio - 1) < HARDLY else ""
@@ -202,17 +202,17 @@ def verdict(*, ratio: float) -> str:
 
 
 def polarity_of_laws(scenario: Scenario) -> dict[str, tuple[float, str]]:
-    """Try every force law there is with either polarity.
+    """Compute the polarity ratio of every registered force law.
 
     Parameters
     ----------
     scenario : Scenario
-        Layers and pulse; its own law is one among the others.
+        Layers and pulse; its force law is replaced by each of the others.
 
     Returns
     -------
-    dict of str to (float, str)
-        Law to its ratio and verdict; NaN and the reason where it cannot run on these layers.
+    verdicts : dict of str to (float, str)
+        Ratio [1] and verdict of each law; NaN and the reason where a law cannot be computed on these layers.
     """
     found = {}
     for name, law in find_members(ForceLaw).items():
@@ -225,19 +225,19 @@ def polarity_of_laws(scenario: Scenario) -> dict[str, tuple[float, str]]:
 
 
 def edge_ratio(*, positive: float, negative: float, ramp: float = 20e-3, hold: float = 0.2) -> float:
-    """Peak attraction on the falling over that on the rising edge of a positive trapezoidal pulse, law of Vezzoli et al. 2014.
+    """Compute the ratio of the peak attractions on the falling and on the rising edge of a positive trapezoidal pulse.
 
     Parameters
     ----------
     positive, negative : float
-        Time constants of the skin's leak for either polarity [s].
+        Time constants of the skin's leak for positive and negative fields [s].
     ramp, hold : float
-        s.
+        Durations of each ramp and of the hold [s].
 
     Returns
     -------
-    float
-        1.
+    ratio : float
+        Peak on the falling edge over that on the rising edge [1], by the law of Vezzoli et al. 2014.
     """
     edges = {"model": "Trapezium", "high": values.VOLTAGE, "rise": ramp, "hold": hold, "fall": ramp}
     leak = rectifying(skin_conductivity, positive=positive, negative=negative)
@@ -253,7 +253,7 @@ def _edges(name: str, expect: float, positive: float, negative: float) -> Check:
         name,
         expect=expect,
         rtol=2e-3,
-        source="closed form of one mode, (tau (1 - exp(-ramp/tau)))^2, by hand; stands for the candidate, not the paper",
+        source="closed form of one mode, (tau (1 - exp(-ramp/tau)))^2, by hand; checks the candidate law, not the paper",
         compute=lambda: edge_ratio(positive=positive, negative=negative),
         status="derived",
     )

@@ -5,9 +5,9 @@ IEEE Transactions on Haptics 10(3), 371-381, 2017.
 Claims: a modulated carrier, a DC offset, and both together each give an equally strong sensation with less
 peak-to-peak voltage; only the offset raises the mean friction, in step with the rms voltage; all three raise the
 vibrating part, which the perceived intensity follows. Does not claim: voltages, a carrier frequency, a
-circuit (none was read). What follows from squaring is computed here, on a stack that does not conduct. The part at
-the drive's own frequency, twice offset times amplitude, lasts only as long as the offset reaches the gap: it is
-gone where the skin's plane is taken as the force, or where the gap leaks.
+circuit (none was read). The consequences of a quadratic force law are computed here, on a stack that does not conduct.
+The part at the drive's own frequency, twice offset times amplitude, persists only while the offset reaches the gap: it
+vanishes where the stress is evaluated in a skin that conducts, or where the gap leaks.
 """
 
 from __future__ import annotations
@@ -63,28 +63,28 @@ PRESETS = {
 NOT_READ = "The voltages, the carrier frequency, the measured friction and any equation were not read."
 
 MODULATION, CARRIER = 100.0, 3000.0
-"""Frequencies of the ready-made drives, a choice [Hz]."""
+"""Frequencies of the drives of the presets, a choice [Hz]."""
 CHOICE = "not printed in the abstract; a choice"
 FREQUENCY = "not printed in the abstract; a choice, tens of modulations to a carrier"
 FILM = "not printed in the abstract; the film of vezzoli_2014, on which no skin filters"
 SKIN = "not printed in the abstract; the skin of vezzoli_2014, section 3.1, without conduction"
 
 _SAMPLES = 4096
-"""Over one period of the modulation: beyond twice the carrier and its sidebands."""
+"""Samples of one period of the modulation, enough for twice the carrier and its sidebands."""
 
 
 def sine(*, amplitude: float) -> dict[str, Any]:
-    """Plain drive of the conventional method: a cosine of this peak [V]."""
+    """Return the drive of the conventional method: a cosine of this peak [V]."""
     return {"model": "Sine", "amplitude": amplitude, "frequency": MODULATION, "phase": math.pi / 2}
 
 
 def modulated(*, amplitude: float, depth: float) -> dict[str, Any]:
-    """First method: a carrier under 1 + m cos.
+    """Return the drive of the first method: a carrier with the envelope 1 + m cos.
 
     Parameters
     ----------
     amplitude, depth : float
-        Carrier's peak without modulation [V], m.
+        Peak of the carrier without modulation [V], and depth m of the modulation [1].
 
     Returns
     -------
@@ -101,14 +101,14 @@ def modulated(*, amplitude: float, depth: float) -> dict[str, Any]:
 
 
 def offset(drive: dict[str, Any], *, level: float) -> dict[str, Any]:
-    """Put a drive on a DC offset: the second method of a sine, the third of a modulated carrier.
+    """Return a drive on a DC offset: the second method with a sine, the third with a modulated carrier.
 
     Parameters
     ----------
     drive : dict
         Table of a drive.
     level : float
-        V.
+        Offset [V].
 
     Returns
     -------
@@ -138,7 +138,7 @@ def _film(title: str, drive: tuple[dict[str, Any], str]) -> Scenario:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give the conventional sine and the three methods, on one film."""
+    """Return the conventional sine and the three methods, on one film."""
     plain = sine(amplitude=100.0)
     plain |= {
         "frequency": (MODULATION, FREQUENCY),
@@ -155,7 +155,7 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def harmonics(signal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Peak amplitudes at multiples of the modulation, the mean first.
+    """Return the peak amplitudes at multiples of the modulation frequency, the mean first.
 
     Parameters
     ----------
@@ -164,8 +164,8 @@ def harmonics(signal: NDArray[np.float64]) -> NDArray[np.float64]:
 
     Returns
     -------
-    ndarray
-        In the unit of the signal.
+    amplitudes : ndarray
+        Mean and peak amplitudes of the harmonics, in the unit of the signal.
     """
     spectrum = np.abs(np.fft.rfft(signal)) / len(signal)
     spectrum[1:] *= 2
@@ -173,7 +173,7 @@ def harmonics(signal: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def force_harmonics(scenario: Scenario) -> NDArray[np.float64]:
-    """Mean and harmonics of the attraction in the periodic state, per pull of one held volt [V2]."""
+    """Return mean and harmonics of the attraction in the periodic state, over that of a constant 1 V [V2]."""
     time = np.arange(_SAMPLES) / _SAMPLES / MODULATION
     force = simulate(scenario, time=time).electrostatic_force.values
     held = scenario.replace({"drive": {"model": "Step", "level": 1.0}, "time.initial_state.model": "AtRest"})
@@ -181,7 +181,7 @@ def force_harmonics(scenario: Scenario) -> NDArray[np.float64]:
 
 
 def square_harmonics(drive: dict[str, Any]) -> NDArray[np.float64]:
-    """Mean and harmonics of the square of a drive, given as a table [V2]."""
+    """Return mean and harmonics of the square of a drive, given as a table [V2]."""
     time = np.arange(_SAMPLES) / _SAMPLES / MODULATION
     return harmonics(scenarios()["sine"].replace({"drive": drive}).drive.voltage(time) ** 2)
 

@@ -2,10 +2,10 @@
 
 Claims: a prescribed current, in the place of a prescribed voltage, makes the sensation the same for different
 fingers and contact conditions. Does not claim: an equation, a current, a frequency (none was read; the paper is
-recalled and no page of it was found). What follows from a prescribed current is computed here: through a gap that
-does not leak E = I/(w eps0 A), so the mean attraction I_rms^2/(2 eps0 A w^2) knows neither the gap nor the
-insulator nor the skin. It does know the contact area, as 1/A; and current that passes beside the gap, through
-stray capacitance or a leak, does not pull.
+cited from memory, unverified, and no page of it was found). The consequences of a prescribed current are computed
+here: through a gap that does not leak E = I/(w eps0 A), so the mean attraction I_rms^2/(2 eps0 A w^2) depends neither
+on the gap nor on the insulator nor on the skin. It does depend on the contact area, as 1/A; and current that passes
+beside the gap, through stray capacitance or a leak, does not attract.
 """
 
 from __future__ import annotations
@@ -50,40 +50,40 @@ PRESETS = {
     ),
 }
 NOT_READ = (
-    "The paper itself was not read. That it controls the current is recalled; the law of a prescribed current is"
-    " electrostatics and is derived here."
+    "The paper itself was not read. That it controls the current is cited from memory, unverified; the law of a prescribed"
+    " current is electrostatics and is derived here."
 )
 
 CURRENT, FREQUENCY = 1e-3, 25e3
-"""Of the ready-made drive: root mean square [A] and Hz, a choice."""
+"""Root-mean-square current [A] and frequency [Hz] of the preset, a choice."""
 AREA, GAP = 1e-4, 2e-6
 CHOICE = "not read; a choice"
-FOUNDING = "not read; as in vezzoli_2014, section 3.1"
+VEZZOLI = "not read; as in vezzoli_2014, section 3.1"
 
 
 def uniform_force(*, current: float, frequency: float, area: float = AREA) -> float:
-    """Mean attraction of a sinusoidal current through a gap that does not leak: I^2/(2 eps0 A w^2).
+    """Compute the mean attraction of a sinusoidal current through a gap that does not leak: I^2/(2 eps0 A w^2).
 
     Parameters
     ----------
     current : float
-        Root mean square [A], all of it through the gap.
+        Root-mean-square current [A], all of it through the gap.
     frequency : float
-        Hz, above 0.
+        Frequency [Hz], above 0.
     area : float
         Contact area [m2], above 0.
 
     Returns
     -------
-    float
-        N.
+    force : float
+        Mean attraction [N].
     """
     angular = 2 * math.pi * frequency
     return current**2 / (2 * eps0 * area * angular**2)
 
 
 def gap_field(*, current: float, frequency: float, area: float = AREA) -> float:
-    """Root-mean-square gap field [V/m] of a current [A, rms] at a frequency [Hz] on an area [m2]."""
+    """Return the root-mean-square gap field [V/m] of a current [A, rms] at a frequency [Hz] on an area [m2]."""
     return current / (2 * math.pi * frequency * eps0 * area)
 
 
@@ -95,22 +95,22 @@ def _finger(title: str, drive: dict[str, Any]) -> Scenario:
             "drive": (drive, CHOICE),
             "time.initial_state.model": "PeriodicState",
             "stack": {
-                "insulator": (values.FILM, FOUNDING),
+                "insulator": (values.FILM, VEZZOLI),
                 "gap": {"thickness": (GAP, CHOICE), "material": AIR},
-                "stratum_corneum": values.point_layer(FOUNDING),
+                "stratum_corneum": values.point_layer(VEZZOLI),
             },
         },
     )
 
 
 def _gap_field(scenario: Scenario) -> float:
-    """Field of the gap per volt or ampere of the drive."""
+    """Return the field of the gap per volt or ampere of the drive [V/m]."""
     return float(abs(phasors(scenario, np.array([FREQUENCY]))["gap"].field[0]))
 
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give one finger under a prescribed current, and under a voltage that pulls as much at this gap."""
+    """Return one finger under a prescribed current, and under a voltage of the same attraction at this gap."""
     title, amplitude = "prescribed voltage of the same attraction", math.sqrt(2) * CURRENT
     current = {"model": "CurrentSine", "amplitude": amplitude, "frequency": FREQUENCY}
     prescribed = _finger("prescribed current, 1 mA rms at 25 kHz", current)
@@ -120,19 +120,19 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def mean_attraction(name: str, changes: dict[str, Any] | None = None) -> float:
-    """Mean attraction of a scenario with some parameters changed, at its drive's own frequency and peak.
+    """Compute the mean attraction of a preset with some parameters changed, at its drive's frequency and peak.
 
     Parameters
     ----------
     name : str
         ``"current"`` or ``"voltage"``.
     changes : dict, optional
-        Dotted path to value.
+        Values by dotted path.
 
     Returns
     -------
-    float
-        N.
+    force : float
+        Mean attraction [N].
     """
     scenario = scenarios()[name].replace(changes or {})
     drive: Any = scenario.drive
@@ -146,7 +146,7 @@ def _derived(name: str, expect: float, current: float, frequency: float) -> Chec
         name,
         expect=expect,
         rtol=1e-3,
-        source="I_rms^2/(2 eps0 A w^2), evaluated apart from this code, four digits",
+        source="I_rms^2/(2 eps0 A w^2), evaluated independently of this code, four digits",
         compute=lambda: mean_attraction("current", changes),
         status="derived",
     )
@@ -160,7 +160,7 @@ CHECKS = (
         "attraction at a gap of 100 um over that at 0.1 um, prescribed current",
         expect=1.0,
         rtol=1e-9,
-        source="identity: a prescribed current leaves no other layer a say in the gap's field",
+        source="identity: under a prescribed current the gap's field does not depend on any other layer",
         compute=lambda: (
             mean_attraction("current", {"stack.gap.thickness": 100e-6})
             / mean_attraction("current", {"stack.gap.thickness": 0.1e-6})
@@ -171,7 +171,7 @@ CHECKS = (
         "root-mean-square gap field, 1 mA rms, 25 kHz, 1 cm2",
         expect=7.19e6,
         rtol=1e-3,
-        source="I_rms/(w eps0 A), evaluated apart from this code, three digits",
+        source="I_rms/(w eps0 A), evaluated independently of this code, three digits",
         compute=lambda: gap_field(current=1e-3, frequency=25e3),
         status="derived",
     ),

@@ -6,7 +6,7 @@ Claims: friction, and the attraction inferred from it, grows as the square of th
 between persons; a first-order circuit of skin and coating predicts a cut-off below about 500 Hz; the
 measurements are unambiguously at odds with that model. Does not claim: a coating, a voltage, an
 area, a load, values of the force (none was read). Here the model is the high-pass of the stratum corneum's voltage,
-C_i in series with C_s and R_s, so its cut-off is 1/(2 pi (C_i + C_s) R_s). Vezzoli et al. 2014 reads the same
+C_i in series with C_s and R_s, so its cut-off is 1/(2 pi (C_i + C_s) R_s). Vezzoli et al. 2014 interpret the same
 data as rising from 100 Hz and then saturating, which is such a high-pass with dispersive skin.
 """
 
@@ -49,29 +49,29 @@ PRESETS = {
 }
 NOT_READ = (
     "The equations and the figure of force over frequency were not read: which voltage the first-order circuit"
-    " filters, and at which plane the force is taken, is our reading."
+    " filters, and on which surface the Maxwell stress is evaluated, are assumptions made here."
 )
 DEFECTS = (
-    "Meyer 2013 against Vezzoli 2014: the same measurements are unambiguously at odds with a first-order circuit for the"
-    " one, and agree with it for the other, which lets permittivity and resistivity of the skin follow the frequency: the"
-    " freedom that was added.",
+    "Meyer 2013 against Vezzoli 2014: according to the first, the same measurements are unambiguously at odds with a"
+    " first-order circuit; according to the second they agree with it, if permittivity and resistivity of the skin depend"
+    " on frequency, which is an additional freedom.",
 )
 
 CUT_OFF = 500.0
 """Upper bound of the model's cut-off, abstract [Hz]."""
 BAND = (100.0, 1e4)
-"""Frequencies of the measurement, from Vezzoli et al. 2014's figure 7 [Hz]."""
+"""Frequencies of the measurement, from figure 7 of Vezzoli et al. 2014 [Hz]."""
 CHOICE = "not printed in the abstract; a choice"
-COATING = "not printed; vezzoli_2014 says only that C_i is comparable with C_s"
+COATING = "not printed; vezzoli_2014 states only that C_i is comparable with C_s"
 
 
 def time_constant(cut_off: float) -> float:
-    """Time constant [s] of a first-order circuit with this cut-off [Hz]."""
+    """Return the time constant [s] of a first-order circuit with this cut-off [Hz]."""
     return 1 / (2 * math.pi * cut_off)
 
 
 def capacitance_ratio() -> float:
-    """C_i over C_s of the coating chosen here and Vezzoli et al. 2014's skin."""
+    """Return C_i over C_s for the coating chosen here and the skin of Vezzoli et al. 2014."""
     coating = values.capacitance(
         permittivity=values.COATING_PERMITTIVITY, thickness=values.COATING_THICKNESS, area=values.AREA
     )
@@ -79,7 +79,7 @@ def capacitance_ratio() -> float:
 
 
 def first_order_skin(*, time_constant: float) -> Constant:
-    """Skin that gives the first-order circuit of the coating this time constant.
+    """Return the skin with which the first-order circuit of the coating has this time constant.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def first_order_skin(*, time_constant: float) -> Constant:
     Returns
     -------
     Constant
-        Permittivity of Vezzoli et al. 2014, conductivity from the time constant: circular.
+        Permittivity of Vezzoli et al. 2014, and a conductivity from the time constant, which is circular.
     """
     conductivity = eps0 * values.SKIN_PERMITTIVITY * (1 + capacitance_ratio()) / time_constant
     return Constant(permittivity=values.SKIN_PERMITTIVITY, conductivity=conductivity)
@@ -97,8 +97,8 @@ def first_order_skin(*, time_constant: float) -> Constant:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give the first-order model with its cut-off at the bound of the abstract."""
-    founding = "not printed; vezzoli_2014, section 3.1"
+    """Return the first-order model with its cut-off at the bound of the abstract."""
+    vezzoli = "not printed; vezzoli_2014, section 3.1"
     skin = first_order_skin(time_constant=time_constant(CUT_OFF))
     first_order = preset(
         title="Meyer 2013: first-order skin on a thin coating, cut-off 500 Hz",
@@ -110,10 +110,10 @@ def scenarios() -> dict[str, Scenario]:
             "time.initial_state.model": "PeriodicState",
             "frequency": {"low": BAND[0], "high": BAND[1], "samples": 81},
             "stack.insulator": (values.COATING, COATING),
-            "stack.stratum_corneum": ({"thickness": values.SKIN_THICKNESS, "material": skin}, founding),
+            "stack.stratum_corneum": ({"thickness": values.SKIN_THICKNESS, "material": skin}, vezzoli),
             "stack.stratum_corneum.material.conductivity": (
                 skin.conductivity,
-                "the abstract's bound of 500 Hz, turned round; circular",
+                "computed from the abstract's bound of 500 Hz; circular",
             ),
         },
     )
@@ -121,18 +121,18 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def cut_off(skin: Material) -> float:
-    """Cut-off that the first-order circuit of the coating predicts for a skin.
+    """Compute the cut-off that the first-order circuit of the coating predicts for a skin.
 
     Parameters
     ----------
     skin : Material
-        Stratum corneum, 200 um of it.
+        Material of the stratum corneum, 200 um thick.
 
     Returns
     -------
-    float
+    cut_off : float
         Lowest frequency [Hz] between 0.1 Hz and 1 MHz at which w (C_i + C_s) R_s is 1 with the skin's values
-        at that frequency; NaN if there is none, as when nothing conducts.
+        at that frequency; NaN if there is none, for instance if the skin does not conduct.
     """
     frequency = np.geomspace(0.1, 1e6, 4001)
     permittivity = skin.complex_permittivity(frequency)
@@ -146,14 +146,14 @@ def cut_off(skin: Material) -> float:
 
 
 def share_of_plateau(*, frequency: float) -> float:
-    """Mean attraction of the first-order scenario at a frequency [Hz], over that at 1 GHz."""
+    """Return the mean attraction of the first-order scenario at a frequency [Hz], over that at 1 GHz."""
     scenario = scenarios()["first_order"]
     force = mean_force(scenario, phasors(scenario, np.array([frequency, 1e9])), amplitude=100.0)
     return float(force[0] / force[1])
 
 
 def voltage_exponent() -> float:
-    """Slope of the logarithm of the mean attraction over that of the voltage, between 50 and 100 V."""
+    """Return the exponent of the mean attraction as a power of the voltage, between 50 and 100 V."""
     scenario = scenarios()["first_order"]
     section = phasors(scenario, np.array([1000.0]))
     force = [float(mean_force(scenario, section, amplitude=voltage)[0]) for voltage in (50.0, 100.0)]
@@ -178,7 +178,7 @@ CHECKS = (
         status="derived",
     ),
     Check(
-        "cut-off predicted for Vezzoli et al. 2014's skin, in Hz",
+        "cut-off predicted for the skin of Vezzoli et al. 2014, in Hz",
         expect=13.8,
         rtol=5e-3,
         source="1/(2 pi 7.7 ms (1 + C_i/C_s)) with C_i/C_s = 1/2, by hand, three digits: below 500 Hz",
@@ -189,7 +189,7 @@ CHECKS = (
         "C_i over C_s of 1 um with permittivity 3.9",
         expect=0.5,
         rtol=1e-2,
-        source="3.45 nF against Vezzoli et al. 2014's 6.9 nF per cm2: C_i comparable with C_s",
+        source="3.45 nF against the 6.9 nF per cm2 of Vezzoli et al. 2014: C_i comparable with C_s",
         compute=capacitance_ratio,
         status="derived",
     ),

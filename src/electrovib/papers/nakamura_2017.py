@@ -6,11 +6,11 @@ damper explain the small initial force; the inverse of the model makes the force
 be neutralised for a response to repeat. Does not claim: in the abstract, which alone was read, a resistivity, a
 thickness, a spring constant.
 
-The electrics are two leaky layers in series: V = E_d d + E_g g, and the charge between them grows by what one conducts
-more than the other. The gap's field begins at V C_d/(C_d + C_g) and ends at V G_d/(G_d + G_g), with one time constant
-(C_d + C_g)/(G_d + G_g), so that it rises if and only if rho_g > eps_d rho_d. With a third layer that blocks, as the
-paper of Vezzoli et al. 2014's film, the gap's field always ends at 0, whatever it does first. The mechanical part is
-not computed.
+The electrics are two leaky layers in series: V = E_d d + E_g g, and the charge between them grows by the difference of
+their current densities. The voltage of the gap begins at V C_d/(C_d + C_g) and ends at V G_d/(G_d + G_g), with one time
+constant (C_d + C_g)/(G_d + G_g), so that it rises if and only if rho_g > eps_d rho_d. With a third layer that blocks,
+such as the film of Vezzoli et al. 2014, the gap's field always ends at 0, whatever its beginning. The mechanical part
+is not computed.
 """
 
 from __future__ import annotations
@@ -67,50 +67,50 @@ NOT_READ = (
 )
 DEFECTS = (
     "Nakamura 2017 against Vezzoli 2014 under a constant voltage: between two layers that leak the attraction rises if"
-    " rho_g > eps_d rho_d and falls if not; on Vezzoli et al. 2014's film, which blocks, that of a gap that leaks at all ends"
-    " at 0. Both follow from layers in series: the stacks differ, not the physics.",
+    " rho_g > eps_d rho_d and falls otherwise; on the film of Vezzoli et al. 2014, which blocks, the attraction of any"
+    " leaking gap ends at 0. Both follow from layers in series: the stacks differ, not the physics.",
 )
 
 VOLTAGE, AREA = 100.0, 1e-4
 THICKNESS, PERMITTIVITY, RESISTIVITY = 200e-6, 1650.0, 5.6e5
-"""Of the leaky dielectric, here a stratum corneum, a choice [m, 1, ohm m]."""
+"""Thickness, permittivity and resistivity of the leaky dielectric, here a stratum corneum, a choice [m, 1, ohm m]."""
 GAP = 3e-6
 RISING, FALLING = 1e12, 1e6
 """Resistivity of the gap above and below eps_d rho_d, a choice [ohm m]."""
 CHOICE = "not printed in the abstract; a choice"
-FOUNDING = "not printed in the abstract; the film of vezzoli_2014, section 3.1"
+VEZZOLI = "not printed in the abstract; the film of vezzoli_2014, section 3.1"
 
 
 def rises(*, permittivity: float, resistivity: float, gap_resistivity: float) -> bool:
-    """Tell whether the gap's field rises under a constant voltage: rho_g > eps_d rho_d.
+    """Return whether the gap's field rises under a constant voltage: rho_g > eps_d rho_d.
 
     Parameters
     ----------
     permittivity : float
-        Of the dielectric.
+        Relative permittivity of the dielectric [1].
     resistivity, gap_resistivity : float
-        Of the dielectric and of the gap [ohm m].
+        Resistivities of the dielectric and of the gap [ohm m].
 
     Returns
     -------
     bool
-        For two layers; a third one that blocks lets it end at 0.
+        Whether the field rises between two layers; with a third layer that blocks it ends at 0.
     """
     return gap_resistivity > permittivity * resistivity
 
 
 def interface_charge(*, gap_resistivity: float) -> float:
-    """Charge per area that a constant voltage leaves between gap and dielectric.
+    """Compute the charge per area that a constant voltage accumulates between gap and dielectric.
 
     Parameters
     ----------
     gap_resistivity : float
-        ohm m.
+        Resistivity of the gap [ohm m].
 
     Returns
     -------
-    float
-        On the gap's face towards the finger [C/m2], negative where the gap conducts less: D_d - D_g.
+    charge : float
+        Charge D_d - D_g on the gap's face towards the finger [C/m2], negative where the gap conducts less.
     """
     current_density = VOLTAGE / (THICKNESS * RESISTIVITY + GAP * gap_resistivity)
     return eps0 * current_density * (PERMITTIVITY * RESISTIVITY - gap_resistivity)
@@ -127,14 +127,14 @@ def _two_layers_of(gap_resistivity: float) -> dict[str, Any]:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give a force that rises, one that falls, the rise not neutralised before, and the rise over a film."""
+    """Return a rising force, a falling force, the rise without neutralised charge, and the rise over a film."""
     layers = _two_layers_of(RISING)
     rise = preset(
         title="Nakamura 2017: rise, the gap conducts less",
         unchanged=CHOICE,
         changes={
             "drive.level": (VOLTAGE, CHOICE),
-            "circuit.return_path.resistance": (0.0, "none, so that two layers are all there is"),
+            "circuit.return_path.resistance": (0.0, "none, so that there are two layers only"),
             "stack": layers,
         },
     )
@@ -143,7 +143,7 @@ def scenarios() -> dict[str, Scenario]:
         title="Nakamura 2017: fall, the gap conducts more",
         changes={"stack.gap.material.conductivity": (1 / FALLING, CHOICE)},
     )
-    left = "what the same voltage held for long leaves, not neutralised"
+    left = "charge left by the same voltage applied for a long time, not neutralised"
     charged = preset(
         rise,
         title="Nakamura 2017: rise, with the charge that an earlier voltage has left",
@@ -152,26 +152,28 @@ def scenarios() -> dict[str, Scenario]:
     blocked = preset(
         rise,
         title="Nakamura 2017: rise and fall, with a film that blocks",
-        changes={"time.duration": 50.0, "stack": {"insulator": (values.FILM, FOUNDING), **layers}},
+        changes={"time.duration": 50.0, "stack": {"insulator": (values.FILM, VEZZOLI), **layers}},
     )
     return {"rise": rise, "fall": fall, "charged": charged, "blocked": blocked}
 
 
 def pressures(name: str) -> tuple[float, float]:
-    """Attraction per area just after the voltage is on, and long after [Pa]."""
+    """Return the attraction per area just after the voltage is switched on, and long after [Pa]."""
     trace = simulate(scenarios()[name], time=np.array([0.0, 10.0]))
     first, last = (trace.electrostatic_force.values / AREA).tolist()
     return first, last
 
 
 def time_constant(name: str) -> float:
-    """Time constant of a scenario of two layers [s]."""
+    """Return the time constant of a scenario of two layers [s]."""
     section, _ = modes(scenarios()[name])
     return 1 / float(section.modes.rates[0])
 
 
 def _two_layers(name: str, expect: float, rtol: float, compute: Any) -> Check:
-    source = "closed form of two layers, evaluated apart from this code, as many digits as the tolerance says"
+    source = (
+        "closed form of two layers, evaluated independently of this code, to as many digits as the tolerance"
+    )
     return Check(name, expect=expect, rtol=rtol, source=source, compute=compute, status="derived")
 
 

@@ -3,9 +3,9 @@
 PMID 7666695 (authors not read), with Qiao, Morkrid, Vollestad 1994, doi:10.1007/BF02518913.
 
 Claims: below 354 Hz the admittance of palmar skin is G0 + Q (j w)^alpha, alpha 0.8025 in women and 0.7545 in
-men; sweating raises G0 and hardly moves alpha. Does not claim: a thickness, a permittivity, anything above
-1 kHz. Here Q is anchored so that the capacitance at 100 Hz is Vezzoli et al. 2014's 6.9 nF per cm2, and G0 is a
-skin conductance level of 2 to 20 uS taken as 1 cm2.
+men; sweating raises G0 and hardly changes alpha. Does not claim: a thickness, a permittivity, anything above
+1 kHz. Here Q is set so that the capacitance at 100 Hz is the 6.9 nF per cm2 of Vezzoli et al. 2014, and G0 is a
+skin conductance level of 2 to 20 uS, assumed for 1 cm2.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ STATUS = "abstract"
 WOMEN, MEN = 0.8025, 0.7545
 """Exponent alpha of the admittance."""
 THICKNESS = 200e-6
-"""Assumed, to turn an admittance per area into a permittivity [m]."""
+"""Assumed thickness, to convert an admittance per area into a permittivity [m]."""
 AREA = 1e-4
 """Assumed electrode area of the conductance levels [m2]."""
 ANCHOR = 6.9e-9
@@ -51,19 +51,19 @@ ANCHOR = 6.9e-9
 
 
 def palmar(*, exponent: float, conductance: float) -> ConstantPhase:
-    """Palmar skin of an exponent and a sweat conductance.
+    """Return the material of palmar skin with a given exponent and sweat conductance.
 
     Parameters
     ----------
     exponent : float
-        alpha of the admittance.
+        Exponent alpha of the admittance [1].
     conductance : float
-        G0 over 1 cm2 [S].
+        Conductance G0 of 1 cm2 [S].
 
     Returns
     -------
     ConstantPhase
-        With the conductance as its conductivity.
+        Material with the conductance as its conductivity.
     """
     return ConstantPhase(
         permittivity=ANCHOR * THICKNESS / (VACUUM_PERMITTIVITY * AREA),
@@ -74,7 +74,7 @@ def palmar(*, exponent: float, conductance: float) -> ConstantPhase:
 
 
 def skins() -> dict[str, Skin]:
-    """Give palmar skin from dry (2 uS) to moist (20 uS)."""
+    """Return palmar skin from dry (2 uS) to moist (20 uS)."""
     found = {}
     for who, exponent in (("men", MEN), ("women", WOMEN)):
         for word, conductance in (("dry", 2e-6), ("medium", 10e-6), ("moist", 20e-6)):
@@ -92,7 +92,7 @@ CHECKS = (
         "tau of palmar skin, alpha 0.7545, 2 uS, at 100 Hz",
         expect=1.84e-3,
         rtol=3e-3,
-        source="evaluated apart from this code, table of skin values",
+        source="evaluated independently of this code, table of skin values",
         compute=lambda: float(time_constant(palmar(exponent=MEN, conductance=2e-6), 100.0)),
         status="derived",
     ),
@@ -100,7 +100,7 @@ CHECKS = (
         "tau of palmar skin, alpha 0.8025, 20 uS, at 10 kHz",
         expect=0.0366e-3,
         rtol=5e-3,
-        source="evaluated apart from this code, table of skin values",
+        source="evaluated independently of this code, table of skin values",
         compute=lambda: float(time_constant(palmar(exponent=WOMEN, conductance=20e-6), 1e4)),
         status="derived",
     ),

@@ -5,9 +5,9 @@ Journal of Chemical Physics 148, 144701; extended in "General theory of electroa
 Claims: a mean-field theory of electrostatic attraction between rough elastic solids, with and without an
 insulating layer between the conductors; with a layer, under a small nominal pressure, contact area and friction
 rise sharply at a critical voltage. The later paper takes layers of finite conductivity and reduces to this one.
-Does not claim: that one equivalent gap can stand for the distribution of gaps; numbers of a finger that could
-be read here. Only the abstracts were read: the stress at one gap is that of plates in series, the paper's
-distribution of gaps, contact and attraction found together, is not in this law, which takes a Gaussian.
+Does not claim: that one equivalent gap can represent the distribution of gaps; numbers of a finger (none was read). Only
+the abstracts were read: the stress at one gap is that of plates in series. The paper's distribution of gaps, solved
+together with contact and attraction, is not part of this law, which takes a Gaussian.
 """
 
 from __future__ import annotations
@@ -78,37 +78,38 @@ NOT_READ = (
     " takes a Gaussian whose mean and rms the user gives"
 )
 DEFECTS = (
-    "Persson 2018 against one equivalent gap: averaged over gaps with its contact part, the pull on a coating of 1 um is 4.5"
+    "Persson 2018 against one equivalent gap: averaged over gaps, contact spots included, the pull on a coating of 1 um is 4.5"
     " to 571 times that at the mean gap for rms gaps of 5 to 22 um and mean gaps of 1 to 3 rms, and half to nearly all of it"
-    " comes from where skin and coating touch. On a film of 90 um it is 1.0 to 1.4 times. A law with one gap states neither.",
+    " comes from the spots where skin and coating touch. On a film of 90 um it is 1.0 to 1.4 times. A law with one gap gives"
+    " neither.",
 )
 
 COUNT, EXTENT = 32, 5.5
-"""Gaps of the law's average and rms gaps they reach from the mean: 2e-4 of the pull at worst."""
+"""Number of gaps in the law's average, and their range about the mean in rms gaps: the error is at most 2e-4 of the pull."""
 TOUCHING = 1e-9
 """Gap at a spot that touches, over the thinnest layer: its finite size changes the pull by less than 1e-7."""
 SCALE_FREQUENCY = 1.0
-"""Where the electrical thickness is taken that places the gaps of the average [Hz]."""
+"""Frequency of the electrical thickness from which the gaps of the average are chosen [Hz]."""
 PRINT_PERIOD = 0.45e-3
 """Distance of the ridges of a fingerprint [m]."""
 
 
 class Persson2018RoughGap(ForceLaw):
-    """Attraction of a rough skin: the pull of every local gap, averaged, with the spots that touch.
+    """Attraction of a rough skin: the average of the pull over all local gaps, contact spots included.
 
     Notes
     -----
     <p> = eps0/2 [phi E(0)^2 + integral over u > 0 of P(u) E(u)^2 du], E(u) = V/(u + h0), h0 = sum T/eps* over
-    the layers, P a Gaussian of `mean_gap` and `rms_gap`, phi = A_real/A0 what of it lies at or below 0. Each
+    the layers, P a Gaussian of `mean_gap` and `rms_gap`, phi = A_real/A0 the share of it at or below 0. Each
     amplitude is the field at one gap times the root of its share. The fields are those of the layers in series
     with that gap, exact in time and in frequency for layers as declared, dispersive or conducting; the average
-    takes 32 gaps, within 2e-4.
+    takes 32 gaps, with an error within 2e-4.
 
     The distribution replaces the layer ``gap``, which the stack must not have, and at least one layer must not
-    conduct. V is the voltage of the stack without a gap: what is in series takes more of it than behind rough
-    skin, so keep the body grounded and resistance times capacitance of the layers short. Valid for roughness
-    long along the surface against 2 pi T_i. The form is cited from memory, unverified; at one gap it is the Maxwell
-    stress of `MaxwellStressInGap`.
+    conduct. V is the voltage of the stack without a gap, in which a series impedance takes more of the voltage than with
+    rough skin; the body should therefore be grounded, and its resistance times the capacitance of the layers short. Valid
+    for wavelengths of the roughness that are long compared with 2 pi T_i. The form is cited from memory, unverified; at
+    one gap it is the Maxwell stress of `MaxwellStressInGap`.
     """
 
     reference: ClassVar[str] = "doi:10.1063/1.5024038, doi:10.1088/1361-648x/abe797"
@@ -123,11 +124,11 @@ class Persson2018RoughGap(ForceLaw):
     spots: ContactSpots = PullingSpots()
 
     def gaps(self) -> GaussianGaps:
-        """Give the distribution of the gaps."""
+        """Return the distribution of the gaps."""
         return GaussianGaps(mean=self.mean_gap, rms=self.rms_gap)
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
-        """Give the field at each gap of the average times the root of its share of the area."""
+        """Return the field at each gap of the average times the root of its share of the area."""
         _refuse_a_gap(section, self.replaces)
         layers = {name: section[name] for name in section.names}
         gaps, shares = self.gaps().rule(_near(layers), count=COUNT, reach=EXTENT)
@@ -143,13 +144,13 @@ class Persson2018RoughGap(ForceLaw):
         return fields
 
     def pressure(self, **E: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Attraction per area, summed over the fields [V/m] of all gaps, each times the root of its share."""
+        """Return the attraction per area [Pa], summed over the fields [V/m] of all gaps, each times the root of its share."""
         parts = [eps0 * np.asarray(field, dtype=float) ** 2 / 2 for field in E.values()]
         total: NDArray[np.float64] = sum(parts[1:], start=parts[0])
         return total
 
     def diagnostics(self, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
-        """Say what carries the pull, how rough the skin may be, and which voltage is meant."""
+        """Return diagnostics of the share of contact spots, of the wavelength of the roughness, and of the voltage."""
         return (self._carried_by(layers), _wavelengths(layers), _voltage())
 
     def _carried_by(self, layers: Mapping[str, Layer]) -> Diagnostic:
@@ -167,17 +168,17 @@ def _refuse_a_gap(section: Section, replaced: tuple[str, ...]) -> None:
     for name in replaced:
         if name in section.names:
             raise InputError(
-                f"stack.{name}: the gaps of Persson2018RoughGap are force.mean_gap and force.rms_gap; take the layer away,"
+                f"stack.{name}: the gaps of Persson2018RoughGap are force.mean_gap and force.rms_gap; omit the layer,"
                 " or use force.model = MaxwellStressInGap, which has one gap"
             )
 
 
 def _near(layers: Mapping[str, Any]) -> float:
-    """Electrical thickness of what does not conduct [m]: over it the field changes near contact."""
+    """Return the electrical thickness of the layers that do not conduct [m], over which the field changes near contact."""
     blocking = [layer for layer in layers.values() if layer.material.conductivity == 0]
     if not blocking:
         raise InputError(
-            "stack: every layer conducts, so where skin and plate touch the field of a held voltage grows without bound;"
+            "stack: every layer conducts, so the field of a constant voltage grows without bound where skin and plate touch;"
             " Persson2018RoughGap needs a layer whose material has conductivity 0"
         )
     parts = [layer.thickness / abs(layer.material.bound_permittivity(SCALE_FREQUENCY)) for layer in blocking]
@@ -189,23 +190,26 @@ def _wavelengths(layers: Mapping[str, Layer]) -> Diagnostic:
     length = 2 * math.pi * layers.get("insulator", blocking[0]).thickness
     state = "warning" if length > PRINT_PERIOD else "unknown"
     text = (
-        "gaps count one by one only if the roughness is long along the surface against 2 pi T_i ="
-        f" {format_quantity(length, 'm', digits=3)}; a print repeats after {format_quantity(PRINT_PERIOD, 'm')}"
+        "an average over local gaps is valid only if the wavelengths of the roughness are long compared with 2 pi T_i ="
+        f" {format_quantity(length, 'm', digits=3)}; the period of a fingerprint is {format_quantity(PRINT_PERIOD, 'm')}"
     )
     return Diagnostic("roughness wavelength", state, text)
 
 
 def _voltage() -> Diagnostic:
-    text = "the voltage is that of the layers without a gap: a series impedance takes less of it behind rough skin"
+    text = (
+        "the voltage is that of the layers without a gap; with rough skin a series impedance takes less of it"
+    )
     return Diagnostic("stack voltage", "unknown", text)
 
 
 COATING, FILM = 0.378e-6, 27e-6
-"""Electrical thickness [m]: 1 um of 3.9 and 200 um of skin of 1650, cited from memory, unverified; film of Vezzoli et al."""
+"""Electrical thickness [m] of 1 um of permittivity 3.9 under 200 um of skin of 1650 (cited from memory, unverified), and
+of the film of Vezzoli et al. 2014."""
 
 
 def over_the_mean_gap(*, electrical_thickness: float, rms: float, in_rms: float) -> float:
-    """Averaged pull, spots pulling, over the pull at the mean gap, which is `in_rms` rms gaps; lengths in m."""
+    """Return the averaged pull, contact spots included, over the pull at the mean gap of `in_rms` rms gaps; lengths in m."""
     gaps = GaussianGaps(mean=in_rms * rms, rms=rms)
     pull = mean_pull(1.0, electrical_thickness=electrical_thickness, gaps=gaps, spots=PullingSpots())
     alone = local_pull(1.0, electrical_thickness=electrical_thickness, gap=gaps.mean)
@@ -213,12 +217,12 @@ def over_the_mean_gap(*, electrical_thickness: float, rms: float, in_rms: float)
 
 
 def sine_pull(*, amplitude: float, gap: float) -> float:
-    """Mean pull of a sine on the coating at one gap [Pa], from volts and metres."""
+    """Return the mean pull [Pa] of a sine of this amplitude [V] on the coating at one gap [m]."""
     return float(local_pull(amplitude / math.sqrt(2), electrical_thickness=COATING, gap=gap))
 
 
-_APART = "computed apart from this code by adaptive quadrature"
-_SERIES = "plates in series with recalled inputs, computed apart from this code"
+_APART = "computed independently of this code by adaptive quadrature"
+_SERIES = "plates in series with inputs cited from memory, unverified; computed independently of this code"
 
 
 def _derived(name: str, expect: float, rtol: float, source: str, compute: Callable[[], float]) -> Check:
@@ -255,7 +259,7 @@ CHECKS = (
     _ratio(FILM, 22e-6, 1, 1.4),
 )
 
-_UNVERIFIED = "recalled as the touch screen of this line of papers, not read"
+_UNVERIFIED = "cited from memory, unverified: the touch screen of this line of papers"
 _CHOICE = "not read; a choice"
 
 
@@ -264,15 +268,15 @@ FORMER_NAMES = {"coat": "coating"}
 
 
 def scenarios() -> dict[str, Scenario]:
-    """Give a rough finger on a coated screen; no value of it was read in the paper.
+    """Return a rough finger on a coated screen; none of its values was read in the paper.
 
     Returns
     -------
-    dict of str to Scenario
-        ``coating``.
+    scenarios : dict of str to Scenario
+        The preset ``coating``.
     """
     coating = preset(
-        title="Rough finger on a coated touch screen: recalled screen, gaps of a choice",
+        title="Rough finger on a coated touch screen: screen unverified, gaps of a choice",
         changes={
             "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 125.0},
             "time.initial_state.model": "PeriodicState",

@@ -1,6 +1,6 @@
 """Skin impedance and phase angle over frequency and current, Science 141, 927 (1963).
 
-doi:10.1126/science.141.3584.927 (abstract; authorship Plutchik and Hirsch is recalled).
+doi:10.1126/science.141.3584.927 (abstract; the authors, Plutchik and Hirsch, are cited from memory, unverified).
 
 Claims: |Z| from 130 kohm at 1 Hz to 30 kohm at 1 kHz, phase from -2 to -58 degrees, the phase the same from 14 to 62 uA.
 Does not claim: site, electrode area, thickness. Here three of its numbers are solved for a Cole admittance
@@ -36,11 +36,11 @@ STATUS = "abstract"
 RESISTANCE, RELAXATION, EXPONENT = 130.8e3, 0.911e-3, 0.783
 """Solved from |Z| at 1 Hz and 1 kHz and the phase at 1 kHz [ohm, s, 1]."""
 AREA, THICKNESS = 1e-4, 200e-6
-"""Assumed [m2, m]."""
+"""Assumed area and thickness [m2, m]."""
 
 
 def material() -> ConstantPhase:
-    """Give the Cole admittance as a material."""
+    """Return the Cole admittance as a material."""
     anchor = 100.0
     angle = (EXPONENT - 1) * np.pi / 2
     magnitude = (2 * np.pi * anchor * RELAXATION) ** EXPONENT / RESISTANCE  # |Y - G0|
@@ -54,18 +54,18 @@ def material() -> ConstantPhase:
 
 
 def layer() -> Layer:
-    """Give the stratum corneum of the assumed thickness."""
+    """Return the stratum corneum of the assumed thickness."""
     return Layer(thickness=THICKNESS, material=material())
 
 
 def impedance(frequency: float) -> complex:
-    """Impedance of 1 cm2 at a frequency [Hz], in ohm."""
+    """Return the impedance of 1 cm2 [ohm] at a frequency [Hz]."""
     permittivity = material().complex_permittivity(frequency)
     return complex(THICKNESS / (2j * np.pi * frequency * VACUUM_PERMITTIVITY * permittivity * AREA))
 
 
 def skins() -> dict[str, Skin]:
-    """Give the one set."""
+    """Return the one set of skin values."""
     note = "solved from three numbers of the abstract; 1 cm2 and 200 um assumed; site not known"
     return {
         "skin": Skin(name="1963 impedance", material=material(), status="derived", source=CITATION, note=note)

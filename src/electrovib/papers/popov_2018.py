@@ -4,10 +4,10 @@ In full "... with a thin dielectric coating", arXiv:1805.08714; continued by M. 
 friction with application to electrovibration", Lubricants 7, 102 (2019).
 
 Claims: two conductors with a thin dielectric between them are an adhesive contact whose energy of separation
-goes as the square of the voltage; with Coulomb's friction the friction force has a closed form. The sequel uses
-the analogy with the theories of Johnson, Kendall and Roberts and of Maugis, and the load of a finger.
+is proportional to the square of the voltage; with Coulomb's friction the friction force has a closed form. The sequel
+uses the analogy with the theories of Johnson, Kendall and Roberts and of Maugis, and the load of a finger.
 Does not claim: roughness, a gap apart from the coating, conduction; the closed form and the sequel's table of
-parameters could not be read. Only the abstracts were read; the numbers here are derived.
+parameters were not read. Only the abstracts were read; the numbers here are derived.
 """
 
 from __future__ import annotations
@@ -41,12 +41,14 @@ CITATIONS = (
 CITATION = cited(CITATIONS)
 STATUS = "abstract"
 NOT_READ = (
-    "the closed-form friction force: candidates, the coefficient times the adhesive load or times the load plus strength"
-    " times area, differ by orders of magnitude, so none is offered; area and load of the adhesive sphere are"
+    "the closed-form friction force: two candidates, the coefficient times the adhesive load, and the coefficient times the"
+    " load plus strength times area, differ by orders of magnitude, so none is offered; area and load of the adhesive sphere"
+    " are"
 )
 DEFECTS = (
-    "Popov 2018 takes the strength of adhesion on the air side of the interface, eps_r times what the stress inside the"
-    " coating would be (673 against 173 kPa for 1 um of 3.9 at 100 V): the choice of a plane again, here that of the gap.",
+    "Popov 2018 takes the strength of adhesion on the air side of the interface, eps_r times the stress inside the coating"
+    " (673 against 173 kPa for 1 um of permittivity 3.9 at 100 V): the surface on which the Maxwell stress is evaluated is"
+    " in the gap.",
 )
 
 _COATING = {"thickness": 1e-6, "permittivity": 3.9}
@@ -59,17 +61,17 @@ def _energy() -> float:
 
 
 def area_gain(*, normal_force: float) -> float:
-    """Share by which 100 V on 1 um of 3.9 enlarge the contact of a sphere of 1 cm under a load [N]."""
+    """Return the relative growth of the contact of a sphere of 1 cm under a load [N] by 100 V on 1 um of 3.9."""
     with_voltage = contact_area(normal_force=normal_force, energy=_energy(), **_FINGER)
     return with_voltage / contact_area(normal_force=normal_force, **_FINGER) - 1
 
 
 def energy_over_strength_and_range() -> float:
-    """Energy of separation over strength times range."""
+    """Return the energy of separation over strength times range [1]."""
     return _energy() / (adhesive_strength(voltage=_VOLTAGE, **_COATING) * adhesive_range(**_COATING))
 
 
-_APART = "the abstract's analogy with inputs of a choice, computed apart from this code"
+_APART = "the abstract's analogy with inputs of a choice, computed independently of this code"
 
 
 def _gain(load: float, expect: float) -> Check:

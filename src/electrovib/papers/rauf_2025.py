@@ -3,11 +3,11 @@
 Extreme Mechanics Letters 79, 102382: a clutch of interdigitated electrodes on a metal, not a finger.
 
 Claims: engagement and release as squeeze film, contact mechanics, polarisation of the dielectric and rise and
-fall of the drive together; both are far slower in earlier clutches than electrostatics alone would have them, and
+fall of the drive together; in earlier clutches both are far slower than electrostatics alone predicts, and
 higher drive frequencies, narrower substrates and faster drives shorten the release; engagement below 15 us, release
-below 875 us. The pull takes the air gap into account and follows field calculations from 10 nm to 10 um.
-Does not claim: fringes of the electrodes, anything on skin. How the shear load goes with the voltage is not taken from
-its measured means: their voltages belong to different sessions, between which the load at one voltage differs threefold.
+below 875 us. The pull takes the air gap into account and agrees with field calculations from 10 nm to 10 um.
+Does not claim: fringe fields of the electrodes, anything on skin. The dependence of the shear load on the voltage is not
+taken from the measured means: these belong to different sessions, between which the load at one voltage differs threefold.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ PRESETS = {
 }
 NOT_READ = (
     "the text: equation (4), its field calculations and the fit of the film are from the authors' public code; contact"
-    " mechanics, squeeze film and the unit of the measured shear loads are not taken over"
+    " mechanics, squeeze film and the unit of the measured shear loads are not used"
 )
 DEFECTS = (
     "Rauf 2025 against stresses taken inside a dielectric: as the gap closes to 10 nm, its field calculations come to 48.0"
@@ -63,7 +63,7 @@ DEFECTS = (
 THICKNESS, VOLTAGE = 24e-6, 300.0
 FINGERS, WIDTH, DEPTH = 4, 1.5e-3, 2e-3
 AREA = FINGERS * WIDTH * DEPTH
-"""Of all electrode fingers, half of them of either polarity [m2]."""
+"""Area of all electrode fingers, half of them of each polarity [m2]."""
 HIGH, LOW = 50.0, 3.0
 """Permittivities of the dielectric in the field calculations."""
 FIELD_POINTS = {
@@ -74,9 +74,9 @@ FIELD_POINTS = {
     (LOW, 1e-6): 0.01482,
     (LOW, 10e-6): 0.003733,
 }
-"""Permittivity and air gap [m] to the force of the finite-element calculation [N]."""
+"""Force of the finite-element calculation [N] for each permittivity [1] and air gap [m]."""
 WITHIN = {HIGH: 6e-2, LOW: 1.5e-2}
-"""How far the formula may be off: the calculation has fringes, the more the larger the permittivity."""
+"""Relative deviation allowed for the formula: the calculation includes fringe fields, which grow with the permittivity."""
 
 
 def clutch_force(
@@ -87,38 +87,38 @@ def clutch_force(
     thickness: float = THICKNESS,
     area: float = AREA,
 ) -> float:
-    """Attraction of interdigitated electrodes under a dielectric to a floating metal.
+    """Compute the attraction of interdigitated electrodes under a dielectric to a floating metal.
 
     Parameters
     ----------
     voltage : float
-        Between neighbouring electrodes [V], half of it across each interface.
+        Voltage between neighbouring electrodes [V], half of it across each interface.
     gap : float
-        Of air [m], 0 or more.
+        Thickness of the air gap [m], 0 or more.
     permittivity, thickness : float
-        Of the dielectric, 1 and m.
+        Relative permittivity [1] and thickness [m] of the dielectric.
     area : float
-        Of the electrodes of both polarities [m2].
+        Area of the electrodes of both polarities [m2].
 
     Returns
     -------
-    float
-        N.
+    force : float
+        Attraction [N].
 
     Notes
     -----
-    eps0 k^2 V^2 A/(8 (d + k g)^2): the Maxwell stress in the gap with V/2, without fringes.
+    eps0 k^2 V^2 A/(8 (d + k g)^2): the Maxwell stress in the gap with V/2, without fringe fields.
     """
     return eps0 * (permittivity * voltage) ** 2 * area / (8 * (thickness + permittivity * gap) ** 2)
 
 
 def film() -> ColeCole:
-    """Give the relaxor film (PVDF-TrFE-CFE) as the authors fit it in their code; it conducts nothing there."""
+    """Return the relaxor film (PVDF-TrFE-CFE) as fitted in the authors' code, without conduction."""
     return ColeCole.model_validate("p_vdf_trfe_cfe")
 
 
 def materials() -> dict[str, Material]:
-    """Give the film."""
+    """Return the film."""
     return {"relaxor": film()}
 
 
@@ -134,7 +134,7 @@ def _check(permittivity: float, gap: float) -> Check:
 
 
 def stack_over_formula() -> float:
-    """Give the force of the stack with two contacts over that of the formula, at 1 um and permittivity 50."""
+    """Return the force of the stack with two contacts over that of the formula, at 1 um and permittivity 50."""
     trace = simulate(scenarios()["field_50"], time=np.array([0.0, 1e-3]))
     force = float(trace.electrostatic_force[-1])
     return force / clutch_force(voltage=VOLTAGE, gap=1e-6, permittivity=HIGH)
@@ -146,7 +146,7 @@ CHECKS = (
         "stack with two contacts over the formula",
         expect=1.0,
         rtol=1e-9,
-        source="identity: the current goes in by half of the electrodes and out by the other half",
+        source="identity: the current enters through half of the electrodes and leaves through the other half",
         compute=stack_over_formula,
         status="derived",
     ),
@@ -158,11 +158,11 @@ _NONE = "not in the field calculation"
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give the clutch with an air gap of 1 um.
+    """Return the clutch with an air gap of 1 um.
 
     Returns
     -------
-    dict of str to Scenario
+    scenarios : dict of str to Scenario
         ``field_50`` and ``field_3`` of the field calculations, ``relaxor`` with the film as fitted.
     """
     dielectric = {"model": "Constant", "permittivity": HIGH}
@@ -190,7 +190,7 @@ def scenarios() -> dict[str, Scenario]:
     edges = {"rise": (1e-5, "a choice"), "hold": (9e-4, "a choice"), "fall": (1e-5, "a choice")}
     relaxor = preset(
         field_50,
-        title="Rauf 2025, film that polarises slowly, edges of a choice",
+        title="Rauf 2025, film with slow polarisation, edges of a choice",
         changes={
             "drive": {"model": "Trapezium", "high": VOLTAGE, **edges},
             "stack.insulator.material": (film(), "Rauf 2025, the authors' public code of figure 3"),

@@ -1,10 +1,10 @@
 """C. D. Shultz, M. A. Peshkin, J. E. Colgate, surface haptics via electroadhesion, World Haptics Conference 2015.
 
 Claims: a coating that leaks, in the place of one that insulates, puts nearly all of a DC voltage across the gap between
-finger and coating, the Johnsen-Rahbek effect, so that the attraction eps0 A (V_gap/g)^2/2 lasts under DC where that of
-an insulating coating fades. Does not claim: values of coating, gap and voltage (none was read; the text is recalled,
-the title stands in a list of references). The law is MaxwellStressInGap on layers that conduct. What decides is which layer
-leaks least: the coating has to conduct better than the gap, rho_g g against rho_c T_c once all has settled.
+finger and coating, the Johnsen-Rahbek effect, so that the attraction eps0 A (V_gap/g)^2/2 persists under DC where that of
+an insulating coating decays. Does not claim: values of coating, gap and voltage (none was read; the text is cited from
+memory, unverified, and the title is from a list of references). The law is MaxwellStressInGap on layers that conduct. The
+final attraction depends on which layer leaks least: the coating has to conduct better than the gap, rho_c T_c < rho_g g.
 """
 
 from __future__ import annotations
@@ -43,39 +43,39 @@ PRESETS = {
         "touchscreen, electroadhesive display, constant voltage",
     ),
 }
-NOT_READ = "The text was not read: its law is recalled, its coating, gap and voltages are not known here."
+NOT_READ = "The text was not read: its law is cited from memory, unverified; its coating, gap and voltages are not known here."
 
 VOLTAGE, AREA, GAP = 100.0, 1e-4, 3e-6
 COATING_RESISTIVITY, GAP_RESISTIVITY = 1e7, 1e12
-"""Of a coating that leaks and of a gap that leaks less, a choice [ohm m]."""
+"""Resistivities of a coating that leaks and of a gap that leaks less, a choice [ohm m]."""
 CHOICE = "not read; a choice"
 COATING = "not read; a thin coating, as in vezzoli_2014 for its figure 7"
 SKIN = "not read; the skin of vezzoli_2014, section 3.1"
 
 
 def gap_force(*, voltage: float, gap: float, area: float) -> float:
-    """Attraction when the whole voltage stands across the gap: eps0 A (V/g)^2/2, the recalled law.
+    """Compute the attraction with the whole voltage across the gap, eps0 A (V/g)^2/2 (cited from memory, unverified).
 
     Parameters
     ----------
     voltage, gap, area : float
-        V, m, m2.
+        Voltage [V], gap [m] and contact area [m2].
 
     Returns
     -------
-    float
-        N.
+    force : float
+        Attraction [N].
     """
     return eps0 * area * (voltage / gap) ** 2 / 2
 
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give a held voltage on a coating that leaks, and on one that insulates."""
+    """Return a constant voltage on a coating that leaks, and on one that insulates."""
     conductivity, substance = (f"stack.insulator.material.{name}" for name in ("conductivity", "substance"))
     gap = {"model": "Constant", "permittivity": (1.0, "air"), "conductivity": 1 / GAP_RESISTIVITY}
     leaky = preset(
-        title="Shultz 2015: held voltage, a coating that leaks",
+        title="Shultz 2015: constant voltage, a coating that leaks",
         unchanged=CHOICE,
         changes={
             "drive.level": (VOLTAGE, CHOICE),
@@ -91,14 +91,14 @@ def scenarios() -> dict[str, Scenario]:
     )
     insulated = preset(
         leaky,
-        title="Shultz 2015: held voltage, a coating that insulates",
+        title="Shultz 2015: constant voltage, a coating that insulates",
         changes={conductivity: (0.0, CHOICE), substance: values.COATING.material.substance},
     )
     return {"leaky": leaky, "insulated": insulated}
 
 
 def settled_force(name: str) -> float:
-    """Attraction long after the voltage is on [N]."""
+    """Return the attraction long after the voltage is switched on [N]."""
     force = simulate(scenarios()[name], time=np.array([0.0, 1e4])).electrostatic_force.values
     return float(force[-1])
 
@@ -116,7 +116,7 @@ CHECKS = (
         "settled attraction on a coating that leaks, N",
         expect=0.4919,
         rtol=2e-4,
-        source="limit of the Maxwell stress in the gap, by hand: the gap resists 3e4 times as much as coating and skin together",
+        source="limit of the Maxwell stress in the gap, by hand: the gap has 3e4 times the resistance of coating and skin",
         compute=lambda: settled_force("leaky"),
         status="derived",
     ),

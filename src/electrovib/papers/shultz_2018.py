@@ -3,11 +3,11 @@
 "On the electrical characterization of electroadhesive displays and the prominent interfacial gap impedance
 associated with sliding fingertips".
 
-Claims: skin, body, coating, electrode and an interfacial gap are impedances in series; sliding raises the whole
-by 100 to 1000 %, nothing but the gap explains it, and it vanishes when the finger stops; linear only at high
+Claims: skin, body, coating, electrode and an interfacial gap are impedances in series; sliding raises the total
+by 100 to 1000 %, only the gap explains the rise, and it vanishes when the finger stops; linear only at high
 frequency or small current. Does not claim: values of the elements, a gap, a force (none was read). With
 capacitors alone a gap g multiplies the impedance by r = 1 + g/K, K the electrical thickness without gap, and the
-same r divides the gap field at fixed voltage: the attraction of the Maxwell stress in the gap is the one of contact over r^2.
+same r divides the gap field at fixed voltage: the attraction by the Maxwell stress in the gap is that of contact over r^2.
 """
 
 from __future__ import annotations
@@ -60,11 +60,11 @@ COATING = "not printed in the abstract; a thin coating, as in vezzoli_2014 for i
 SKIN = "not printed in the abstract; the skin of vezzoli_2014, section 3.1"
 
 _CARRIER = 1e5
-"""High enough for the skin's conduction not to matter: the linear regime of the abstract [Hz]."""
+"""Frequency at which the skin's conduction is negligible, the linear regime of the abstract [Hz]."""
 
 
 def electrical_thickness() -> float:
-    """Sum T/eps of coating and skin, without gap [m]."""
+    """Return the electrical thickness sum T/eps of coating and skin, without gap [m]."""
     return (
         values.COATING_THICKNESS / values.COATING_PERMITTIVITY
         + values.SKIN_THICKNESS / values.SKIN_PERMITTIVITY
@@ -72,13 +72,13 @@ def electrical_thickness() -> float:
 
 
 def gap_for(*, rise: float) -> float:
-    """Gap [m] that multiplies a capacitive impedance by this factor [1]: (r - 1) K."""
+    """Return the gap (r - 1) K [m] that multiplies a capacitive impedance by the factor r [1]."""
     return (rise - 1) * electrical_thickness()
 
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give one finger at rest, and sliding with a gap inside the window of the abstract."""
+    """Return one finger at rest, and one sliding with a gap inside the range of the abstract."""
     body = "body and electrode together, not printed in the abstract; a choice"
     gap = (1e-6, "not printed; inside the 100 to 1000 % of the abstract")
     common = {
@@ -102,17 +102,17 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def sliding_over_rest(*, gap: float) -> tuple[float, float]:
-    """Compare a sliding finger with a resting one, body and electrode left out.
+    """Compare a sliding finger with a resting one, without body and electrode.
 
     Parameters
     ----------
     gap : float
-        m.
+        Gap of the sliding finger [m].
 
     Returns
     -------
-    tuple of float
-        Magnitude of the impedance at 100 kHz, and mean attraction in the gap, sliding over at rest.
+    impedance_ratio, force_ratio : float
+        Magnitude of the impedance at 100 kHz, and mean attraction in the gap, sliding over at rest [1].
     """
     at = np.array([_CARRIER])
     found = []
@@ -147,7 +147,7 @@ CHECKS = (
         "attraction of contact over that with twice its impedance",
         expect=4.0,
         rtol=3e-3,
-        source="identity: at fixed voltage the gap field falls as the impedance rises",
+        source="identity: at fixed voltage the gap field is inversely proportional to the impedance",
         compute=lambda: 1 / sliding_over_rest(gap=0.385e-6)[1],
         status="derived",
     ),

@@ -2,9 +2,9 @@
 
 Claims: exploring the display gives a sensation of texture whose intensity is set primarily by the peak applied
 voltage, not by the current density. Does not claim: an equation, a thickness, a permittivity, a
-threshold in volts (none was read). The law of one dielectric between two plates, eps0 eps A V^2/(2 d^2), is
-recalled; it is the Maxwell stress in the insulator with the whole voltage on the insulator, low by eps against the
-Maxwell stress in the gap.
+threshold in volts (none was read). The law of one dielectric between two plates, eps0 eps A V^2/(2 d^2), is cited from
+memory, unverified; it is the Maxwell stress in the insulator with the whole voltage on the insulator, smaller than the
+Maxwell stress in the gap by the factor eps.
 """
 
 from __future__ import annotations
@@ -48,27 +48,27 @@ PRESETS = {
     ),
 }
 NOT_READ = (
-    "The paper's model of the texture sensation was not read. F = eps0 eps A V^2/(2 d^2) with Coulomb friction is"
-    " recalled; here it is MaxwellStressInInsulator on one layer."
+    "The paper's model of the texture sensation was not read. F = eps0 eps A V^2/(2 d^2) with Coulomb friction is cited from"
+    " memory, unverified; here it is MaxwellStressInInsulator on one layer."
 )
 
 CHOICE = "not printed in the abstract; a choice"
-FOUNDING = "not printed in the abstract; the film of vezzoli_2014, so that the laws can be compared"
+VEZZOLI = "not printed in the abstract; the film of vezzoli_2014, so that the laws can be compared"
 VOLTAGE = values.VOLTAGE
-"""Peak of the ready-made drive, a choice [V]."""
+"""Peak voltage of the preset, a choice [V]."""
 
 
 def static_force(*, thickness: float, permittivity: float, area: float, voltage: float) -> float:
-    """Pull between the plates of a capacitor whose whole gap is one dielectric, the recalled law.
+    """Compute the attraction between the plates of a capacitor with one dielectric (cited from memory, unverified).
 
     Parameters
     ----------
     thickness, permittivity, area, voltage : float
-        m, 1, m2, V.
+        Thickness [m] and relative permittivity [1] of the dielectric, area [m2], voltage [V].
 
     Returns
     -------
-    float
+    force : float
         eps0 eps A V^2/(2 d^2) [N].
     """
     return (
@@ -80,7 +80,7 @@ def static_force(*, thickness: float, permittivity: float, area: float, voltage:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give one display with the recalled law, and the same display cut free in the gap."""
+    """Return one display with the Maxwell stress in the insulator, and the same with the Maxwell stress in the gap."""
     title = "Strong and Troxel 1970: one dielectric under a sliding finger, "
     display = preset(
         title=f"{title}MaxwellStressInInsulator",
@@ -88,7 +88,7 @@ def scenarios() -> dict[str, Scenario]:
         changes={
             "drive": ({"model": "Sine", "amplitude": VOLTAGE, "frequency": 100.0}, CHOICE),
             "force.model": "MaxwellStressInInsulator",
-            "stack": {"insulator": (values.FILM, FOUNDING)},
+            "stack": {"insulator": (values.FILM, VEZZOLI)},
         },
     )
     in_the_gap = preset(
@@ -98,19 +98,19 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def attraction(law: str, *, voltage: float) -> float:
-    """Attraction of the display under a held voltage.
+    """Compute the attraction of the display under a constant voltage.
 
     Parameters
     ----------
     law : str
         Name of a force law.
     voltage : float
-        V.
+        Voltage [V].
 
     Returns
     -------
-    float
-        N.
+    force : float
+        Attraction [N].
     """
     held = scenarios()["display"].replace({"force.model": law, "drive": {"model": "Step", "level": voltage}})
     return float(simulate(held, time=np.array([0.0, 1e-3])).electrostatic_force[-1])
@@ -122,12 +122,12 @@ def against_frequency(*, low: float, high: float) -> tuple[float, float]:
     Parameters
     ----------
     low, high : float
-        Hz.
+        Frequencies [Hz].
 
     Returns
     -------
-    tuple of float
-        Mean attraction, and current density, at the high frequency over those at the low one.
+    force_ratio, current_ratio : float
+        Mean attraction, and current density, at the high frequency over those at the low one [1].
     """
     display = scenarios()["display"]
     section = phasors(display, np.array([low, high]))
@@ -168,7 +168,7 @@ CHECKS = (
         "current density at 10 kHz over 100 Hz, one peak voltage",
         expect=100.0,
         rtol=1e-4,
-        source="the current of a capacitor grows with frequency while the attraction above stays",
+        source="the current of a capacitor is proportional to the frequency while the attraction above is constant",
         compute=lambda: against_frequency(low=100.0, high=1e4)[1],
         status="derived",
     ),

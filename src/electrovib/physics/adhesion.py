@@ -1,8 +1,8 @@
 """Adhesion of a smooth sphere to a coating under a voltage, by analogy with that of surfaces.
 
-Two conductors with a coating between them attract like an adhesive contact whose energy of separation goes as the
-square of the voltage; area and load of the sphere then follow Johnson, Kendall and Roberts. It gives contact
-areas. The closed-form friction force of the papers that use the analogy was not read, and is not here.
+Two conductors with a coating between them attract like an adhesive contact whose energy of separation is proportional to
+the square of the voltage; contact area and load of the sphere then follow Johnson, Kendall and Roberts. The closed-form
+friction force of the papers that use the analogy was not read and is not implemented.
 """
 
 from __future__ import annotations
@@ -13,37 +13,37 @@ from electrovib.core.constants import eps0
 
 
 def separation_energy(*, voltage: float, thickness: float, permittivity: float) -> float:
-    """Energy that pulling the conductors apart takes, for each area: eps0 eps_r V^2/(2 h).
+    """Energy per area needed to separate the conductors: eps0 eps_r V^2/(2 h).
 
     Parameters
     ----------
     voltage : float
         V.
     thickness, permittivity : float
-        Of the coating [m] and 1.
+        Thickness [m] and relative permittivity of the coating.
 
     Returns
     -------
-    float
-        J/m2.
+    energy : float
+        Energy of separation [J/m2].
     """
     return eps0 * permittivity * voltage**2 / (2 * thickness)
 
 
 def adhesive_strength(*, voltage: float, thickness: float, permittivity: float) -> float:
-    """Stress of the closed contact on its air side: eps0 eps_r^2 V^2/(2 h^2).
+    """Stress on the air side of the closed contact: eps0 eps_r^2 V^2/(2 h^2).
 
     Parameters
     ----------
     voltage : float
         V.
     thickness, permittivity : float
-        Of the coating [m] and 1.
+        Thickness [m] and relative permittivity of the coating.
 
     Returns
     -------
-    float
-        Pa, eps_r times the stress inside the coating.
+    stress : float
+        Pa; eps_r times the stress inside the coating.
     """
     return eps0 * (permittivity * voltage / thickness) ** 2 / 2
 
@@ -54,11 +54,11 @@ def adhesive_range(*, thickness: float, permittivity: float) -> float:
     Parameters
     ----------
     thickness, permittivity : float
-        Of the coating [m] and 1.
+        Thickness [m] and relative permittivity of the coating.
 
     Returns
     -------
-    float
+    gap : float
         m; strength times range is the energy of separation.
     """
     return thickness / permittivity
@@ -74,17 +74,17 @@ def adhesive_load(*, normal_force: float, radius: float, energy: float) -> float
     radius : float
         Of the sphere [m], above 0.
     energy : float
-        Of separation, for each area [J/m2].
+        Energy of separation per area [J/m2].
 
     Returns
     -------
-    float
-        N.
+    load : float
+        Normal load [N].
 
     Notes
     -----
-    Johnson, Kendall and Roberts: F + w + sqrt(2 w F + w^2), w = 3 pi R energy. Smooth, elastic, attraction
-    of short range against the sphere's deformation.
+    Johnson, Kendall and Roberts: F + w + sqrt(2 w F + w^2), w = 3 pi R energy. Valid for smooth, elastic bodies whose
+    attraction has a short range compared with the deformation of the sphere.
     """
     weight = 3 * math.pi * radius * energy
     return normal_force + weight + math.sqrt(2 * weight * normal_force + weight**2)
@@ -102,12 +102,12 @@ def contact_area(*, normal_force: float, radius: float, modulus: float, energy: 
     modulus : float
         Effective modulus E* [Pa], above 0.
     energy : float
-        Of separation, for each area [J/m2]; 0 for a sphere without adhesion, that of Hertz.
+        Energy of separation per area [J/m2]; 0 for a sphere without adhesion, that of Hertz.
 
     Returns
     -------
-    float
-        m2.
+    area : float
+        Contact area [m2].
     """
     load = adhesive_load(normal_force=normal_force, radius=radius, energy=energy)
     return math.pi * math.pow(3 * radius * load / (4 * modulus), 2 / 3)

@@ -1,4 +1,4 @@
-"""The amplifier between the drive and the plate: what it multiplies, and what it cannot give."""
+"""The amplifier between the drive and the plate: its gain, bandwidth and limits."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class Amplifier(Model):
 
     Notes
     -----
-    It aims at gain times the drive, held between plus and minus `saturation`. It follows that aim with one pole
-    of `bandwidth`, v' = 2 pi bandwidth (aim - v), as long as the current that takes lies within what it can
-    source and sink; else it gives that largest current, whatever the voltage then does: plate, stray
-    capacitance and finger decide on the slew. The limits are independent of the voltage; a real amplifier's
-    small-signal response has more poles.
+    The target voltage is the gain times the drive, limited to plus and minus `saturation`. The output follows it with
+    one pole of `bandwidth`, v' = 2 pi bandwidth (target - v), while the required current lies between the sink and the
+    source limit. Beyond a limit the amplifier is a source of that current, and the slew rate follows from the plate, the
+    stray capacitance and the finger. The limits do not depend on the voltage; the small-signal response of a real
+    amplifier has more poles.
     """
 
     example: ClassVar[Mapping[str, Any]] = {"gain": 1.0, "source_current": 250e-6}
@@ -66,11 +66,11 @@ class Amplifier(Model):
 
     @property
     def is_limited(self) -> bool:
-        """Tell whether its response departs from proportion: it has a largest voltage or current."""
+        """Whether its response is not linear because it has a largest voltage or current."""
         return self.saturation is not None or np.isfinite(self.current_limits[1])
 
     def aim(self, voltage: ArrayLike) -> NDArray[np.float64]:
-        """Voltage it aims at.
+        """Target voltage: the gain times the drive, within the saturation.
 
         Parameters
         ----------
@@ -79,7 +79,7 @@ class Amplifier(Model):
 
         Returns
         -------
-        ndarray
+        target : ndarray
             V, same shape.
         """
         wanted = self.gain * np.asarray(voltage, dtype=float)

@@ -1,4 +1,4 @@
-"""A gap bridged in places, by sweat or by real contact: the leak and the pull act on different areas."""
+"""A gap bridged in places by sweat or by real contact: conduction and attraction act on different areas."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 
 class BridgedAir(Material):
-    """Air with bridges that conduct beside it: leak and pull act on different shares of the area.
+    """Air with conducting bridges in parallel: conduction and attraction act on different shares of the area.
 
     Notes
     -----
     For a layer of thickness g the admittance per area is (1 - phi) s eps0/g + phi G, G = spot_conductivity/g:
-    parallel, not in series. The field pulls on 1 - phi only. What the bridges hold as a capacitor is left out,
-    and the charge they pass spreads along the faces at once; a leaky gap that is the same everywhere,
-    `Constant` with a conductivity, is another medium.
+    parallel, not in series. The field attracts on the share 1 - phi only. The capacitance of the bridges is neglected, and
+    the charge that they conduct spreads along the faces at once. A homogeneous leaky gap, `Constant` with a conductivity,
+    is another medium.
     """
 
     equation: ClassVar[Mapping[str, str]] = {"bound_permittivity": "1 - bridged_share"}
@@ -43,7 +43,7 @@ class BridgedAir(Material):
         return 1 - self.bridged_share
 
     def conducting(self, conductivity: float) -> Self:
-        """Give bridges that together conduct as much [S/m]."""
+        """Return the same layer with bridges of another conductivity, so that the whole layer has this one [S/m]."""
         return self.model_copy(update={"spot_conductivity": conductivity / self.bridged_share})
 
     def bound_permittivity(self, frequency: ArrayLike) -> Complex:
@@ -51,5 +51,5 @@ class BridgedAir(Material):
         return Constant(permittivity=1.0).bound_permittivity(frequency) * (1 - self.bridged_share)
 
     def debye(self) -> DebyeSum:
-        """Give the sum with no term at all."""
+        """Return the sum without any relaxation."""
         return DebyeSum(1 - self.bridged_share, (), ())

@@ -1,4 +1,4 @@
-"""What is in series with the stack: the amplifier's resistance and the return path through the body."""
+"""The circuit in series with the stack: the resistance of the amplifier and the return path through the body."""
 
 from __future__ import annotations
 
@@ -52,14 +52,14 @@ class SeriesElement:
 
 
 class ReturnPath(Model, family=True):
-    """How the current gets back from the finger to the amplifier."""
+    """The return path of the current from the finger to the amplifier."""
 
     @abstractmethod
     def element(self) -> SeriesElement:
-        """Give the impedance of the return path, without a second contact."""
+        """Return the impedance of the return path, without a second contact."""
 
     def second_contact(self, area: float) -> float:
-        """Give first contact area over second.
+        """Return the area of the first contact over that of the second.
 
         Parameters
         ----------
@@ -68,8 +68,8 @@ class ReturnPath(Model, family=True):
 
         Returns
         -------
-        float
-            1; 0 when there is no second contact.
+        area_ratio : float
+            Area of the first contact over that of the second, dimensionless; 0 without a second contact.
         """
         del area
         return 0.0
@@ -81,17 +81,17 @@ class Grounded(ReturnPath):
     resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "body and strap", _BODY)] = 1000.0
 
     def element(self) -> SeriesElement:
-        """Give the resistance."""
+        """Return the resistance of body and strap."""
         return SeriesElement(resistance=self.resistance)
 
 
 class Floating(ReturnPath):
-    """A body connected to ground by nothing but its capacitance, and a leak if there is one.
+    """A body connected to ground only by its capacitance, and by a leakage resistance if there is one.
 
     Notes
     -----
-    Finger and body are neutral at time 0. A finger that has charged the film by rubbing has lost that charge:
-    its body then begins with minus the film's `initial_charge` times the contact area, which `charge` declares.
+    Finger and body are neutral at time 0. A finger that has charged the film by rubbing has lost that charge: the body then
+    starts with minus the `initial_charge` of the film times the contact area, which is declared as `charge`.
     """
 
     example: ClassVar[Mapping[str, Any]] = {"capacitance": 150e-12}
@@ -102,7 +102,7 @@ class Floating(ReturnPath):
     charge: Annotated[Number, Quantity("C", -1e-3, 1e-3, "net charge of finger and body at time 0")] = 0.0
 
     def element(self) -> SeriesElement:
-        """Give the body's resistance and its leaking capacitor."""
+        """Return the resistance of the body and its leaking capacitance."""
         rate = 0.0 if self.leak is None else 1 / (self.leak * self.capacitance)
         return SeriesElement(
             resistance=self.resistance, elastance=1 / self.capacitance, rate=rate, charge=self.charge
@@ -110,12 +110,11 @@ class Floating(ReturnPath):
 
 
 class SecondElectrode(ReturnPath):
-    """A second electrode under the same finger: the current goes in by one contact and out by the other.
+    """A second electrode under the same finger: the current enters by one contact and leaves by the other.
 
     Notes
     -----
-    Both contacts have the same layers; the force is the sum over both. The pieces of charge the second
-    contact may hold at the beginning are taken as none.
+    Both contacts have the same layers; the force is the sum over both. The second contact carries no charge at time 0.
     """
 
     example: ClassVar[Mapping[str, Any]] = {"area": 0.5e-4}
@@ -126,16 +125,16 @@ class SecondElectrode(ReturnPath):
     ] = 1000.0
 
     def element(self) -> SeriesElement:
-        """Give the resistance through the finger."""
+        """Return the resistance through the finger."""
         return SeriesElement(resistance=self.resistance)
 
     def second_contact(self, area: float) -> float:
-        """Give first contact area over second."""
+        """Return the area of the first contact over that of the second, dimensionless."""
         return area / self.area
 
 
 class Circuit(Model):
-    """The electrical surroundings of the stack; the return path is never assumed."""
+    """The circuit around the stack; the return path has to be declared."""
 
     example: ClassVar[Mapping[str, Any]] = {"return_path": {"model": "Grounded"}}
 
@@ -144,6 +143,6 @@ class Circuit(Model):
     source_resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "between amplifier and plate")] = 0.0
 
     def element(self) -> SeriesElement:
-        """Give source and return path in series."""
+        """Return source resistance and return path in series."""
         back = self.return_path.element()
         return replace(back, resistance=self.source_resistance + back.resistance)

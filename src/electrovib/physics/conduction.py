@@ -1,4 +1,4 @@
-"""Conduction that is not in proportion to the field: laws of current density in a layer."""
+"""Non-ohmic conduction: laws of the current density in a layer."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
 
 
 class Conduction(Model, family=True):
-    """A conduction current that rises with the field, but not in proportion to it.
+    """A non-ohmic conduction current, which rises with the field.
 
     Notes
     -----
-    It flows beside the material's own conduction and polarisation. J(0) = 0 and J never falls with E, so a
-    layer can only lose energy by it.
+    It flows in parallel with the conduction and polarisation of the material. J(0) = 0 and J does not decrease with E, so
+    it only dissipates energy.
     """
 
     @abstractmethod
     def current_density(self, E: ArrayLike) -> NDArray[np.float64]:
-        """Conduction current density, of the sign of the field.
+        """Conduction current density, with the sign of the field.
 
         Parameters
         ----------
@@ -36,7 +36,7 @@ class Conduction(Model, family=True):
 
         Returns
         -------
-        ndarray
+        current_density : ndarray
             A/m2, same shape.
         """
 
@@ -47,17 +47,17 @@ class Conduction(Model, family=True):
         Parameters
         ----------
         E : array_like, any shape
-            Field towards the finger [V/m]; NaN gives NaN. At a kink the value for rising fields.
+            Field towards the finger [V/m]; NaN gives NaN. Where the slope is discontinuous, that towards higher fields.
 
         Returns
         -------
-        ndarray
+        slope : ndarray
             S/m, same shape, >= 0.
         """
 
     @property
     def small_signal(self) -> float:
-        """Conductivity that a vanishing sine around zero field sees [S/m]."""
+        """Conductivity for a vanishing sine around zero field [S/m]."""
         tiny = np.array([-1e-12, 1e-12])
         return float(np.mean(self.slope(tiny)))
 
@@ -67,8 +67,8 @@ class PolarityConduction(Conduction):
 
     Notes
     -----
-    Positive is a field towards the finger, that is a plate positive against the finger. For a sine of any
-    size the fundamental of the current sees the mean of both conductivities.
+    A positive field points towards the finger: the plate is positive relative to the finger. For a sine of any amplitude the
+    fundamental of the current follows from the mean of both conductivities.
     """
 
     equation: ClassVar[Mapping[str, str]] = {
@@ -99,7 +99,7 @@ class FieldConduction(Conduction):
 
     Notes
     -----
-    J = conductivity E (1 + (E/onset_field)^2), the lowest departure from Ohm's law that does not know the
+    J = conductivity E (1 + (E/onset_field)^2), the departure from Ohm's law of lowest order that is independent of the
     polarity; at the onset field the conductivity J/E has doubled.
     """
 
@@ -109,7 +109,7 @@ class FieldConduction(Conduction):
     }
     example: ClassVar[Mapping[str, Any]] = {"conductivity": 1.8e-6, "onset_field": 5e4}
 
-    conductivity: Annotated[Number, Quantity("S/m", 0, 1e3, "conductivity of a vanishing field")]
+    conductivity: Annotated[Number, Quantity("S/m", 0, 1e3, "conductivity at a vanishing field")]
     onset_field: Annotated[Number, Quantity("V/m", 1, 1e12, "field at which the conductivity has doubled")]
 
     def current_density(self, E: ArrayLike) -> NDArray[np.float64]:

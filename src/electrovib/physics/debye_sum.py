@@ -78,8 +78,8 @@ class DebyeSum:
 
         Returns
         -------
-        ndarray of complex
-            Relative permittivity ``eps' - j eps''``, 1, of the shape of ``frequency``.
+        permittivity : ndarray of complex
+            Relative permittivity ``eps' - j eps''``, dimensionless, of the shape of ``frequency``.
         """
         angular = 2 * np.pi * np.asarray(frequency, dtype=float)[..., np.newaxis]
         times = np.asarray(self.relaxation_times, dtype=float)

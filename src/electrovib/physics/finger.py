@@ -1,4 +1,4 @@
-"""The fingertip, pushed sideways by friction: mass, spring and damper of the moving skin."""
+"""Lateral dynamics of the fingertip under friction: mass, spring and damper of the moving skin."""
 
 from __future__ import annotations
 
@@ -21,42 +21,42 @@ if TYPE_CHECKING:
 
 
 class Finger(Model, family=True):
-    """How the skin of the contact moves sideways under a lateral force.
+    """Lateral response of the skin in contact to a lateral force.
 
     Notes
     -----
-    A member is one resonance on a compliance: that is what a solver follows.
+    Every member is one resonance with a static compliance, which the solver integrates.
     """
 
     @abstractmethod
     def compliance_at_rest(self) -> float:
-        """Displacement per constant force [m/N]."""
+        """Return the displacement per constant force [m/N]."""
 
     @abstractmethod
     def natural_frequency(self) -> float:
-        """Frequency at which it would ring without damping [Hz]."""
+        """Return the natural frequency without damping [Hz]."""
 
     @abstractmethod
     def damping_ratio(self) -> float:
-        """Damping as a share of the critical one [-]."""
+        """Return the damping over the critical damping [1]."""
 
     @abstractmethod
     def compliance(self, frequency: ArrayLike) -> NDArray[np.complex128]:
-        """Displacement per force [m/N], complex, at frequencies [Hz]."""
+        """Return the complex displacement per force [m/N] at frequencies [Hz]."""
 
     def resonance(self) -> Resonance:
-        """Give the stage that a solver follows, to be scaled by `compliance_at_rest`."""
+        """Return the resonance that the solver integrates, to be scaled by `compliance_at_rest`."""
         return Resonance(self.natural_frequency(), self.damping_ratio())
 
 
 class GrowthWithSpeed(Model):
-    """Mass and stiffness that rise with sliding speed, on straight lines.
+    """Mass and stiffness that increase linearly with sliding speed.
 
     Notes
     -----
-    Slopes from the abstract of Balasubramanian, Pool and Vardar 2025 (ten persons, 20 to 100 mm/s, 0.2 to 0.6 N);
-    their intercepts were not read, so that a mass and a stiffness at one known speed must be given. Nothing is
-    said of damping: it stays.
+    The slopes are from the abstract of Balasubramanian, Pool and Vardar 2025 (ten persons, 20 to 100 mm/s, 0.2 to
+    0.6 N). Their intercepts are not in the abstract, so mass and stiffness must be given at one known speed. Damping
+    is taken as constant, because the abstract does not state its change.
     """
 
     reference: ClassVar[str] = "arXiv:2505.11162"
@@ -77,15 +77,15 @@ class GrowthWithSpeed(Model):
 
 
 class MassSpringDamper(Finger):
-    """Lateral fingertip as one moving mass, tied to the bone by a spring and a damper side by side.
+    """Lateral fingertip as one mass that is connected to the bone by a spring and a damper in parallel.
 
     Notes
     -----
-    That skin is mass, damper and spring is in the abstract of Balasubramanian, Pool and Vardar 2025. No value has a
-    default, because none has been read. As recalled from Wiertlewski and Hayward 2012 the orders of magnitude are
-    1 kN/m, 1 N s/m and 0.1 to 0.2 g: elastic below about 100 Hz, viscous above, overdamped. They vary between
-    persons and with load. One mass, spring and damper may be too little at 0.05 to 0.5 N and 50 to
-    500 Hz (abstract, World Haptics 2005).
+    The model of skin as mass, damper and spring is that of the abstract of Balasubramanian, Pool and Vardar 2025. No
+    value has a default, because no verified source is known. The orders of magnitude of Wiertlewski and Hayward 2012,
+    cited from memory, unverified, are 1 kN/m, 1 N s/m and 0.1 to 0.2 g: elastic below about 100 Hz, viscous above,
+    overdamped. They vary between persons and with load. One mass, spring and damper may not suffice at 0.05 to 0.5 N
+    and 50 to 500 Hz (abstract, World Haptics 2005).
     """
 
     reference: ClassVar[str] = "arXiv:2505.11162"
@@ -105,26 +105,26 @@ class MassSpringDamper(Finger):
         GrowthWithSpeed | None, Field(description="rise of mass and stiffness with sliding speed")
     ] = None
 
-    @np.errstate(invalid="ignore")  # a NaN is handed on
+    @np.errstate(invalid="ignore")  # NaN gives NaN
     def compliance(self, frequency: ArrayLike) -> NDArray[np.complex128]:
-        """Displacement per force [m/N], complex, at frequencies [Hz]."""
+        """Return the complex displacement per force [m/N] at frequencies [Hz]."""
         angular = 2 * np.pi * np.asarray(frequency, dtype=float)
         return np.asarray(1 / (self.stiffness - self.mass * angular**2 + 1j * angular * self.damping))
 
     def compliance_at_rest(self) -> float:
-        """Displacement per constant force [m/N]."""
+        """Return the displacement per constant force [m/N]."""
         return 1 / self.stiffness
 
     def natural_frequency(self) -> float:
-        """Frequency at which it would ring without damping [Hz]."""
+        """Return the natural frequency without damping [Hz]."""
         return math.sqrt(self.stiffness / self.mass) / (2 * math.pi)
 
     def damping_ratio(self) -> float:
-        """Damping as a share of the critical one [-]."""
+        """Return the damping over the critical damping [1]."""
         return self.damping / (2 * math.sqrt(self.stiffness * self.mass))
 
     def at_speed(self, speed: float) -> MassSpringDamper:
-        """Fingertip as it is while it slides at one speed.
+        """Return the fingertip with its mass and stiffness at a sliding speed.
 
         Parameters
         ----------
@@ -134,12 +134,12 @@ class MassSpringDamper(Finger):
         Returns
         -------
         MassSpringDamper
-            With mass and stiffness on their lines, without growth; itself if no growth is declared.
+            Fingertip without `growth` and with the mass and stiffness of that speed; itself if no growth is declared.
 
         Raises
         ------
         InputError
-            If a line falls to zero before that speed.
+            If the mass or the stiffness is not positive at that speed.
         """
         if self.growth is None:
             return self

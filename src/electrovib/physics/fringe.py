@@ -1,8 +1,8 @@
-"""What the edge of a finite contact adds to the attraction of the Maxwell stress in the gap.
+"""Fringe field at the edge of a finite contact: its addition to the attraction of the Maxwell stress in the gap.
 
-Every law of a stack in series gives a pressure, which times the contact area is the force. At the rim the field
-bends out under the edge of the finger and pulls there too. Status: derived, with one fit to a field solution
-where no closed form is known (`examples/field_solution.py`, `tests/reference/test_field_solution.py`).
+The laws of a stack in series give a pressure, and the force is this pressure times the contact area. At the rim the field
+extends beyond the edge of the finger and adds to the attraction. Status: derived, with one fit to a field solution where no
+closed form is known (`examples/field_solution.py`, `tests/reference/test_field_solution.py`).
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ STATUS: Final = "derived"
 PERMITTIVITIES: Final = (1.0, 10.0)
 """Relative permittivity of the film over which the correction was compared with the field [1]."""
 LARGEST_SHARE: Final = 0.99
-"""Largest share of the film in the electrical thickness, so compared [1]."""
+"""Largest share of the film in the electrical thickness for which it was compared [1]."""
 NARROWEST_STRIP, NARROWEST_DISC = 2.0, 10.0
-"""Least width over film and gap: below it the edges feel each other, or the curvature of the rim [1]."""
+"""Smallest width over film and gap [1]: below it the edges interact, or the curvature of the rim matters."""
 ROUNDING: Final = 1e-9
 # Fitted to the field of a square edge on a film, over the ranges above.
 SHARE_POWER, SPREAD, SPREAD_POWER = 1.5, 1.23, 0.2
@@ -42,27 +42,27 @@ def fringe_factor(
     edge_radius: ArrayLike = 0.0,
     round_contact: bool = False,
 ) -> Real:
-    r"""Force of a finite contact over pressure of the Maxwell stress in the gap times contact area.
+    r"""Force on a finite contact over the Maxwell stress in the gap times the contact area.
 
     Parameters
     ----------
     width : array_like
-        Of the flat part of the contact [m]: of a long strip, or the diameter of a disc. At least 2, of a disc
-        10 times film and gap together.
+        Width of the flat part of a long strip, or diameter of a disc [m]; at least 2 times film and gap together, for a
+        disc 10 times.
     electrical_thickness, film_thickness, film_permittivity, edge_radius : array_like
-        As in `edge_excess`; all broadcast.
+        As in `edge_excess`; all are broadcast.
     round_contact : bool
         A disc instead of a long strip.
 
     Returns
     -------
-    ndarray
-        At least 1.
+    factor : ndarray
+        Ratio of forces, dimensionless, at least 1.
 
     Raises
     ------
     InputError
-        As `edge_excess`, or the contact is too narrow for its edges to be told apart.
+        As `edge_excess`, or the contact is so narrow that its edges interact.
 
     Notes
     -----
@@ -71,11 +71,11 @@ def fringe_factor(
     .. math:: 1 + \frac{2e}{w} \text{ (strip)}, \qquad
         1 + \frac{4e}{w} + \frac{8 d^2}{w^2}\left[\frac{R}{d} - \ln\left(1 + \frac{R}{d}\right)\right] \text{ (disc)}
 
-    the last term being the growth of the rim with its distance from the axis. Against the field, over the
-    ranges of `edge_excess`: a strip within 2 % from 2 times film and gap up, 1 % from 10 times up; a disc
-    within 6 % from 10 times up, 3 % from 20, 1 % from 50.
-    It holds for the force only. The capacitance has no such limit: it grows with the logarithm of the height
-    of the finger's wall, whose pull is sideways.
+    the last term accounts for the length of the rim, which grows with its distance from the axis. Deviation from the field
+    solution over the ranges of `edge_excess`: for a strip at most 2 % from 2 times film and gap up, 1 % from 10 times up;
+    for a disc at most 6 % from 10 times up, 3 % from 20, 1 % from 50.
+    The factor holds for the force only. The capacitance has no such limit: it grows with the logarithm of the height of the
+    wall of the finger, on which the attraction is lateral.
     """
     excess = edge_excess(
         electrical_thickness=electrical_thickness,
@@ -91,7 +91,7 @@ def fringe_factor(
     if not np.all(breadth > least * (1 - ROUNDING)):
         raise InputError(
             f"width = {np.min(breadth):.4g} m: must be at least {np.max(least):.4g} m, {times:g} times film and gap,"
-            " for one edge not to feel another; below, solve the field as in examples/field_solution.py"
+            " so that the edges do not interact; below, solve the field as in examples/field_solution.py"
         )
     factor = 1 + (4 if round_contact else 2) * excess / breadth
     if round_contact:
@@ -107,7 +107,7 @@ def edge_excess(
     film_permittivity: ArrayLike = 1.0,
     edge_radius: ArrayLike = 0.0,
 ) -> Real:
-    r"""Length by which one straight edge seems to widen a contact, as its attraction sees it.
+    r"""Length by which one straight edge widens a contact in terms of its attraction.
 
     Parameters
     ----------
@@ -115,22 +115,21 @@ def edge_excess(
         d = K + g, sum of thickness over permittivity of all layers between plate and finger, gap included
         [m], above 0.
     film_thickness : array_like
-        Of the dielectric on the plate, which goes on beyond the finger [m]; 0 for none.
+        Of the dielectric on the plate, which extends beyond the finger [m]; 0 for none.
     film_permittivity : array_like
         Of that film, 1 to 10. The film may be at most 99 % of the electrical thickness.
     edge_radius : array_like
-        Of the quarter circle by which the flat contact turns into the vertical wall of the finger [m]; 0 for
-        a square edge.
+        Of the quarter circle between the flat contact and the vertical wall of the finger [m]; 0 for a square edge.
 
     Returns
     -------
-    ndarray
-        Excess length [m], shape of the arguments together.
+    excess : ndarray
+        Excess length [m], of the broadcast shape of the arguments.
 
     Raises
     ------
     InputError
-        A length is negative or not finite, or the film is outside the range compared.
+        A length is negative or not finite, or the film is outside the range that was compared with the field.
 
     Notes
     -----
@@ -139,10 +138,10 @@ def edge_excess(
     .. math:: \frac{e}{d} = \underbrace{\frac{\rho}{s^2} + \frac{2\rho^2 \arctan s}{s^3}}_{\text{wedge}}
         + \left[c^{-p} + \left(\frac{a}{\sqrt\rho}\right)^{-p}\right]^{-1/p}, \qquad s^2 = 1 + 2\rho
 
-    The wedge is the Maxwell stress in the gap law taken point by point under the round edge. The rest is the lateral field.
-    Its square limit without a film is the conformal map of a step, c = 2/pi: the field on the finger is
-    E0/sqrt(1 - u) with dx = (d/pi) sqrt(1 - u) du/u. Its well rounded limit is the next order of a slowly
-    varying gap, :math:`C/\varepsilon_0 = \int [1 + (g'^2/3)(1 + (\varepsilon^2-1)(T/\varepsilon)^3/d^3)]/d\;dx`, so
+    The wedge is the Maxwell stress in the local gap, integrated under the round edge. The rest is the lateral field. Its limit
+    for a square edge without a film is the conformal map of a step, c = 2/pi: the field on the finger is
+    E0/sqrt(1 - u) with dx = (d/pi) sqrt(1 - u) du/u. Its limit for a large radius is the next order of a slowly varying
+    gap, :math:`C/\varepsilon_0 = \int [1 + (g'^2/3)(1 + (\varepsilon^2-1)(T/\varepsilon)^3/d^3)]/d\;dx`, so
 
     .. math:: a = \frac{\pi\sqrt2}{6}\left[1 + \frac{5}{16}(\varepsilon^2 - 1)\kappa^3\right]
 
@@ -155,10 +154,9 @@ def edge_excess(
     where D^2 at the corner on a film without a gap goes as r^(m - 1), and (eps - 1)/pi is the weight of its
     logarithm for eps to infinity; 3/2, 1.23, 0.2 and p = 2 - 1.05 kappa (1 - 1/eps)^4 are fitted.
 
-    Validity: within 4 % of the field for eps 1 to 10, kappa up to 0.99 and every radius; within 2 % without a
-    film. The skin is taken as part of d, spread evenly: 200 um of permittivity 1560 moved the force on a
-    contact 10 mm wide by at most 0.3 %. The plate is infinite, the finger tall, the air outside does not
-    conduct.
+    Validity: within 4 % of the field solution for eps 1 to 10, kappa up to 0.99 and every radius; within 2 % without a film.
+    The skin is taken as a uniform part of d: 200 um of permittivity 1560 changed the force on a contact 10 mm wide by at
+    most 0.3 %. The plate is infinite, the finger is tall, and the air outside does not conduct.
     """
     total, film, permittivity, radius = _broadcast(
         electrical_thickness, film_thickness, film_permittivity, edge_radius
@@ -207,7 +205,7 @@ def _checked_share(total: Real, film: Real, permittivity: Real, radius: Real) ->
     within = film <= LARGEST_SHARE * (1 + ROUNDING) * total * permittivity
     if not np.all(within & (total > 0)):
         raise InputError(
-            f"electrical_thickness = {np.min(total):.4g} m: it holds film and gap, and the film's"
-            f" {np.max(film / permittivity):.4g} m may be at most {LARGEST_SHARE:.0%} of it"
+            f"electrical_thickness = {np.min(total):.4g} m: it is that of film and gap together, and the"
+            f" {np.max(film / permittivity):.4g} m of the film may be at most {LARGEST_SHARE:.0%} of it"
         )
     return np.asarray(film / permittivity / total)

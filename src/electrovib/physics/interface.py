@@ -1,4 +1,4 @@
-"""Where the finger separates from the plate: each layer belongs to the plate, to the gap between them, or to the finger."""
+"""The interface between plate and finger: each layer belongs to the plate, to the gap between them, or to the finger."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ INTERFACE: Final = "interface"
 """Where plate and finger separate, among the layers; no layer has this name."""
 
 IMPLIED: Final[Mapping[str, Role]] = {"insulator": "plate", "gap": "gap", "stratum_corneum": "finger"}
-"""Roles that a layer's name tells; any other layer declares its own."""
+"""Roles that follow from the name of a layer; any other layer declares its own."""
 
 
 def roles_of(layers: Mapping[str, Layer]) -> dict[str, Role]:
-    """Tell for each layer whether it belongs to the plate, to the gap or to the finger.
+    """Find for each layer whether it belongs to the plate, to the gap or to the finger.
 
     Parameters
     ----------
@@ -40,13 +40,13 @@ def roles_of(layers: Mapping[str, Layer]) -> dict[str, Role]:
     Raises
     ------
     InputError
-        If a role is missing, contradicts the layer's name, or contradicts the order of the layers; with every
-        such layer.
+        If roles are missing, or contradict the name of their layer or the order of the layers; all such layers are
+        listed.
 
     Notes
     -----
-    A finger separates from a plate at one interface: first the layers of the plate, then at most one gap, then
-    the layers of the finger.
+    Finger and plate have one interface: the layers of the plate come first, then at most one gap, then the layers of the
+    finger.
     """
     problems, found = role_problems(layers)
     if problems:
@@ -78,12 +78,14 @@ def role_problems(layers: Mapping[str, Layer]) -> tuple[dict[str, str], dict[str
             meant = nearest(name, IMPLIED)
             meant = meant if "mean" in meant else ""
             problems[name] = (
-                "is missing: say on which side of the interface between plate and finger the layer lies, role = 'plate',"
-                f" 'gap' or 'finger'. Only these names tell it by themselves: {', '.join(IMPLIED)}.{meant}"
+                "is missing: declare on which side of the interface between plate and finger the layer lies, role = 'plate',"
+                f" 'gap' or 'finger'. Only these names imply it: {', '.join(IMPLIED)}.{meant}"
             )
             continue
         if role != IMPLIED.get(name, role):
-            problems[name] = f"'{role}' contradicts the name, which says '{IMPLIED[name]}'; rename the layer"
+            problems[name] = (
+                f"'{role}' contradicts the name, which implies '{IMPLIED[name]}'; rename the layer"
+            )
         elif role == "gap" and gap:
             problems[name] = (
                 f"'gap' is already the role of '{gap}': a finger has one interface with the plate"

@@ -20,7 +20,7 @@ RESOLUTION = 3e-3
 def kramers_kronig_residual(
     frequency: npt.ArrayLike, permittivity: npt.ArrayLike, conductivity: npt.ArrayLike
 ) -> float:
-    r"""Measure how far a table is from obeying the Kramers-Kronig relations.
+    r"""Compute the deviation of a table from the Kramers-Kronig relations.
 
     Parameters
     ----------
@@ -33,15 +33,15 @@ def kramers_kronig_residual(
 
     Returns
     -------
-    float
-        Root mean square of the relative misfit of eps', eps'' together, 1; 0 for a consistent table. Below
-        2 % or twice the noise of the table it is consistent.
+    residual : float
+        Root mean square of the relative misfit of eps' and eps'' together, dimensionless; 0 for a consistent table without
+        noise. A table is consistent below 2 % or twice its noise.
 
     Raises
     ------
     InputError
         Lists differ in length, a value is not finite, a frequency is not above 0 or is repeated, the
-        permittivity and conductivity are both 0 somewhere, or there are too few points to tell.
+        permittivity and conductivity are both 0 at one frequency, or there are too few points.
 
     Notes
     -----
@@ -51,16 +51,16 @@ def kramers_kronig_residual(
     .. math:: h + \frac{g}{j\omega} + \sum_m \frac{s_m}{1 + j\omega\tau_m}
 
     with real :math:`h, g, s_m` of either sign [1]_ and fixed times that reach one decade beyond the band.
-    Every such sum obeys the relations, so what it cannot follow does not. The residual is
+    Every such sum obeys the relations, so what it cannot fit does not. The residual is
 
     .. math:: \sqrt{\frac{1}{N - r/2}\sum_k \left|\frac{\mathrm{fit}_k}{\varepsilon_k} - 1\right|^2}
 
-    with r the number of independent terms that the band resolves to 0.3 %, so that a noise of 1 % in eps' and
-    in sigma, each of its own value, gives about 1 % however long the table is.
+    with r the number of independent terms that the band resolves to 0.3 %, so that independent relative noise of 1 % in
+    eps' and in sigma gives about 1 % for a table of any length.
 
     Both parts are fitted together: predicting one from the other over a finite band is ill-posed, and 1 % of
-    noise spoils the prediction. Limits: a constant and a free charge cannot be told apart from what lies
-    beyond the band and are fitted; where conduction exceeds all else the relative error sees little of eps';
+    noise spoils the prediction. Limits: a constant and a free charge cannot be distinguished from relaxations
+    beyond the band and are fitted; where conduction dominates, the relative error is insensitive to eps';
     passivity is not tested; a resonance narrower than a relaxation counts as a misfit.
 
     References
@@ -114,5 +114,5 @@ def _checked(
     loss = columns["conductivity"] / (2 * np.pi * hertz * VACUUM_PERMITTIVITY)
     values = (columns["permittivity"] - 1j * loss)[order]
     if (values == 0).any():
-        raise InputError("permittivity and conductivity are both 0 at one frequency: leave that row out.")
+        raise InputError("permittivity and conductivity are both 0 at one frequency: omit that row.")
     return hertz[order], values

@@ -1,4 +1,4 @@
-"""What a set-up promises not to exceed, and whether it keeps the promise."""
+"""Declared limits of a set-up, and whether a run exceeds them."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ _CURRENT = "of the amplifier into plate, stray capacitance and finger together, 
 
 
 class Limits(Model):
-    """What the set-up promises not to exceed; what is not declared is not judged.
+    """Declared limits of the set-up; a limit that is not declared is not judged.
 
     Notes
     -----
-    `voltage` is that of the plate against ground. `current` is what the amplifier gives: into the plate, the
-    stray capacitance and the finger; `body_current` the part of it through the finger. `charge` is on the plate
-    under the finger, D A with the bound displacement D of the layer at the plate. `stored_energy` is what
-    plate, layers and stray capacitance could give back, A sum(T E D)/2 + C v^2/2 with thickness T, field E and
-    bound displacement D of each layer and the voltage v of the plate; of two contacts the sum.
+    `voltage` is that of the plate relative to ground. `current` is that of the amplifier into the plate, the stray
+    capacitance and the finger; `body_current` is the part of it through the finger. `charge` is that on the plate under the
+    finger, D A with the bound displacement D of the layer at the plate. `stored_energy` is the energy that plate, layers and
+    stray capacitance could release, A sum(T E D)/2 + C v^2/2 with thickness T, field E and bound displacement D of each
+    layer and the voltage v of the plate; for two contacts the sum.
     """
 
     voltage: Annotated[Number | None, Quantity("V", 1e-3, 1e6, "largest voltage of the plate")] = None
@@ -47,30 +47,30 @@ WORDS: Final[Mapping[str, str]] = {
     "stored_energy": "the energy stored in contact and stray capacitance",
     "body_current": "the current through the finger",
 }
-"""What each limit is held against."""
+"""The quantity that each limit is compared with."""
 SWITCH_ON: Final = " at switch-on"
-"""After the name of a limit that the jump at time 0 is held against."""
+"""Follows the name of a limit with which the current of the step at time 0 is compared."""
 
 
 def limit_diagnostics(
     reached: Mapping[str, float], limits: Limits, *, amplified: bool = True
 ) -> list[Diagnostic]:
-    """Judge what is reached against what is declared.
+    """Compare the largest values of a run with the declared limits.
 
     Parameters
     ----------
     reached : mapping of str to float
-        Name of a limit to the largest absolute value, in its unit; with `SWITCH_ON` after the name, what the
-        jump at time 0 alone brings, told apart from the rest. What is missing is not judged.
+        Name of a limit to the largest absolute value, in its unit; with `SWITCH_ON` after the name, the value that the
+        step at time 0 alone causes. A missing value is not judged.
     limits : Limits
         Declared.
     amplified : bool
-        There is an amplifier, so that its current may enter a stray capacitance too.
+        There is an amplifier, whose current may also enter a stray capacitance.
 
     Returns
     -------
     list of Diagnostic
-        One for each limit that is declared, in the order of `Limits`, and of its name in words.
+        One for each declared limit and value, in the order of `Limits`.
     """
     found = []
     for name, words in WORDS.items():
@@ -81,7 +81,7 @@ def limit_diagnostics(
         assert quantity is not None
         what = "the current into the contact" if name == "current" and not amplified else words
         why = f"the declared limit (limits.{name})"
-        for when, more in (("", ""), (SWITCH_ON, " in the jump at time 0")):
+        for when, more in (("", ""), (SWITCH_ON, " in the step at time 0")):
             if name + when in reached:
                 title, value = _title(name) + when, reached[name + when]
                 found.append(
@@ -95,7 +95,7 @@ def _title(name: str) -> str:
 
 
 def broken(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Pick the diagnostics of declared limits that are exceeded."""
+    """Select the diagnostics of declared limits that are exceeded."""
     names = {_title(name) + when for name in WORDS for when in ("", SWITCH_ON)}
     return [
         diagnostic for diagnostic in diagnostics if diagnostic.name in names and diagnostic.state == "warning"

@@ -1,4 +1,4 @@
-"""What a measured table of a dielectric may tell of its loss: four ways to write the same number."""
+"""The loss in a measured table of a dielectric: four quantities in which a column may give it."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 
 class LossColumn(Model, family=True):
-    """Which column of a table tells the loss, and as what.
+    """The column of a table that gives the loss, and its quantity.
 
     Notes
     -----
-    The whole loss, conduction included. Rows with NaN are refused by the table.
+    It is the whole loss, conduction included. Rows with NaN are refused by the table.
     """
 
     noun: ClassVar[str] = "loss"
@@ -33,13 +33,13 @@ class LossColumn(Model, family=True):
     unit: str
 
     def allowed(self, values: Real) -> NDArray[np.bool_]:
-        """Tell which values [unit of the column] a passive dielectric may have."""
+        """Mark the values [unit of the column] that a passive dielectric may have."""
         passive: NDArray[np.bool_] = values >= 0
         return passive
 
     @abstractmethod
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
-        """Turn the column into eps''.
+        """Convert the column to the loss factor eps''.
 
         Parameters
         ----------
@@ -52,8 +52,8 @@ class LossColumn(Model, family=True):
 
         Returns
         -------
-        ndarray, shape (N,)
-            Relative loss factor eps'', 1.
+        loss_factor : ndarray, shape (N,)
+            Relative loss factor eps'', dimensionless.
         """
 
 
@@ -66,7 +66,7 @@ class LossFactor(LossColumn):
     unit: Annotated[str, column_unit("1"), Field(description="unit of the column")] = "1"
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
-        """Take the column as it is."""
+        """Return the column as it is."""
         del frequency, permittivity
         return values
 
@@ -80,7 +80,7 @@ class LossTangent(LossColumn):
     unit: Annotated[str, column_unit("1"), Field(description="unit of the column")] = "1"
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
-        """Give eps' tan delta."""
+        """Return eps' tan delta."""
         del frequency
         return permittivity * values
 
@@ -94,7 +94,7 @@ class Conductivity(LossColumn):
     unit: Annotated[str, column_unit("S/m"), Field(description="unit of the column")] = "S/m"
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
-        """Give sigma/(w eps0)."""
+        """Return sigma/(w eps0)."""
         del permittivity
         return values / (2 * np.pi * frequency * VACUUM_PERMITTIVITY)
 
@@ -109,11 +109,11 @@ class Resistivity(LossColumn):
     unit: Annotated[str, column_unit("ohm m"), Field(description="unit of the column")] = "ohm m"
 
     def allowed(self, values: Real) -> NDArray[np.bool_]:
-        """Tell which values a passive dielectric may have; 0 would be an infinite loss."""
+        """Mark the values [ohm m] that a passive dielectric may have; 0 would be an infinite loss."""
         passive: NDArray[np.bool_] = values > 0
         return passive
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
-        """Give 1/(w eps0 rho)."""
+        """Return 1/(w eps0 rho)."""
         del permittivity
         return 1 / (2 * np.pi * frequency * VACUUM_PERMITTIVITY * values)

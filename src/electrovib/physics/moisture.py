@@ -1,4 +1,4 @@
-"""Moisture of the finger: one number that moves skin, gap and friction together."""
+"""Moisture of the finger: one number that sets the conduction of skin and gap and the friction."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 
 _CONDUCTANCE = Quantity("S/m2", 1e-9, 1e6, "conductance of the skin per area")
-_RESISTIVITY = Quantity("ohm m", 1e-3, 1e18, "resistivity of what is in the gap")
+_RESISTIVITY = Quantity("ohm m", 1e-3, 1e18, "resistivity of the medium in the gap")
 _COEFFICIENT = Quantity("1", 0, 100, "coefficient of friction")
 
 
 class Moisture(Model):
-    """How moist a finger is, from dry to wet.
+    """Moisture of a finger, from dry to wet.
 
     Notes
     -----
-    The conductance of the skin goes from 2 to 20 uS for each cm2, the skin conductance levels of palmar skin
-    as given second-hand. For the resistivity of the gap and for friction no source of dry and wet values
-    could be read: they have to be given. Conductance and resistivity are interpolated geometrically, friction
-    in proportion. Occlusion in time, menisci and their attraction are not in it.
+    The conductance of the skin goes from 2 to 20 uS/cm2, the skin conductance levels of palmar skin as quoted by another
+    source. For the resistivity of the gap and for friction no source of dry and wet values could be read: they have to be
+    given. Conductance and resistivity are interpolated geometrically, the coefficient of friction linearly. Occlusion over
+    time, menisci and their attraction are not modelled.
     """
 
     equation: ClassVar[dict[str, str]] = {
@@ -45,15 +45,15 @@ class Moisture(Model):
     wet_skin_conductance: Annotated[Number, _CONDUCTANCE] = 0.2
 
     def skin_conductivity(self, thickness: float) -> float:
-        """Conductivity [S/m] of a stratum corneum of a thickness [m]."""
+        """Conductivity [S/m] of a stratum corneum of this thickness [m]."""
         between: float = self.dry_skin_conductance ** (1 - self.level) * self.wet_skin_conductance**self.level
         return thickness * between
 
     def gap_resistivity(self) -> float:
-        """Resistivity of what is in the gap [ohm m]."""
+        """Resistivity of the medium in the gap [ohm m]."""
         between: float = self.dry_gap_resistivity ** (1 - self.level) * self.wet_gap_resistivity**self.level
         return between
 
     def coefficient(self) -> float:
-        """Coefficient of friction."""
+        """Coefficient of friction, dimensionless."""
         return self.dry_coefficient * (1 - self.level) + self.wet_coefficient * self.level

@@ -1,4 +1,4 @@
-"""A force sensor that rings with its load: a mass on a spring, read by the deflection of the spring."""
+"""A resonant force sensor: a mass on a spring whose deflection is the reading."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 def release_seen_by_sensor(
     time: NDArray[np.float64], *, start: float, fall_time: float, frequency: float, quality: float
 ) -> NDArray[np.float64]:
-    """Reading of a resonant force sensor while a force of 1 that was held for long lets go exponentially.
+    """Reading of a resonant force sensor after a constant force of 1 that decays exponentially.
 
     Parameters
     ----------
@@ -22,12 +22,12 @@ def release_seen_by_sensor(
     start, fall_time : float
         The force is 1 until `start` [s] and exp(-(t - start)/fall_time) after it [s].
     frequency, quality : float
-        Natural frequency [Hz] and quality factor [1] of the sensor with all that it carries, above 1/2.
+        Natural frequency [Hz] and quality factor [1], above 1/2, of the sensor with all that it carries.
 
     Returns
     -------
-    ndarray, shape (n,)
-        1 before, 0 long after [1].
+    reading : ndarray, shape (n,)
+        Over the constant force, dimensionless: 1 before the start, 0 long after it.
 
     Notes
     -----

@@ -1,9 +1,9 @@
-"""The tribometer: what its sensors, conditioners and digitiser make of the forces.
+"""The tribometer: response of its sensors, conditioners and digitiser to the forces.
 
-The rig of Vezzoli et al. 2014 has a Kistler 9217A piezo under the plate for the normal force; a floating table on a Honeywell FSG
-sensor with a Maxim max4209H conditioner for the lateral one; a Tektronix 3014B oscilloscope as digitiser. The paper
-gives no resonance, damping, bandwidth, time constant, noise, resolution or range of any of them, so that none has a
-default here: identify them on the rig, for instance from the ringing after a tap.
+The rig of Vezzoli et al. 2014 has a Kistler 9217A piezoelectric sensor under the plate for the normal force, a floating
+table on a Honeywell FSG sensor with a Maxim max4209H conditioner for the lateral force, and a Tektronix 3014B
+oscilloscope as digitiser. The paper gives no resonance, damping, bandwidth, time constant, noise, resolution or range of
+any of them, so none has a default here. They have to be identified on the rig, for instance from the ringing after a tap.
 """
 
 from __future__ import annotations
@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-Resonant = Annotated[Number, Quantity("Hz", 0.1, 1e7, "natural frequency of what moves on the sensor")]
+Resonant = Annotated[
+    Number, Quantity("Hz", 0.1, 1e7, "natural frequency of the sensor with the parts that move on it")
+]
 Damped = Annotated[Number, Quantity("1", 1e-4, 1e3, "damping of that resonance, 1 is critical")]
 Noise = Annotated[
     Number, Quantity("N", 0, 1e3, "root mean square of the noise of one reading; 0: not modelled")
@@ -32,24 +34,25 @@ Noise = Annotated[
 
 
 class SensorCreep(Model):
-    """What a sensor goes on to show under a force that is held."""
+    """Creep of a sensor: the change of its reading under a constant force."""
 
     former_names: ClassVar[tuple[str, ...]] = ("Creep",)
     example: ClassVar[Mapping[str, Any]] = {"share": -0.02, "time": 5.0}
 
     share: Annotated[
         Number,
-        Quantity("1", -0.99, 10, "what creep adds in the end, of the first reading; negative: it gives way"),
+        Quantity("1", -0.99, 10, "final change by creep over the first reading; negative for a decrease"),
     ]
     time: Annotated[Number, Quantity("s", 1e-6, 1e6, "time constant of the creep")]
 
 
 class LateralSensor(Model):
-    """A moving table on a force sensor, and its conditioner.
+    """A moving table on a force sensor with a conditioner.
 
     Notes
     -----
-    The paper suspects the relaxation of this sensor behind the falling edges it cannot explain: `creep`.
+    Vezzoli et al. 2014 name relaxation of this sensor, here `creep`, as a possible cause of falling edges that they
+    cannot explain.
     """
 
     example: ClassVar[Mapping[str, Any]] = {"natural_frequency": 500.0, "damping_ratio": 0.05}
@@ -58,13 +61,13 @@ class LateralSensor(Model):
     damping_ratio: Damped
     bandwidth: Annotated[
         Number | None,
-        Quantity("Hz", 1e-2, 1e9, "first-order bandwidth of the conditioner; none: beyond all else"),
+        Quantity("Hz", 1e-2, 1e9, "first-order bandwidth of the conditioner; unlimited if absent"),
     ] = None
     creep: SensorCreep | None = None
     noise: Noise = 0.0
 
     def stages(self) -> tuple[Stage, ...]:
-        """Give the linear stages from force to reading."""
+        """Return the linear stages from force to reading."""
         stages: list[Stage] = [Resonance(self.natural_frequency, self.damping_ratio)]
         if self.bandwidth is not None:
             stages.append(LowPass(self.bandwidth))
@@ -73,12 +76,12 @@ class LateralSensor(Model):
         return tuple(stages)
 
     def gain(self, frequency: ArrayLike) -> NDArray[np.complex128]:
-        """Reading per force [-], complex, at frequencies [Hz]."""
+        """Return the complex reading per force [1] at frequencies [Hz]."""
         return response(self.stages(), frequency)
 
 
 class PiezoSensor(Model):
-    """A piezoelectric force sensor under the plate, and its charge amplifier: blind to what lasts."""
+    """A piezoelectric force sensor under the plate with a charge amplifier, which does not read constant forces."""
 
     equation: ClassVar[Mapping[str, str]] = {
         "gain": (
@@ -95,26 +98,26 @@ class PiezoSensor(Model):
     natural_frequency: Resonant
     damping_ratio: Damped
     time_constant: Annotated[
-        Number, Quantity("s", 1e-4, 1e7, "time in which the charge amplifier forgets a held force")
+        Number, Quantity("s", 1e-4, 1e7, "time constant with which the reading of a constant force decays")
     ]
     noise: Noise = 0.0
 
     def stages(self) -> tuple[Stage, ...]:
-        """Give the linear stages from force to reading."""
+        """Return the linear stages from force to reading."""
         return (Resonance(self.natural_frequency, self.damping_ratio), HighPass(self.time_constant))
 
     def gain(self, frequency: ArrayLike) -> NDArray[np.complex128]:
-        """Reading per force [-], complex, at frequencies [Hz]."""
+        """Return the complex reading per force [1] at frequencies [Hz]."""
         return response(self.stages(), frequency)
 
 
 class Digitiser(Model):
-    """Samples at even times, held until the next; each rounded to one of 2^bits levels from -range up.
+    """A sampler at a fixed rate with zero-order hold, which rounds to 2^bits levels from -range upwards.
 
     Notes
     -----
-    Level k is k 2 range/2^bits, k from -2^(bits - 1) to 2^(bits - 1) - 1. Beyond, the last level stands: a diagnostic says
-    how often. Noise is normal, white from sample to sample, and one seed gives one record.
+    Level k is k 2 range/2^bits, k from -2^(bits - 1) to 2^(bits - 1) - 1. Forces beyond are clipped to the last level,
+    and a diagnostic states how often. The noise is normal and white from sample to sample, and determined by the seed.
     """
 
     example: ClassVar[Mapping[str, Any]] = {
@@ -138,24 +141,24 @@ class Digitiser(Model):
     ]
 
     def levels(self, force: ArrayLike, *, full_scale: float) -> NDArray[np.float64]:
-        """Levels nearest to forces, as if there were no last one.
+        """Return the levels nearest to forces, without clipping.
 
         Parameters
         ----------
         force : array_like
-            N.
+            Force [N].
         full_scale : float
             Range of the channel, `normal_range` or `lateral_range` [N].
 
         Returns
         -------
-        ndarray, shape of `force`
-            Whole numbers, as floats; one level is full_scale/2^(bits - 1).
+        levels : ndarray, shape of `force`
+            Whole numbers as floats [1]; one level is full_scale/2^(bits - 1).
         """
         return np.asarray(np.round(np.asarray(force, dtype=float) / full_scale * 2.0 ** (self.bits - 1)))
 
     def reading(self, force: ArrayLike, *, full_scale: float) -> NDArray[np.float64]:
-        """Force that is read: the nearest level, or the last one.
+        """Return the digitised force: the nearest level, clipped to the range.
 
         Parameters
         ----------
@@ -164,8 +167,8 @@ class Digitiser(Model):
 
         Returns
         -------
-        ndarray, shape of `force`
-            N.
+        reading : ndarray, shape of `force`
+            Digitised force [N].
         """
         half = 2.0 ** (self.bits - 1)
         return np.asarray(
@@ -174,25 +177,25 @@ class Digitiser(Model):
 
 
 class Rig(Model, family=True):
-    """What measures the forces."""
+    """A rig that measures the forces."""
 
     digitiser: Digitiser | None
 
     @abstractmethod
     def normal_stages(self) -> tuple[Stage, ...]:
-        """Give the linear stages from normal force to its reading."""
+        """Return the linear stages from normal force to its reading."""
 
     @abstractmethod
     def lateral_stages(self) -> tuple[Stage, ...]:
-        """Give the linear stages from lateral force to its reading."""
+        """Return the linear stages from lateral force to its reading."""
 
     @abstractmethod
     def noises(self) -> tuple[float, float]:
-        """Give the noise of one reading of the normal and of the lateral channel, root mean square [N]."""
+        """Return the root mean square noise of one reading of the normal and of the lateral channel [N]."""
 
 
 class Tribometer(Rig):
-    """Piezo sensor for the normal force, floating table for the lateral one, and what digitises both."""
+    """A piezoelectric sensor for the normal force, a floating table for the lateral force, and a digitiser for both."""
 
     example: ClassVar[Mapping[str, Any]] = {
         "normal": PiezoSensor.example,
@@ -202,23 +205,23 @@ class Tribometer(Rig):
 
     normal: Annotated[PiezoSensor, Field(description="sensor of the normal force, under the plate")]
     lateral: Annotated[LateralSensor, Field(description="sensor of the lateral force, with the table on it")]
-    digitiser: Annotated[Digitiser | None, Field(description="what samples both channels")] = None
+    digitiser: Annotated[Digitiser | None, Field(description="digitiser of both channels")] = None
 
     @model_validator(mode="after")
     def _noise_belongs_to_readings(self) -> Self:
         if self.digitiser is None and max(self.noises()) > 0:
-            why = "noise is that of one reading, so it needs a digitiser; or set noise to 0"
+            why = "noise is defined for one digitised reading, so it needs a digitiser; add rig.digitiser, or set noise to 0"
             raise PydanticCustomError("noise", "{why}", {"why": why})
         return self
 
     def normal_stages(self) -> tuple[Stage, ...]:
-        """Give the linear stages from normal force to its reading."""
+        """Return the linear stages from normal force to its reading."""
         return self.normal.stages()
 
     def lateral_stages(self) -> tuple[Stage, ...]:
-        """Give the linear stages from lateral force to its reading."""
+        """Return the linear stages from lateral force to its reading."""
         return self.lateral.stages()
 
     def noises(self) -> tuple[float, float]:
-        """Give the noise of one reading of the normal and of the lateral channel, root mean square [N]."""
+        """Return the root mean square noise of one reading of the normal and of the lateral channel [N]."""
         return self.normal.noise, self.lateral.noise

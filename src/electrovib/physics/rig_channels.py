@@ -1,4 +1,4 @@
-"""How the channels of a tribometer become forces and a position: sensitivities, signs and encoder counts."""
+"""Calibration of the channels of a tribometer: sensitivities, signs and encoder counts."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _REGISTERS = (2.0**31, 2.0**32)
-"""Where counters wrap that do not say it: 32 bits with and without a sign bit."""
+"""Counts at which registers of 32 bits wrap, with and without a sign bit."""
 
 
 class ForceChannel(Model):
-    """A column that is a force, or a voltage that stands for one.
+    """A recorded column that holds a force, or a voltage from which a force is computed.
 
     Notes
     -----
-    With a `sensitivity` the column is a voltage; a sensor whose voltage falls under load has a negative one. With a
-    `unit` it is a force already, and `sign` = -1 where load makes it negative.
+    With a `sensitivity` the column is a voltage; the sensitivity of a sensor whose voltage falls under load is
+    negative. With a `unit` the column is a force, and `sign` = -1 where load makes it negative.
     """
 
     equation: ClassVar[Mapping[str, str]] = {"force": "sensitivity*(reading - offset)"}
@@ -39,7 +39,7 @@ class ForceChannel(Model):
         Number | None,
         Quantity("N/V", -1e6, 1e6, "force per volt, negative if load lowers it; absent for a force"),
     ] = None
-    offset: Annotated[Number, Quantity("V", -1e3, 1e3, "voltage without force, where it is known")] = 0.0
+    offset: Annotated[Number, Quantity("V", -1e3, 1e3, "voltage without force, if known")] = 0.0
     unit: Annotated[
         Annotated[str, column_unit("N")] | None, Field(description="unit of a column that is a force")
     ] = None
@@ -49,68 +49,73 @@ class ForceChannel(Model):
     def _measures_something(self) -> Self:
         why = ""
         if self.sensitivity == 0:
-            why = "a sensitivity of 0 makes every force 0; for instance '0.31 N/V', or none for a column that is in N"
+            why = "a sensitivity of 0 makes every force 0; give for instance '0.31 N/V', or omit it for a column in N"
         elif (self.sensitivity is None) == (self.unit is None):
             why = (
-                "a voltage needs a sensitivity, for instance '0.31 N/V', and a column that is a force already its"
-                f" unit, for instance 'N': here are {'none' if self.unit is None else 'both'} of the two"
+                "a column of voltages needs a sensitivity, for instance '0.31 N/V', and a column of forces a unit, for"
+                f" instance 'N'; {'neither' if self.unit is None else 'both'} of the two given"
             )
         elif self.sign not in (1, -1):
             why = f"sign is 1 or -1, not {self.sign}"
         elif self.sensitivity is None and self.offset != 0:
-            why = "an offset is a voltage and needs a sensitivity; the zero of a force is found in the record"
+            why = "an offset is a voltage and needs a sensitivity; the zero of a column of forces is determined from the record"
         elif self.sensitivity is not None and self.sign == -1:
-            why = "a sensitivity has the sign of its own: leave sign out and write a negative sensitivity"
+            why = (
+                "the sign of a voltage is that of its sensitivity: omit sign and give a negative sensitivity"
+            )
         if why:
             raise PydanticCustomError("sensitivity", "{why}", {"why": why})
         return self
 
     @property
     def read_as(self) -> str:
-        """Unit in which the column is to be read: of a force or of a voltage."""
+        """Unit of the column: that of a force, or V."""
         return self.unit or "V"
 
     def force(self, reading: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Force [N] that a reading [V or N] stands for; the zero of the sensor is judged later, from the record."""
+        """Return the force [N] of a reading [V or N], before the zero of the sensor is determined from the record."""
         if self.sensitivity is None:
             return self.sign * reading
         return self.sensitivity * (reading - self.offset)
 
 
 class Encoder(Model):
-    """Counts of a linear encoder, in a register that wraps.
+    """Counts of a linear encoder in a register that wraps.
 
     Notes
     -----
-    With `wraps_at` = 0 it is found from the record: no carriage goes a quarter of 2^31 counts between two samples, so
-    a jump beyond that is a wrap, at 2^31 or at 2^32, whichever it is nearer to.
+    With `wraps_at` = 0 the size of the register is determined from the record: a change by more than a quarter of 2^31
+    counts between two samples is taken as a wrap at 2^31 or 2^32, whichever is nearer.
     """
 
     example: ClassVar[Mapping[str, Any]] = {"column": 1, "step": 1e-6}
 
     column: Annotated[str | int, Field(description="name or number of the column")]
-    step: Annotated[Number, Quantity("m", -1.0, 1.0, "way per count, negative if it counts backwards")]
-    wraps_at: Annotated[Number, Quantity("1", 0, 2.0**53, "counts after which it wraps, 0 to find out")] = 0.0
+    step: Annotated[Number, Quantity("m", -1.0, 1.0, "distance per count, negative if it counts backwards")]
+    wraps_at: Annotated[
+        Number,
+        Quantity("1", 0, 2.0**53, "counts at which the register wraps; 0 to determine it from the record"),
+    ] = 0.0
 
     @model_validator(mode="after")
     def _counts_something(self) -> Self:
         if self.step == 0:
-            why = "a step of 0 makes every position 0; for instance '0.5 um'"
+            why = "a step of 0 makes every position 0; give for instance '0.5 um'"
             raise PydanticCustomError("step", "{why}", {"why": why})
         return self
 
     def wraps(self, counts: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Counts that each sample has lost to wraps since the first one.
+        """Return the counts that each sample has lost to wraps since the first one.
 
         Parameters
         ----------
         counts : ndarray, shape (n,)
-            As recorded [1].
+            Recorded counts [1].
 
         Returns
         -------
-        ndarray, shape (n,)
-            To be added to the counts [1]; 0 throughout where nothing wraps.
+        lost : ndarray, shape (n,)
+            Counts to be added to the recorded ones [1]; 0 throughout without a wrap.
         """
         jumps = np.diff(counts, prepend=counts[:1])
         if self.wraps_at:
@@ -121,24 +126,24 @@ class Encoder(Model):
         return -np.cumsum(np.where(size > low / 4, np.sign(jumps) * nearest, 0.0))
 
     def position(self, counts: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Way of the carriage since the first sample.
+        """Return the displacement of the carriage since the first sample.
 
         Parameters
         ----------
         counts : ndarray, shape (n,)
-            As recorded [1].
+            Recorded counts [1].
 
         Returns
         -------
-        ndarray, shape (n,)
-            Position [m], 0 at the first sample, wraps undone.
+        position : ndarray, shape (n,)
+            Position [m] relative to the first sample, with wraps removed.
         """
         unwrapped = counts + self.wraps(counts)
         return np.asarray(self.step * (unwrapped - unwrapped[0]), dtype=np.float64)
 
 
 class Clock(Model, family=True):
-    """When the samples of a record were taken."""
+    """Times at which the samples of a record were taken."""
 
 
 class EvenSamples(Clock):
@@ -150,19 +155,19 @@ class EvenSamples(Clock):
 
 
 class TimeColumn(Clock):
-    """Time stamps in a column of their own."""
+    """Time stamps in a column of the record."""
 
     example: ClassVar[Mapping[str, Any]] = {"column": 0}
 
     column: Annotated[str | int, Field(description="name or number of the column")]
     unit: Annotated[str, column_unit("s"), Field(description="unit of the column")] = "s"
-    stamps: Annotated[StampTreatment, Field(description="what to do with stamps that do not increase")] = (
+    stamps: Annotated[StampTreatment, Field(description="treatment of time stamps that do not increase")] = (
         Refuse()
     )
 
 
 class TribometerChannels(Model):
-    """Which columns of a record hold the normal force, the lateral force and the position, and their calibration."""
+    """Columns of a record that hold the normal force, the lateral force and the position, with their calibration."""
 
     example: ClassVar[Mapping[str, Any]] = {
         "normal": {"column": 0, "sensitivity": -0.31},
@@ -173,22 +178,22 @@ class TribometerChannels(Model):
 
     normal: ForceChannel
     lateral: ForceChannel
-    encoder: Annotated[
-        Encoder | None, Field(description="position of the carriage, where it was recorded")
-    ] = None
+    encoder: Annotated[Encoder | None, Field(description="encoder of the carriage position, if recorded")] = (
+        None
+    )
     clock: Clock
     speed: Annotated[
-        Number | None, Quantity("m/s", 0, 10, "sliding speed as set, where there is no encoder to tell it")
+        Number | None, Quantity("m/s", 0, 10, "set sliding speed, for a record without an encoder")
     ] = None
     missing_rows: Annotated[
-        int, Field(description="largest number of rows with a NaN that may be left out")
+        int, Field(description="largest number of rows with a NaN that may be omitted")
     ] = 0
 
     @model_validator(mode="after")
     def _says_a_speed_once(self) -> Self:
         why = ""
         if self.encoder is not None and self.speed is not None:
-            why = "the encoder tells the speed: leave out speed, or the encoder"
+            why = "the speed follows from the encoder: omit speed, or the encoder"
         elif not 0 <= self.missing_rows <= 10**9:
             why = f"missing_rows = {self.missing_rows}: expected a number of rows from 0 to 1e9"
         if why:

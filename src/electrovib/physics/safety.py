@@ -1,4 +1,4 @@
-"""What breaks down, and where: films, air, skin and sweat."""
+"""Electrical limits of films, air, skin and sweat, and the diagnostics that compare a run with them."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ PASCHEN_A = 112.50 * 1e-3 * 1e2
 PASCHEN_B = 2737.50 * 1e-3 * 1e2
 """Excitation constant of air [V/(Pa m)]: 2737.50 V/(kPa cm)."""
 SECONDARY_EMISSION = 0.01
-"""Electrons freed per ion that hits the electrode; cited from memory, unverified."""
+"""Electrons released per ion that hits the electrode; cited from memory, unverified."""
 ATMOSPHERE = 101325.0
-"""Pa."""
+"""Standard pressure of air [Pa]."""
 SMALLEST_PASCHEN_GAP = 5e-6
-"""Below, Paschen's law fails and field emission takes over [m]."""
+"""Gap below which Paschen's law fails and field emission dominates [m]."""
 FIELD_EMISSION = 75e6
-"""Micro-gap breakdown in air [V/m]; cited from memory, unverified."""
+"""Field of breakdown of micro-gaps in air [V/m]; cited from memory, unverified."""
 LINEAR_SKIN = 10.0
-"""Voltage up to which skin conducts in proportion: onset of electroporation at 10 to 20 V."""
+"""Voltage up to which skin is ohmic [V]: the onset of electroporation is at 10 to 20 V."""
 SURFACE_TENSION = 0.072
-"""Water [N/m]."""
+"""Surface tension of water [N/m]."""
 POLYMER_PERMITTIVITY: Final = (2.0, 4.5)
 """Relative permittivities at 1 kHz between which an unnamed layer counts as a polymer film; a choice."""
 OTHER_THICKNESS: Final = {
@@ -55,12 +55,13 @@ def paschen_voltage(*, gap: float) -> float:
 
     Returns
     -------
-    float
+    voltage : float
         V; infinite where the gap is too small for an avalanche by this law.
 
     Notes
     -----
-    V = B p d/(ln(A p d) - ln(ln(1 + 1/gamma))); gamma is recalled. Not valid below about 5 um.
+    V = B p d/(ln(A p d) - ln(ln(1 + 1/gamma))); gamma is cited from memory, unverified. Not valid below about
+    5 um.
     """
     product = ATMOSPHERE * gap
     denominator = math.log(PASCHEN_A * product) - math.log(math.log1p(1 / SECONDARY_EMISSION))
@@ -68,7 +69,7 @@ def paschen_voltage(*, gap: float) -> float:
 
 
 def electrowetting_voltage(*, thickness: float, permittivity: float) -> float:
-    """Voltage at which Young-Lippmann would change cos(theta) by 1: menisci are saturated above.
+    """Voltage at which the Young-Lippmann equation changes cos(theta) by 1; above it menisci are saturated.
 
     Parameters
     ----------
@@ -79,14 +80,14 @@ def electrowetting_voltage(*, thickness: float, permittivity: float) -> float:
 
     Returns
     -------
-    float
+    voltage : float
         V.
     """
     return math.sqrt(2 * SURFACE_TENSION * thickness / (eps0 * permittivity))
 
 
 def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Voltage across a gap over the one at which Paschen's law has it break down.
+    """Voltage across a gap over its breakdown voltage by Paschen's law.
 
     Parameters
     ----------
@@ -95,8 +96,8 @@ def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> N
 
     Returns
     -------
-    ndarray, shape (n,)
-        1 at breakdown; 0 for gaps of which the law says nothing.
+    share : ndarray, shape (n,)
+        Dimensionless, 1 at breakdown; 0 for gaps to which the law does not apply.
     """
     if len(gaps) and np.all(gaps == gaps[0]):
         held = np.full(len(gaps), paschen_voltage(gap=max(float(gaps[0]), SMALLEST_PASCHEN_GAP)))
@@ -158,7 +159,7 @@ def _polymer_strength(layer: Layer) -> BreakdownStrength | None:
 
 
 def skin_diagnostic(name: str, *, voltage: float) -> Diagnostic:
-    """Judge whether a layer of the finger conducts in proportion.
+    """Judge whether a layer of the finger is ohmic.
 
     Parameters
     ----------
@@ -170,29 +171,29 @@ def skin_diagnostic(name: str, *, voltage: float) -> Diagnostic:
     Returns
     -------
     Diagnostic
-        Against the onset of electroporation.
+        Comparison with the onset of electroporation.
     """
-    what, why = f"the voltage across '{name}'", "up to there skin conducts in proportion"
+    what, why = f"the voltage across '{name}'", "the onset of electroporation, up to which skin is ohmic"
     return against(f"linear skin, {name}", value=voltage, limit=LINEAR_SKIN, unit="V", what=what, why=why)
 
 
 def sweat_diagnostic(*, voltage: float, electrical_thickness: float) -> Diagnostic:
-    """Judge whether sweat between finger and film follows the voltage.
+    """Compare the voltage with that at which sweat between finger and film saturates.
 
     Parameters
     ----------
     voltage : float
         Largest absolute voltage across the stack [V].
     electrical_thickness : float
-        Of the plate's layers, sum T/eps at 1 kHz [m].
+        Sum of T/eps at 1 kHz over the layers of the plate [m].
 
     Returns
     -------
     Diagnostic
-        Against the voltage at which menisci saturate.
+        Comparison with the voltage at which menisci saturate.
     """
     limit = electrowetting_voltage(thickness=electrical_thickness, permittivity=1.0)
-    why = "where sweat menisci saturate and a V^2 law fails"
+    why = "where menisci of sweat saturate and a force proportional to V^2 no longer holds"
     return against(
         "electrowetting", value=voltage, limit=limit, unit="V", what="the voltage across the stack", why=why
     )
@@ -206,7 +207,7 @@ def air_diagnostics(*, field: float, gap: float) -> list[Diagnostic]:
     field : float
         Largest absolute field in the gap [V/m].
     gap : float
-        m; 0 for a vanishing gap, about which Paschen's law says nothing.
+        m; 0 for a vanishing gap, to which Paschen's law does not apply.
 
     Returns
     -------
@@ -219,12 +220,12 @@ def air_diagnostics(*, field: float, gap: float) -> list[Diagnostic]:
 
 
 def paschen_diagnostic(*, field: float, gap: float) -> Diagnostic:
-    """Judge the field of a gap by Paschen's law.
+    """Compare the voltage across a gap with its breakdown voltage by Paschen's law.
 
     Parameters
     ----------
     field : float
-        Absolute [V/m].
+        Absolute field in the gap [V/m].
     gap : float
         m, >= 0.
 
@@ -234,7 +235,7 @@ def paschen_diagnostic(*, field: float, gap: float) -> Diagnostic:
         Unknown below 5 um, where the law does not hold.
     """
     if gap < SMALLEST_PASCHEN_GAP:
-        text = f"a gap of {format_quantity(gap, 'm')} is below the reach of Paschen's law, 5 um"
+        text = f"a gap of {format_quantity(gap, 'm')} is below 5 um, where Paschen's law does not hold"
         return Diagnostic("Paschen", "unknown", text)
     why = "where air breaks down by Paschen's law (its secondary emission is a value cited from memory, unverified)"
     what = f"the voltage across a gap of {format_quantity(gap, 'm', digits=3)}"
@@ -242,7 +243,7 @@ def paschen_diagnostic(*, field: float, gap: float) -> Diagnostic:
 
 
 def emission_diagnostic(*, field: float, vanishing: bool = False) -> Diagnostic:
-    """Judge the field of a gap, or of a vanishing one, against field emission.
+    """Compare the field of a gap, or of a vanishing one, with that of field emission.
 
     Parameters
     ----------
@@ -254,7 +255,7 @@ def emission_diagnostic(*, field: float, vanishing: bool = False) -> Diagnostic:
     Returns
     -------
     Diagnostic
-        Against the breakdown of micro-gaps.
+        Comparison with the breakdown of micro-gaps.
     """
     why = "where micro-gaps break down by field emission (value cited from memory, unverified)"
     what = "the field of a vanishing gap" if vanishing else "the gap field"
@@ -262,6 +263,6 @@ def emission_diagnostic(*, field: float, vanishing: bool = False) -> Diagnostic:
 
 
 def peak(values: NDArray[np.float64]) -> float:
-    """Largest absolute value, in the unit of the values [any]; NaN ignored, 0 for none."""
+    """Largest absolute value, in the unit of the values [any]; NaN is ignored, 0 without values."""
     finite = values[np.isfinite(values)]
     return float(np.max(np.abs(finite))) if finite.size else 0.0

@@ -1,4 +1,4 @@
-"""A published set of electrical values of skin, with how far it can be believed."""
+"""A published set of electrical values of skin, with its source and status."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Skin:
-    """Electrical values of stratum corneum, or of what stands in for it.
+    """Electrical values of stratum corneum, or of skin that is used in its place.
 
     Parameters
     ----------
@@ -26,13 +26,13 @@ class Skin:
     material : Material
         Permittivity and conductivity.
     status : str
-        How the source was read, one of `electrovib.core.checks.STATUSES`.
+        How far the source was read: one of `electrovib.core.checks.STATUSES`.
     source : str
         Citation.
     note : str
-        Site, assumptions, what it is not.
+        Site, assumptions and limits of use.
     reproduces_force : bool
-        False for a set that must not be used to predict a force, only to show its time constant.
+        False for a set whose time constant may be shown, but which must not be used to predict a force.
     """
 
     name: str
@@ -61,7 +61,7 @@ def time_constant(material: Material, frequency: ArrayLike) -> NDArray[np.float6
 
     Returns
     -------
-    ndarray
+    time_constant : ndarray
         s, same shape.
     """
     permittivity = material.complex_permittivity(frequency)

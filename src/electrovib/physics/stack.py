@@ -1,4 +1,4 @@
-"""Layers in series between the plate and the finger, and what a force law may know of them."""
+"""Layers in series between the plate and the finger, and the quantities of them that a force law may use."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 Linear: TypeAlias = Any
-"""Something linear in the drive: phasors over frequency, or a transfer function in poles and gains.
+"""A quantity linear in the drive: phasors over frequency, or a transfer function in poles and gains.
 
-Both add, subtract and multiply, so a law is written once for both.
+Both can be added, subtracted and multiplied, so one formula of a law serves both.
 """
 
 
 class Layer(Model):
-    """One slab of the stack; a leak conducts beside the material, not in proportion to the field."""
+    """One slab of the stack; a leak conducts in parallel with the material and is non-ohmic."""
 
     example: ClassVar[dict[str, Any]] = {
         "thickness": 90e-6,
@@ -60,13 +60,13 @@ class Layer(Model):
 
 
 class Stack(Model):
-    """The layers, in the order of the file: from the plate to the finger.
+    """The layers in the order of the file, from the plate to the finger.
 
     Notes
     -----
-    Each layer has the name of its table, and a role: of the plate, of the gap, or of the finger. The names
-    ``insulator``, ``gap`` and ``stratum_corneum`` tell theirs; any other layer declares it. The physics follows
-    the roles: renaming a layer changes no number.
+    Each layer has the name of its table and belongs to the plate, the gap or the finger: its role. The names
+    ``insulator``, ``gap`` and ``stratum_corneum`` imply theirs; any other layer declares it. The physics depends on the
+    roles alone: renaming a layer changes no number.
     """
 
     offered_by: ClassVar[tuple[str, ...]] = ("stacks", "scenarios")
@@ -83,13 +83,13 @@ class Stack(Model):
 
     @classmethod
     def part(cls, name: str) -> type[Layer]:
-        """Give the kind of every table: a layer."""
+        """Return the kind of every table: a layer."""
         del name
         return Layer
 
     @classmethod
     def from_offer(cls, offer: Any) -> Self:
-        """Take the stack out of a ready-made scenario, or as it is."""
+        """Return the stack of a ready-made scenario, or a stack as it is."""
         return cls.model_validate(getattr(offer, "stack", offer))
 
     @model_validator(mode="after")
@@ -98,7 +98,7 @@ class Stack(Model):
             raise PydanticCustomError("layers", "{why}", {"why": "a stack needs at least one layer"})
         if any(layer.initial_charge for layer in [*self.layers.values()][-1:]):
             why = (
-                f"initial_charge of the last layer '{[*self.layers][-1]}' would sit on the conducting finger"
+                f"initial_charge of the last layer '{[*self.layers][-1]}' would lie on the conducting finger"
             )
             raise PydanticCustomError("charge", "{why}", {"why": why})
         wrong = [
@@ -107,7 +107,9 @@ class Stack(Model):
             if not name.isidentifier() or name == INTERFACE or hasattr(Stack, name)
         ]
         if wrong:
-            why = f"'{wrong[0]}' cannot name a layer: letters, digits and _, and no word of the program's own"
+            why = (
+                f"'{wrong[0]}' cannot name a layer: use letters, digits and _, and none of the reserved names"
+            )
             details = [
                 InitErrorDetails(type=PydanticCustomError("layer", "{why}", {"why": why}), input=wrong[0])
             ]
@@ -147,7 +149,7 @@ class Stack(Model):
         return beside_interface(self.roles, "gap")
 
     def __iter__(self) -> Iterator[tuple[str, Any]]:  # type: ignore[override]
-        """Walk over name and layer."""
+        """Iterate over name and layer."""
         return iter(self.layers.items())
 
     @property
@@ -157,7 +159,7 @@ class Stack(Model):
 
 
 class LayerState(Protocol):
-    """What a force law may know of one layer."""
+    """The quantities of one layer that a force law may use."""
 
     @property
     def thickness(self) -> float:
@@ -165,7 +167,7 @@ class LayerState(Protocol):
 
     @property
     def material(self) -> Material:
-        """What fills it."""
+        """Dielectric that fills the layer."""
 
     @property
     def field(self) -> Linear:
@@ -173,15 +175,15 @@ class LayerState(Protocol):
 
     @property
     def displacement(self) -> Linear:
-        """Bound displacement D = eps0 eps_pol E [C/m2 per volt]: conduction is not in it."""
+        """Bound displacement D = eps0 eps_pol E [C/m2 per volt], without conduction."""
 
 
 class Section(Protocol):
-    """A cut through the stack: every layer's state, as phasors or as transfer functions."""
+    """The state of every layer of the stack, as phasors or as transfer functions."""
 
     @property
     def frequency(self) -> Linear:
-        """Frequencies of the phasors [Hz]; a transfer function has none and raises."""
+        """Frequencies of the phasors [Hz]; a transfer function has none and raises an error."""
 
     @property
     def voltage(self) -> Linear:
@@ -201,10 +203,10 @@ class Section(Protocol):
 
     @property
     def interface_displacement(self) -> Linear:
-        """Displacement where plate and finger separate, if there is no gap [C/m2 per volt]."""
+        """Displacement at the interface of plate and finger, if there is no gap [C/m2 per volt]."""
 
     def __getitem__(self, name: str) -> LayerState:
-        """Look up a layer by name."""
+        """Return the state of a layer by name."""
 
     def inverse_root_thickness(self, names: Sequence[str]) -> Linear:
-        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2], a causal filter."""
+        """Return (sum T/eps_pol)^(-1/2) over these layers [m^-1/2], a causal filter."""

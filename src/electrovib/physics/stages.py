@@ -1,4 +1,4 @@
-"""The four linear stages of which fingertips, sensors and conditioners are made: what a solver knows to follow."""
+"""The four linear stages of which the models of fingertips, sensors and conditioners consist."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Resonance:
     natural_frequency : float
         w0/(2 pi), without damping [Hz].
     damping_ratio : float
-        zeta; 1 is critical [-].
+        zeta [1]; 1 is critical damping.
     """
 
     natural_frequency: float
@@ -30,7 +30,7 @@ class Resonance:
 
     @_NAN_PASSES
     def at(self, frequency: ArrayLike) -> Complex:
-        """Response [-] at frequencies [Hz]."""
+        """Return the response [1] at frequencies [Hz]."""
         ratio = np.asarray(frequency, dtype=float) / self.natural_frequency
         return np.asarray(1 / (1 - ratio**2 + 2j * self.damping_ratio * ratio))
 
@@ -42,20 +42,20 @@ class LowPass:
     Parameters
     ----------
     cut_off : float
-        Where the power has halved [Hz].
+        Frequency at which the power has halved [Hz].
     """
 
     cut_off: float
 
     @_NAN_PASSES
     def at(self, frequency: ArrayLike) -> Complex:
-        """Response [-] at frequencies [Hz]."""
+        """Return the response [1] at frequencies [Hz]."""
         return np.asarray(1 / (1 + 1j * np.asarray(frequency, dtype=float) / self.cut_off))
 
 
 @dataclass(frozen=True)
 class HighPass:
-    """What leaks away with one time constant: s T/(1 + s T).
+    """A high-pass, whose response to a step decays with one time constant: s T/(1 + s T).
 
     Parameters
     ----------
@@ -67,21 +67,21 @@ class HighPass:
 
     @_NAN_PASSES
     def at(self, frequency: ArrayLike) -> Complex:
-        """Response [-] at frequencies [Hz]."""
+        """Return the response [1] at frequencies [Hz]."""
         turn = 2j * np.pi * np.asarray(frequency, dtype=float) * self.time_constant
         return np.asarray(turn / (1 + turn))
 
 
 @dataclass(frozen=True)
 class CreepResponse:
-    """What follows at once and then creeps on: 1 + sum share/(1 + s T).
+    """An immediate response followed by creep: 1 + sum share/(1 + s T).
 
     Parameters
     ----------
     shares : tuple of float
-        What each creep adds in the end, of what followed at once [-]; negative where it gives way.
+        Final contribution of each creep over the immediate response [1]; negative for a decrease.
     times : tuple of float
-        T of each [s].
+        Time constant T of each creep [s].
     """
 
     shares: tuple[float, ...]
@@ -89,7 +89,7 @@ class CreepResponse:
 
     @_NAN_PASSES
     def at(self, frequency: ArrayLike) -> Complex:
-        """Response [-] at frequencies [Hz]."""
+        """Return the response [1] at frequencies [Hz]."""
         turn = 2j * np.pi * np.asarray(frequency, dtype=float)
         total = np.ones(np.shape(turn), complex)
         for share, time in zip(self.shares, self.times, strict=True):
@@ -101,19 +101,19 @@ Stage: TypeAlias = Resonance | LowPass | HighPass | CreepResponse
 
 
 def response(stages: tuple[Stage, ...], frequency: ArrayLike) -> Complex:
-    """Response of stages one after the other.
+    """Return the response of stages in series.
 
     Parameters
     ----------
     stages : tuple of Stage
-        In any order.
+        Stages in any order.
     frequency : array_like
-        Hz.
+        Frequency [Hz].
 
     Returns
     -------
-    ndarray of complex, shape of `frequency`
-        Product of their responses [-].
+    response : ndarray of complex, shape of `frequency`
+        Product of the responses of the stages [1].
     """
     total = np.ones(np.shape(frequency), complex)
     for stage in stages:

@@ -30,13 +30,13 @@ if TYPE_CHECKING:
     Real = NDArray[np.float64]
 
 FEWEST = 4
-"""Rows of the shortest table: fewer do not even bend."""
+"""Rows of the shortest table: fewer do not show the course over frequency."""
 NOISE = 0.05
-"""Share of the loss by which noise may bring a row below the declared conduction."""
+"""Share of the declared conduction by which noise may bring the loss of a row below it."""
 RESOLUTION = 1e-3
-"""Loss tangent below which an ordinary bridge sees nothing."""
+"""Loss tangent below which an ordinary impedance bridge resolves nothing."""
 SUSPICIOUS = 0.05
-"""Kramers-Kronig residual above which noise of some percent no longer explains it."""
+"""Kramers-Kronig residual that a noise of some percent does not explain."""
 
 
 class Tabulated(Material):
@@ -44,18 +44,18 @@ class Tabulated(Material):
 
     Notes
     -----
-    The conductivity at zero frequency is declared, because a table does not give it: polarisation slower
-    than its lowest frequency looks the same. `conduction_bounds` tells between which values it may be
-    declared; all answers that stand on it lie between those of the two.
+    The conductivity at zero frequency is declared, because a table does not give it: it cannot be distinguished from
+    polarisation slower than the lowest frequency. `conduction_bounds` gives the values between which it may be declared;
+    results that depend on it lie between those of the two bounds.
 
-    Between rows the logarithm of eps', and eps'' itself, are straight over the logarithm of the frequency.
-    Beyond the rows nothing was measured: there the edge value goes on as one Debye relaxation, below the band
-    with the time :math:`1/(2\pi f_\mathrm{min})`, above it with :math:`1/(2\pi f_\mathrm{max})` or, where the
-    loss at the edge exceeds half of eps', so much more that eps' stays positive. That is passive and
-    continuous, and no more than a way to have an answer; `band` tells where the table ends.
+    Between rows the logarithm of eps', and eps'' itself, are linear in the logarithm of the frequency. Beyond the rows
+    nothing was measured: there the value at the edge is extrapolated as one Debye relaxation, below the band with the time
+    :math:`1/(2\pi f_\mathrm{min})`, above it with :math:`1/(2\pi f_\mathrm{max})` or, where the loss at the edge exceeds
+    half of eps', with a shorter time so that eps' stays positive. The extrapolation is passive and continuous, but not
+    measured; `band` gives the ends of the table.
 
-    Where the declared conduction exceeds the loss of a row by no more than noise (5 % of it, or 0.001 as loss
-    tangent), the polarisation has no loss there.
+    Where the declared conduction exceeds the loss of a row by no more than noise (5 % of it, or 0.001 as loss tangent), the
+    polarisation has no loss there.
     """
 
     example: ClassVar[Mapping[str, Any]] = {
@@ -82,12 +82,12 @@ class Tabulated(Material):
         Samples, Field(description="relative permittivities [1], in place of a file")
     ] = Samples([])
     loss_samples: Annotated[
-        Samples, Field(description="the loss, as its column tells it, in place of a file")
+        Samples, Field(description="loss in the quantity of its column, in place of a file")
     ] = Samples([])
 
     @classmethod
     def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
-        """Ask for frequency, permittivity and loss unless the samples came along."""
+        """Name the columns of frequency, permittivity and loss, unless the samples are given."""
         if not table.get("file") or "frequency_samples" in table:
             return {}
         default = {name: cls.model_fields[name].default for name in cls.model_fields} | dict(table)
@@ -101,12 +101,18 @@ class Tabulated(Material):
         ):
             return {}
         forms = ", ".join(sorted(find_members(LossColumn)))  # type: ignore[type-abstract]
-        others = f' The loss may be told in other forms: loss = {{ model = "..." }} with {forms}.'
+        others = f' The loss may be given in other quantities: loss = {{ model = "..." }} with {forms}.'
         return {
             "frequency_samples": FileColumn(default["frequency_column"], default["frequency_unit"]),
             "permittivity_samples": FileColumn(default["permittivity_column"], "1"),
             "loss_samples": FileColumn(loss.column, loss.unit, others),
         }
+
+    @classmethod
+    def file_variants(cls, table: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
+        """Return every form of the loss, unless one is declared: the file has the column of one of them."""
+        forms = () if "loss" in table else sorted(find_members(LossColumn))  # type: ignore[type-abstract]
+        return tuple({"loss": {"model": name}} for name in forms)
 
     @model_validator(mode="after")
     def _is_passive(self) -> Self:
@@ -115,7 +121,7 @@ class Tabulated(Material):
         return self
 
     def _faults(self) -> Iterator[str]:
-        """Say what is wrong with the table; each sentence relies on those before it not being said."""
+        """Describe what is wrong with the table; each check assumes that those before it have passed."""
         columns = {
             "frequency": self.frequency_samples.values,
             "permittivity": self.permittivity_samples.values,
@@ -144,7 +150,7 @@ class Tabulated(Material):
                 yield f"{self._place(row)}: {name} = {columns[name][row]:.6g} must be {needs}"
         if not np.isfinite(self._loss() + self._conduction()).all():
             row = int(np.argmin(np.isfinite(self._loss() + self._conduction())))
-            yield f"{self._place(row)}: the loss is too large to be one; check units"
+            yield f"{self._place(row)}: the loss is too large for a number; check units"
         yield from self._overdrawn()
 
     def _disorder(self, frequency: Real) -> Iterator[str]:
@@ -162,12 +168,12 @@ class Tabulated(Material):
 
     def _passive_needs(self) -> str:
         return (
-            f"{self.loss.needs}: with Im eps* > 0 the dielectric is active, it would give energy away;"
-            " check the sign of the column, and leave out rows that the instrument could not resolve"
+            f"{self.loss.needs}: with Im eps* > 0 the dielectric would be active and release energy;"
+            " check the sign of the column, and omit rows that the instrument could not resolve"
         )
 
     def _overdrawn(self) -> Iterator[str]:
-        """Refuse a declared conduction that the table's loss has no room for."""
+        """Refuse a declared conduction that exceeds the loss of the table."""
         loss, conduction = self._loss(), self._conduction()
         missing = (1 - NOISE) * conduction - loss - RESOLUTION * self.permittivity_samples.values
         if (missing > 0).any():
@@ -176,8 +182,8 @@ class Tabulated(Material):
                 format_quantity(s, "S/m", digits=4) for s in (self.conductivity, self.conduction_bounds()[1])
             )
             yield (
-                f"conductivity = {declared} alone has eps'' = {conduction[row]:.4g} at {self._place(row)},"
-                f" but the table's whole loss there is {loss[row]:.4g}; declare from 0 to {most}"
+                f"conductivity = {declared} alone gives eps'' = {conduction[row]:.4g} at {self._place(row)},"
+                f" but the whole loss of the table there is {loss[row]:.4g}; declare from 0 to {most}"
             )
 
     def _place(self, row: int) -> str:
@@ -189,20 +195,20 @@ class Tabulated(Material):
             return self.loss.loss_factor(frequency, permittivity, self.loss_samples.values)
 
     def _conduction(self) -> Real:
-        """Give eps'' of the declared conduction at the rows."""
+        """Return eps'' of the declared conduction at the rows."""
         with np.errstate(all="ignore"):
             loss: Real = self.conductivity / (2 * np.pi * self.frequency_samples.values * VACUUM_PERMITTIVITY)
         return loss
 
     def table(self) -> tuple[Real, Complex]:
-        """Give the rows without the declared conduction.
+        """Return the rows without the declared conduction.
 
         Returns
         -------
         frequency : ndarray, shape (N,)
             Hz, rising.
         polarisation : ndarray of complex, shape (N,)
-            Relative permittivity of the bound charge alone, 1, passive.
+            Relative permittivity of the bound charge alone, dimensionless, passive.
         """
         loss = np.maximum(self._loss() - self._conduction(), 0.0)
         return self.frequency_samples.values, self.permittivity_samples.values - 1j * loss
@@ -223,8 +229,8 @@ class Tabulated(Material):
 
         Returns
         -------
-        ndarray of complex
-            Same shape; measured within `band` only.
+        permittivity : ndarray of complex
+            eps' - j eps'', dimensionless, same shape; measured within `band` only.
         """
         asked = np.asarray(frequency, dtype=float)
         hertz, rows = self.table()
@@ -239,21 +245,22 @@ class Tabulated(Material):
 
     @property
     def slowest_relaxation(self) -> float:
-        """Longest relaxation time that the lowest frequency shows, 1/(2 pi f_min) [s]."""
+        """Longest relaxation time that the lowest frequency resolves, 1/(2 pi f_min) [s]."""
         return float(1 / (2 * np.pi * self.frequency_samples.values[0]))
 
     def conduction_bounds(self) -> tuple[float, float]:
-        """Give the least and the most conductivity at zero frequency that the table allows.
+        """Return the smallest and the largest conductivity at zero frequency that the table allows.
 
         Returns
         -------
-        tuple of float
-            0, when all loss is slow polarisation, and the smallest conductivity w eps0 eps'' of all rows,
-            when that is all conduction [S/m].
+        low : float
+            0 S/m: all loss is slow polarisation.
+        high : float
+            Smallest conductivity w eps0 eps'' of all rows [S/m]: that loss is all conduction.
 
         Notes
         -----
-        The conductivity of a passive dielectric never falls with frequency, so its value at zero frequency is
+        The conductivity of a passive sum of relaxations does not decrease with frequency, so its value at zero frequency is
         at most the smallest in the table; without noise that is the one of the first row.
         """
         angular = 2 * np.pi * self.frequency_samples.values
@@ -261,7 +268,7 @@ class Tabulated(Material):
 
     @property
     def kramers_kronig(self) -> float:
-        """Relative misfit of the Kramers-Kronig relations, rms, 1; NaN if there are too few rows to tell."""
+        """Relative misfit of the Kramers-Kronig relations, rms, dimensionless; NaN with too few rows."""
         frequency = self.frequency_samples.values
         conductivity = 2 * np.pi * frequency * VACUUM_PERMITTIVITY * self._loss()
         try:
@@ -273,16 +280,16 @@ class Tabulated(Material):
         """Report passivity, band and Kramers-Kronig residual."""
         residual, (low, high) = self.kramers_kronig, self.band
         state = "unknown" if np.isnan(residual) else "warning" if residual > SUSPICIOUS else "ok"
-        said = "too few rows to tell" if np.isnan(residual) else f"{100 * residual:.2g} %"
+        said = "unknown, because there are too few rows" if np.isnan(residual) else f"{100 * residual:.2g} %"
         text = (
             f"the table of '{name}' is passive in all {len(self.frequency_samples)} rows, from"
             f" {format_quantity(low, 'Hz')} to {format_quantity(high, 'Hz')}; its Kramers-Kronig residual is {said}"
             f" (suspicious above {100 * SUSPICIOUS:.0f} %)"
         )
-        return (Diagnostic("measured table", state, text),)
+        return (*super().diagnostics(name), Diagnostic("measured table", state, text))
 
 
 def _relaxation_through(edge: complex, ratio: Real, place: float) -> Complex:
-    """Give the Debye relaxation that has this value at w = place/tau, at w ratio times as high."""
+    """Return the Debye relaxation that has this value at w = place/tau, at a frequency higher by this ratio."""
     fast = edge.real + edge.imag / place
     return np.asarray(fast + (edge.real - fast) * (1 + place**2) / (1 + 1j * place * ratio))

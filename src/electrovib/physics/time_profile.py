@@ -1,4 +1,4 @@
-"""How load, speed and distance change over time: straight pieces between times, as a person or a stage does it."""
+"""Time profiles of load and speed: piecewise linear shares of the full value."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-_BEGIN = Quantity("s", 0, 1e5, "when it begins")
+_BEGIN = Quantity("s", 0, 1e5, "time at which the change begins")
 
 
 class TimeProfile(Model, family=True):
@@ -24,85 +24,85 @@ class TimeProfile(Model, family=True):
 
     Notes
     -----
-    Straight between its corners, constant before the first and after the last.
+    Linear between its corners, constant before the first and after the last.
     """
 
     @abstractmethod
     def corners(self) -> tuple[tuple[float, float], ...]:
-        """Give time [s], increasing, and share [1] of every corner."""
+        """Return time [s], increasing, and share [1] of every corner."""
 
     def share(self, time: ArrayLike) -> NDArray[np.float64]:
-        """Share of the full value.
+        """Return the share of the full value.
 
         Parameters
         ----------
         time : array_like, any shape
-            s; NaN gives NaN.
+            Times [s]; NaN gives NaN.
 
         Returns
         -------
-        ndarray
-            1, same shape.
+        share : ndarray, same shape
+            Share of the full value [1], from 0 to 1.
         """
         times, shares = np.transpose(self.corners())
         return np.asarray(np.interp(np.asarray(time, dtype=float), times, shares))
 
     def runs(self, time: ArrayLike) -> NDArray[np.bool_]:
-        """Tell at which times [s] the share is above 0, or rises from 0 just then; at a stop it has stopped."""
+        """Tell at which times [s] the share is above 0 or begins to rise from 0; False at the time of a stop."""
         times, shares = np.transpose(self.corners())
         above = np.append(np.append(shares[0], np.maximum(shares[1:], shares[:-1])), shares[-1]) > 0
         return np.asarray(above[np.searchsorted(times, np.asarray(time, dtype=float), side="right")])
 
 
 class Steady(TimeProfile):
-    """The full value all the time."""
+    """The full value at all times."""
 
     def corners(self) -> tuple[tuple[float, float], ...]:
-        """Give one corner."""
+        """Return one corner."""
         return ((0.0, 1.0),)
 
 
 class Press(TimeProfile):
-    """Nothing before it begins, then a straight rise to the full value, which stays."""
+    """A linear rise from 0 to the full value, which is then held."""
 
     example: ClassVar[Mapping[str, Any]] = {"rise": 0.05}
 
     begin: Annotated[Number, _BEGIN] = 0.0
-    rise: Annotated[Number, Quantity("s", 1e-6, 1e5, "time of the rise")]
+    rise: Annotated[Number, Quantity("s", 1e-6, 1e5, "duration of the rise")]
 
     def corners(self) -> tuple[tuple[float, float], ...]:
-        """Give the ends of the rise."""
+        """Return the ends of the rise."""
         return ((self.begin, 0.0), (self.begin + self.rise, 1.0))
 
 
 class LiftOff(TimeProfile):
-    """The full value, then a straight fall to nothing."""
+    """The full value, then a linear fall to 0."""
 
     example: ClassVar[Mapping[str, Any]] = {"begin": 0.1, "fall": 0.05}
 
     begin: Annotated[Number, _BEGIN]
-    fall: Annotated[Number, Quantity("s", 1e-6, 1e5, "time of the fall")]
+    fall: Annotated[Number, Quantity("s", 1e-6, 1e5, "duration of the fall")]
 
     def corners(self) -> tuple[tuple[float, float], ...]:
-        """Give the ends of the fall."""
+        """Return the ends of the fall."""
         return ((self.begin, 1.0), (self.begin + self.fall, 0.0))
 
 
 class Swipe(TimeProfile):
-    """A rise, a steady stretch and a fall: one stroke of a finger."""
+    """A rise, a hold and a fall: one stroke of a finger."""
 
     example: ClassVar[Mapping[str, Any]] = {"rise": 0.05, "hold": 0.2, "fall": 0.05}
 
     begin: Annotated[Number, _BEGIN] = 0.0
-    rise: Annotated[Number, Quantity("s", 1e-6, 1e5, "time of the rise")]
-    hold: Annotated[Number, Quantity("s", 0, 1e5, "time at the full value")]
-    fall: Annotated[Number, Quantity("s", 1e-6, 1e5, "time of the fall")]
+    rise: Annotated[Number, Quantity("s", 1e-6, 1e5, "duration of the rise")]
+    hold: Annotated[Number, Quantity("s", 0, 1e5, "duration of the full value")]
+    fall: Annotated[Number, Quantity("s", 1e-6, 1e5, "duration of the fall")]
 
     def corners(self) -> tuple[tuple[float, float], ...]:
-        """Give the corners of the trapezoidal pulse."""
+        """Return the corners of the trapezoidal profile."""
         top, end = self.begin + self.rise, self.begin + self.rise + self.hold
         corners = [(self.begin, 0.0), (top, 1.0), (end, 1.0), (end + self.fall, 0.0)]
-        return tuple(dict(corners).items())  # without a stretch, three
+        return tuple(dict(corners).items())  # three without a hold
 
 
 class Corner(Model):
@@ -110,12 +110,12 @@ class Corner(Model):
 
     example: ClassVar[Mapping[str, Any]] = {"time": 0.1, "share": 1.0}
 
-    time: Annotated[Number, Quantity("s", 0, 1e5, "when")]
-    share: Annotated[Number, Quantity("1", 0, 1, "of the full value")]
+    time: Annotated[Number, Quantity("s", 0, 1e5, "time of the corner")]
+    share: Annotated[Number, Quantity("1", 0, 1, "share of the full value")]
 
 
 class Corners(TimeProfile):
-    """Any straight pieces between given corners."""
+    """A piecewise linear profile between given corners."""
 
     example: ClassVar[Mapping[str, Any]] = {
         "points": ({"time": 0.0, "share": 0.0}, {"time": 0.1, "share": 1.0}, {"time": 0.3, "share": 0.2})
@@ -127,9 +127,9 @@ class Corners(TimeProfile):
     def _ordered(self) -> Self:
         times = [point.time for point in self.points]
         if not times or sorted(set(times)) != times:
-            raise ValueError("points must be at least one, in the order of their times, each time once")
+            raise ValueError("points need at least one corner, in the order of their times, each time once")
         return self
 
     def corners(self) -> tuple[tuple[float, float], ...]:
-        """Give what was given."""
+        """Return the given corners."""
         return tuple((point.time, point.share) for point in self.points)

@@ -1,1 +1,1 @@
-"""What turns a recording into numbers: forces, friction, releases, each with what it leaves uncertain."""
+"""Reduction of recordings to forces, friction and release times, each with its uncertainty."""

@@ -1,4 +1,4 @@
-"""Standard errors of least squares where neighbouring residuals are alike, as those of a recorded force are."""
+"""Standard errors of least squares with correlated residuals, as those of a recorded force are."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ if TYPE_CHECKING:
 
 
 def autocovariance(residual: NDArray[np.float64], *, fitted: int = 0) -> NDArray[np.float64]:
-    """Autocovariance of residuals as noise of which each value depends on the two before it.
+    """Return the autocovariance of residuals, modelled as an autoregression of second order.
 
     Parameters
     ----------
     residual : ndarray, shape (n,)
-        Even in time, about 0; any unit; at least 4.
+        Residuals at even intervals of time, about 0, in any unit; n >= 4.
     fitted : int
         Number of parameters that were fitted to these samples.
 
     Returns
     -------
-    ndarray, shape (n,)
-        At lags 0 to n - 1 in samples; square of the unit.
+    autocovariance : ndarray, shape (n,)
+        Autocovariance at lags of 0 to n - 1 samples, in the square of the unit.
 
     Notes
     -----
-    Autoregression of second order by Burg's recursion, which has room for a relaxation or for one oscillation and
-    stays nearly unbiased in short records. Of 128 samples of noise, independent or alike over 2 samples, a mean lies
-    beyond two of its standard errors in 6 to 8 % of all records; alike over 10 samples, in 16 %.
+    The autoregression is found by Burg's recursion. Its second order can represent a relaxation or one oscillation, and
+    it is nearly unbiased in short records. The mean of 128 samples of noise, independent or correlated over 2 samples,
+    lies beyond two of its standard errors in 6 to 8 % of all records; correlated over 10 samples, in 16 %.
 
     References
     ----------
@@ -52,23 +52,23 @@ def autocovariance(residual: NDArray[np.float64], *, fitted: int = 0) -> NDArray
 
 
 def covariance(*, jacobian: NDArray[np.float64], autocovariance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Covariance of parameters that least squares fitted through noise of known autocovariance.
+    """Return the covariance of parameters fitted by least squares to samples with noise of known autocovariance.
 
     Parameters
     ----------
     jacobian : ndarray, shape (n, p)
-        Change of each sample with each parameter, samples even in time.
+        Derivative of each sample with respect to each parameter; samples at even intervals of time.
     autocovariance : ndarray, shape (m,)
-        Of the noise at lags 0 to m - 1; 0 beyond. One value alone means independent samples.
+        Autocovariance of the noise at lags of 0 to m - 1 samples, 0 beyond; m = 1 for independent samples.
 
     Returns
     -------
-    ndarray, shape (p, p)
-        In the squares of the units of the parameters; infinite where the samples do not determine them.
+    covariance : ndarray, shape (p, p)
+        Covariance in the products of the units of the parameters; infinite if the samples do not determine them.
 
     Notes
     -----
-    (J^T J)^-1 J^T R J (J^T J)^-1 with the noise's own covariance R, which is not used as a weight.
+    (J^T J)^-1 J^T R J (J^T J)^-1 with the covariance R of the noise, for a fit that was not weighted with R.
     """
     from scipy.linalg import matmul_toeplitz
 
@@ -83,20 +83,21 @@ def covariance(*, jacobian: NDArray[np.float64], autocovariance: NDArray[np.floa
 
 
 def line(*, time: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, float, float, float]:
-    """Fit a straight line to a stretch of a record.
+    """Fit a straight line to a section of a record.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
-        s.
+        Times [s].
     values : ndarray, shape (n,)
-        Any unit.
+        Values in any unit.
 
     Returns
     -------
-    tuple of float
-        Mean and its standard error in the unit of the values, slope and its standard error in that unit per
-        second; the errors count that neighbouring samples are alike.
+    mean, mean_error : float
+        Mean and its standard error, in the unit of the values.
+    slope, slope_error : float
+        Slope and its standard error, in that unit per second. Both errors include the correlation of the samples.
     """
     jacobian = np.column_stack([np.ones_like(time), time - time.mean()])
     mean, slope = (float(value) for value in np.linalg.lstsq(jacobian, values, rcond=None)[0])

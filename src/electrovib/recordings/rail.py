@@ -1,4 +1,4 @@
-"""Sensors at the end of their range: a reading that stands still where it is highest or lowest."""
+"""Sensors at the end of their range, recognised by a highest or lowest reading that repeats exactly."""
 
 from __future__ import annotations
 
@@ -13,37 +13,37 @@ if TYPE_CHECKING:
 
     from electrovib.recordings.recording import Recording
     from electrovib.recordings.spans import Span
-    from electrovib.recordings.swipe_parts import Touch
+    from electrovib.recordings.swipe.parts import Touch
 
 _FEWEST = 10
-"""Equal samples that may be chance."""
+"""Number of equal extreme samples from which on they are no coincidence."""
 _MORE = 3
-"""So many times more often than any reading inside the range does the extreme one occur."""
+"""Factor by which the extreme reading occurs more often than any reading inside the range."""
 _NOISE = 0.5
-"""Inside the range neighbouring changes differ by more than as many steps of the converter."""
+"""Median difference of successive changes inside the range, in steps of the converter, below which there is no noise."""
 _MOST = 0.5
-"""Share of a window at a rail from which on nothing is told of it."""
+"""Largest fraction of a window at the end of the range with which a force is still computed."""
 
 
 def at_rail(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Find where a sensor sits at its highest or lowest reading.
+    """Find the samples at which a sensor is at the end of its range.
 
     Parameters
     ----------
     reading : ndarray, shape (n,)
-        Any unit.
+        Reading in any unit.
 
     Returns
     -------
-    ndarray of bool, shape (n,)
-        True where the reading is the extreme one, if that occurs much more often than any other.
+    at_rail : ndarray of bool, shape (n,)
+        True where the reading is the highest or lowest one, if that occurs much more often than any other.
 
     Notes
     -----
-    A converter at the end of its range gives one number again and again, while a force within the range comes with
-    noise. A reading without noise, or with less than a step of the converter, is never at a rail here; nor is one that
-    an amplifier before the converter limits, because that keeps the converter's noise. A dead band, in which a small
-    force reads exactly 0, looks the same as a rail and hides the zero of the sensor as a rail does.
+    A converter at the end of its range repeats one number, while a force within the range comes with noise. A reading
+    whose noise is less than a step of the converter is never found to be at the end of its range; nor is one that is
+    limited by an amplifier before the converter, because it keeps the noise of the converter. A dead band, in which a
+    small force reads exactly 0, cannot be distinguished from the end of the range; it hides the zero of the sensor too.
     """
     extremes = (reading.min(), reading.max())
     found = np.zeros(len(reading), dtype=np.bool_)
@@ -63,26 +63,26 @@ def at_rail(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def about_rails(recording: Recording, contact: Touch, window: Span) -> tuple[str, ...]:
-    """Refuse forces that are only the end of a sensor's range; say where part of what is used is.
+    """Refuse forces beyond the range of a sensor, and state where part of the samples used are beyond it.
 
     Parameters
     ----------
     recording : Recording
-        With the samples at a rail.
+        Recording with the samples at the end of the range.
     contact : Touch
-        The touch, with the unloaded samples on either side.
+        Contact, with the unloaded samples before and after it.
     window : tuple of int
-        Samples of which the forces are means.
+        Samples over which the forces are averaged.
 
     Returns
     -------
-    tuple of str
-        Sentences; none where no sensor was at a rail.
+    warnings : tuple of str
+        One sentence for each sensor and section concerned; empty if none is.
 
     Raises
     ------
     InputError
-        If a sensor sits at a rail for most of the window: its force is larger than it can tell.
+        If a sensor is at the end of its range for most of the window, so that the force is beyond it.
     """
     said = []
     for name, railed in recording.at_rail.items():
@@ -92,15 +92,15 @@ def about_rails(recording: Recording, contact: Touch, window: Span) -> tuple[str
                 shares[f"the unloaded part {when} the contact"] = float(np.mean(railed[slice(*side)]))
         if shares["the window"] > _MOST:
             raise InputError(
-                f"{recording.source}: the sensor of the {name} force sits at its rail, the same highest or lowest reading"
-                f" again and again, for {shares['the window']:.0%} of the time from"
-                f" {recording.time[window[0]]:.2f} to {recording.time[window[1] - 1]:.2f} s: the force is beyond its range"
-                f" and cannot be told. Is {name}.column the right one? Otherwise record with a larger range."
+                f"{recording.source}: the sensor of the {name} force is at its rail (its highest or lowest reading, repeated"
+                f" exactly) for {shares['the window']:.0%} of the time from {recording.time[window[0]]:.2f} to"
+                f" {recording.time[window[1] - 1]:.2f} s, so the force is beyond its range and cannot be determined."
+                f" Is {name}.column the right one? Otherwise record with a larger range."
             )
         for where, share in shares.items():
             if share > 0:
                 said.append(
-                    f"Warning: the sensor of the {name} force sits at its rail, or in a dead band, for {share:.1%} of"
-                    f" {where}: what is told of it is wrong by an unknown amount."
+                    f"Warning: the sensor of the {name} force is at its rail, or in a dead band, for {share:.1%} of"
+                    f" {where}: values derived from it have an error of unknown size."
                 )
     return tuple(said)

@@ -1,4 +1,4 @@
-"""A recording of a tribometer in forces and metres: read from a file, calibrated, checked."""
+"""A recording of a tribometer, read from a file, calibrated in newtons and metres, and checked."""
 
 from __future__ import annotations
 
@@ -22,33 +22,33 @@ if TYPE_CHECKING:
     from electrovib.physics.rig_channels import Clock, TribometerChannels
 
 _FEWEST = 100
-"""Samples below which nothing can be told apart."""
+"""Smallest number of samples of a record."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Recording:
-    """What a tribometer recorded, calibrated; the zeros of its forces are still those of the sensors.
+    """A calibrated recording of a tribometer; the zeros of its forces are still those of the sensors.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
-        s, increasing.
+        Times [s], increasing.
     normal_force, lateral_force : ndarray, shape (n,)
-        N, up to a zero that may drift.
+        Forces [N], up to a zero that may drift.
     position : ndarray, shape (n,), or None
-        Of the carriage [m], 0 at the first sample, wraps undone; None without an encoder.
+        Position of the carriage [m], 0 at the first sample, continuous where the encoder wraps; None without an encoder.
     step : float
-        What one count of the encoder stands for [m]; 0 without one.
+        Length of one count of the encoder [m]; 0 without one.
     channels : TribometerChannels
-        The calibration.
+        Calibration.
     source : str
-        Where it comes from, for messages.
+        Name of the file or record, for messages.
     wraps : int
-        How often the encoder's register wrapped.
+        Number of times the register of the encoder wrapped.
     missing : int
-        Rows that were left out because they held a NaN.
+        Number of rows that were omitted because they held a NaN.
     at_rail : mapping of str to ndarray of bool, shape (n,)
-        Of ``normal`` and ``lateral``: the samples at which the sensor sits at its highest or lowest value.
+        For ``normal`` and ``lateral``: True at the samples at which the sensor is at the end of its range.
     """
 
     time: NDArray[np.float64]
@@ -69,19 +69,19 @@ def read_recording(path: Path, channels: TribometerChannels) -> Recording:
     Parameters
     ----------
     path : Path
-        Any file of which `electrovib.data.columns.read_columns` reads columns: ``.mat``, ``.csv``, ``.npy`` ...
+        Any file from which `electrovib.data.columns.read_columns` reads columns: ``.mat``, ``.csv``, ``.npy`` ...
     channels : TribometerChannels
-        Which columns are what, and their calibration.
+        Assignment of the columns, and their calibration.
 
     Returns
     -------
     Recording
-        In SI.
+        Calibrated recording, in SI.
 
     Raises
     ------
     InputError
-        If the file or a column cannot be read, or is no record.
+        If the file or a column cannot be read, or if a column is no record.
     """
     wanted: dict[str, tuple[str | int, str]] = {
         "normal": (channels.normal.column, channels.normal.read_as),
@@ -97,27 +97,28 @@ def read_recording(path: Path, channels: TribometerChannels) -> Recording:
 def calibrated(
     columns: Mapping[str, NDArray[np.float64]], channels: TribometerChannels, *, source: str = "the recording"
 ) -> Recording:
-    """Make forces and a position of the columns of a tribometer.
+    """Compute forces and a position from the columns of a tribometer.
 
     Parameters
     ----------
     columns : mapping of str to ndarray, shape (n,)
-        ``normal`` and ``lateral`` [V], or [N] without a sensitivity; ``encoder`` [1] where there is one; ``time`` [s]
-        where the clock is a column.
+        ``normal`` and ``lateral`` [V], or [N] without a sensitivity; ``encoder`` [1] if there is one; ``time`` [s]
+        if the clock is a column.
     channels : TribometerChannels
-        The calibration.
+        Calibration.
     source : str
-        Where it comes from, for messages.
+        Name of the file or record, for messages.
 
     Returns
     -------
     Recording
-        In SI.
+        Calibrated recording, in SI.
 
     Raises
     ------
     InputError
-        Every column that is missing, of another length, not finite or constant, and stamps that do not increase.
+        For every column that is missing, of another length, not finite or constant, and for time stamps that do not
+        increase.
     """
     needed = ["normal", "lateral"]
     needed += ["encoder"] if channels.encoder is not None else []
@@ -153,7 +154,7 @@ def calibrated(
 def _on_time(
     columns: dict[str, NDArray[np.float64]], clock: Clock, whole: NDArray[np.bool_], source: str
 ) -> tuple[dict[str, NDArray[np.float64]], NDArray[np.float64]]:
-    """Give the rows that count and when they were taken; rows that are left out leave a gap in time."""
+    """Return the rows that are kept and their times; an omitted row leaves a gap in time."""
     rows = np.flatnonzero(whole)
     if isinstance(clock, TimeColumn):
         rows = rows[increasing(columns["time"][rows], clock.stamps, source)]
@@ -165,26 +166,26 @@ def _on_time(
 
 
 def increasing(time: NDArray[np.float64], stamps: StampTreatment, source: str) -> NDArray[np.bool_]:
-    """Tell which samples of a record to keep.
+    """Return which samples of a record have increasing time stamps, or refuse the record.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
-        s.
+        Time stamps [s].
     stamps : StampTreatment
-        What to do with stamps that do not increase.
+        Treatment of time stamps that do not increase.
     source : str
-        For the message.
+        Name of the record, for the message.
 
     Returns
     -------
-    ndarray of bool, shape (n,)
-        True for those to keep.
+    kept : ndarray of bool, shape (n,)
+        True for the samples to keep.
 
     Raises
     ------
     InputError
-        If the treatment refuses the record, or hardly anything is left.
+        If the treatment refuses the record, or if fewer than 100 samples are left.
     """
     try:
         kept = stamps.keep(time)
@@ -203,26 +204,26 @@ def increasing(time: NDArray[np.float64], stamps: StampTreatment, source: str) -
 def without_missing(
     columns: Mapping[str, NDArray[np.float64]], allowed: int, source: str
 ) -> NDArray[np.bool_]:
-    """Tell which rows of a record hold numbers only.
+    """Find the rows of a record in which every value is a finite number.
 
     Parameters
     ----------
     columns : mapping of str to ndarray, shape (n,)
-        Any units.
+        Columns in any units.
     allowed : int
-        Largest number of rows that may be left out.
+        Largest number of rows that may be omitted.
     source : str
-        For the message.
+        Name of the record, for the message.
 
     Returns
     -------
-    ndarray of bool, shape (n,)
-        True for those to keep.
+    kept : ndarray of bool, shape (n,)
+        True for the rows to keep.
 
     Raises
     ------
     InputError
-        If more rows than that hold something else: with their number, and each column's first.
+        If more rows than that hold something else; the message states their number and the first one of each column.
     """
     kept = np.all([np.isfinite(values) for values in columns.values()], axis=0)
     missing = int(np.count_nonzero(~kept))
@@ -233,13 +234,9 @@ def without_missing(
         bad = np.flatnonzero(~np.isfinite(values))
         if len(bad):
             faults.append(f"column '{name}', sample {bad[0]}: {values[bad[0]]} is not a finite number")
-    may = (
-        f"missing_rows = {missing} leaves them out"
-        if allowed == 0
-        else f"missing_rows = {allowed} allows fewer"
-    )
+    may = f"missing_rows = {missing} omits them" if allowed == 0 else f"missing_rows = {allowed} allows fewer"
     rows = "1 row" if missing == 1 else f"{missing} rows"
-    raise InputError(f"{'; '.join(faults)}. It is so in {rows} of {len(kept)}; {may}.", path=source)
+    raise InputError(f"{'; '.join(faults)}. This concerns {rows} of {len(kept)}; {may}.", path=source)
 
 
 def _faults(source: str, name: str, values: NDArray[np.float64]) -> list[str]:

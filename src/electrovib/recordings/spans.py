@@ -1,4 +1,4 @@
-"""Stretches of a record in which something holds."""
+"""Sections of a record in which a condition holds."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
 
 
 Span = tuple[int, int]
-"""First sample and the one after the last."""
+"""Index of the first sample of a section, and of the sample after its last."""
 
 
 def _scatter_about_two_levels(values: NDArray[np.float64]) -> float:
-    """Sum of squares about the means of the two groups with the least of it."""
+    """Return the sum of squares about the means of the two groups for which it is least."""
     level = _split(values)
     high = values > level
     return float(
@@ -34,7 +34,7 @@ def _split(values: NDArray[np.float64]) -> float:
 
 
 def _closed(mask: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
-    """Fill gaps shorter than a count of samples between two true stretches."""
+    """Fill gaps between two true sections that are shorter than a number of samples."""
     filled = mask.copy()
     gaps = [gap for gap in _runs(~mask) if gap[0] > 0 and gap[1] < len(mask)]
     for first, last in gaps:
@@ -49,6 +49,6 @@ def _runs(mask: NDArray[np.bool_]) -> list[Span]:
 
 
 def _run_length(mask: NDArray[np.bool_]) -> int:
-    """Count how many are true before the first false."""
+    """Count the true values before the first false one."""
     false = np.flatnonzero(~mask)
     return int(false[0]) if len(false) else len(mask)

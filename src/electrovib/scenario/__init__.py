@@ -1,8 +1,9 @@
 """An experiment as one frozen tree of models, and how it is read."""
 
-from electrovib.scenario.experiment import SCHEMA, Scenario
+from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import read_part
 from electrovib.scenario.grids import AtRest, FrequencyGrid, InitialState, PeriodicState, TimeGrid
+from electrovib.scenario.of_trace import changed_models, scenario_of, sweep_of
 from electrovib.scenario.offers import skins
 from electrovib.scenario.presets import AIR, plain, preset, sourced
 from electrovib.scenario.reading import (
@@ -12,10 +13,9 @@ from electrovib.scenario.reading import (
     paper_of_preset,
     paper_scenario,
     read_scenario,
-    scenario_of,
-    sweep_of,
 )
 from electrovib.scenario.sources import is_default, not_in_paper
+from electrovib.scenario.toml import SCHEMA
 
 __all__ = [
     "AIR",
@@ -28,6 +28,7 @@ __all__ = [
     "Scenario",
     "Source",
     "TimeGrid",
+    "changed_models",
     "is_default",
     "load",
     "not_in_paper",

@@ -1,4 +1,4 @@
-"""How likely the values of a parameter are."""
+"""Probability distributions of parameters."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from electrovib.core.errors import InputError
 
 
 class Distribution(ABC):
-    """How likely the values of a parameter are, in the parameter's SI unit."""
+    """Probability distribution of the values of a parameter, in its SI unit."""
 
     @abstractmethod
     def value(self, share: Real) -> Real:
-        """Give the value below which a share of all values lies.
+        """Return quantiles.
 
         Parameters
         ----------
         share : ndarray, shape (n,)
-            Above 0 and below 1 [1].
+            Cumulative probability, dimensionless, above 0 and below 1.
 
         Returns
         -------
-        ndarray, shape (n,)
-            In the parameter's SI unit.
+        value : ndarray, shape (n,)
+            Values that are not exceeded with this probability, in the SI unit of the parameter.
         """
 
     @property
     @abstractmethod
     def ends(self) -> tuple[float, float]:
-        """Smallest and largest value that can occur, in the parameter's SI unit; infinite where there is none."""
+        """Smallest and largest value that can occur, in the SI unit of the parameter; infinite if unbounded."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Uniform(Distribution):
-    """Every value between two ends is equally likely."""
+    """Uniform distribution between two ends."""
 
     low: float
     high: float
@@ -48,7 +48,7 @@ class Uniform(Distribution):
         _increasing(low=self.low, high=self.high)
 
     def value(self, share: Real) -> Real:
-        """Go straight from the low end to the high one."""
+        """Interpolate linearly between the ends."""
         return np.asarray(self.low + (self.high - self.low) * share)
 
     @property
@@ -59,7 +59,7 @@ class Uniform(Distribution):
 
 @dataclass(frozen=True, kw_only=True)
 class LogUniform(Distribution):
-    """Every logarithm between those of two positive ends is equally likely."""
+    """Distribution whose logarithm is uniform between two positive ends."""
 
     low: float
     high: float
@@ -70,7 +70,7 @@ class LogUniform(Distribution):
         _increasing(low=self.low, high=self.high)
 
     def value(self, share: Real) -> Real:
-        """Go straight from end to end in the logarithm."""
+        """Interpolate linearly between the ends in the logarithm."""
         return np.asarray(self.low * (self.high / self.low) ** share)
 
     @property
@@ -81,7 +81,7 @@ class LogUniform(Distribution):
 
 @dataclass(frozen=True, kw_only=True)
 class Normal(Distribution):
-    """A normal distribution, cut where ends are given; what is cut away is spread over the rest in proportion."""
+    """Normal distribution, truncated and renormalised where ends are given."""
 
     mean: float
     deviation: float
@@ -103,13 +103,13 @@ class Normal(Distribution):
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The two ends, infinite unless they were given."""
+        """The two ends, infinite unless given."""
         return self.low, self.high
 
 
 @dataclass(frozen=True, kw_only=True)
 class LogNormal(Distribution):
-    """The logarithm is normal: two thirds of all values lie between median/factor and median times factor."""
+    """Log-normal distribution: two thirds of all values lie between median/factor and median times factor."""
 
     median: float
     factor: float
@@ -133,7 +133,7 @@ class LogNormal(Distribution):
 
 @dataclass(frozen=True, kw_only=True)
 class Triangular(Distribution):
-    """Most likely at one value, and ever less so towards two ends, in straight lines."""
+    """Triangular distribution: the density falls linearly from the most likely value to both ends."""
 
     low: float
     likely: float
@@ -161,7 +161,7 @@ class Triangular(Distribution):
 
 @dataclass(frozen=True, kw_only=True)
 class Empirical(Distribution):
-    """Values that were measured, each as likely as any other."""
+    """Distribution of measured values, all equally likely."""
 
     values: tuple[float, ...]
 
@@ -171,13 +171,13 @@ class Empirical(Distribution):
             raise InputError("values: expected at least one measured value")
 
     def value(self, share: Real) -> Real:
-        """Give the measured value at this place of the sorted list."""
+        """Return the measured value at this fraction of the sorted list."""
         ordered = np.sort(np.asarray(self.values, dtype=float))
         return np.asarray(ordered[np.minimum((share * len(ordered)).astype(int), len(ordered) - 1)])
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The smallest and the largest."""
+        """Smallest and largest measured value."""
         return min(self.values), max(self.values)
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any, ClassVar, Final, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
+from electrovib.core.changes import stored_changes
+from electrovib.core.errors import Problem
 from electrovib.core.model import Model, read_model
 from electrovib.core.tables import put
 from electrovib.physics.circuit import Circuit
@@ -24,12 +26,12 @@ from electrovib.physics.rig import Rig
 from electrovib.physics.stack import Stack
 from electrovib.scenario.files import read_part
 from electrovib.scenario.grids import FrequencyGrid, TimeGrid
+from electrovib.scenario.in_words import lines_of
 from electrovib.scenario.moisture import moistened, refuse_what_moisture_sets
 from electrovib.scenario.offers import with_offers
+from electrovib.scenario.parts import how_to_add, with_parts
 from electrovib.scenario.sources import BY_THE_USER
-
-SCHEMA: Final = 1
-"""Of the scenario files that this version reads and writes."""
+from electrovib.scenario.toml import SCHEMA, to_toml
 
 
 class Scenario(Model):
@@ -37,7 +39,7 @@ class Scenario(Model):
 
     Notes
     -----
-    `title` and `sources` are words for people: they do not enter the hash, nor equality.
+    `title` and `sources` are descriptions: they enter neither the hash nor equality.
     """
 
     example: ClassVar[Mapping[str, Any]] = {
@@ -70,7 +72,7 @@ class Scenario(Model):
 
     @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
-        """Read the names of what papers offer, and say of each value where it is from."""
+        """Replace names of what papers offer by its tables, and note the source of each value."""
         if isinstance(content.get("stack"), Stack):
             return content  # nothing else can be a name
         content, told = with_offers(content)
@@ -99,13 +101,13 @@ class Scenario(Model):
         if isinstance(self.motion.distance, HeldOff) and self.stack.gap_name is None:
             raise ValueError(
                 "motion.distance = HeldOff: the finger is as far off the plate as the gap is thick, and the stack has"
-                " none; add [stack.gap] with a thickness, or leave motion.distance away for a finger in touch"
+                " none; add [stack.gap] with a thickness, or omit motion.distance for a finger that touches"
             )
         return self
 
     @model_validator(mode="after")
     def _moistened(self) -> Self:
-        """Let moisture set what it moves, so that every table shows what was computed with."""
+        """Let moisture set its parameters, so that every table shows the values of the computation."""
         if self.moisture is not None:
             content = self.to_dict()
             put(content, moistened(self, self.moisture))
@@ -119,8 +121,8 @@ class Scenario(Model):
         charged = [name for name, layer in self.stack.layers.items() if layer.initial_charge]
         if charged and self.circuit.return_path.second_contact(1.0):
             raise ValueError(
-                f"stack.{charged[0]}.initial_charge goes with one contact only: with a SecondElectrode it would have to be"
-                " told for both; remove the charge, or use another return path"
+                f"stack.{charged[0]}.initial_charge is possible with one contact only, and a SecondElectrode is a second one:"
+                " remove the charge, or use another return path"
             )
         return self
 
@@ -130,17 +132,33 @@ class Scenario(Model):
         return self.contact.gross_area(self.load.normal_force)
 
     def canonical(self) -> str:
-        """Write the canonical JSON of the physics, without the words for people."""
+        """Return the canonical JSON of the physics, without title and sources."""
         content = self.model_copy(update={"title": "", "sources": {}})
         return Model.canonical(content)
 
     @classmethod
+    def put_into(
+        cls, content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = True
+    ) -> list[Problem]:
+        """Put changes into tables of a scenario; optional parts that they lead into are added."""
+        changes, problems = with_parts(cls, content, changes)
+        for problem in put(content, changes, strict=strict):
+            how = how_to_add(cls, content, problem.path)
+            problems.append(Problem(how, path=problem.path) if how else problem)
+        return problems
+
+    @classmethod
+    def how_to_add(cls, content: Mapping[str, Any], path: str) -> str:
+        """Explain how to add the layer or table that a dotted path leads into; empty where it leads into none."""
+        return how_to_add(cls, content, path)
+
+    @classmethod
     def rebuilt(cls, content: dict[str, Any]) -> Self:
-        """Build it from changed tables, with the numbers of a file that is named anew."""
+        """Build a scenario from changed tables, reading the files that are newly named."""
         return read_part(cls, content)
 
     def replace(self, changes: Mapping[str, Any]) -> Self:
-        """Give a copy with some parameters changed, and their sources marked as the user's.
+        """Return a copy with some parameters changed and their sources marked as set by the user.
 
         Parameters
         ----------
@@ -149,15 +167,18 @@ class Scenario(Model):
 
         Returns
         -------
-        Scenario
-            Validated.
+        scenario : Scenario
+            Validated copy.
 
         Raises
         ------
         InputError
             Every mistake at once.
         """
-        changes, told = with_offers(changes)
+        stored, problems = stored_changes(self, changes)
+        if problems:
+            return Model.replace(self, changes)  # which refuses them, with every other mistake
+        changes, told = with_offers(stored)
         changed = Model.replace(self, changes)
         if changed.moisture is not None:
             refuse_what_moisture_sets(changed, changes)
@@ -176,6 +197,16 @@ class Scenario(Model):
         }
         return changed.model_copy(update={"sources": kept | theirs})
 
+    def __repr__(self) -> str:
+        """Write title and parts, a line each; those that keep their default are omitted."""
+        return "\n  ".join([f"Scenario: {self.title or 'without a title'}", *lines_of(self)])
+
+    __str__ = __repr__
+
+    def to_toml(self) -> str:
+        """Write the TOML file that builds this scenario again, with the meaning of every parameter."""
+        return to_toml(self)
+
     def to_json(self) -> str:
-        """Write everything, measured samples included, as one line of JSON."""
+        """Return everything, measured samples included, as one line of JSON."""
         return json.dumps({"schema": SCHEMA} | self.to_dict(), default=lambda samples: samples.packed())

@@ -1,4 +1,4 @@
-"""The numbers of the files that a scenario names: read when the scenario is, never by a model."""
+"""Numbers of the files that a scenario names: read together with the scenario, never by a model."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from electrovib.core.errors import DataFileError, InputError, NoColumnError, Problem
-from electrovib.core.files import FileColumn, note_input
+from electrovib.core.files import note_input
 from electrovib.core.mistakes import shown
 from electrovib.core.model import Model, read_model
 from electrovib.data.columns import read_columns
@@ -25,12 +25,12 @@ def read_part(kind: type[M], content: object, *, folder: Path | None = None) -> 
     content : object
         Nested tables.
     folder : Path, optional
-        Where relative names of files begin; by default the working folder.
+        Folder to which names of files are relative; by default the working folder.
 
     Returns
     -------
-    Model
-        Validated; it carries the numbers of its files.
+    model : Model
+        Validated, with the numbers of its files.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def read_part(kind: type[M], content: object, *, folder: Path | None = None) -> 
         Every mistake at once; a file that cannot be read does not hide the others.
     """
     faults: list[Problem] = []
-    filled = _filled(kind, content, folder or Path(), "", faults)
+    filled = _filled(kind, current_tables(kind, content), folder or Path(), "", faults)
     try:
         built = read_model(kind, filled)
     except InputError as error:
@@ -49,8 +49,32 @@ def read_part(kind: type[M], content: object, *, folder: Path | None = None) -> 
     return built
 
 
+def current_tables(kind: type[Model] | None, content: Any) -> Any:
+    """Return nested tables with former names of parameters replaced by those of today.
+
+    Parameters
+    ----------
+    kind : type or None
+        A family of models, or a model; None for what is no model.
+    content : object
+        Nested tables, not yet validated.
+
+    Returns
+    -------
+    object
+        A copy of the tables; anything else as it is.
+    """
+    if isinstance(content, (list, tuple)) and any(isinstance(item, Mapping) for item in content):
+        return [current_tables(kind, item) for item in content]
+    model = kind.chosen(content) if kind is not None and isinstance(content, Mapping) else None
+    if model is None:
+        return content
+    table = model.with_current_names(dict(content))
+    return {name: current_tables(model.part(str(name)), item) for name, item in table.items()}
+
+
 def _filled(kind: type[Model] | None, content: Any, folder: Path, path: str, faults: list[Problem]) -> Any:
-    """Copy tables and put the numbers of their files in; what cannot be told from them is left to validation."""
+    """Copy tables and add the numbers of their files; tables that name no known model are left to validation."""
     start = f"{path}." if path else ""
     if isinstance(content, (list, tuple)) and any(isinstance(item, Mapping) for item in content):
         return [_filled(kind, item, folder, f"{start}{index}", faults) for index, item in enumerate(content)]
@@ -61,19 +85,25 @@ def _filled(kind: type[Model] | None, content: Any, folder: Path, path: str, fau
         name: _filled(model.part(str(name)), item, folder, f"{start}{name}", faults)
         for name, item in content.items()
     }
-    if columns := model.file_columns(table):
+    if model.file_columns(table):
         try:
-            table |= _read(folder / str(table["file"]), columns)
+            table |= _read(folder / str(table["file"]), model, table)
         except DataFileError as error:
             value = shown({"model": model.__name__, **table})
             faults += [Problem(str(each), path=path, value=value) for each in error.problems]
     return table
 
 
-def _read(file: Path, columns: Mapping[str, FileColumn]) -> dict[str, Any]:
+def _read(file: Path, model: type[Model], table: Mapping[str, Any]) -> dict[str, Any]:
+    """Read the columns of a model's file, in the first form in which it has them."""
     note_input(file)
-    try:
-        return dict(read_columns(file, {name: (each.name, each.unit) for name, each in columns.items()}))
-    except NoColumnError as error:
-        more = "".join(each.otherwise for each in columns.values() if each.name == error.column)
-        raise DataFileError(problem.followed_by(more) for problem in error.problems) from None
+    missing: list[DataFileError] = []
+    for variant in ({}, *model.file_variants(table)):
+        columns = model.file_columns({**table, **variant})
+        asked = {name: (each.name, each.unit) for name, each in columns.items()}
+        try:
+            return {**variant, **read_columns(file, asked)}
+        except NoColumnError as error:
+            more = "".join(each.otherwise for each in columns.values() if each.name == error.column)
+            missing.append(DataFileError(problem.followed_by(more) for problem in error.problems))
+    raise missing[0]

@@ -1,4 +1,4 @@
-"""When and over which frequencies a result is wanted, and what came before."""
+"""Output times and frequencies of a result, and the state before time 0."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
 
 FORMULA_SAMPLES: Final = 2001
-"""Even times at which a drive is looked at that is a formula, if nothing else is said."""
+"""Number of evenly spaced output times of a drive that is given by a formula, by default."""
 ROUNDING: Final = 8 * float(np.finfo(float).eps)
-"""Share of a time by which two times may differ and still be one."""
+"""Relative difference up to which two times count as one."""
 
 
 class InitialState(Model, family=True):
-    """What came before time 0."""
+    """State before time 0."""
 
 
 class AtRest(InitialState):
-    """No field before time 0: the drive is switched on then."""
+    """No field before time 0, when the drive is switched on."""
 
 
 class PeriodicState(InitialState):
-    """The drive has been repeating for ever."""
+    """The state in which every period of the drive gives the same response."""
 
 
 class TimeGrid(Model):
-    """When the result is wanted."""
+    """Output times of a result."""
 
     duration: Annotated[
-        Number | None, Quantity("s", 1e-9, 1e5, "how long; the drive's own length if absent")
+        Number | None, Quantity("s", 1e-9, 1e5, "last output time; the duration of the drive if absent")
     ] = None
     samples: int | None = None
     initial_state: InitialState = AtRest()
@@ -46,35 +46,36 @@ class TimeGrid(Model):
         return self
 
     def count(self, drive: Drive) -> int:
-        """Count the times at which the result is wanted; at most so many where a measured drive has more stamps.
+        """Count the output times.
 
         Parameters
         ----------
         drive : Drive
-            Of the scenario.
+            Drive of the scenario.
 
         Returns
         -------
-        int
-            As many as `times` gives, or a few more.
+        count : int
+            Number of the times that `times` returns, or of a measured drive an upper bound of it.
         """
         if self.samples is not None or drive.time_stamps is None:
             return self.samples or FORMULA_SAMPLES
         return len(drive.time_stamps) + FORMULA_SAMPLES
 
     def times(self, drive: Drive) -> Real:
-        """Give the times at which the result is wanted [s].
+        """Return the output times.
 
         Parameters
         ----------
         drive : Drive
-            Of the scenario.
+            Drive of the scenario.
 
         Returns
         -------
-        ndarray, shape (n,)
-            `samples` even times if that is given. Else the stamps of a measured drive, up to the end and, where the
-            end comes later than the record, as many even times after it as a formula gets; else 2001 even times.
+        times : ndarray, shape (n,)
+            Output times [s], increasing from 0: `samples` evenly spaced times if that is given; else the time stamps of a
+            measured drive up to the end, followed by evenly spaced times where the end lies after the record; else 2001
+            evenly spaced times.
         """
         end = self.duration or drive.duration
         if self.samples is not None or drive.time_stamps is None:
@@ -89,13 +90,13 @@ class TimeGrid(Model):
 
 
 def _apart(stamps: Real) -> Real:
-    """Leave out stamps that only rounding tells from the one before, as two records of one clock have them."""
+    """Omit time stamps that differ from the one before by rounding only, as those of two records of one clock do."""
     apart = np.diff(stamps, prepend=-np.inf) > ROUNDING * stamps
     return stamps if np.all(apart) else stamps[apart]
 
 
 class FrequencyGrid(Model):
-    """Over which frequencies the response is wanted; materials are reduced over these and over what the run needs."""
+    """Frequencies of the response; materials are reduced over their band and over the band that the run needs."""
 
     low: Annotated[Number, Quantity("Hz", 1e-6, 1e12, "lowest frequency")] = 1.0
     high: Annotated[Number, Quantity("Hz", 1e-6, 1e12, "highest frequency")] = 1e6
@@ -108,5 +109,5 @@ class FrequencyGrid(Model):
         return self
 
     def frequencies(self) -> Real:
-        """Evenly spaced in the logarithm."""
+        """Return the frequencies [Hz], evenly spaced in the logarithm."""
         return np.geomspace(self.low, self.high, self.samples)

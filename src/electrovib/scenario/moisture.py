@@ -1,4 +1,4 @@
-"""What moisture changes in a scenario."""
+"""Changes that moisture makes to a scenario."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 
 def moistened(scenario: Scenario, moisture: Moisture) -> dict[str, float]:
-    """Changes that bring a scenario to a moisture, for `Scenario.replace`.
+    """Return the changes that bring a scenario to a moisture, for `Scenario.replace`.
 
     Parameters
     ----------
     scenario : Scenario
-        Whose layers, materials and friction say what there is to change.
+        Scenario whose layers, materials and friction have the parameters to change.
     moisture : Moisture
-        How moist.
+        Level of moisture, and dry and wet values.
 
     Returns
     -------
@@ -46,12 +46,12 @@ def moistened(scenario: Scenario, moisture: Moisture) -> dict[str, float]:
 
 
 def _skin(scenario: Scenario) -> str | None:
-    """Name the layer that moisture acts on: the one of the finger at the interface."""
+    """Return the name of the layer that moisture acts on: that of the finger at the interface."""
     return beside_interface(scenario.stack.roles, "finger")
 
 
 def moisture_diagnostic(scenario: Scenario) -> Diagnostic | None:
-    """Say what moisture has set, whatever the tables said of it, and what it found nothing to set for."""
+    """List the values that moisture has set, in place of those in the tables, and what has no value to set."""
     if scenario.moisture is None:
         return None
     units = {path: quantity.unit for path, _, quantity in scenario.parameters()}
@@ -62,7 +62,7 @@ def moisture_diagnostic(scenario: Scenario) -> Diagnostic | None:
     starts = {skin: "the skin", gap: "the gap", "friction": "friction"}
     idle = [name for start, name in starts.items() if not any(path.startswith(start) for path in moved)]
     if idle:
-        text += f"; it has no number of {' and '.join(idle)} to set here"
+        text += f"; this scenario has no parameter of {' and '.join(idle)} that moisture sets"
     return Diagnostic("moisture", "warning" if idle else "ok", text)
 
 
@@ -72,19 +72,19 @@ def refuse_what_moisture_sets(scenario: Scenario, changes: Collection[str]) -> N
     Parameters
     ----------
     scenario : Scenario
-        Changed.
+        Scenario after the changes.
     changes : collection of str
-        Dotted paths.
+        Dotted paths that were changed.
 
     Raises
     ------
     InputError
-        With each of them.
+        One problem for each such path.
     """
     moisture = scenario.moisture
     undone = [] if moisture is None else [path for path in moistened(scenario, moisture) if path in changes]
     if undone:
         raise InputError(
-            f"{path}: moisture sets it. Change moisture.level or its dry and wet values, or leave the table [moisture] away"
+            f"{path}: is set by moisture. Change moisture.level or its dry and wet values, or omit the table [moisture]"
             for path in undone
         )

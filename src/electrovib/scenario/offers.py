@@ -1,4 +1,4 @@
-"""Materials and stacks that a scenario names: those of the library, and those of papers with where these have them from."""
+"""Materials and stacks that a scenario takes by name, of the library or of a paper, with the sources of their values."""
 
 from __future__ import annotations
 
@@ -21,33 +21,34 @@ def skins() -> dict[str, Skin]:
     Returns
     -------
     dict of str to Skin
-        ``author_year/name``, which can stand in the place of a material, to the skin; papers in the order of their names.
+        ``author_year/name``, which a scenario may give in place of a material, to the skin; papers in the order of their
+        names.
     """
     return offers(("skins",))
 
 
 def with_offers(changes: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
-    """Put what papers offer in the place of its names.
+    """Replace names of materials and stacks by their tables.
 
     Parameters
     ----------
     changes : mapping of str to value
-        Dotted path to value, or the tables of a scenario. ``stack`` may be a name, ``author_year/name``, and the material
-        of a layer too, or a name of the library; an unknown name stays as it is, for the validation to refuse.
+        Dotted path to value, or the tables of a scenario. ``stack`` may be a name ``author_year/name``, and the material of
+        a layer too, or a name of the library; an unknown name is kept for the validation to refuse.
 
     Returns
     -------
     changes : dict
-        The same with tables in the place of such names.
+        The same with tables in place of such names.
     sources : dict of str to str
-        Dotted path of each parameter that such a table gives, to the name and where the library or the paper has the
-        value from, with its status; the breakdown strengths of the library under the name of the ``substance``.
+        Dotted path of each parameter that such a table gives, to the name, the source of the value and its status; the
+        breakdown strengths of the library under the path of ``substance``.
     """
     found, sources = dict(changes), dict[str, str]()
     for path in sorted(changes, key=lambda path: path.count(".")):
         table = path.removesuffix(".model")
         for told in [told for told in sources if f"{told}.".startswith(f"{table}.")]:
-            del sources[told]  # it is set anew
+            del sources[told]  # set again by this change
         found[path] = _read(changes[path], path, sources)
     return found, sources
 
@@ -76,7 +77,7 @@ def _read(value: Any, path: str, sources: dict[str, str]) -> Any:
 
 
 def _source(offer: Any, name: str, path: str) -> str:
-    """Say where a value of an offer is from, and how that was read."""
+    """Return the source of a value of an offer, and its status."""
     if isinstance(offer, Skin):
         return f"{offer.source} ({offer.status}; {offer.note})"
     if isinstance(offer, Substance):

@@ -6,9 +6,9 @@ import functools
 from collections.abc import Mapping
 from typing import Any, Final
 
+from electrovib.core.changes import stored_changes
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
-from electrovib.core.tables import put
 from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import read_part
 from electrovib.scenario.offers import with_offers
@@ -16,7 +16,7 @@ from electrovib.scenario.reading import read_scenario
 from electrovib.scenario.sources import is_default
 
 AIR: Final = ({"model": "Constant", "permittivity": 1.0}, "air")
-"""Material of a gap, with its source."""
+"""Material of a gap of air, with its source."""
 _PLAIN_SOURCES: Final = dict.fromkeys(
     ("friction.coefficient", "contact.area", "load.normal_force", "circuit.return_path.resistance"),
     "a choice",
@@ -25,7 +25,7 @@ _PLAIN_SOURCES: Final = dict.fromkeys(
 
 @functools.cache
 def plain() -> Scenario:
-    """Give the scenario from which a preset begins that names no other: 0.5 N on 1 cm2, Coulomb friction of 0.5, 1 kohm."""
+    """Return the default base of a preset: 0.5 N on 1 cm2, Coulomb friction with a coefficient of 0.5, 1 kohm."""
     return Scenario.model_validate({**Scenario.example, "sources": _PLAIN_SOURCES})
 
 
@@ -41,19 +41,19 @@ def preset(
     Parameters
     ----------
     base : Scenario or str, optional
-        Where to begin: another preset, as it is or by its name ``author_year/name``; `plain` if absent.
+        Scenario to change: another preset, itself or its name ``author_year/name``; `plain` if absent.
     title : str
-        Of the new scenario.
+        Title of the new scenario.
     changes : mapping of str to value
-        Dotted path to a number, a text with a unit, a table or a model. A pair ``(value, source)`` says where the value
-        is from, at any depth: the source of a table holds for what the table gives and does not source itself.
+        Dotted path to a number, a text with a unit, a table or a model. A pair ``(value, source)``
+        states the source, at any depth: that of a table holds for those of its values that have no source of their own.
     unchanged : str
-        Source of the base's values that stay as they are; each keeps its own if absent.
+        Source of the unchanged values of the base; each keeps its own if absent.
 
     Returns
     -------
-    Scenario
-        With the source of each value, in the order of the parameters.
+    scenario : Scenario
+        Scenario with the source of each value, in the order of the parameters.
 
     Raises
     ------
@@ -64,8 +64,12 @@ def preset(
     told: dict[str, str] = {path.removesuffix(".model"): "" for path in changes}
     values = {path: _without_sources(given, path, told) for path, given in changes.items()}
     values, offered = with_offers(values)
+    stored, problems = stored_changes(start, values)
+    beside = {path.rpartition(".")[0]: told[path] for path in values if path in told}
+    told |= {path: beside.get(path.rpartition(".")[0], "") for path in stored if path not in values}
     content = start.to_dict()
-    if problems := put(content, values):
+    problems += Scenario.put_into(content, stored)
+    if problems:
         raise InputError(problems)
     built = read_part(Scenario, content | {"title": title, "sources": {}})
     kept = {path: unchanged or source for path, source in start.sources.items()}
@@ -80,7 +84,7 @@ def preset(
 
 
 def _without_sources(given: Any, path: str, told: dict[str, str]) -> Any:
-    """Take the sources out of a value, and note them by path."""
+    """Separate a value from its sources, and note these by path."""
     if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str):
         given, told[path] = given
     if isinstance(given, Model):
@@ -93,27 +97,27 @@ def _without_sources(given: Any, path: str, told: dict[str, str]) -> Any:
 
 
 def _nearest_table(path: str, told: Mapping[str, str]) -> str | None:
-    """Find the entry for a path, or for the innermost table around it that has one."""
+    """Find the path itself, or the innermost table around it, among the entries."""
     parts = path.split(".")
     tables = (".".join(parts[:length]) for length in range(len(parts), -1, -1))
     return next((table for table in tables if table in told), None)
 
 
 def sourced(scenario: Scenario, sources: Mapping[str, str]) -> Scenario:
-    """Give a source to every parameter that has none, to defaults and absent ones as well.
+    """Return a copy in which every parameter has a source, defaults and absent ones included.
 
     Parameters
     ----------
     scenario : Scenario
-        With or without sources.
+        Scenario with or without sources.
     sources : mapping of str to str
-        Dotted path of a table to the source of what is in it, the whole scenario under ``""``; an empty source for none,
-        for instance ``{"": "table 2", "time": ""}``.
+        Dotted path of a table to the source of its values, ``""`` for the whole scenario; an empty source adds none:
+        ``{"": "table 2", "time": ""}``.
 
     Returns
     -------
-    Scenario
-        A copy.
+    scenario : Scenario
+        Copy with the added sources.
     """
     found = dict(scenario.sources)
     for path, _, _ in scenario.parameters():

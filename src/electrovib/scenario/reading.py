@@ -10,28 +10,27 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 from electrovib.core.discovery import name_of_today, offers, paper, paper_names, papers
 from electrovib.core.errors import LONGEST_QUOTED, InputError, shortened
 from electrovib.core.files import note_input
-from electrovib.core.parsing import read_json, read_toml
-from electrovib.core.tables import put
+from electrovib.core.parsing import read_toml
 from electrovib.core.trace import is_trace
 from electrovib.data.traces import is_trace_file, open_if_trace
-from electrovib.scenario.experiment import SCHEMA, Scenario
-from electrovib.scenario.files import read_part
+from electrovib.scenario.experiment import Scenario
+from electrovib.scenario.files import current_tables, read_part
 from electrovib.scenario.notes import near_presets
+from electrovib.scenario.of_trace import scenario_of, sweep_of, with_current_sources, without_schema
+from electrovib.scenario.toml import SCHEMA
 
 if TYPE_CHECKING:
     import xarray
 
-DROPPED: Final = ("ridge_share",)
-"""Parameters of a contact that older Traces carry and that changed no result but a signal of their own."""
 DEFAULT: Final = "vezzoli_2014/fig6"
 Source: TypeAlias = "str | Path | Mapping[str, Any] | Scenario | xarray.Dataset"
-"""What a scenario can be read from."""
+"""Anything that a scenario can be read from."""
 
 
 def read_scenario(
     source: Source, *, changes: Mapping[str, Any] | None = None, before_sweep: bool = False
 ) -> Scenario:
-    """Read a scenario from whatever has one.
+    """Read a scenario from a name, a file, tables, a Scenario or a Trace.
 
     Parameters
     ----------
@@ -39,19 +38,19 @@ def read_scenario(
         A paper's scenario such as ``"vezzoli_2014/fig6"``, a TOML file, nested tables, a Scenario, or a Trace: its
         file (``.nc``, ``.csv``, ``.mat``) or itself, which carries the scenario it was computed from.
     changes : mapping of str to value, optional
-        Dotted path to value, put into the scenario; a file named here is looked for from the working folder.
+        Dotted path to value, put into the scenario; names of files in it are relative to the working folder.
     before_sweep : bool
-        Of a sweep give the scenario from which it began; else a sweep is refused, which is many scenarios.
+        Return the scenario from which a sweep began; otherwise a sweep, which is many scenarios, is refused.
 
     Returns
     -------
-    Scenario
-        The one.
+    scenario : Scenario
+        Validated.
 
     Raises
     ------
     InputError
-        Every mistake of the file at once; if the source has no scenario, or many.
+        Every mistake of the file at once; also if the source has no scenario, or many.
     """
     if is_trace_file(source) or is_trace(source):
         scenario = _of_trace(source, before_sweep=before_sweep)
@@ -78,7 +77,7 @@ load = read_scenario
 
 
 def _of_trace(source: Any, *, before_sweep: bool) -> Scenario:
-    """Give back the scenario of a run; that of a sweep would leave out what it goes over."""
+    """Return the scenario of a run; a sweep, whose scenario lacks the swept values, is refused."""
     trace = open_if_trace(source)
     axes = {} if before_sweep else sweep_of(trace)[0]
     if not axes:
@@ -92,83 +91,25 @@ def _of_trace(source: Any, *, before_sweep: bool) -> Scenario:
 
 
 def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Path) -> Scenario:
-    """Build a scenario; changes may mend what is wrong in the tables."""
-    content = _without_schema(content)
+    """Build a scenario; changes may correct mistakes in the tables."""
+    content = current_tables(Scenario, without_schema(content))
     try:
-        scenario = read_part(Scenario, content, folder=folder)
+        scenario = with_current_sources(read_part(Scenario, content, folder=folder))
     except InputError:
         if not changes:
             raise
-        put(content, _beside(changes, folder), strict=False)
+        Scenario.put_into(content, _beside(changes, folder), strict=False)
         return read_part(Scenario, content, folder=folder)
     return scenario.replace(changes) if changes else scenario
 
 
 def _beside(changes: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Write files that the caller names as seen from the scenario's folder."""
+    """Make names of files that the caller gives relative to the folder of the scenario."""
     found = dict(changes)
     for path, value in changes.items():
         if path.rpartition(".")[2] == "file" and isinstance(value, str):
             found[path] = os.path.relpath(value, folder)
     return found
-
-
-def scenario_of(trace: xarray.Dataset) -> Scenario:
-    """Give back the scenario a Trace carries.
-
-    Raises
-    ------
-    InputError
-        If it carries none, as a measurement does.
-    """
-    if "scenario" not in trace.attrs:
-        raise InputError("this Trace carries no scenario: it is a measurement, or was made by something else")
-    content = _without_schema(dict(structured(trace, "scenario", Mapping)))
-    if isinstance(contact := content.get("contact"), dict):
-        for parameter in DROPPED:
-            contact.pop(parameter, None)
-    return read_part(Scenario, content)
-
-
-def sweep_of(trace: xarray.Dataset) -> tuple[dict[str, list[Any]], list[str]]:
-    """Give back the values that a swept Trace runs over, by dotted path, and its quantities; both empty for a run.
-
-    Raises
-    ------
-    InputError
-        If what it carries is damaged.
-    """
-    axes = structured(trace, "over", Mapping) if "over" in trace.attrs else {}
-    names = structured(trace, "quantities", list) if "quantities" in trace.attrs else []
-    if not all(isinstance(values, list) and values for values in axes.values()):
-        raise _damaged_attribute("over", "it lists no values")
-    if not all(isinstance(name, str) for name in names):
-        raise _damaged_attribute("quantities", "it lists no names")
-    return dict(axes), names
-
-
-def structured(trace: xarray.Dataset, name: str, kind: type[Any]) -> Any:
-    """Read an attribute of a Trace that is written as JSON.
-
-    Raises
-    ------
-    InputError
-        If it is damaged or holds something of another kind.
-    """
-    try:
-        found = read_json(trace.attrs[name])
-    except ValueError as error:
-        raise _damaged_attribute(name, str(error)) from None
-    if not isinstance(found, kind):
-        raise _damaged_attribute(name, f"it holds a {type(found).__name__}")
-    return found
-
-
-def _damaged_attribute(name: str, why: str) -> InputError:
-    return InputError(
-        f"the attribute '{name}' of this Trace is damaged: {why[:120]}. Its numbers can still be used; to compute"
-        " again, start from the scenario file"
-    )
 
 
 def _tables(path: Path) -> dict[str, Any]:
@@ -193,17 +134,8 @@ def _tables(path: Path) -> dict[str, Any]:
         raise InputError(f"not valid TOML: {error}", path=path) from None
 
 
-def _without_schema(content: dict[str, Any]) -> dict[str, Any]:
-    schema = content.pop("schema", None)
-    if schema != SCHEMA:
-        raise InputError(
-            f"schema = {repr(schema)[:60]}: this version reads 'schema = {SCHEMA}'; write it as the first line"
-        )
-    return content
-
-
 def paper_of_preset(source: object) -> str:
-    """Name the paper, ``author_year``, whose ready-made scenario a source asks for; empty for a scenario of one's own."""
+    """Return the paper, ``author_year``, of a ready-made scenario; empty for a scenario of the user."""
     path = Path(source) if isinstance(source, (str, Path)) else None
     if path is None or path.suffix == ".toml" or is_trace_file(path) or path.exists():
         return ""

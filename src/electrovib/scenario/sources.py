@@ -1,4 +1,4 @@
-"""Where the values of a ready-made scenario come from: what its paper gives, and what it does not."""
+"""Sources of the values of a ready-made scenario: which are found in its paper, and which are not."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from electrovib.scenario.experiment import Scenario
 
 BY_THE_USER = "set by the user"
-"""Source of a value that was changed."""
+"""Source of a value that the user has changed."""
 
 
 def is_default(model: Model, path: str, value: Any) -> bool:
-    """Tell whether a value is what its model takes if nothing is given.
+    """Return whether a value is the default of its model.
 
     Parameters
     ----------
@@ -24,12 +24,12 @@ def is_default(model: Model, path: str, value: Any) -> bool:
     path : str
         Dotted path of a parameter.
     value : any
-        Of the parameter.
+        Value of the parameter.
 
     Returns
     -------
-    bool
-        Whether it is the default of the model that owns it.
+    default : bool
+        True if it is the default of the model that owns it.
     """
     owner: Any = model
     *parents, name = path.split(".")
@@ -51,9 +51,9 @@ def not_in_paper(scenario: Scenario, paper: str) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        Dotted path to the value as text. A source that begins with author and year, ``Vezzoli 2014, section 4``, says that
-        the value is found there; any other source says that it is not. Values that the user
-        has set, and defaults of 0, with which a model has nothing of a thing, are left out.
+        Dotted path to the value as text. The value is found in the paper if its source begins with author and year, as in
+        ``Vezzoli 2014, section 4``. Values that the user has set, and defaults of 0, which switch an effect off, are
+        left out.
     """
     author, _, year = paper.partition("_")
     printed = f"{author.capitalize()} {year}"

@@ -1,4 +1,4 @@
-"""A space of parameters: dotted paths with distributions, and relations between them."""
+"""A space of parameters: dotted paths with probability distributions, and relations between them."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ _WITHOUT_UNIT = frozenset({"factor"})
 
 @dataclass(frozen=True, kw_only=True)
 class Space:
-    """Some parameters of a scenario, each with a distribution.
+    """Parameters of a scenario, each with a probability distribution.
 
     Parameters
     ----------
     distributions : mapping of str to Distribution
-        Dotted path to how likely its values are, in SI.
+        Dotted path to the distribution of its values, in SI.
     relations : tuple of (str, str)
-        Pairs of paths, the value of the first always less than that of the second.
+        Pairs of paths; the value of the first is always less than that of the second.
     """
 
     distributions: Mapping[str, Distribution]
@@ -44,17 +44,17 @@ class Space:
         return tuple(self.distributions)
 
     def values(self, shares: Real) -> dict[str, Real]:
-        """Give parameters from shares of their distributions.
+        """Return the values of the parameters at given cumulative probabilities.
 
         Parameters
         ----------
         shares : ndarray, shape (parameters, n)
-            Above 0 and below 1 [1], a row for each of `paths`.
+            Cumulative probabilities, dimensionless, above 0 and below 1; one row for each of `paths`.
 
         Returns
         -------
-        dict of str to ndarray, shape (n,)
-            By path, in SI; `allowed` tells which of them keep the relations.
+        values : dict of str to ndarray, shape (n,)
+            Path to values in SI; they need not fulfil the relations, see `allowed`.
         """
         return {
             path: each.value(row)
@@ -62,17 +62,17 @@ class Space:
         }
 
     def allowed(self, values: Mapping[str, Real]) -> Any:
-        """Tell which points keep the relations.
+        """Return which points fulfil the relations.
 
         Parameters
         ----------
         values : mapping of str to ndarray, shape (n,)
-            By path, in SI.
+            Path to values in SI.
 
         Returns
         -------
-        ndarray of bool, shape (n,)
-            Whether every first value is less than its second.
+        allowed : ndarray of bool, shape (n,)
+            True where the first value of every relation is less than its second.
         """
         first = np.asarray(next(iter(values.values())))
         kept = np.ones(first.shape, bool)
@@ -84,12 +84,12 @@ class Space:
 def read_space(
     scenario: Scenario, table: Mapping[str, Any], *, relations: tuple[str, ...] | list[str] = ()
 ) -> Space:
-    """Read a space of a scenario's parameters from a table, as a TOML file holds it.
+    """Read a space of the parameters of a scenario from a table of a TOML file.
 
     Parameters
     ----------
     scenario : Scenario
-        Whose parameters are meant.
+        Scenario that has the parameters.
     table : mapping of str to mapping
         Dotted path to ``{ model = "Normal", mean = "5 um", deviation = "1 um" }``; numbers in SI, texts with a unit.
     relations : sequence of str
@@ -97,8 +97,8 @@ def read_space(
 
     Returns
     -------
-    Space
-        In SI.
+    space : Space
+        Distributions in SI.
 
     Raises
     ------
@@ -126,11 +126,13 @@ def read_space(
 
 
 def _read_distribution(path: str, content: Any, quantity: Quantity) -> Distribution:
-    """Read one table, in the unit of its parameter, and hold its ends against the parameter's range."""
+    """Read one table in the unit of its parameter, and check its ends against the range of the parameter."""
     known = {kind.__name__: kind for kind in Distribution.__subclasses__()}
     if not isinstance(content, Mapping) or content.get("model") not in known:
         name = content.get("model") if isinstance(content, Mapping) else content
-        raise InputError(f"{path}: expected a table with a distribution's model.{nearest(str(name), known)}")
+        raise InputError(
+            f"{path}: expected a table with the model of a distribution.{nearest(str(name), known)}"
+        )
     kind = known[str(content["model"])]
     names = [each.name for each in dataclasses.fields(kind)]  # type: ignore[arg-type]
     foreign = [name for name in content if name not in {"model", *names}]
@@ -155,7 +157,7 @@ def _read_distribution(path: str, content: Any, quantity: Quantity) -> Distribut
 
 
 def _hold_within(path: str, found: Distribution, quantity: Quantity) -> None:
-    """Refuse ends beyond the range of a parameter; ends at infinity are cut by the scenario, value by value."""
+    """Refuse ends beyond the range of a parameter; a distribution without ends is limited by the scenario, value by value."""
     for end in found.ends:
         if math.isfinite(end) and end and not quantity.low <= end <= quantity.high:
             raise InputError(f"{path}: values up to {end:g} {quantity.unit}, allowed is {quantity.range()}")

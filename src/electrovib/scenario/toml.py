@@ -1,29 +1,34 @@
-"""A scenario as a commented TOML file, the form in which people write it."""
+"""A scenario as a commented TOML file."""
 
 from __future__ import annotations
 
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, Final, get_args
 
 from electrovib.core.discovery import find_members
 from electrovib.core.model import Model
 from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
 from electrovib.core.units import exact_text
-from electrovib.scenario.experiment import SCHEMA, Scenario
+
+if TYPE_CHECKING:
+    from electrovib.scenario.experiment import Scenario
+
+SCHEMA: Final = 1
+"""Version of the scenario files that this package reads and writes."""
 
 
 def to_toml(scenario: Scenario) -> str:
-    """Write a scenario so that it reads back equal, with the meaning of every parameter.
+    """Write a scenario as TOML with the meaning of every parameter; it reads back equal.
 
     Parameters
     ----------
     scenario : Scenario
-        Any.
+        Scenario to write.
 
     Returns
     -------
-    str
-        TOML. Measured samples are left to the file they came from.
+    text : str
+        TOML. Measured samples stay in the file from which they were read.
     """
     import tomlkit
     from tomlkit.items import KeyType, SingleKey
@@ -75,7 +80,7 @@ def _meaning(model: Model, name: str) -> str:
 
 
 def left_away(model: Model, prefix: str = "") -> dict[str, str]:
-    """Find the optional parts that a tree of models leaves away.
+    """Find the optional parts that a tree of models does not have.
 
     Parameters
     ----------
@@ -87,7 +92,7 @@ def left_away(model: Model, prefix: str = "") -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        Dotted path to what can be put there: members of the family, or parameters of the part.
+        Dotted path to what can be added there: members of the family, or parameters of the part.
     """
     found: dict[str, str] = {}
     for name, field in type(model).model_fields.items():

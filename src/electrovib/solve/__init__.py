@@ -1,1 +1,1 @@
-"""The scenario, and everything numerical."""
+"""Numerical solution of scenarios."""

@@ -1,4 +1,4 @@
-"""Which electrical solver answers: the first in an ordered list that takes the scenario."""
+"""Choice of the electrical solver: the first in an ordered list that accepts the scenario."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Solver:
-    """One way to the electrical answer.
+    """Electrical solver, with the scenarios that it accepts and refuses.
 
     Parameters
     ----------
     method : Method
-        Its name in a Trace, and what its steps cost.
+        Its name in a Trace, and the cost of its steps.
     takes : callable
-        Whether a scenario is for it, if none before it in the list takes it.
+        Whether it accepts a scenario that none before it in the list accepts.
     refuse : callable
-        Raises for what such a scenario must not have, with what to do instead; costs nothing.
+        Raises for what such a scenario must not contain, with what to do instead, before any computation.
     solve : callable
-        The answer.
+        Returns the solution.
     """
 
     method: Method
@@ -63,7 +63,7 @@ class Solver:
 
 
 def _refuse_nothing(_: Scenario) -> None:
-    """Take everything."""
+    """Accept every scenario."""
 
 
 def _is_limited(scenario: Scenario) -> bool:
@@ -139,7 +139,7 @@ OF_THE_STACK: Final = (
         solve=answer_to_voltage,
     ),
 )
-"""Solvers of voltages, currents and fields, whatever the law; the last takes everything."""
+"""Solvers of voltages, currents and fields, for any force law; the last accepts every scenario."""
 
 
 def _refuse_beside_one_sine(scenario: Scenario) -> None:
@@ -160,7 +160,7 @@ SOLVERS: Final = (
     ),
     *OF_THE_STACK,
 )
-"""The first that takes a scenario answers."""
+"""All electrical solvers; the first that accepts a scenario is used."""
 
 
 def _first(solvers: tuple[Solver, ...], scenario: Scenario) -> Solver:
@@ -168,24 +168,24 @@ def _first(solvers: tuple[Solver, ...], scenario: Scenario) -> Solver:
 
 
 def chosen(scenario: Scenario) -> Solver:
-    """Give the solver that a scenario is for; costs nothing."""
+    """Return the solver of a scenario, without computation."""
     return _first(SOLVERS, scenario)
 
 
 def refuse_unsolved(scenario: Scenario) -> None:
-    """Refuse what no electrical solver takes; costs nothing, so that it can be told before any work.
+    """Refuse a scenario that no electrical solver accepts, before any computation.
 
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        Experiment.
 
     Raises
     ------
     NotCausalError
-        If the force law has no response in time but the drive is not one sine in its steady state.
+        If the force law has no response in time and the drive is not a single sine in its steady state.
     InputError
-        If models do not go together.
+        If models cannot be combined.
     """
     solver = chosen(scenario)
     if _is_settled(scenario):
@@ -199,13 +199,13 @@ def solve(scenario: Scenario, section: ModalSection, times: Real, *, force_alone
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        Experiment.
     section : ModalSection
-        Its stack as modes.
+        Its stack as relaxation modes.
     times : ndarray, shape (n,)
         Increasing, >= 0 [s].
     force_alone : bool
-        Leave out what the attraction does not need, where the solver allows it.
+        Omit quantities that the attraction does not need, where the solver allows it.
 
     Returns
     -------
@@ -215,9 +215,9 @@ def solve(scenario: Scenario, section: ModalSection, times: Real, *, force_alone
     Raises
     ------
     NotCausalError
-        If the force law has no response in time but the drive is not one sine in its steady state.
+        If the force law has no response in time and the drive is not a single sine in its steady state.
     InputError
-        If models do not go together.
+        If models cannot be combined.
     """
     solver = chosen(scenario)
     plain = solver.method in {methods.TRANSIENT, methods.PERIODIC} and scenario.circuit.amplifier is None
@@ -228,22 +228,22 @@ def solve(scenario: Scenario, section: ModalSection, times: Real, *, force_alone
 
 
 def solve_fields(scenario: Scenario, section: ModalSection, times: Real) -> Solution:
-    """Compute voltages, currents and the fields of every layer, and no attraction.
+    """Compute voltages, currents and the fields of every layer, without the attraction.
 
     Parameters
     ----------
     scenario, section, times
-        As for `solve`; s.
+        As for `solve`; times in s.
 
     Returns
     -------
     Solution
-        Without what belongs to the force law.
+        Without the quantities of the force law.
 
     Raises
     ------
     InputError
-        If models do not go together.
+        If models cannot be combined.
     """
     return _asked(_first(OF_THE_STACK, scenario), scenario, section, times, fields)
 
@@ -255,7 +255,7 @@ def _asked(
     times: Real,
     wanted: Callable[[Scenario, ModalSection], dict[Key, Transfer]],
 ) -> Solution:
-    """Ask a solver, and name the drive and the interface beside what it found."""
+    """Return the solution of a solver, with drive and interface added."""
     solver.refuse(scenario)
     question = Question(
         scenario=scenario, section=section, times=times, wanted=functools.partial(wanted, scenario)

@@ -1,6 +1,6 @@
-"""What one step of each solver costs on one core of a common computer, measured through `electrovib.simulate`.
+"""Computing time of one step of each solver on one core of a common computer, measured through `electrovib.simulate`.
 
-Estimates count in these, so that a scenario is refused or accepted alike on every machine. `benchmarks/` measures
+Estimates use these values, so that a scenario is refused or accepted alike on every machine. `benchmarks/` measures
 them again.
 """
 
@@ -13,47 +13,47 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 SAMPLE: Final = 1e-6
-"""Of an output time of a stack without relaxations [s]."""
+"""An output time of a stack without relaxations [s]."""
 SAMPLE_OF_MODE: Final = 3e-7
-"""More for each relaxation [s]."""
+"""Added for each relaxation [s]."""
 AMPLITUDE_OF_MODE: Final = 3e-8
-"""More for each relaxation of an amplitude of the force law alone [s]."""
+"""Added for each relaxation that only an amplitude of the force law has [s]."""
 CORNER: Final = 1e-6
-"""Of a corner of the drive [s]."""
+"""A corner of the drive [s]."""
 PIECE: Final = 2e-7
-"""Of a piece in which a force is followed by filters, without the force [s]."""
+"""A piece of time of filters behind a force, without the computation of the force [s]."""
 BRISTLE_STEP: Final = 5e-6
-"""Of Radau's method on bristles, compiled, with or without a skin [s]."""
+"""A compiled step of Radau's method for bristles, with or without a skin [s]."""
 SMOOTH_STEP: Final = 2e-5
-"""Of the march beneath a drive that is a formula [s]."""
+"""A step through a drive that is a formula [s]."""
 LIMIT_WINDOW: Final = 2e-3
-"""Of a window of looks at an amplifier with limits beside its looks, and of the change it ends with [s]."""
+"""A window of evaluation times of an amplifier with limits, apart from these times, and the change at its end [s]."""
 CASE: Final = 5e-3
-"""Of the simplest case of a sweep [s]."""
+"""The simplest case of a sweep [s]."""
 CASE_MEMORY: Final = 4e4
-"""Of the scenario and the numbers of a case [bytes]."""
+"""Scenario and numbers of a case [bytes]."""
 
 FEWER_SAMPLES: Final = "ask for fewer time.samples"
 SHORTER: Final = "choose a shorter time.duration, a slower drive or one with fewer corners"
-"""What makes a march shorter."""
+"""Remedy for a run with too many steps."""
 
 NUMBERS_AT_STEP: Final = 14
 
 
 @dataclass(frozen=True, kw_only=True)
 class March:
-    """What a solver that goes from step to step needs.
+    """Cost of a time-stepping solver.
 
     Parameters
     ----------
     name : str
-        What is marched, for people.
+        What is stepped, as messages name it.
     step : callable
-        Computing time of a step [s], of the number of modes.
+        Computing time of a step [s] as a function of the number of modes.
     at_corner, in_cycle, for_sample : float
-        Steps after a corner of the drive, in a cycle of what oscillates, and for an output time.
+        Number of steps after a corner of the drive, in a cycle of an oscillation, and for an output time.
     numbers : int
-        Held for each step.
+        Numbers stored for each step.
     """
 
     name: str
@@ -65,20 +65,20 @@ class March:
 
 
 def leak_step(modes: int) -> float:
-    """Time of a step of a leaking layer [s] in a stack of so many modes."""
+    """Return the computing time of a step of a leaking layer in a stack of so many modes [s]."""
     return 3e-5 + 1.5e-6 * modes
 
 
 def limit_look(modes: int) -> float:
-    """Time of a look at an amplifier with limits [s] before a stack of so many modes."""
+    """Return the computing time of an evaluation of an amplifier with limits before a stack of so many modes [s]."""
     return 1e-7 + 6e-8 * modes
 
 
 def gap_step(states: int) -> float:
-    """Time of a step beneath a gap that is moved [s] with so many states: a matrix is solved in each."""
+    """Return the computing time of a step with a moving gap and so many states [s]: each step solves a matrix."""
     return 2e-5 + 1e-8 * states**3
 
 
 def radau_step(equations: int) -> float:
-    """Time of a step of Radau's method [s] on so many equations."""
+    """Return the computing time of a step of Radau's method for so many equations [s]."""
     return 4e-4 + 1e-4 * equations

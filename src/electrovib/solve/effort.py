@@ -1,4 +1,4 @@
-"""What a run will take, counted before it begins: output times, corners and cycles of the drive, steps, readings."""
+"""Estimated computing time and memory of a run: output times, corners and cycles of the drive, steps, readings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from electrovib.solve.costs import (
     SHORTER,
     SMOOTH_STEP,
 )
-from electrovib.solve.diagnostics.looks import count_looks
+from electrovib.solve.diagnostics.evaluation_times import count_evaluation_times
 from electrovib.solve.electrics.linear.smooth import RADIANS_PER_STEP
 from electrovib.solve.mechanics.between import KNOTS
 from electrovib.solve.mechanics.friction_chain import FORGOTTEN, MOST
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 BYTES: Final = 8
 SIGNALS: Final = 24
-"""Numbers held for each output time, beside those of the layers."""
+"""Numbers stored for each output time, apart from those of the layers."""
 SIGNALS_OF_LAYER: Final = 14
 NUMBERS_AT_CORNER: Final = 14
 NUMBERS_AT_PIECE: Final = 30
@@ -45,33 +45,33 @@ PIECES_AT_CORNER: Final = 150
 MODES_OF_LAYER: Final = 2
 MODES_OF_DISPERSION: Final = 16
 NODES_OF_ROOT: Final = 100
-"""Relaxations in which the root of an effective permittivity answers, for each of the material's."""
+"""Relaxations that represent the root of an effective permittivity, for each relaxation of the material."""
 PASSES: Final = 4
-"""How often a run goes through a drive that is a formula: answer, looks, error of the materials, current."""
+"""Evaluations of a drive that is a formula: response, times between outputs, error of the materials, current."""
 PLACES: Final = 120
-"""Under a sliding finger, each of which takes as long as a stack."""
+"""Places of the film under a sliding finger, each of which takes as long as a stack."""
 
 
 def refuse_large(scenario: Scenario, times: Real | None = None) -> None:
-    """Refuse a run that would take more than the budget, before anything is computed.
+    """Refuse a run that would exceed the budget, before anything is computed.
 
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        Experiment.
     times : ndarray, shape (n,), optional
-        Output times [s]; by default those of the scenario, which are not written out.
+        Output times [s]; by default those of the scenario, which are only counted.
 
     Raises
     ------
     BudgetError
-        With the estimate, what it is for, and what would help.
+        With the estimate, the part of the work that exceeds the budget, and a remedy.
     """
     refuse_beyond(works(scenario, times))
 
 
 def last_time(scenario: Scenario, times: Real | None = None) -> float:
-    """Give the last output time.
+    """Return the last output time.
 
     Parameters
     ----------
@@ -82,45 +82,45 @@ def last_time(scenario: Scenario, times: Real | None = None) -> float:
 
     Returns
     -------
-    float
-        Of those given, or of the scenario's [s].
+    end : float
+        Last of the given times, or of those of the scenario [s].
     """
     return (scenario.time.duration or scenario.drive.duration) if times is None else float(times[-1])
 
 
 def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
-    """Count what a run consists of.
+    """Return estimates of the parts of a run.
 
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        Experiment.
     times : ndarray, shape (n,), optional
-        Output times [s]; by default those of the scenario, which are not written out.
+        Output times [s]; by default those of the scenario, which are only counted.
 
     Returns
     -------
     list of Work
-        With computing times that are right within a factor of about two where they are long.
+        Long computing times are accurate within a factor of about two.
     """
     grid, drive = scenario.time, scenario.drive
     samples = grid.count(drive) if times is None else len(times)
     end = last_time(scenario, times)
     corners = drive.count_corners(end)
-    looks = count_looks(drive, end=end, settled=_settled(scenario))
+    between = count_evaluation_times(drive, end=end, settled=_settled(scenario))
     time = samples * (SAMPLE + SAMPLE_OF_MODE * _modes(scenario))
     time += samples * AMPLITUDE_OF_MODE * _modes_of_law(scenario)
-    time += looks * (SAMPLE + SAMPLE_OF_MODE * _modes(scenario))
-    held: float = (samples + looks) * BYTES * (SIGNALS + SIGNALS_OF_LAYER * len(scenario.stack.layers))
+    time += between * (SAMPLE + SAMPLE_OF_MODE * _modes(scenario))
+    held: float = (samples + between) * BYTES * (SIGNALS + SIGNALS_OF_LAYER * len(scenario.stack.layers))
     if scenario.motion.renews_film:
-        asked_again = 4 * KNOTS / (samples + looks) if _is_followed(scenario) else 0.0
+        asked_again = 4 * KNOTS / (samples + between) if _is_followed(scenario) else 0.0
         time, held = PLACES * time * (1 + asked_again), PLACES * held * (1 + asked_again) / 2
     found = [
         Work(
-            what=f"{samples:.3g} output times and {looks:.3g} looks between them",
+            what=f"{samples:.3g} output times and {between:.3g} evaluation times between them",
             time=time,
             memory=held,
-            remedy=FEWER_SAMPLES if samples > looks else SHORTER,
+            remedy=FEWER_SAMPLES if samples > between else SHORTER,
         ),
         Work(
             what=f"{corners:.3g} corners of the drive up to {end:.6g} s",
@@ -134,12 +134,12 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
 
 
 def _less(scenario: Scenario) -> str:
-    """Say what makes a drive shorter."""
+    """Return the remedy for a drive with too many corners."""
     period = scenario.drive.period
     if period is None or _settled(scenario) or chosen(scenario).method.is_marched:
         return SHORTER
     return (
-        f"{SHORTER}, or ask for one period of the periodic state: time.duration = {period:.6g} with"
+        f"{SHORTER}, or compute one period of the periodic state: time.duration = {period:.6g} with"
         ' time.initial_state = { model = "PeriodicState" }'
     )
 
@@ -149,21 +149,21 @@ def _settled(scenario: Scenario) -> bool:
 
 
 def _modes(scenario: Scenario) -> int:
-    """About how many relaxations the stack has."""
+    """Return the approximate number of relaxations of the stack."""
     materials = [layer.material for layer in scenario.stack.layers.values()]
     dispersive = sum(material.debye() is None for material in materials)
     return MODES_OF_LAYER * len(materials) + MODES_OF_DISPERSION * dispersive
 
 
 def _modes_of_law(scenario: Scenario) -> int:
-    """About how many relaxations of its own the force law filters by."""
+    """Return the approximate number of further relaxations of the force law."""
     filters = scenario.force.evaluation_surface == EffectiveMedium.evaluation_surface
     disperses = any(layer.material.debye() is None for layer in scenario.stack.layers.values())
     return _modes(scenario) * NODES_OF_ROOT if filters and disperses else 0
 
 
 def _marched(scenario: Scenario, end: float, samples: int, corners: int) -> list[Work]:
-    """Count the steps of a solver that goes from step to step."""
+    """Return the estimated work of a time-stepping solver."""
     march = chosen(scenario).method.march
     if march is None:
         return []
@@ -182,12 +182,12 @@ def _marched(scenario: Scenario, end: float, samples: int, corners: int) -> list
 
 
 def _formulas(scenario: Scenario, end: float) -> list[Work]:
-    """Count the steps beneath drives that are formulas, which are marched through each of their cycles."""
+    """Return the estimated work of drives that are formulas, whose cycles are all stepped through."""
     found = []
     for part in scenario.drive.parts():
         if isinstance(part, Smooth) and not isinstance(part, Chirped):
             steps = _on(part, end) * part.highest_frequency * 2 * math.pi / RADIANS_PER_STEP
-            what = f"about {steps:.2g} steps beneath the formula of the drive up to {end:.6g} s"
+            what = f"about {steps:.2g} steps through the formula of the drive up to {end:.6g} s"
             found.append(
                 Work(
                     what=what,
@@ -200,18 +200,18 @@ def _formulas(scenario: Scenario, end: float) -> list[Work]:
 
 
 def _on(part: Smooth | Tones, end: float) -> float:
-    """For how long something oscillates, up to an end [s]."""
+    """Return the duration of an oscillation up to an end [s]."""
     return max(min(part.stop, end) - max(part.start, 0.0), 0.0)
 
 
 def _is_followed(scenario: Scenario) -> bool:
-    """Tell whether something with a memory follows the attraction."""
+    """Return whether a mechanical element with memory follows the attraction."""
     slides = isinstance(scenario.friction, BristleFriction)
     return slides or scenario.rig is not None or bool(slowest_rates(scenario))
 
 
 def _mechanics(scenario: Scenario, end: float, samples: int, corners: int) -> list[Work]:
-    """Count the pieces in which the attraction is followed by friction, skin and sensors."""
+    """Return the estimated work of friction, skin and sensors behind the attraction."""
     if not _is_followed(scenario):
         return []
     slides, share = isinstance(scenario.friction, BristleFriction), 1.0
@@ -225,7 +225,7 @@ def _mechanics(scenario: Scenario, end: float, samples: int, corners: int) -> li
         + AMPLITUDE_OF_MODE * _modes_of_law(scenario)
         + (BRISTLE_STEP if slides else 0.0)
     )
-    what = f"about {pieces:.2g} pieces in which the friction is followed up to {end:.6g} s"
+    what = f"about {pieces:.2g} pieces of time in which the friction is computed up to {end:.6g} s"
     return [
         Work(
             what=what, time=pieces * each, memory=min(pieces, MOST) * BYTES * NUMBERS_AT_PIECE, remedy=SHORTER
@@ -234,7 +234,7 @@ def _mechanics(scenario: Scenario, end: float, samples: int, corners: int) -> li
 
 
 def _cycles(scenario: Scenario, end: float) -> float:
-    """Cycles of everything that oscillates, up to an end [s]."""
+    """Return the number of cycles of everything that oscillates, up to an end [s]."""
     found = 0.0
     for part in scenario.drive.parts():
         if not isinstance(part, Linear):

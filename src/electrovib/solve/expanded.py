@@ -1,4 +1,4 @@
-"""A scenario made ready once, which then answers at any times: signals, and how far they can be believed."""
+"""A scenario prepared for evaluation at any times: signals and their diagnostics."""
 
 from __future__ import annotations
 
@@ -39,42 +39,42 @@ if TYPE_CHECKING:
 OF_STACK: Final = ("stack", "circuit")
 OF_ATTRACTION: Final = ("drive", "force", "contact", "load", "motion", "time")
 OF_MECHANICS: Final = ("friction", "motion", "finger", "rig", "load", "contact", "time")
-"""Parts of a scenario on which modes depend, beside them the attraction, and what the mechanics is made of."""
+"""Parts of a scenario on which the modes depend, those on which the attraction depends besides, and those of the mechanics."""
 FORCE: Final = frozenset({"electrostatic_force"})
 OF_ELECTRICS: Final = FORCE | {*ACROSS, "field", "displacement"}
-"""Signals that need no mechanics."""
+"""Signals that are independent of the mechanics."""
 LATER_PERIODS: Final = 10
-"""By which a period of a periodic state is judged as if it were a later one."""
+"""Periods by which the times of a periodic state are shifted before its errors are judged."""
 
 
 class Expanded:
-    """A scenario whose stack is in modes, ready to be asked at any times.
+    """A scenario with its stack in relaxation modes, which can be evaluated at any times.
 
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        Experiment.
     times : ndarray, shape (n,), optional
         Times of a run [s], over whose band materials are reduced to Debye terms; by default those of the scenario.
     before : Expanded, optional
-        Of a scenario that shares parts with this one, as `with_numbers` makes them: what follows from those parts alone is
-        taken over.
+        That of a scenario which shares parts with this one, as `with_numbers` makes them: results that depend on those
+        parts alone are reused.
     mechanics : bool
-        Whether signals of friction, finger or rig will be asked for.
+        Whether signals of friction, finger or rig will be requested.
 
     Attributes
     ----------
     section : ModalSection
-        The stack as modes.
+        The stack as relaxation modes.
     reduction_error : float
-        Largest error of a polarisation reduced to Debye terms.
+        Largest relative error of a bound permittivity reduced to Debye terms [1].
     last : (ndarray, Solution) or None
-        Times of the last electrical answer, and it.
+        Times of the last electrical response, and that response.
 
     Raises
     ------
     BudgetError
-        If a run would take more time or memory than is allowed; nothing has been computed then.
+        If a run would take more time or memory than is allowed; raised before any computation.
     """
 
     def __init__(
@@ -102,19 +102,19 @@ class Expanded:
             self.section, self.reduction_error = modes(scenario, self.times)
 
     def has_stack_of(self, scenario: Scenario, times: Real) -> bool:
-        """Tell whether another scenario has the same stack in the same circuit.
+        """Return whether another scenario has the same stack in the same circuit.
 
         Parameters
         ----------
         scenario : Scenario
-            That shares parts with this one's.
+            Scenario that may share parts with this one.
         times : ndarray, shape (n,)
-            Of a run [s].
+            Times of its run [s].
 
         Returns
         -------
         bool
-            Whether its modes are these.
+            Whether it has the same modes.
         """
         own = self.scenario
         return (
@@ -130,7 +130,7 @@ class Expanded:
 
     @functools.cached_property
     def declared(self) -> PhasorSection:
-        """The stack over the scenario's frequencies, without leaks, exact for the materials as declared."""
+        """Stack over the scenario's frequencies, without leaks, exact for the materials as declared."""
         return phasors(self.scenario, self.scenario.frequency.frequencies(), leaks=False)
 
     def at(self, times: Real, *, closely: bool = False, wanted: Collection[str] | None = None) -> Record:
@@ -141,21 +141,21 @@ class Expanded:
         times : ndarray, shape (n,)
             Increasing, >= 0 [s].
         closely : bool
-            Look for the largest values between these times too, so that `judge` does not depend on them.
+            Whether the largest values between these times are sought too, so that `judge` does not depend on the times.
         wanted : collection of str, optional
-            Signals without which a record cannot do, by default all; others may be left out.
+            Signals that the record has to contain, by default all; others may be omitted.
 
         Returns
         -------
         Record
-            At these times.
+            Signals at these times.
 
         Raises
         ------
         NotCausalError
             If the force law has no response in time to this drive.
         InputError
-            If models do not go together.
+            If models cannot be combined.
         """
         scenario, section = self.scenario, self.section
         asked = None if wanted is None else frozenset(wanted)
@@ -178,7 +178,7 @@ class Expanded:
         )
 
     def _solution(self, times: Real, *, force_alone: bool) -> Solution:
-        """Give the electrical answer, that of before where nothing that it depends on has changed."""
+        """Return the electrical response; the previous one where nothing that it depends on has changed."""
         if self.last is not None and np.array_equal(self.last[0], times):
             held = self.last[1]
             if force_alone or "stack_voltage" in held.found:
@@ -188,7 +188,7 @@ class Expanded:
         return solution
 
     def judge(self, record: Record) -> tuple[list[Diagnostic], dict[str, float]]:
-        """Judge a record before it is handed out.
+        """Return the diagnostics and errors of a record.
 
         Parameters
         ----------
@@ -198,9 +198,9 @@ class Expanded:
         Returns
         -------
         diagnostics : list of Diagnostic
-            What holds for the solution; whether the times show it is for `sampling` to say.
+            Those of the solution; whether its times resolve it is judged by `sampling`.
         errors : dict of str to float
-            ``reduction_error``, and of a law with a response in time ``transfer_error``; relative.
+            ``reduction_error``, and for a law with a response in time ``transfer_error``; relative.
         """
         scenario, known = self.scenario, known_band(self.scenario)
         seen = self._seen(record)
@@ -208,26 +208,26 @@ class Expanded:
         if self.reduction_error:
             errors = answer_errors(scenario, self.section, seen.solution, seen.times, known=known)
         peaks = record.peaks or watched(scenario, self.section, record.times, record.solution)
-        spoken = [
+        found = [
             *judge_run(scenario, self.section, peaks, record.times, record.signals),
             *memory_diagnostics(scenario, errors, seen.times, known=known, method=record.solution.method),
             *record.diagnostics,
             *scenario.force.diagnostics_over_frequency(self.declared),
         ]
-        return spoken, self.stated(errors)
+        return found, self.stated(errors)
 
     def stated(self, errors: Mapping[Key, Judged]) -> dict[str, float]:
-        """Name the errors that a Trace states.
+        """Return the errors that a Trace states.
 
         Parameters
         ----------
         errors : mapping of Key to Judged
-            Of an answer in time, from `answer_errors`.
+            Errors of a response in time, from `answer_errors`.
 
         Returns
         -------
-        dict of str to float
-            ``reduction_error``, and of a law with a response in time ``transfer_error``; relative.
+        errors : dict of str to float
+            ``reduction_error``, and for a law with a response in time ``transfer_error``; relative.
         """
         found = {"reduction_error": self.reduction_error}
         if self.scenario.force.causal:
@@ -239,7 +239,7 @@ class Expanded:
         return transfer_error(self.scenario.force, self.section, self.declared, known_band(self.scenario))
 
     def _seen(self, record: Record) -> Record:
-        """Give what of a record is judged: no times nearer to a corner than those the materials were reduced for."""
+        """Return the record without times nearer to a corner than those for which the materials were reduced."""
         if record.times is self.times or not self.reduction_error:
             return record
         drive, settled = self.scenario.drive, isinstance(self.scenario.time.initial_state, PeriodicState)
@@ -249,9 +249,8 @@ class Expanded:
         kept = kept if np.any(kept) else np.ones(len(kept), bool)
         later = 0.0
         if settled:
-            later = LATER_PERIODS * (
-                drive.period or 0.0
-            )  # one period stands for all: what is left is never its end
+            # one period represents all of them: the remaining amplitude is never that at the end of the record
+            later = LATER_PERIODS * (drive.period or 0.0)
         return replace(
             record,
             times=record.times[kept] + later,
@@ -263,17 +262,17 @@ class Expanded:
 
 
 def _band(scenario: Scenario, times: Real) -> tuple[float, float]:
-    """Band over which materials are reduced [Hz]: runs that differ little share it."""
+    """Return the band over which materials are reduced [Hz]; runs that differ little share it."""
     low, high = run_band(scenario, times)
     return reduction_band(low=low, high=high)
 
 
 def _share(one: Scenario, other: Scenario, parts: tuple[str, ...]) -> bool:
-    """Tell whether two scenarios have the same objects as parts."""
+    """Return whether two scenarios have the same objects as parts."""
     return all(getattr(one, name) is getattr(other, name) for name in parts)
 
 
 def _as_long(one: Scenario, other: Scenario) -> bool:
-    """Tell whether a run of one scenario has as many steps as that of another, as far as estimates count them."""
+    """Return whether the estimates of a run are equal for two scenarios."""
     drives = [(each.duration, each.period, each.highest_frequency) for each in (one.drive, other.drive)]
     return drives[0] == drives[1] and _share(one, other, ("motion", "time"))

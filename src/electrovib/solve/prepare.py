@@ -1,4 +1,4 @@
-"""A scenario as a function of a few of its parameters, which computes again only what they touch."""
+"""A scenario as a function of a few of its parameters, which recomputes only what depends on them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.changes import stored_changes
 from electrovib.core.errors import InputError
 from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at, value_at
@@ -32,16 +33,16 @@ def prepare(
     free: Sequence[str],
     quantities: Sequence[str] = DEFAULTS,
 ) -> Prepared:
-    """Make a scenario ready to be computed again and again with a few other numbers in it.
+    """Prepare a scenario for repeated evaluation with other values of a few parameters.
 
     Parameters
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
-        Everything that stays, as for `electrovib.load`.
+        Experiment with the values that stay fixed, as for `electrovib.load`.
     free : sequence of str
         Dotted paths of the parameters that vary, for instance ``["stack.gap.thickness", "friction.coefficient"]``.
     quantities : sequence of str
-        Numbers to give, as ``electrovib run --quantity`` names them: ``"mean electrostatic_force"``.
+        Quantities to return, as ``electrovib run --quantity`` names them: ``"mean electrostatic_force"``.
 
     Returns
     -------
@@ -51,7 +52,7 @@ def prepare(
     Raises
     ------
     InputError
-        Every path and every quantity that is not there, with the nearest name.
+        If a path or a quantity does not exist; names all of them, each with the nearest name.
     """
     return Prepared(read_scenario(scenario), free=free, quantities=quantities)
 
@@ -62,24 +63,24 @@ class Prepared:
     Parameters
     ----------
     scenario : Scenario
-        Everything that stays.
+        Experiment with the values that stay fixed.
     free : sequence of str
-        Dotted paths of physical parameters, in the order in which a sequence of numbers gives them.
+        Dotted paths of physical parameters, in the order of the values given as a sequence.
     quantities : sequence of str
-        Names of numbers.
+        Names of the quantities to return.
 
     Raises
     ------
     InputError
-        Every path and every quantity that is not there, with the nearest name.
+        If a path or a quantity does not exist; names all of them, each with the nearest name.
 
     Notes
     -----
-    Parts of the scenario that hold no changed number stay the same objects, and what was computed from them alone is
-    kept: the drive's pieces, the modes of the stack unless a layer, the circuit or the contact area changes, and the
-    attraction unless one of these, the drive, the law, the load or the motion changes. Nothing electrical is computed
-    again where only friction, fingertip or rig vary. The numbers are those of `electrovib.sweep`, without its judgement
-    of how far to believe them, which `judged` gives.
+    Parts of the scenario without a changed value stay the same objects, and results that depend on them alone are
+    kept: the pieces of the drive, the modes of the stack unless a layer, the circuit or the contact area changes, and the
+    attraction unless one of these, the drive, the law, the load or the motion changes. No electrical quantity is
+    recomputed where only friction, fingertip or rig vary. The values are those of `electrovib.sweep`, without its
+    diagnostics, which `judged` returns.
     """
 
     def __init__(
@@ -111,49 +112,51 @@ class Prepared:
 
     @property
     def quantities(self) -> tuple[str, ...]:
-        """Names of the numbers that a call gives."""
+        """Names of the quantities that a call returns."""
         return tuple(each.name for each in self._names)
 
     def scenario(self, values: Mapping[str, float] | Sequence[float]) -> Scenario:
-        """Give the scenario at a point.
+        """Return the scenario for given values of the free parameters.
 
         Parameters
         ----------
         values : mapping of str to float, or sequence of float
-            By path, those left out as in the base; or all in the order of `free`. In SI.
+            By path, with those omitted as in the base; or all in the order of `free`. In SI units.
 
         Returns
         -------
         Scenario
-            Validated; it shares with the last one what did not change.
+            Validated; it shares unchanged parts with the previous one.
 
         Raises
         ------
         InputError
             If a path is not free, or a value is outside its range.
         """
-        point = self._point(values)
+        point, problems = stored_changes(self.base, self._point(values))
+        if problems:
+            raise InputError(problems)
         last = self._last.scenario if self._last is not None else self.base
         changed = {path: value for path, value in point.items() if _leaf(last, path) != value}
         return with_numbers(last, changed) if changed else last
 
     def __call__(self, values: Mapping[str, ArrayLike] | ArrayLike) -> dict[str, Any]:
-        """Compute the quantities at one point, or at many.
+        """Compute the quantities for one set of values of the free parameters, or for many.
 
         Parameters
         ----------
         values : mapping of str to array_like, or array_like, shape (free, ...)
-            By path, or in the order of `free`; numbers, or arrays that are broadcast against each other. In SI.
+            By path, or in the order of `free`; numbers, or arrays that are broadcast against each other. In SI units.
 
         Returns
         -------
-        dict of str to float or ndarray
+        values : dict of str to float or ndarray
             Each quantity in its unit, an array where arrays were given.
 
         Raises
         ------
         InputError
-            If a path is not free, a value is outside its range, or models do not go together.
+            If a path is not free, a value is outside its range, or models cannot be combined.
         """
         given = self._columns(values)
         columns = np.broadcast_arrays(*[np.asarray(each, dtype=float) for each in given.values()])
@@ -171,26 +174,26 @@ class Prepared:
         names: Sequence[str] = ("electrostatic_force",),
         time: ArrayLike | None = None,
     ) -> dict[str, Real]:
-        """Compute whole signals at a point.
+        """Compute signals over time for given values of the free parameters.
 
         Parameters
         ----------
         values : mapping of str to float, or sequence of float
-            As for `scenario`, in SI.
+            As for `scenario`, in SI units.
         names : sequence of str
-            Signals over time.
+            Names of signals over time.
         time : array_like, shape (n,), optional
-            Increasing, >= 0 [s]; by default what the scenario's time grid says.
+            Output times, increasing, >= 0 [s]; by default those of the scenario's time grid.
 
         Returns
         -------
-        dict of str to ndarray, shape (n,) or (layers, n)
-            Each in its unit, with ``time`` [s].
+        signals : dict of str to ndarray, shape (n,) or (layers, n)
+            Each signal in its unit, with ``time`` [s].
 
         Raises
         ------
         InputError
-            If there is no such signal, or as for a call.
+            If the scenario has no such signal, or as for a call.
         """
         member = self.scenario(values)
         times = None if time is None else np.asarray(time, dtype=float)
@@ -203,12 +206,12 @@ class Prepared:
         return {"time": record.times} | {name: record.signals[name][1] for name in names}
 
     def judged(self, values: Mapping[str, float] | Sequence[float]) -> Answer:
-        """Compute the quantities at a point, with how far to believe them.
+        """Compute the quantities for given values of the free parameters, with their diagnostics.
 
         Parameters
         ----------
         values : mapping of str to float, or sequence of float
-            As for `scenario`, in SI.
+            As for `scenario`, in SI units.
 
         Returns
         -------
@@ -242,12 +245,14 @@ class Prepared:
         given = self._columns(values)
         foreign = [path for path in given if path not in self.begin]
         if foreign:
-            raise InputError(f"{foreign[0]}: is not free; free are {', '.join(self.free)}")
+            raise InputError(
+                f"{foreign[0]}: not a free parameter; the free parameters are {', '.join(self.free)}"
+            )
         return self.begin | given
 
 
 def _leaf(model: Any, path: str) -> Any:
-    """Look a number up without writing the whole model as tables."""
+    """Return the number at a dotted path, without converting the whole model to tables."""
     for key in path.split("."):
         model = model[int(key)] if isinstance(model, tuple) else getattr(model, key)
     return model

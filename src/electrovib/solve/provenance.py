@@ -1,13 +1,16 @@
-"""What a Trace says of its own making: the scenario, its hash and the version."""
+"""Provenance of a Trace: scenario, hash and version."""
 
 from __future__ import annotations
 
 import contextlib
 import functools
+import json
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.model import Model
+from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
+from electrovib.core.own_models import origins
 from electrovib.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -15,35 +18,37 @@ if TYPE_CHECKING:
 
 
 _MANY: Final = 100_000
-"""Times from which on a record takes longer to be written and hashed than a thread to begin."""
+"""Number of times above which writing and hashing a record take longer than starting a thread."""
 
 
 def provenance(scenario: Scenario) -> dict[str, Any]:
-    """Say what was computed, and by which version."""
-    return {
+    """Return what was computed, and by which version."""
+    stated = {
         "title": scenario.title,
         "electrovib": _version(),
         "scenario": scenario.to_json(),
         "scenario_hash": scenario.digest(),
         "dropped_samples": _dropped(scenario.drive),
     }
+    others = origins(scenario)
+    return stated | {OWN_MODELS: json.dumps(others)} if others else stated
 
 
 @contextlib.contextmanager
 def beside(count: int, work: Callable[[], dict[str, Any]]) -> Iterator[Callable[[], dict[str, Any]]]:
-    """Let a second thread do some work beside a run of very many times.
+    """Run some work in a second thread during a run of very many times.
 
     Parameters
     ----------
     count : int
-        Output times of the run.
+        Number of output times of the run.
     work : callable
-        What to do.
+        The work.
 
     Yields
     ------
     callable
-        Waits for the result, and gives it.
+        Waits for the result of the work and returns it.
     """
     if count < _MANY:
         yield work
@@ -60,6 +65,6 @@ def _version() -> str:
 
 
 def _dropped(model: Model) -> int:
-    """Count the samples that measured drives inside a drive have dropped."""
+    """Return the number of samples that were dropped from the measured drives in a drive."""
     inner = [item for _, value in model for item in (value if isinstance(value, tuple) else (value,))]
     return getattr(model, "dropped", 0) + sum(_dropped(each) for each in inner if isinstance(each, Model))

@@ -21,15 +21,15 @@ class Record:
     times : ndarray, shape (n,)
         Increasing [s].
     solution : Solution
-        What the drive does to the stack.
+        Electrical response of the stack.
     signals : dict
         Dimensions and values of every signal over time, in its unit.
     how : dict
-        Solver, its reason, errors and events.
+        Solver, reason for its choice, errors and events.
     diagnostics : list of Diagnostic
-        What the mechanics has to say.
+        Diagnostics of the mechanics.
     peaks : PeakRecord or None
-        What is judged of the whole solution; None where these times show it well enough.
+        Quantities with limits over the whole run; None where these times resolve them.
     """
 
     times: Real

@@ -1,4 +1,4 @@
-"""One scenario, one Trace. The solver follows from what the models declare, never from an option."""
+"""Simulation of one scenario into one Trace; the solver follows from what the models declare, never from an option."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ if TYPE_CHECKING:
 def simulate(
     scenario: Source, *, time: Real | None = None, signals: Sequence[str] | None = None
 ) -> xarray.Dataset:
-    """Compute what the drive does to the finger.
+    """Compute the response of stack, finger and sensors to the drive.
 
     Parameters
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
-        Everything, as for `electrovib.load`.
+        Experiment, as for `electrovib.load`.
     time : ndarray, shape (n,), optional
-        Increasing, >= 0 [s]; by default what the scenario's time grid says.
+        Output times, increasing, >= 0 [s]; by default those of the scenario's time grid.
     signals : sequence of str, optional
-        Names of the signals that are wanted, for instance ``["electrostatic_force"]``; by default all that the
-        scenario has. The checks are those of the whole solution, whichever are chosen.
+        Names of the signals to return, for instance ``["electrostatic_force"]``; by default all that the scenario
+        has. The diagnostics are those of the whole solution, whichever are chosen.
 
     Returns
     -------
@@ -49,18 +49,18 @@ def simulate(
     Raises
     ------
     NotCausalError
-        If the force law has no response in time but the drive is not one sine in its steady state.
+        If the force law has no response in time and the drive is not a single sine in its steady state.
     InputError
-        If the force law does not find the layers it needs, models do not go together, or the scenario does not have a
-        signal that is wanted.
+        If the force law does not find the layers it needs, models cannot be combined, or the scenario does not have a
+        requested signal.
     BudgetError
-        If it would take more time or memory than `electrovib.budget` allows; told before anything is computed.
+        If the run would take more time or memory than `electrovib.budget` allows; raised before any computation.
 
     Notes
     -----
-    Linear layers: the modes of the stack under voltage drive, those of each layer under current drive, marched
-    exactly. A layer with a leak: one nonlinear branch with its error in `step_error`; over frequency the leak
-    counts as the conductivity that a vanishing sine sees.
+    Linear layers are solved exactly in relaxation modes: those of the stack under voltage drive, those of each layer
+    under current drive. A layer with a leak is one nonlinear branch, with its error in `step_error`; over frequency
+    the leak counts as its conductivity at vanishing amplitude.
     """
     scenario = read_scenario(scenario)
     _refuse_unknown(signals)
@@ -69,12 +69,12 @@ def simulate(
     with beside(len(times), functools.partial(provenance, scenario)) as stated:
         at_frequency = phasors(scenario, frequency)
         record = expanded.at(times, closely=True)
-        spoken, errors = expanded.judge(record)
+        diagnostics, errors = expanded.judge(record)
         attributes = stated() | errors | record.how
     variables: dict[str, Any] = {**record.signals, **over_frequency(scenario, at_frequency)}
     variables = _chosen(variables, signals)
-    spoken += sampling(scenario.drive, times)
-    attributes["validity"] = json.dumps([diagnostic.to_dict() for diagnostic in spoken])
+    diagnostics += sampling(scenario.drive, times)
+    attributes["validity"] = json.dumps([each.to_dict() for each in diagnostics])
     coordinates = {
         "time": times,
         "frequency": frequency,
@@ -84,23 +84,24 @@ def simulate(
 
 
 def _refuse_unknown(signals: Sequence[str] | None) -> None:
-    """Refuse names that are no signals before anything is computed."""
+    """Refuse names that are not signals, before anything is computed."""
     names = [signals] if isinstance(signals, str) else signals or []
     problems = [
-        f"signals = '{name}': no signal.{nearest(name, SIGNALS)}" for name in names if name not in SIGNALS
+        f"signals = '{name}': not a signal.{nearest(name, SIGNALS)}" for name in names if name not in SIGNALS
     ]
     if problems:
         raise InputError(problems)
 
 
 def _chosen(variables: dict[str, Any], signals: Sequence[str] | None) -> dict[str, Any]:
-    """Keep the signals that are wanted."""
+    """Return the signals that were requested."""
     if signals is None:
         return variables
     names = [signals] if isinstance(signals, str) else list(signals)
     absent = [name for name in names if name not in variables]
     if absent:
         raise InputError(
-            f"signals = '{name}': this scenario has none.{nearest(name, variables)}" for name in absent
+            f"signals = '{name}': this scenario does not have this signal.{nearest(name, variables)}"
+            for name in absent
         )
     return {name: variables[name] for name in names}

@@ -1,4 +1,4 @@
-"""Why a law's static force differs from that of the Maxwell stress in the gap, in words made from numbers."""
+"""Explanations of why the static force of a law differs from that of the Maxwell stress in the gap."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from electrovib.physics.force import needed_layer
 from electrovib.scenario import Scenario
 
 AGREES = 0.01
-"""Relative difference up to which an explanation is said to account for a ratio."""
+"""Relative difference up to which an explanation accounts for a ratio."""
 
 
 def static_permittivity(scenario: Scenario, name: str) -> float:
-    """Real relative permittivity of a layer at 1 Hz, conduction apart."""
+    """Return the real relative permittivity of a layer at 1 Hz, without conduction."""
     return float(scenario.stack.layers[name].material.bound_permittivity(1.0).real)
 
 
 def explain(scenario: Scenario, *, ratio: float) -> str:
-    """Account for a static force by plane, permittivity and gap.
+    """Explain a static force by evaluation surface, permittivity and gap.
 
     Parameters
     ----------
@@ -33,8 +33,8 @@ def explain(scenario: Scenario, *, ratio: float) -> str:
 
     Returns
     -------
-    str
-        Without a full stop; says so when the known reasons do not give the ratio.
+    text : str
+        Explanation without a full stop; it states where the known reasons do not give the ratio.
     """
     expected, words = _reason(scenario)
     if expected is None:
@@ -52,7 +52,7 @@ def explain(scenario: Scenario, *, ratio: float) -> str:
 
 
 def _electrical(scenario: Scenario) -> tuple[float, float]:
-    """Electrical thickness of the whole stack and of what is not the gap [m]."""
+    """Return the electrical thickness of the whole stack and of the stack without the gap [m]."""
     layers = scenario.stack.layers
     each = {name: layer.thickness / static_permittivity(scenario, name) for name, layer in layers.items()}
     gap = scenario.stack.gap_name
@@ -60,7 +60,7 @@ def _electrical(scenario: Scenario) -> tuple[float, float]:
 
 
 def _equal_gap(scenario: Scenario, ratio: float) -> str:
-    """Name the gap of air in which the Maxwell stress would pull as much, where the gap does not change the voltage."""
+    """Return the gap of equal Maxwell stress in words, where the gap does not change the voltage."""
     whole, solid = _electrical(scenario)
     name = scenario.stack.gap_name
     filling = static_permittivity(scenario, name) if name else 1.0
@@ -73,11 +73,11 @@ def _equal_gap(scenario: Scenario, ratio: float) -> str:
 
 
 def _reason(scenario: Scenario) -> tuple[float | None, str]:
-    plane, layers, gap = scenario.force.evaluation_surface, scenario.stack.layers, scenario.stack.gap_name
+    surface, layers, gap = scenario.force.evaluation_surface, scenario.stack.layers, scenario.stack.gap_name
     permittivity = {name: static_permittivity(scenario, name) for name in layers}
     electrical, solid = _electrical(scenario)
     in_gap = permittivity[gap] if gap else 1.0
-    if plane == "gap":
+    if surface == "gap":
         if gap is None:
             return 1.0, "the field of a vanishing gap"
         less = f"{(solid / (permittivity[gap] * electrical)) ** 2:.3g} of the force of a vanishing one"
@@ -86,7 +86,7 @@ def _reason(scenario: Scenario) -> tuple[float | None, str]:
     if len(read) == 1:
         value = permittivity[read[0]]
         return in_gap**2 / value, f"the same displacement in the {read[0]}, permittivity {value:.4g}"
-    if plane == "effective medium":
+    if surface == "effective medium":
         length = sum(layers[name].thickness for name in read)
         solid = sum(layers[name].thickness / permittivity[name] for name in read)
         # V^2/(K L) against V^2/(eps_gap K + g)^2, the voltage being the same
@@ -94,29 +94,29 @@ def _reason(scenario: Scenario) -> tuple[float | None, str]:
         medium = length / solid
         beside = "" if gap is None else ", and it takes no account of the gap"
         return expected, f"energy over geometric thickness, effective permittivity {medium:.4g}{beside}"
-    return None, f"cut free at the {plane}"
+    return None, f"the Maxwell stress is evaluated in the {surface}"
 
 
 def layers_read(scenario: Scenario) -> tuple[str, ...]:
-    """Name the layers that the force law reads: those of the roles it needs that are nearest to the interface."""
+    """Return the layers that the force law reads: those nearest to the interface of the roles that it needs."""
     found = (needed_layer(scenario.stack.roles, wanted) for wanted in scenario.force.needs)
     return tuple(name for name in found if name is not None)
 
 
 def conducting(scenario: Scenario) -> tuple[str, ...]:
-    """Name the layers that conduct, from the plate to the finger."""
+    """Return the layers that conduct, from plate to finger."""
     layers = scenario.stack.layers.items()
     return tuple(name for name, layer in layers if layer.material.conductivity or layer.leak is not None)
 
 
 def listed(names: Iterable[str]) -> str:
-    """Write names as people do: ``a``, ``a and b``, ``a, b and c``."""
+    """Join names as a list: ``a``, ``a and b``, ``a, b and c``."""
     *first, last = names
     return f"{', '.join(first)} and {last}" if first else last
 
 
 def knows_polarity(scenario: Scenario) -> bool:
-    """Tell whether a layer answers to +V otherwise than to -V: it rectifies, or holds charge at the start."""
+    """Return whether the response of a layer depends on the polarity: it rectifies, or is charged at time 0."""
     layers = scenario.stack.layers.values()
     return any(layer.initial_charge or (layer.leak and not _odd(layer.leak)) for layer in layers)
 
@@ -127,32 +127,32 @@ def _odd(leak: Conduction) -> bool:
 
 
 def in_time(scenario: Scenario, *, early: float, late: float) -> str:
-    """Say what becomes of the force while the voltage is held, and which layer does it.
+    """Explain how the force changes while the voltage is held, and which layer causes it.
 
     Parameters
     ----------
     scenario : Scenario
         Stack and law.
     early, late : float
-        Just after a step and 50 ms later [N].
+        Attraction just after a step and 50 ms later [N].
 
     Returns
     -------
-    str
+    text : str
         Begins with a verb, without a full stop.
     """
     if early <= 0:
-        return "starts from nothing"
+        return "starts at 0 N"
     names, change = conducting(scenario), late / early
     if abs(change - 1) < 1e-2:
         though = f", although {_conduct(names)}" if names else ": nothing conducts"
         return f"keeps its force while the voltage is held{though}"
-    size = f"rises by a factor {change:.3g}" if change > 1 else f"falls to {change:.2g} of itself"
+    size = f"rises by a factor {change:.3g}" if change > 1 else f"falls to {change:.2g} of its initial value"
     return f"{size} while the voltage is held: {_because(_place(scenario), names, rises=change > 1)}"
 
 
 def _place(scenario: Scenario) -> str:
-    """Name where the law cuts: a layer if it is in one, else as the law names it."""
+    """Return the layer in which the law evaluates the Maxwell stress, or the name of its evaluation surface."""
     read = layers_read(scenario)
     if len(read) == 1:
         return read[0]
@@ -160,16 +160,16 @@ def _place(scenario: Scenario) -> str:
     return gap if gap and scenario.force.evaluation_surface == "gap" else scenario.force.evaluation_surface
 
 
-def _because(plane: str, names: tuple[str, ...], *, rises: bool) -> str:
-    others = [name for name in names if name != plane]
+def _because(surface: str, names: tuple[str, ...], *, rises: bool) -> str:
+    others = [name for name in names if name != surface]
     if not names:
-        return "layers go on polarising, or the return path charges"
+        return "layers still polarise, or the return path still charges"
     if rises and others:
-        return f"{_conduct(others)}, so field goes from there to the plane of this law"
-    if not rises and plane in names:
-        return f"{_conduct([plane])}, so field goes from there to the other layers"
-    if not rises and plane == "effective medium":
-        return f"{_conduct(names)}, and charge that has crossed counts as lost in this law"
+        return f"{_conduct(others)}, so the field moves from there to the surface that this law evaluates"
+    if not rises and surface in names:
+        return f"{_conduct([surface])}, so the field moves from there to the other layers"
+    if not rises and surface == "effective medium":
+        return f"{_conduct(names)}, and this law counts charge that has crossed as lost"
     return _conduct(names)
 
 

@@ -1,4 +1,4 @@
-"""The spectrum of the force on the skin that perception looks at: of a period, or of a window."""
+"""Spectrum of the force on the skin, of a period or of a window: the input of perception."""
 
 from __future__ import annotations
 
@@ -18,34 +18,34 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 FEWEST: Final = 1 << 13
-"""Samples of a period or window to begin with: 250 Hz is harmonic 17 of 15 Hz, so what folds back is small."""
+"""First number of samples of a period or window: 250 Hz is harmonic 17 of 15 Hz, so aliasing is small."""
 MOST: Final = 1 << 19
 COARSEST: Final = 2.0**-13
-"""Step to begin with where a period or window is long: 4 kHz is in the spectrum [s]."""
+"""First step where a period or window is long [s]: the spectrum reaches 4 kHz."""
 SIGNALS: Final = ("skin_displacement", "lateral_force", "electrostatic_force")
-"""What of a measured Trace is taken, the first that it has."""
+"""Signals of a measured Trace; the first that it has is used."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Lines:
-    """A spectrum of lines.
+    """Line spectrum of a signal.
 
     Parameters
     ----------
     frequency : ndarray, shape (n,)
-        Hz, above 0.
+        Frequencies of the lines [Hz], above 0.
     amplitude : ndarray, shape (n,)
-        Zero to peak, N; m for a displacement.
+        Amplitudes, zero to peak [N], or [m] of a displacement.
     swing : float
-        Half of peak to peak of the signal itself, with its value just before, N or m.
+        Half of the peak-to-peak value of the signal, its value just before the span included [N] or [m].
     span : float
-        Period or window [s].
+        Length of the period or window [s].
     samples : int
-        In the span.
+        Number of samples in the span.
     signal : str
-        Which signal it is, a name of the nomenclature.
+        Name of the signal.
     how : str
-        In words.
+        Description of the span in words.
     """
 
     frequency: Real
@@ -58,7 +58,7 @@ class Lines:
 
 
 def lines(values: Real, *, span: float, before: float, signal: str, how: str) -> Lines:
-    """Spectrum of a record at even times.
+    """Compute the spectrum of a record at evenly spaced times.
 
     Parameters
     ----------
@@ -69,18 +69,17 @@ def lines(values: Real, *, span: float, before: float, signal: str, how: str) ->
     before : float
         Value just before the record, in the same unit; for one whole period the last value.
     signal, how : str
-        For the result.
+        Name and description, as in `Lines`.
 
     Returns
     -------
-    Lines
-        At the whole multiples of 1/span up to half the sampling rate.
+    spectrum : Lines
+        Lines at the whole multiples of 1/span up to half the sampling rate.
 
     Notes
     -----
-    The transform is that of the changes, divided by that of a change: for a whole period nothing else than
-    the Fourier series, and for a record that does not come back to where it began no jump is invented at its
-    end, while a jump at its beginning counts.
+    The transform of the increments is divided by that of a unit step. For a whole period this is the Fourier series. For a
+    record that does not end where it began it adds no step at the end; a step at the beginning is included.
     """
     count = len(values)
     orders = np.arange(1, count // 2 + 1)
@@ -100,27 +99,27 @@ def lines(values: Real, *, span: float, before: float, signal: str, how: str) ->
 
 
 def force_lines(scenario: Scenario, *, window: float, samples: int) -> tuple[Lines, ...]:
-    """Spectrum of the friction force of a scenario.
+    """Compute the spectrum of the friction force of a scenario.
 
     Parameters
     ----------
     scenario : Scenario
-        Its drive repeats, or does not.
+        Scenario with a periodic drive or another one.
     window : float
-        For what does not repeat [s].
+        Length of the windows of a drive that is not periodic [s].
     samples : int
-        Of a period or window, at least; more where the step would be longer than 0.12 ms.
+        Least number of samples of a period or window; more are taken where the step would exceed 0.12 ms.
 
     Returns
     -------
-    tuple of Lines
-        Of a drive that repeats one: of a period of the steady state, whatever the scenario starts from. Of one
-        that does not: windows from its beginning on, overlapping by half, from rest.
+    spectra : tuple of Lines
+        Of a periodic drive one spectrum, of a period of the steady state, whatever the initial state of the scenario. Of any
+        other drive one for each window, from rest, overlapping by half.
 
     Raises
     ------
     InputError
-        If the models do not go together.
+        If the models cannot be combined.
     NotCausalError
         If the force law has no response in time to this drive.
     """
@@ -143,7 +142,7 @@ def force_lines(scenario: Scenario, *, window: float, samples: int) -> tuple[Lin
 
 
 def _middles(count: int, step: float) -> Real:
-    """Times in the middle of even steps: a jump at a step's end falls between two."""
+    """Return the middles of even steps [s], so that a discontinuity at the end of a step falls between two samples."""
     return np.asarray(step * (np.arange(count) + 0.5), dtype=float)
 
 
@@ -151,14 +150,14 @@ def _lateral(scenario: Scenario, times: Real) -> Real:
     force: Real = simulate(scenario, time=times).lateral_force.values
     if np.all(np.isnan(force)):
         raise InputError(
-            "motion.speed: the finger rests, where its friction is not determined, so there is nothing to feel; give a speed"
-            " above 0, or none for a finger that slides, or a finger, whose spring tells the friction at rest"
+            "motion.speed: the finger rests, where its friction is not determined, so there is nothing to feel; set a speed"
+            " above 0, omit it for a finger that slides, or add [finger], whose spring determines the friction at rest"
         )
     return force
 
 
 def _enough(samples: int, span: float, *, begin: int | None = None) -> int:
-    """Give a power of two times the samples, or those to begin with, whose step is short enough."""
+    """Double the number of samples until the step is short enough."""
     count = begin or samples
     while span / count > COARSEST * FEWEST / samples and count < MOST:
         count *= 2
@@ -179,13 +178,13 @@ def _from_rest(scenario: Scenario, window: float, samples: int) -> tuple[Lines, 
 def _windows(
     values: Real, count: int, step: float, *, before: float | None, signal: str, what: str
 ) -> tuple[Lines, ...]:
-    """Windows that overlap by half; the value before the first may be known."""
+    """Compute the spectra of windows that overlap by half; the value before the first may be known."""
     found = []
     for first in range(0, max(len(values) - count, 0) + 1, count // 2):
         part = values[first : first + count]
         previous = float(values[first - 1]) if first else float(values[0]) if before is None else before
         if np.any(np.isnan(part)):
-            continue  # the finger rests, or a memory of that is still there
+            continue  # the finger rests, or the friction still depends on that
         previous = float(part[0]) if math.isnan(previous) else previous
         span = len(part) * step
         how = f"{what}, window of {span:.4g} s from {first * step:.4g} s on"
@@ -193,48 +192,52 @@ def _windows(
     if not found:
         raise InputError(
             f"motion.time_profile: in every window of the {signal.replace('_', ' ')} the finger rests at times, where friction"
-            " is not determined; give a shorter perception.window, a time profile that slides for longer, or a finger"
+            " is not determined; set a shorter perception.window or a time profile that slides for longer, or add [finger]"
         )
     return tuple(found)
 
 
 def _late(scenario: Scenario, window: float, samples: int) -> tuple[Lines, ...]:
-    """Whole periods after a window of as many, where no steady state is known beforehand."""
+    """Compute the spectrum of the periods after a window of as many, where no steady state is known beforehand."""
     period = scenario.drive.period
     assert period is not None
     repeats = max(1, int(window / period * (1 + 1e-12)))
     span = repeats * period
-    count = _enough(samples, span, begin=samples // 8)  # a march is slow, and the level is tested afterwards
+    count = _enough(
+        samples, span, begin=samples // 8
+    )  # time stepping is slow, and convergence of the level is checked afterwards
     start = scenario.replace({"time.initial_state": {"model": "AtRest"}})
     force = _lateral(start, _middles(2 * count, span / count))
     if np.any(np.isnan(force[count - 1 :])):
         raise InputError(
-            "motion.time_profile: the finger rests while its friction would be felt, and that friction is not determined; give"
-            " a time profile that slides for longer, or a finger, whose spring tells the friction at rest"
+            "motion.time_profile: the finger rests while its friction would be felt, and that friction is not determined; set"
+            " a time profile that slides for longer, or add [finger], whose spring determines the friction at rest"
         )
-    how = f"{repeats} period(s) of {period:.4g} s from rest, after as many that are left out; not known to have settled"
+    how = (
+        f"{repeats} period(s) of {period:.4g} s from rest, after as many omitted ones; not known to be steady"
+    )
     return (lines(force[count:], span=span, before=float(force[count - 1]), signal="lateral_force", how=how),)
 
 
 def measured_lines(trace: xarray.Dataset, *, window: float) -> tuple[Lines, ...]:
-    """Spectrum of a measured Trace.
+    """Compute the spectrum of a measured Trace.
 
     Parameters
     ----------
     trace : xarray.Dataset
-        Holds a displacement of the skin, a friction force or an attraction over time.
+        Trace with a displacement of the skin, a friction force or an attraction over time.
     window : float
-        Windows of this length, overlapping by half; the whole record where it is shorter [s].
+        Length of the windows, which overlap by half [s]; a shorter record is one window.
 
     Returns
     -------
-    tuple of Lines
+    spectra : tuple of Lines
         One for each window.
 
     Raises
     ------
     InputError
-        If it holds none of them over time alone, or a value is missing.
+        If it has none of these signals over time alone, or a value is missing.
     """
     name = next((name for name in SIGNALS if name in trace), None)
     if name is None:
@@ -255,5 +258,5 @@ def measured_lines(trace: xarray.Dataset, *, window: float) -> tuple[Lines, ...]
         even = np.arange(time[0], time[-1], step)
         values = np.interp(even, time, values)
     count = min(len(values), max(16, round(window / step)))
-    what = f"measured {name}" + (", brought to even times by straight lines" if uneven else "")
+    what = f"measured {name}" + (", interpolated linearly to even times" if uneven else "")
     return _windows(np.asarray(values, dtype=float), count, step, before=None, signal=name, what=what)

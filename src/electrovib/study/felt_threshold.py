@@ -1,4 +1,4 @@
-"""Voltages at which drives are just felt: over frequency, and of one drive against another."""
+"""Threshold voltages of drives: over frequency, and of one drive relative to another."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class ThresholdCurves:
     Parameters
     ----------
     frequency : ndarray, shape (n,)
-        Fundamental of the drives [Hz].
+        Fundamental frequency of the drives [Hz].
     level : mapping of str to ndarray, shape (n,)
-        Name of the drive to its threshold in voltage, dB above the lowest of all.
+        Name of the drive to its threshold voltage [dB], relative to the lowest of all.
     voltage : mapping of str to ndarray, shape (n,)
-        The same in V, as the drives' peak; empty where the threshold is not calibrated.
+        Name of the drive to its peak voltage at threshold [V]; empty where the threshold is not calibrated.
     """
 
     frequency: Real
@@ -48,34 +48,34 @@ def threshold_over_frequency(
     perception: Perception | None = None,
     samples: int = FEWEST,
 ) -> ThresholdCurves:
-    r"""Threshold voltage of some waveforms over their frequency.
+    r"""Compute the threshold voltage of waveforms over their frequency.
 
     Parameters
     ----------
     scenario : Scenario
-        Plate, finger, friction; its drive is replaced.
+        Plate, finger and friction; the drive is replaced.
     frequencies : sequence of float
-        Fundamentals [Hz].
+        Fundamental frequencies [Hz].
     drives : mapping of str to mapping
-        Name to the table of a drive that has a ``frequency``, which is set.
+        Name to the table of a drive; its ``frequency`` is set.
     perception : Perception, optional
-        By default the scenario's own, or the package's.
+        By default that of the scenario, else the default one.
     samples : int
-        Of a period.
+        Number of samples of a period.
 
     Returns
     -------
-    ThresholdCurves
-        In dB above the lowest; in volts where threshold and compliance are given.
+    curves : ThresholdCurves
+        Thresholds relative to the lowest [dB], and [V] where threshold and compliance are given.
 
     Raises
     ------
     InputError
-        If a layer leaks out of proportion to its field, or a drive does not fit.
+        If a layer has a non-ohmic leak, or a drive does not fit.
 
     Notes
     -----
-    The force goes as the square of the voltage, so a drive of peak V whose felt amplitude is X is just felt at
+    The force is proportional to the square of the voltage, so a drive of peak V whose felt amplitude is X is just felt at
 
     .. math:: V_0 = V \sqrt{X_0/X}
     """
@@ -101,13 +101,13 @@ def _proportional(scenario: Scenario) -> None:
     leaks = [name for name, layer in scenario.stack.layers.items() if layer.leak is not None]
     if leaks:
         raise InputError(
-            f"stack.{leaks[0]}.leak: with it the force does not go as the square of the voltage, so one run gives no"
+            f"stack.{leaks[0]}.leak: with it the force is not proportional to the square of the voltage, so one run gives no"
             " threshold; perceive the scenario at several voltages instead"
         )
 
 
 def threshold_ratio(first: Scenario, second: Scenario, person: Perception, *, samples: int = FEWEST) -> float:
-    """Threshold voltage of the first of two drives of one peak over that of the second.
+    """Compute the threshold voltage of a drive relative to that of another drive of the same peak.
 
     Parameters
     ----------
@@ -116,34 +116,34 @@ def threshold_ratio(first: Scenario, second: Scenario, person: Perception, *, sa
     person : Perception
         Channels and skin.
     samples : int
-        Of a period.
+        Number of samples of a period.
 
     Returns
     -------
-    float
-        dB; above 0 the second is felt at a lower voltage.
+    ratio : float
+        Threshold voltage of the first over that of the second [dB]; above 0 the second is felt at a lower voltage.
     """
     felt = [felt_level(scenario, person, samples=samples) for scenario in (second, first)]
     return float(10 * np.log10(felt[0] / felt[1]))
 
 
 def crossover(pair: Pair, *, low: float, high: float, person: Perception) -> float:
-    """Lowest frequency at which two drives are felt at one voltage.
+    """Find the lowest frequency at which two drives have the same threshold voltage.
 
     Parameters
     ----------
     pair : callable
-        Frequency [Hz] to the two scenarios, of one peak voltage.
+        Frequency [Hz] to the two scenarios, of the same peak voltage.
     low, high : float
-        Between which it is looked for, an octave at a time [Hz].
+        Ends of the search, which proceeds by octaves [Hz].
     person : Perception
         Channels and skin.
 
     Returns
     -------
-    float
-        Hz; 0 if the second is not felt at a lower voltage even at `low`, infinite if it is at every octave up
-        to `high`. Two crossings within an octave are not seen.
+    frequency : float
+        Frequency [Hz]; 0 if the second drive is not felt at a lower voltage even at `low`, infinite if it is at every octave
+        up to `high`. Two crossings within one octave are not found.
     """
     from scipy.optimize import brentq
 

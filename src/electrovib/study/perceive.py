@@ -1,4 +1,4 @@
-"""Whether a finger feels a drive, in which channel, and by how much: from the force to a level."""
+"""Level at which a finger feels a drive, by channel."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 Compliance = Callable[[Any], Any]
 
 SETTLED: Final = 0.01
-"""By how much twice the samples may move a level [dB]."""
+"""Largest change of a level with twice the samples [dB]."""
 SILENT: Final = 1e-9
-"""A force that moves by less than this share of itself does not move: rounding."""
+"""Relative change of a force below which it counts as constant: rounding."""
 
 
 def perceive(
@@ -44,7 +44,7 @@ def perceive(
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
     perception: Perception | None = None,
 ) -> Percept:
-    r"""Tell whether the force on a finger is felt, by which channel, and by how many decibels.
+    r"""Compute whether the force on a finger is felt, by which channel, and by how many decibels.
 
     Parameters
     ----------
@@ -54,12 +54,12 @@ def perceive(
     set : mapping of str to value, optional
         Dotted path to value; ``perception.threshold`` and the like change the perception.
     perception : Perception, optional
-        By default the scenario's own, or the package's.
+        By default that of the scenario, else the default one.
 
     Returns
     -------
-    Percept
-        Levels per channel, relative level with its interval, and above threshold where it is calibrated.
+    percept : Percept
+        Levels of the channels, relative level with its interval, and level above a calibrated threshold.
 
     Raises
     ------
@@ -74,8 +74,8 @@ def perceive(
 
     .. math:: L_c = 20 \lg \sqrt{\sum_k (w_c(f_k)\,|C(f_k) F_k|)^2}, \qquad L = \max_c L_c
 
-    relative to the level of a sine of force with half the peak to peak of this force as amplitude, at the
-    frequency where the most sensitive channel is best.
+    relative to the level of a sine of force whose amplitude is half of the peak-to-peak force, at the best frequency of the
+    most sensitive channel.
     """
     changes = {path: value for path, value in (set or {}).items() if not _personal(path)}
     scenario, trace = _experiment(source, changes)
@@ -125,13 +125,13 @@ def _compliance(given: Any) -> Compliance:
 
 
 def _level(found: Lines, person: Perception, given: Any) -> float:
-    """Level of the channel that feels it most [dB]."""
+    """Return the highest level of all channels [dB]."""
     moved = found.amplitude * np.abs(_compliance(given)(found.frequency))
     return float(decibels(strongest(person, found.frequency, moved)))
 
 
 def _converged(scenario: Scenario, person: Perception, given: Any) -> tuple[Lines, float]:
-    """Double the samples until the level stays."""
+    """Double the number of samples until the level is constant."""
     samples = FEWEST
     level = functools.partial(_level, person=person, given=given)
     found = max(force_lines(scenario, window=person.window, samples=samples), key=level)
@@ -149,21 +149,22 @@ def _moves(found: Lines, scenario: Scenario) -> bool:
 
 
 def felt_level(scenario: Scenario, person: Perception, *, samples: int = FEWEST) -> float:
-    """Amplitude at the best frequency that is felt as strongly as a drive.
+    """Compute the amplitude of a sine at the best frequency that is felt as strongly as a drive.
 
     Parameters
     ----------
     scenario : Scenario
-        Its drive, finger and friction.
+        Drive, finger and friction.
     person : Perception
         Channels and skin.
     samples : int
-        Of a period or window.
+        Number of samples of a period or window.
 
     Returns
     -------
-    float
-        m, or N where the displacement is taken in proportion to the force; grows as the square of the voltage.
+    amplitude : float
+        Amplitude [m], or [N] where the displacement is taken as proportional to the force; proportional to the square of the
+        voltage.
     """
     given = person.compliance or getattr(scenario, "finger", None)
     windows = force_lines(scenario, window=person.window, samples=samples)
@@ -204,7 +205,7 @@ def _percept(found: Lines, person: Perception, given: Any, *, title: str, error:
 
 
 def _reference(found: Lines, person: Perception, given: Any) -> float:
-    """Felt amplitude of a sine as large at the best frequency."""
+    """Return the felt amplitude of a sine of equal force at the best frequency."""
     best = np.array([person.most_sensitive().best()])
     moved = found.swing * np.abs(_compliance(given)(best))
     return strongest(person, best, moved)
@@ -223,7 +224,7 @@ def _felt(channel: Any, frequency: Real, moved: Complex | Real, reference: float
 
 
 def _alternatives(found: Lines, person: Perception, given: Any) -> dict[str, float]:
-    """Relative level under assumptions that are as well founded."""
+    """Return the relative level under other assumptions that are as well founded [dB]."""
     cases: dict[str, tuple[Perception, Any]] = {}
     low, high = BEST_FREQUENCIES
     moved = tuple(

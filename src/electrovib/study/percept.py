@@ -1,4 +1,4 @@
-"""What a person feels of a drive, as numbers and words, and whether two of them can be told apart."""
+"""Levels at which a person feels a drive, and whether two drives can be discriminated."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ VERDICTS: Final = ("detectable", "not detectable", "within the uncertainty", "re
 
 @dataclass(frozen=True, kw_only=True)
 class Felt:
-    """One channel's answer.
+    """Level of one channel.
 
     Parameters
     ----------
     channel : str
-        Model.
+        Name of the model of the channel.
     level : float
-        dB re 1 m, or re 1 N where the displacement is taken in proportion to the force.
+        Level [dB re 1 m], or [dB re 1 N] where the displacement is taken as proportional to the force.
     relative : float
-        dB above a sine of force as large at the best frequency.
+        Level relative to a sine of equal force at the best frequency [dB].
     status, source : str
-        How far its weight can be believed.
+        Source of the weight, and its status.
     """
 
     channel: str
@@ -39,44 +39,44 @@ class Felt:
 
 @dataclass(frozen=True, kw_only=True)
 class Percept:
-    """What a person feels of a drive.
+    """Levels at which a person feels a drive.
 
     Parameters
     ----------
     title : str
-        Of the scenario.
+        Title of the scenario.
     channels : tuple of Felt
         In the order of `Perception.channels`.
     loudest : str
-        The channel that decides; empty if nothing moves.
+        Channel with the highest level; empty if nothing moves.
     level : float
-        Of that channel, dB re 1 `unit`.
+        Level of that channel [dB re 1 `unit`].
     unit : str
         ``"m"``, or ``"N"`` without mechanics.
     relative : float
-        dB above a sine of force at `best_frequency` with half the peak to peak of this force as amplitude.
+        Level relative to a sine of force at `best_frequency` whose amplitude is half of the peak-to-peak force [dB].
     interval : tuple of float
         Lowest and highest of `relative` and `alternatives` [dB].
     alternatives : mapping of str to float
         `relative` under other assumptions that are as well founded [dB].
     best_frequency : float
-        Of the most sensitive channel [Hz].
+        Best frequency of the most sensitive channel [Hz].
     sensation : float or None
-        dB above the threshold; None where it is not calibrated.
+        Level relative to the threshold [dB]; None where the threshold is not calibrated.
     uncertainty : float or None
-        Of the threshold, dB.
+        Uncertainty of the threshold [dB].
     verdict : str
         One of `VERDICTS`.
     difference_threshold : float
-        dB of voltage amplitude.
+        Difference threshold [dB] of the voltage amplitude.
     swing : float
-        Half of peak to peak of the signal, N or m.
+        Half of the peak-to-peak value of the signal [N] or [m].
     spectrum : Lines
-        What was looked at.
+        Evaluated spectrum.
     numerical_error : float
         Change of the level with twice the samples [dB]; NaN for a measurement.
     calibrated_on : tuple of str
-        What every number stands on.
+        Assumptions and sources of the levels.
     """
 
     title: str
@@ -98,7 +98,7 @@ class Percept:
     calibrated_on: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Give plain numbers and texts; a level of minus infinity is None, the spectrum two lists."""
+        """Return numbers, texts and lists; a level of minus infinity becomes None."""
         plain = asdict(self)
         for name in ("frequency", "amplitude"):
             plain["spectrum"][name] = plain["spectrum"][name].tolist()
@@ -109,18 +109,18 @@ class Percept:
 
 @dataclass(frozen=True, kw_only=True)
 class Difference:
-    """Whether two percepts can be told apart.
+    """Difference of two percepts, and whether it is noticeable.
 
     Parameters
     ----------
     difference : float
-        Level of the first above the second, as a change of voltage amplitude: half that of the force [dB].
+        Level of the first relative to the second, as a change of the voltage amplitude [dB]: half that of the force.
     threshold : float
-        dB of voltage amplitude.
+        Difference threshold of the voltage amplitude [dB].
     noticeable : bool
-        Whether it is larger.
+        True if the magnitude of the difference exceeds the threshold.
     text : str
-        In words, with what it stands on.
+        The same in words, with the source of the threshold.
     """
 
     difference: float
@@ -130,7 +130,7 @@ class Difference:
 
 
 def _finite(value: Any) -> Any:
-    """Put None where a number is not finite, which JSON has no word for."""
+    """Replace numbers that are not finite, which JSON cannot express, by None."""
     if isinstance(value, Mapping):
         return {key: _finite(inner) for key, inner in value.items()}
     if isinstance(value, (tuple, list)):
@@ -148,7 +148,7 @@ def verdict(*, sensation: float | None, uncertainty: float | None) -> str:
 
     Returns
     -------
-    str
+    verdict : str
         One of `VERDICTS`.
     """
     if sensation is None or uncertainty is None:
@@ -159,7 +159,7 @@ def verdict(*, sensation: float | None, uncertainty: float | None) -> str:
 
 
 def stands_on(found: Lines, person: Perception, given: Any) -> tuple[str, ...]:
-    """Say what every number is calibrated on."""
+    """List the assumptions and sources of the levels."""
     texts = [
         f"{type(channel).__name__}: {channel.status}; {channel.reference}" for channel in person.channels
     ]
@@ -167,11 +167,11 @@ def stands_on(found: Lines, person: Perception, given: Any) -> tuple[str, ...]:
         texts.append("mechanics: the displacement of the skin was measured")
     elif given is None:
         texts.append(
-            "mechanics: none given, the displacement is taken in proportion to the force; give perception.compliance,"
+            "mechanics: none given, the displacement is taken as proportional to the force; add perception.compliance,"
             " for instance { model = 'ElasticViscousSkin', stiffness = ..., corner = ... }"
         )
     else:
-        texts.append(f"mechanics: {type(given).__name__} as declared, values by the user or the scenario")
+        texts.append(f"mechanics: {type(given).__name__} with the values of the scenario or the user")
     if person.threshold is None:
         texts.append(
             "threshold: relative only, calibrate with perception.threshold and perception.threshold_uncertainty"
@@ -182,47 +182,48 @@ def stands_on(found: Lines, person: Perception, given: Any) -> tuple[str, ...]:
         )
     else:
         texts.append(
-            f"threshold: {person.threshold:.4g} m within {person.threshold_uncertainty:g} dB, by the user"
+            f"threshold: {person.threshold:.4g} m with an uncertainty of {person.threshold_uncertainty:g} dB, given by the user"
         )
     texts.append(
-        f"difference threshold: {person.difference_threshold:g} dB, taken as of voltage amplitude, which {RYU}, does not say"
+        f"difference threshold: {person.difference_threshold:g} dB, taken as that of the voltage amplitude, which"
+        f" {RYU}, does not state"
     )
     return (*texts, MOTION)
 
 
 def compare_percepts(first: Percept, second: Percept) -> Difference:
-    """Tell whether two drives can be told apart by their strength.
+    """Judge whether two drives can be discriminated by their strength.
 
     Parameters
     ----------
     first, second : Percept
-        With levels in the same unit.
+        Percepts with levels in the same unit.
 
     Returns
     -------
-    Difference
-        The attraction goes as the square of the voltage, so 1.21 dB of voltage are 2.42 dB of level.
+    difference : Difference
+        Difference as a change of the voltage amplitude. The attraction is proportional to the square of the voltage, so
+        1.21 dB of voltage are 2.42 dB of level.
 
     Raises
     ------
     InputError
-        If one has mechanics and the other none, or nothing moves in either.
+        If only one of them has mechanics, or if nothing moves in one of them.
     """
     if first.unit != second.unit:
         raise InputError(
-            "levels of a force and of a displacement cannot be compared: give both perception.compliance, or neither"
+            "levels of a force and of a displacement cannot be compared: add perception.compliance to both, or to neither"
         )
     if not (first.loudest and second.loudest):
-        raise InputError(
-            "nothing moves the skin in one of the two: whether it is felt is a question for the threshold"
-        )
+        raise InputError("in one of the two nothing moves the skin, so there is no level to compare")
     difference = (first.level - second.level) / 2
     threshold = min(first.difference_threshold, second.difference_threshold)
     noticeable = abs(difference) > threshold
     text = (
-        f"{difference:+.2f} dB of voltage amplitude against {threshold:g} dB: {'can' if noticeable else 'cannot'} be told"
-        f" apart by strength; 1.21 dB is from {RYU}, which does not say of what: taken as of voltage amplitude"
+        f"{difference:+.2f} dB of voltage amplitude, difference threshold {threshold:g} dB:"
+        f" {'can' if noticeable else 'cannot'} be discriminated by strength; 1.21 dB is from {RYU}, which does not state its"
+        " quantity: taken as voltage amplitude"
     )
     if first.loudest != second.loudest:
-        text += f"; felt by different channels ({first.loudest}, {second.loudest}), which may tell them apart otherwise"
+        text += f"; felt by different channels ({first.loudest}, {second.loudest}), by which they may be discriminated"
     return Difference(difference=difference, threshold=threshold, noticeable=noticeable, text=text)

@@ -1,4 +1,4 @@
-"""What a paper states against what its equations give: rows, panels and words, as data."""
+"""What a paper states compared with what its equations give: rows, panels and words, as data."""
 
 from __future__ import annotations
 
@@ -11,14 +11,16 @@ from electrovib.core.arrays import Real
 from electrovib.core.units import KINDS
 
 VERDICTS: Final = ("reproduced", "consistent", "open", "check")
-"""The first three hold a row against the paper; a check is an identity or a control of ours."""
+"""The first three compare a row with the paper; a check is an identity or a control of ours."""
+REFERENCE: Final = -1
+"""Look of a curve that is a reference or a range."""
 SHOWN_UNITS: Final = {"pF": 1e-12, "nF": 1e-9, "mN": 1e-3, "ms": 1e-3}
 """Units of a row besides SI, and their size."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One number of a paper against ours, or a check of ours.
+    """One number of a paper beside ours, or a check of ours.
 
     Parameters
     ----------
@@ -29,7 +31,7 @@ class Row:
     paper : float, tuple of float or None
         What is printed, in `unit`; None where nothing is.
     ours : float or tuple of float
-        Our number, or the lowest and highest over skins and planes.
+        Our number, or the lowest and highest over skins and over the surfaces on which the stress is evaluated.
     unit : str
         SI, or one of `SHOWN_UNITS`.
     verdict : str
@@ -37,9 +39,11 @@ class Row:
         states, as a number or in words; ``open``, then the note says what the paper does not give; ``check`` for an
         identity or a control of ours, of which the paper says nothing.
     note : str
-        In plain words.
+        Explanation, for ``numbers.json``.
     stated : str
         What the paper states in words.
+    brief : str
+        The note on the page, where that is shorter; by default the note.
     """
 
     id: str
@@ -50,9 +54,10 @@ class Row:
     verdict: str
     note: str
     stated: str = ""
+    brief: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse a verdict that the row does not bear."""
+        """Refuse a verdict that the row does not support."""
         if self.verdict not in VERDICTS or (self.unit not in SHOWN_UNITS and self.unit not in KINDS):
             msg = f"row {self.id}: verdict '{self.verdict}' or unit '{self.unit}' is not allowed"
             raise ValueError(msg)
@@ -63,14 +68,14 @@ class Row:
             msg = f"row {self.id}: consistent with what? Give the number or the words of the paper, or make it a check"
             raise ValueError(msg)
         if self.verdict == "check" and (self.paper is not None or self.stated):
-            msg = f"row {self.id}: a check of ours is not held against the paper"
+            msg = f"row {self.id}: a check of ours is not compared with the paper"
             raise ValueError(msg)
         if self.verdict == "open" and not self.note:
             msg = f"row {self.id}: an open verdict needs a note on what the paper does not give"
             raise ValueError(msg)
 
     def to_dict(self) -> dict[str, Any]:
-        """Give what goes into numbers.json."""
+        """Return the row for ``numbers.json``."""
         plain = {"paper": self.paper, "ours": self.ours}
         shown = {key: list(value) if isinstance(value, tuple) else value for key, value in plain.items()}
         return {
@@ -100,7 +105,10 @@ class Curve:
     kind : str
         ``"line"``, ``"dashed"``, ``"dotted"``, ``"points"`` or ``"band"``.
     look : int, optional
-        Place in the palette, for what must look the same in several panels; by default that in the panel.
+        Place in the palette, the same in every panel for the same thing; `REFERENCE` for a reference or a measured range,
+        which is grey; by default the place in the panel.
+    drawn : bool
+        Whether the figure shows it; the table of the curves always has it.
     """
 
     label: str
@@ -109,6 +117,7 @@ class Curve:
     upper: Real | None = None
     kind: str = "line"
     look: int | None = None
+    drawn: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,21 +153,57 @@ class Panel:
 
 @dataclass(frozen=True)
 class Table:
-    """A table in words."""
+    """A table in words.
+
+    Parameters
+    ----------
+    title : str
+        Heading.
+    headings : tuple of str
+        One a column.
+    rows : tuple of tuple of str
+        Cells.
+    caption : str
+        Remark below the table.
+    id : str
+        Name of the file, without suffix, that holds the whole table; empty where there is none.
+    shown : tuple of int
+        Columns on the page, from 0; all of them if empty.
+    on_page : bool
+        Whether the page shows it; the file always does.
+    """
 
     title: str
     headings: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     _: KW_ONLY
     caption: str = ""
+    id: str = ""
+    shown: tuple[int, ...] = ()
+    on_page: bool = True
 
 
 @dataclass(frozen=True)
 class Page:
-    """A page of plain words: paragraphs."""
+    """Explanations.
+
+    Parameters
+    ----------
+    title : str
+        Heading.
+    paragraphs : tuple of str
+        Whole explanation.
+    id : str
+        Name of the file, without suffix, that holds the whole explanation; empty where there is none.
+    brief : tuple of str
+        Paragraphs on the page, where they are shorter; by default the whole explanation.
+    """
 
     title: str
     paragraphs: tuple[str, ...]
+    _: KW_ONLY
+    id: str = ""
+    brief: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,11 +217,11 @@ class Reproduction:
     citation : str
         As in a list of references.
     rows : tuple of Row
-        For numbers.json and the first table.
+        For ``numbers.json`` and the first table.
     panels : tuple of Panel
         Figures.
     pages : tuple of Page
-        What is left open.
+        Explanations, such as what is left open.
     tables : tuple of Table
         Further tables.
     equations : mapping of str to str
@@ -186,7 +231,7 @@ class Reproduction:
     title : str
         Heading of the page; made from the paper's name if empty.
     findings : tuple of str
-        What a reader should take home, before any table.
+        Main results, before any table.
     """
 
     paper: str
@@ -201,7 +246,7 @@ class Reproduction:
     findings: tuple[str, ...] = ()
 
     def count(self) -> str:
-        """Say how many rows have which verdict; empty without rows.
+        """Count the rows of each verdict; empty without rows.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""The static force forms on two stacks: what must be kept apart."""
+"""Static forces of the published laws on two stacks."""
 
 from __future__ import annotations
 
@@ -18,16 +18,20 @@ AREA: Final = 1e-4
 
 @dataclass(frozen=True, kw_only=True)
 class PlateStack:
-    """A plate and a skin at full voltage, with how its numbers were read.
+    """A plate and a skin at the full voltage, with the source of their values.
 
     Parameters
     ----------
-    name, status, source : str
-        Words; one of `electrovib.core.checks.STATUSES`.
+    name : str
+        Heading of the column.
+    status, source : str
+        One of `electrovib.core.checks.STATUSES`, and where the values are from.
     voltage : float
         V.
-    film, film_permittivity, skin, skin_permittivity : float
-        m, 1, m, 1.
+    film, skin : float
+        Thickness of the insulator and of the stratum corneum [m].
+    film_permittivity, skin_permittivity : float
+        Relative permittivity of each, dimensionless.
     gaps : tuple of float
         Gaps at which the Maxwell stress in the gap is shown [m].
     """
@@ -47,7 +51,7 @@ class PlateStack:
         assert self.status in STATUSES
 
     def scenario(self, law: str, *, gap: float = 0.0) -> Scenario:
-        """Build the scenario of one cell: nothing conducts, 1 cm2, grounded without resistance.
+        """Build the scenario of one cell: no conduction, 1 cm2, a return path without resistance.
 
         Parameters
         ----------
@@ -96,7 +100,7 @@ FILM: Final = PlateStack(
     gaps=(1e-6, 5e-6, 25e-6, 100e-6),
 )
 SCREEN: Final = PlateStack(
-    name="touchscreen with a 1 um coating, 100 V",
+    name="1 um coating, 100 V",
     status="unverified",
     source="values of the Persson, Ayyildiz and Vardar line, cited from memory, unverified",
     voltage=100.0,
@@ -107,20 +111,26 @@ SCREEN: Final = PlateStack(
     gaps=(0.1e-6, 1e-6, 3e-6, 10e-6),
 )
 FORMS: Final = {
-    "EffectiveMedium": "eps0 A V^2/(2 K (T_s + T_i)), Vezzoli et al. 2014's (1)",
-    "MaxwellStressInGap": "eps0 A V^2/(2 (K + g)^2), stress in the gap",
-    "MaxwellStressInStratumCorneum": "eps0 eps_s A (V_s/T_s)^2/2, stress in the skin",
-    "MaxwellStressInInsulator": "eps0 eps_i A (V_i/T_i)^2/2, stress in the insulator",
+    "EffectiveMedium": "eps0 A V^2/(2 K (T_s + T_i))",
+    "MaxwellStressInGap": "eps0 A V^2/(2 (K + g)^2)",
+    "MaxwellStressInStratumCorneum": "eps0 eps_s A (V_s/T_s)^2/2",
+    "MaxwellStressInInsulator": "eps0 eps_i A (V_i/T_i)^2/2",
 }
+"""Static force of each law; that of the effective medium is equation (1) of Vezzoli et al. 2014."""
+ANSWER: Final = (
+    "Believe MaxwellStressInGap: plate and finger separate only in the gap, so the stress there is the force between them;"
+    " the other laws divide the same displacement by the permittivity of another medium."
+)
+"""Which law to believe, and why."""
 
 
 def compare_surfaces() -> Table:
-    """Compute every static form on both stacks.
+    """Compute the static force of each law on both stacks.
 
     Returns
     -------
     Table
-        One row for each law and gap; K = T_i/eps_i + T_s/eps_s.
+        One row for each law and gap, with the force on each stack; K = T_i/eps_i + T_s/eps_s is the electrical thickness.
     """
     rows = []
     for law, formula in FORMS.items():
@@ -128,19 +138,28 @@ def compare_surfaces() -> Table:
         if law == "MaxwellStressInGap":
             for gap in sorted({*FILM.gaps, *SCREEN.gaps}):
                 cells = (_cell(stack, law, gap) for stack in (FILM, SCREEN))
-                rows.append((law, formula, format_quantity(gap, "m"), *cells))
-    headings = ("law", "form", "gap", *(f"{stack.name} ({stack.status})" for stack in (FILM, SCREEN)))
-    caption = (
-        "Static force on 1 cm2, nothing conducting. Beyond breakdown: more than"
-        f" {format_quantity(FIELD_EMISSION, 'V/m')} in air (a value cited from memory, unverified), or from 5 um on"
-        " more than Paschen's"
-        " voltage across the gap: a limit and not a force one would see. Under a sine, half."
+                rows.append((law, "", format_quantity(gap, "m"), *cells))
+    headings = (
+        "law",
+        "static force",
+        "gap g",
+        *(f"{stack.name} ({stack.status})" for stack in (FILM, SCREEN)),
     )
-    return Table("Static force by plane", headings, tuple(rows), caption=caption)
+    caption = (
+        "On 1 cm2 without conduction; under a sine, half. Beyond breakdown, which no one would measure: over"
+        f" {format_quantity(FIELD_EMISSION, 'V/m')} in air (a value cited from memory, unverified) or, from 5 um on,"
+        " Paschen's voltage."
+    )
+    return Table(
+        "Static force by law",
+        headings,
+        tuple(rows),
+        caption=caption,
+    )
 
 
 def cell(stack: PlateStack, law: str, *, gap: float = 0.0) -> float:
-    """Static force of one cell.
+    """Compute the static force of one cell.
 
     Parameters
     ----------
@@ -153,8 +172,8 @@ def cell(stack: PlateStack, law: str, *, gap: float = 0.0) -> float:
 
     Returns
     -------
-    float
-        N.
+    force : float
+        Attraction [N], at least 0.
     """
     return static_force(stack.scenario(law, gap=gap), voltage=stack.voltage)
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from electrovib.scenario import Source
     from electrovib.study.compare import Comparison
+    from electrovib.study.reproduction import Panel
 
 
 def compare(
     scenario: Source,
     *,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
     models: Sequence[str] | None = None,
     over: Sequence[str] | Mapping[str, Sequence[float]] = (),
     output: str | Path | None = None,
@@ -25,6 +27,8 @@ def compare(
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
         As for `electrovib.load`.
+    set : mapping of str to value, optional
+        Dotted path to value, put into the scenario: ``{"stack.gap": {"thickness": "5 um"}}``.
     models : sequence of str, optional
         Names of laws; all that need no parameter of their own if absent.
     over : sequence of str, or mapping of str to sequence of float
@@ -53,7 +57,7 @@ def compare(
 
     problems: list[str] = []
     with inputs_noted() as inputs, gathered(problems):
-        experiment = read_scenario(scenario)
+        experiment = read_scenario(scenario, changes=set)
         axes = over if isinstance(over, Mapping) else parse_over(experiment, over)
     if output is not None:
         with gathered(problems):
@@ -71,30 +75,43 @@ def _write(found: Comparison, path: Path, *, force: bool) -> None:
     from electrovib.data.atomic import write_text
     from electrovib.data.marks import Form
     from electrovib.physics.force import ForceLaw
-    from electrovib.study.reproduction import Reproduction
-    from electrovib.view.reproduce import _drawn as drawn
-    from electrovib.view.reproduce import page_of
+    from electrovib.view import summary
+    from electrovib.view.few_curves import few_curves
+    from electrovib.view.pages import page
+    from electrovib.view.reproduced_page import drawn, page_figures
     from electrovib.view.svg import to_svg
 
+    panels = [part for panel in _answering_first(found) for part in few_curves(panel)]
     drawings = {}
-    for panel in found.panels:
+    for panel in panels:
         figure = drawn(panel)
         figure.axes[0].set_title("", loc="left")  # on the page it is a heading
         drawings[panel.id] = to_svg(figure)
-    told = {paper_of(find_members(ForceLaw)[entry.name]) for entry in found.entries}
-    cited = tuple(
-        module.CITATION for name, module in papers().items() if name in told or hasattr(module, "DEFECTS")
-    )
-    title = found.scenario.title or "a stack"
-    content = Reproduction(
-        paper="comparison",
-        citation="",
-        rows=(),
-        panels=found.panels,
-        pages=found.pages,
+    own = {paper_of(find_members(ForceLaw)[entry.name]) for entry in found.entries}
+    content = page(
+        "comparison.html.jinja",
+        title=f"Force laws compared: {found.scenario.title or 'a stack'}",
+        answer=found.answer,
+        figures=page_figures(panels, drawings),
         tables=found.tables,
-        equations={},
-        references=cited,
-        title=f"Force laws compared: {title}",
+        pages=found.pages,
+        references=[
+            module.CITATION for name, module in papers().items() if name in own or hasattr(module, "DEFECTS")
+        ],
+        versions=summary.versions(),
     )
-    write_text(path, page_of(content, drawings), Form.PAGE, force=force)
+    write_text(path, content, Form.PAGE, force=force)
+
+
+def _answering_first(found: Comparison) -> list[Panel]:
+    """Order the figures: those over what was asked for first, then the one that belongs to the drive."""
+    from electrovib.scenario import PeriodicState
+
+    standard = ("force_over_frequency", "force_over_time")
+    if not isinstance(found.scenario.time.initial_state, PeriodicState):
+        standard = standard[::-1]
+    asked = [panel for panel in found.panels if panel.id not in standard]
+    return [
+        *asked,
+        *sorted((p for p in found.panels if p.id in standard), key=lambda p: standard.index(p.id)),
+    ]

@@ -1,4 +1,4 @@
-"""The curves behind a figure as a table."""
+"""The curves behind a figure, and the tables of a page, as CSV."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from electrovib.study.reproduction import Panel
+    from electrovib.study.reproduction import Panel, Table
 
 
 def to_csv(panel: Panel) -> str:
-    """Write every curve of a panel, one point a line, in SI.
+    """Write every curve of a panel, drawn or not, one point a line, in SI.
 
     Parameters
     ----------
     panel : Panel
-        With curves that need not have their places in common.
+        With curves that need not share their abscissae.
 
     Returns
     -------
     str
-        Columns: name of the curve, place, value; and the upper edge if the panel has a band. A place without a value
-        stays empty. The numbers read back to the last bit, and go on below what the figure draws.
+        Columns: name of the curve, abscissa, ordinate; and the upper edge if the panel has a band. A missing value is an
+        empty cell. The numbers read back to the last bit, and include those below the range of the figure.
     """
     written = io.StringIO()
     table = csv.writer(written, lineterminator="\n")
@@ -35,4 +35,22 @@ def to_csv(panel: Panel) -> str:
         for point in zip(*columns, strict=True):
             numbers = ["" if math.isnan(value) else repr(float(value)) for value in point]
             table.writerow([curve.label, *numbers, *([""] if banded and curve.upper is None else [])])
+    return written.getvalue()
+
+
+def table_to_csv(table: Table) -> str:
+    """Write a whole table, with the columns that its page omits.
+
+    Parameters
+    ----------
+    table : Table
+        With headings.
+
+    Returns
+    -------
+    str
+        One line of headings, and one line for each row.
+    """
+    written = io.StringIO()
+    csv.writer(written, lineterminator="\n").writerows([table.headings, *table.rows])
     return written.getvalue()

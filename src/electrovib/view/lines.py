@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 Traces: TypeAlias = "xarray.Dataset | Sequence[xarray.Dataset] | Mapping[str, xarray.Dataset]"
 """What every plot takes: one Trace, several, or several with labels."""
-MOST_LINES: Final = 12
-"""Of a sweep; a longer one shows evenly chosen values, the first and the last among them."""
+MOST_LINES: Final = 5
+"""Largest number of curves of a sweep; a longer sweep shows evenly chosen values, the first and the last among them."""
 _AXES: Final = frozenset({"time", "frequency", "layer", "sample"})
 
 

@@ -152,6 +152,7 @@ def page_of(traces: Mapping[str, xarray.Dataset], *, title: str | None = None) -
         "report.html.jinja",
         title=title or _title(traces),
         labels=list(traces),
+        openings={label: line for label, trace in traces.items() if (line := summary.opening(trace))},
         diagnostics={
             label: shown for label, trace in traces.items() if (shown := summary.diagnostics(trace))
         },

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import functools
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.view import plots
 from electrovib.view.lines import has, shown_value, swept_paths, swept_units
 from electrovib.view.pages import markup
+from electrovib.view.plots.layers import figure_height
+from electrovib.view.plots.legends import legends_collected
 from electrovib.view.plots.over_time import has_layer_voltages
 from electrovib.view.style import new_figure, style
 from electrovib.view.summary import is_sweep, quantities_of
@@ -124,7 +127,7 @@ def _stacks(scenarios: Mapping[str, Scenario]) -> list[PageFigure]:
     drawn = []
     for number, labels in enumerate(groups[:_MOST_STACKS]):
         scenario = scenarios[labels[0]]
-        figure = new_figure((_WIDTH, max(2.6, 0.9 + 0.46 * len(scenario.stack.layers))))
+        figure = new_figure((_WIDTH, figure_height(scenario)))
         with style():
             plots.stack(scenario, ax=figure.add_subplot())
         caption = f"Stack of {', '.join(labels)}." if len(groups) > 1 else ""
@@ -203,10 +206,12 @@ def _multiples(
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
         for ax in axes[len(wanted) :]:
             ax.remove()
-        for (words, plot), ax in zip(wanted, axes[: len(wanted)], strict=True):
-            plot(traces, ax=ax)
-            ax.set_title(words)
-        if len(traces) > 1 or any(swept_paths(trace) for trace in traces.values()):
+        shared = len(traces) > 1 or any(swept_paths(trace) for trace in traces.values())
+        with legends_collected() if shared else nullcontext():
+            for (words, plot), ax in zip(wanted, axes[: len(wanted)], strict=True):
+                plot(traces, ax=ax)
+                ax.set_title(words)
+        if shared:
             _share_legend(figure, list(axes[: len(wanted)]))
     words = ", ".join(words for words, _ in wanted)
     return [PageFigure(title, _inline(figure, name, f"{title}: {words}"), "")]

@@ -7,7 +7,7 @@ import json
 import re
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
@@ -17,11 +17,8 @@ from electrovib.data.marks import Form, is_ours
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from matplotlib.figure import Figure
+    from electrovib.study.reproduction import Reproduction
 
-    from electrovib.study.reproduction import Panel, Reproduction, Row
-
-_PANEL_SIZE: Final = (8.2, 4.3)
 _PAGE: Final = "report.html"
 
 
@@ -154,134 +151,28 @@ def contents_of(found: Reproduction) -> dict[str, bytes]:
     Returns
     -------
     dict of str to bytes
-        File name to content: every figure twice and its curves, ``numbers.json``, and ``report.html`` last.
+        File name to content: every figure twice and its curves, the whole tables and explanations that the page shortens,
+        ``numbers.json``, and ``report.html`` last.
     """
-    from electrovib.view.curves import to_csv
+    from electrovib.view.curves import table_to_csv, to_csv
+    from electrovib.view.reproduced_page import drawn, page_of
     from electrovib.view.svg import to_png, to_svg
 
     contents: dict[str, bytes] = {}
     drawings: dict[str, str] = {}
     for panel in found.panels:
-        figure = _drawn(panel)
+        figure = drawn(panel)
         contents[f"{panel.id}.svg"] = to_svg(figure).encode()
         contents[f"{panel.id}.png"] = to_png(figure)
         contents[f"{panel.id}.csv"] = to_csv(panel).encode()
         figure.axes[0].set_title("", loc="left")  # on the page it is a heading
         drawings[panel.id] = to_svg(figure)
+    contents |= {f"{table.id}.csv": table_to_csv(table).encode() for table in found.tables if table.id}
+    for words in (each for each in found.pages if each.id):
+        contents[f"{words.id}.md"] = ("\n\n".join((f"# {words.title}", *words.paragraphs)) + "\n").encode()
     numbers = json.dumps([row.to_dict() for row in found.rows], indent=2, ensure_ascii=False)
     contents["numbers.json"] = f"{numbers}\n".encode()
     beside = json.dumps({name: _checksum(content) for name, content in contents.items()})
     page = page_of(found, drawings, curves=True)
     contents[_PAGE] = f"{page}\n<!-- beside this page: {beside} -->\n".encode()
     return contents
-
-
-def page_of(found: Reproduction, drawings: Mapping[str, str], *, curves: bool = False) -> str:
-    """Write the page of a reproduction.
-
-    Parameters
-    ----------
-    found : Reproduction
-        Of any paper.
-    drawings : mapping of str to str
-        Name of each panel to its SVG.
-    curves : bool
-        Whether the curves of each figure lie beside the page as CSV.
-
-    Returns
-    -------
-    str
-        HTML that needs nothing else.
-    """
-    from electrovib.view import summary
-    from electrovib.view.pages import markup, page
-    from electrovib.view.report_figures import PageFigure
-    from electrovib.view.svg import inline
-
-    figures = [
-        PageFigure(
-            panel.title,
-            markup(inline(drawings[panel.id], name=panel.id, words=panel.title)),
-            panel.caption + (f" Curves: {panel.id}.csv" if curves else ""),
-        )
-        for panel in found.panels
-    ]
-    rows = [_cells(row) for row in found.rows if row.verdict != "check"]
-    checks = [_cells(row) for row in found.rows if row.verdict == "check"]
-    return page(
-        "reproduction.html.jinja",
-        title=found.title or f"{found.paper}: the paper, reproduced",
-        found=found,
-        rows=rows,
-        checks=checks,
-        equations={number: equation(text, number) for number, text in found.equations.items()},
-        figures=figures,
-        versions=summary.versions(),
-    )
-
-
-def _cells(row: Row) -> dict[str, str]:
-    """Write a row for the page: what the paper states as a number, else in its words."""
-    printed = shown(row.paper, row.unit)
-    return {
-        "verdict": row.verdict,
-        "what": row.what,
-        "paper": f"in words: {row.stated}" if row.stated and row.paper is None else printed,
-        "ours": shown(row.ours, row.unit),
-        "note": row.note,
-    }
-
-
-def _drawn(panel: Panel) -> Figure:
-    """Draw one panel, with its title."""
-    from electrovib.view import plots
-    from electrovib.view.style import new_figure, style
-
-    figure = new_figure(_PANEL_SIZE)
-    with style():
-        plots.panel(panel, ax=figure.add_subplot())
-    return figure
-
-
-def shown(value: float | tuple[float, float] | None, unit: str) -> str:
-    """Write a number or an interval of a row in the unit of the row."""
-    from electrovib.view.units import pretty_unit
-
-    if value is None:
-        return "not printed"
-    numbers = value if isinstance(value, tuple) else (value,)
-    digits = 3 if isinstance(value, tuple) else 4
-    text = " … ".join(f"{number:.{digits}g}" for number in numbers)
-    return f"{text} {pretty_unit(unit)}".strip()
-
-
-def equation(text: str, number: str) -> Any:
-    """Draw a formula written in mathtext; one that cannot be drawn is shown as it is written.
-
-    Parameters
-    ----------
-    text : str
-        With or without ``$``.
-    number : str
-        Of the equation, for readers who cannot see it.
-
-    Returns
-    -------
-    Markup or str
-        Inline SVG, or the text.
-    """
-    from electrovib.view.pages import markup
-    from electrovib.view.style import new_figure, style
-    from electrovib.view.svg import inline, to_svg
-
-    written = (text if "$" in text else f"${text}$").replace(
-        r"\frac", r"\dfrac"
-    )  # legible in a line of its own
-    figure = new_figure((6.0, 1.0))
-    try:
-        with style():
-            figure.text(0, 0.5, written, fontsize=13, math_fontfamily="stix", color="#222222")
-        svg = to_svg(figure, tight=True)
-    except ValueError:
-        return text
-    return markup(inline(svg, name=f"equation{number}", words=f"Equation {number}: {text}"))

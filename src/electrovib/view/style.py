@@ -1,4 +1,4 @@
-"""One look for every figure: colours that colour-blind readers can tell apart, quiet axes, no global state."""
+"""One style for every figure: colours that colour-blind readers can distinguish, unobtrusive axes, no global state."""
 
 from __future__ import annotations
 
@@ -13,10 +13,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#333333")
-"""Okabe and Ito's palette without its yellow, which is too faint for a line on white."""
+"""Curves: Okabe and Ito's palette without its yellow, which is too faint for a line on white."""
+FURTHER_COLOURS: Final = ("#870f0f", "#8a6be0", "#b0009a", "#7fb000", "#00b7c2")
+"""Curves of a report that shows more than seven different things; at most five of them share a figure."""
 DASHES: Final = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
-LAYER_COLOURS: Final = {"insulator": "#0072b2", "gap": "#009e73", "stratum_corneum": "#d55e00"}
-"""The three layers of the set-up of Vezzoli et al. 2014 look the same in every figure."""
+LAYER_COLOURS: Final = {"insulator": "#5e3c99", "gap": "#8a8d2e", "stratum_corneum": "#6f4e37"}
+"""The three usual layers; no curve that is not of a layer has one of these colours."""
+OTHER_LAYERS: Final = ("#ff5c7a", "#2222e0", "#2e6b3a", "#9a8c98")
+"""Layers of any other name, from the plate to the finger."""
+NEUTRAL: Final = "#8a8a8a"
+"""Reference lines and ranges, which are not curves."""
+AMOUNTS: Final = "cividis"
+"""Colour map of amounts: the values of a sweep, and the filled contours of a map."""
 SIZE: Final = (5.6, 3.6)
 """Width and height of a single plot [inch]."""
 
@@ -60,7 +68,7 @@ _RULES: Final[dict[str, Any]] = {
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Apply the look inside a ``with`` block; matplotlib's own settings come back after it."""
+    """Apply the style inside a ``with`` block; matplotlib's own settings are restored after it."""
     import matplotlib as mpl
     from matplotlib.rcsetup import cycler
 
@@ -70,7 +78,7 @@ def style() -> Iterator[None]:
 
 
 def new_figure(size: tuple[float, float] = SIZE) -> Figure:
-    """Make a figure without pyplot: nothing is shown and nothing is kept alive."""
+    """Return a figure made without pyplot, which neither shows it nor keeps it in memory."""
     from matplotlib.figure import Figure
 
     with style():
@@ -79,7 +87,7 @@ def new_figure(size: tuple[float, float] = SIZE) -> Figure:
 
 @contextmanager
 def drawing(ax: Axes | None, size: tuple[float, float] = SIZE) -> Iterator[Axes]:
-    """Give the Axes to draw into, in the style of the package.
+    """Yield the Axes to draw into, in the style of the package.
 
     Parameters
     ----------
@@ -103,7 +111,7 @@ def drawing(ax: Axes | None, size: tuple[float, float] = SIZE) -> Iterator[Axes]
 
 
 def layer_colours(names: list[str]) -> dict[str, str]:
-    """Give each layer its colour: the known ones theirs, others what is left of the palette.
+    """Return the colour of each layer: the usual layers keep theirs, others follow in order.
 
     Parameters
     ----------
@@ -115,15 +123,14 @@ def layer_colours(names: list[str]) -> dict[str, str]:
     dict of str to str
         Name to colour.
     """
-    left = [colour for colour in COLOURS if colour not in LAYER_COLOURS.values()]
     others = [name for name in names if name not in LAYER_COLOURS]
-    given = {name: left[index % len(left)] for index, name in enumerate(others)}
+    given = {name: OTHER_LAYERS[index % len(OTHER_LAYERS)] for index, name in enumerate(others)}
     return {name: LAYER_COLOURS.get(name) or given[name] for name in names}
 
 
 def between(part: float) -> str:
-    """Give the colour of a value of a sweep: from dark at 0 to light at 1, never too faint for white paper."""
+    """Return the colour of a value of a sweep, from dark at 0 to light at 1, dark enough for white paper."""
     import matplotlib as mpl
     from matplotlib.colors import to_hex
 
-    return to_hex(mpl.colormaps["viridis"](0.85 * part))
+    return to_hex(mpl.colormaps[AMOUNTS](0.85 * part))

@@ -53,6 +53,38 @@ def diagnostics(trace: xarray.Dataset) -> list[dict[str, str]]:
         return []
 
 
+def opening(trace: xarray.Dataset) -> str:
+    """State the result and its validity in one line.
+
+    Parameters
+    ----------
+    trace : Trace
+        Computed, measured or swept.
+
+    Returns
+    -------
+    str
+        The largest attraction, or the first quantity of a sweep; then how many diagnostics are in which state, with the names
+        of those that warn or are unknown. Empty where there is neither.
+    """
+    numbers = key_numbers(trace)
+    names = quantities_of(trace)[:1] if is_sweep(trace) else ["largest electrostatic force"]
+    parts = [
+        f"{name[:1].upper()}{name[1:].replace('_', ' ')}: {numbers[name]}."
+        for name in names
+        if name in numbers
+    ]
+    found = diagnostics(trace)
+    states = []
+    for state in ("ok", "warning", "unknown"):
+        of = [each["name"] for each in found if each["state"] == state]
+        if of:
+            states.append(f"{len(of)} {state}" + ("" if state == "ok" else f" ({', '.join(of)})"))
+    if states:
+        parts.append(f"Validity: {', '.join(states)}.")
+    return " ".join(parts)
+
+
 def key_numbers(trace: xarray.Dataset) -> dict[str, str]:
     """Give the numbers one looks for first; of a sweep, the range of its quantities.
 

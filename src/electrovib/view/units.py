@@ -1,4 +1,4 @@
-"""Units as a person reads them: one prefix for a whole axis, Greek letters and raised powers in a text."""
+"""Units for readers: one prefix for a whole axis, Greek letters and raised powers in a text."""
 
 from __future__ import annotations
 
@@ -14,6 +14,12 @@ if TYPE_CHECKING:
 _FLAT = 1e-6
 """Relative spread below which a curve is drawn as the constant it is, instead of as magnified rounding."""
 _FEW_DECADES: Final = 2.0
+_NO_DECADE: Final = 0.7
+"""Decades below which 1, 2, 5 would leave an axis with one number or none."""
+_SHORTEST, _LONGEST = 0.0099, 1010.0
+"""Smallest and largest number of a logarithmic axis that is written out, in the unit of its label."""
+_MANY_DECADES: Final = 4.1
+"""Decades above which a logarithmic axis has powers of ten."""
 
 
 def pretty_unit(unit: str) -> str:
@@ -58,7 +64,7 @@ def typeset(text: str) -> str:
 
 
 def prefix_for(largest: float, unit: str) -> tuple[str, float]:
-    """Choose the prefix under which the largest number of an axis lies from 1 to 1000.
+    """Choose the prefix under which the largest number of a linear axis lies between 1 and 1000.
 
     Parameters
     ----------
@@ -72,7 +78,7 @@ def prefix_for(largest: float, unit: str) -> tuple[str, float]:
     prefix : str
         One of `electrovib.core.units.SHOWN_PREFIXES`.
     scale : float
-        What it stands for.
+        Factor that the prefix stands for [1].
     """
     if unit not in KINDS or unit == "1" or not math.isfinite(largest) or largest <= 0:
         return "", 1.0
@@ -83,8 +89,8 @@ def prefix_for(largest: float, unit: str) -> tuple[str, float]:
     return chosen, sizes[chosen]
 
 
-def label_axis(axis: Axis, words: str, unit: str) -> None:
-    """Write an axis in one prefixed unit; the data stay in SI.
+def label_axis(axis: Axis, words: str, unit: str, *, base: float = 0.0) -> None:
+    """Label an axis in words and one unit; the data stay in SI.
 
     Parameters
     ----------
@@ -94,24 +100,35 @@ def label_axis(axis: Axis, words: str, unit: str) -> None:
         What it shows.
     unit : str
         SI unit of the data.
+    base : float
+        Value from which a linear axis counts [SI].
 
     Notes
     -----
-    A linear axis has the prefix in its label (``force [mN]``), a logarithmic one at each number (``10 k``).
+    A linear axis has one prefixed unit in its label (``force [mN]``). So has a logarithmic one of at most four decades
+    (``ramp [ms]``: 0.1, 1, 10); over more decades it has powers of ten of the SI unit. The numbers themselves never carry a
+    prefix.
     """
     if axis.get_scale() == "log":
-        _decades(axis, plain=unit not in KINDS or unit == "1")
-        shown = pretty_unit(unit)
+        prefix = _decades(axis, unit)
     else:
         low, high = _open_up(axis)
-        prefix, scale = prefix_for(max(abs(low), abs(high)), unit)
-        axis.set_major_formatter(lambda value, _: f"{value / scale:.6g}".replace("-", "\N{MINUS SIGN}"))
-        shown = pretty_unit(f"{prefix}{unit}" if unit != "1" else "1")
+        size = max(abs(low - base), abs(high - base))
+        prefix, scale = prefix_for(size, unit)
+        axis.set_major_formatter(
+            lambda value, _: _plain((value - base) / scale if abs(value - base) > _FLAT * size else 0.0)
+        )
+    shown = pretty_unit(f"{prefix}{unit}" if unit != "1" else "1")
     axis.set_label_text(f"{words} [{shown}]" if shown else words)
 
 
+def _plain(number: float) -> str:
+    """Write the number at a tick."""
+    return f"{number:.6g}".replace("-", "\N{MINUS SIGN}")
+
+
 def _open_up(axis: Axis) -> tuple[float, float]:
-    """Give the range of the data, after widening the view of a curve that only varies by rounding."""
+    """Return the range of the data, after widening the view of a curve that varies by rounding only."""
     low, high = (float(bound) for bound in axis.get_data_interval())
     if not (math.isfinite(low) and math.isfinite(high)):
         return 0.0, 1.0
@@ -122,14 +139,48 @@ def _open_up(axis: Axis) -> tuple[float, float]:
     return low, high
 
 
-def _decades(axis: Axis, *, plain: bool) -> None:
-    """Number a logarithmic axis by its decades, and in between where it has few of them."""
-    from matplotlib.ticker import EngFormatter, FuncFormatter, LogLocator, NullFormatter
+def _decades(axis: Axis, unit: str) -> str:
+    """Number a logarithmic axis by its decades, and between them where it has few; return the prefix of its unit."""
+    from matplotlib.ticker import (
+        FuncFormatter,
+        LogFormatterSciNotation,
+        LogLocator,
+        MaxNLocator,
+        NullFormatter,
+    )
 
     low, high = (abs(float(bound)) for bound in axis.get_data_interval())
-    few = low > 0 and math.isfinite(high) and math.log10(max(high, low) / low) < _FEW_DECADES
-    prefixed = EngFormatter(sep="\N{THIN SPACE}", usetex=False)
-    numbers = FuncFormatter(lambda value, _: f"{value:g}") if plain else prefixed
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,), numticks=12))
-    axis.set_major_formatter(numbers)
+    decades = math.log10(max(high, low) / low) if low > 0 and math.isfinite(high) else math.inf
+    if decades < _NO_DECADE:
+        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    else:
+        parts = (1.0, 2.0, 5.0) if decades < _FEW_DECADES else (1.0,)
+        axis.set_major_locator(LogLocator(subs=parts, numticks=12))
     axis.set_minor_formatter(NullFormatter())
+    found = _prefix_over_decades(low, high, unit)
+    if found is None:
+        axis.set_major_formatter(LogFormatterSciNotation(labelOnlyBase=False, minor_thresholds=(9, 9)))
+        return ""
+    prefix, scale = found
+    axis.set_major_formatter(FuncFormatter(lambda value, _: _plain(value / scale)))
+    return prefix
+
+
+def _prefix_over_decades(low: float, high: float, unit: str) -> tuple[str, float] | None:
+    """Choose the prefix under which all numbers of an axis are short; None where powers of ten are shorter."""
+    if not (0 < low <= high < math.inf):
+        return "", 1.0
+    if math.log10(high / low) > _MANY_DECADES:
+        return None
+    candidates = [""] if unit not in KINDS or unit == "1" else SHOWN_PREFIXES
+    power = 2 if re.match(r"[A-Za-z]+2", unit) else 1
+    sizes = {prefix: 10.0 ** (PREFIXES[prefix] * power) for prefix in candidates}
+    short = {
+        prefix: max(abs(math.log10(low / size)), abs(math.log10(high / size)))
+        for prefix, size in sizes.items()
+        if low / size >= _SHORTEST and high / size <= _LONGEST
+    }
+    if not short:
+        return None
+    best = min(short, key=lambda prefix: short[prefix])
+    return best, sizes[best]

@@ -69,21 +69,17 @@ def chosen(out: str) -> str:
 def test_a_papers_scenario_names_what_its_paper_does_not_give(cli):
     """The 36 ms were chosen to give 2.5 mN, and the conductivity is the printed 7.7 ms turned round."""
     line = chosen(cli("run")[1])
-    assert line.startswith(
-        "not found in vezzoli_2014, chosen or derived here: drive.rise 36 ms, drive.hold 100 ms, "
-    )
-    for told in ("friction.coefficient 0.5", "return_path.resistance 1 kohm", "conductivity 1.794 uS/m"):
+    assert line.startswith("not found in vezzoli_2014, chosen: drive.rise, drive.hold, ")
+    for told in ("friction.coefficient", "return_path.resistance", "conductivity"):
         assert told in line
     for printed in ("drive.high", "contact.area", "permittivity", "thickness", "drive.low"):
         assert printed not in line
     other = chosen(cli("run", "rauf_2025/field_50")[1])
-    assert other.startswith(
-        "not found in rauf_2025, chosen or derived here: friction.coefficient 0, load.normal_force 0 N ("
-    )
+    assert other.startswith("not found in rauf_2025, chosen: friction.coefficient, load.normal_force (")
 
 
 def test_perceive_and_equilibrium_name_it_too(cli):
-    assert "drive.rise 36 ms" in chosen(cli("perceive")[1])
+    assert "drive.rise" in chosen(cli("perceive")[1])
     skin = 'perception.compliance={ model = "ElasticSkin", stiffness = "1 kN/m" }'
     line = chosen(cli("perceive", "--set", "drive.rise=20ms", "--set", skin)[1])
     assert "drive.rise" not in line
@@ -92,14 +88,14 @@ def test_perceive_and_equilibrium_name_it_too(cli):
     solid = "stack.gap.material.conductivity=0"
     code, out, _ = cli("equilibrium", "vezzoli_2014/fig6_gap", "--set", topography, "--set", solid)
     assert code == 0
-    assert "stack.gap.thickness 1 um" in chosen(out)
+    assert "stack.gap.thickness" in chosen(out)
 
 
 def test_what_a_user_sets_or_sweeps_is_not_told_as_a_choice_of_ours(cli):
     line = chosen(cli("run", "--set", "drive.rise=20 ms", "--over", "drive.hold=10ms:50ms:2")[1])
     assert "drive.rise" not in line
     assert "drive.hold" not in line
-    assert "drive.fall 36 ms" in line
+    assert "drive.fall" in line
 
 
 def test_a_scenario_of_ones_own_says_nothing_of_a_paper(cli, here):
@@ -384,10 +380,26 @@ def test_compare_explains_and_writes_a_page(cli, here):
         "page.html",
     )
     assert code == 0
-    assert "permittivity 1560" in out
+    assert out.startswith(
+        "Believe MaxwellStressInGap here, 564.9 mN at 1 kV: plate and finger separate only in the gap"
+    )
+    assert "permittivity 1560" not in out
     page = (here / "page.html").read_text()
     assert "Step response" in page
     assert "10.74" in page
+
+
+def test_compare_explains_on_request_and_takes_changes(cli, here):
+    gap = "stack.gap={ thickness = '5 um' }"
+    options = ["--models", "MaxwellStressInGap,MaxwellStressInStratumCorneum", "--set", gap]
+    code, out, _ = cli("compare", "vezzoli_2014/fig6", *options, "--all")
+    assert code == 0
+    assert "432.5 mN" in out
+    assert "permittivity 1560" in out
+    assert "Where other papers contradict each other" in out
+    over = ["--over", "stack.gap.thickness=1um:9um:3", "-o", "page.html"]
+    assert cli("compare", "vezzoli_2014/fig6", *options, *over)[0] == 0
+    assert "Static force over stack.gap.thickness" in (here / "page.html").read_text()
 
 
 def test_models_are_listed_and_shown(cli):
@@ -414,6 +426,8 @@ def test_models_are_listed_and_shown(cli):
         (["compare", "vezzoli_2014/fig6", "-o", "page.pdf"], [".html"]),
         (["compare", "nothing.toml"], ["nothing.toml"]),
         (["compare", "-o", "page.html"], ["--output: needs a scenario"]),
+        (["compare", "--set", "stack.gap.thickness=5um"], ["--set: needs a scenario"]),
+        (["compare", "vezzoli_2014/fig6", "--over", "stack.gap.thickness=1um:9um:3"], ["--set stack.gap='{"]),
         (["compare", "--models", "MaxwellStressInGap"], ["--models: needs a scenario"]),
         (["compare", "vezzoli_2014/fig6", "--models", ","], ["names no force law"]),
         (["compare", "vezzoli_2014/fig6", "--models", "Persson2018RoughGap"], ["mean_gap: missing"]),
@@ -435,3 +449,10 @@ def test_init_names_what_can_be_added():
     assert "#   finger: one of MassSpringDamper" in text
     assert "#   circuit.amplifier: gain, bandwidth" in text
     assert "#   rig:" not in ev.init("vezzoli_2014/fig2_tremor")
+
+
+def test_init_writes_a_changed_scenario(cli, here):
+    gap = "stack.gap={ thickness = '5 um' }"
+    assert cli("init", "vezzoli_2014/fig6", "--set", gap, "-o", "my.toml")[0] == 0
+    assert "[stack.gap]" in (here / "my.toml").read_text(encoding="utf-8")
+    assert cli("run", "my.toml", "--set", "force.model=MaxwellStressInGap")[0] == 0

@@ -1,4 +1,4 @@
-"""Measured files as SI columns, and every way in which they are wrong."""
+"""Measured files as SI columns, and every fault that they may have."""
 
 import os
 import tracemalloc

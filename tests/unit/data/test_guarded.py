@@ -1,4 +1,4 @@
-"""Readers in a process of their own: what they hand over, and every way in which they are stopped."""
+"""Readers in a process of their own: what they hand over, and every reason for which they are stopped."""
 
 from __future__ import annotations
 
@@ -227,7 +227,7 @@ def hdf5(path, **content):
 @pytest.mark.parametrize(
     ("voltage", "words"),
     [
-        ({"shape": (300_000_000,), "dtype": "f8"}, "'voltage' is said to hold 2.4 GB"),
+        ({"shape": (300_000_000,), "dtype": "f8"}, "'voltage' declares 2.4 GB"),
         ({"shape": (3_000_000,), "dtype": "f8"}, "'voltage' declares 3000000 numbers and holds none"),
         (
             {"shape": (8,), "dtype": "f8", "external": [("secret", 0, 64)]},
@@ -244,7 +244,7 @@ def test_hdf5_that_took_memory_or_read_other_files(tmp_path, voltage, words):
         read_columns(path, WANTED)
     found = read_columns(path, {"t": WANTED["t"]})  # what does not concern the columns asked for is no matter
     np.testing.assert_array_equal(found["t"], np.arange(4.0))
-    with pytest.raises(DataFileError, match=r"a link to another place|is not a Trace|holds none|is said"):
+    with pytest.raises(DataFileError, match=r"a link to another place|is not a Trace|holds none|declares"):
         load_nc(path)
 
 

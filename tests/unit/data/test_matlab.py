@@ -1,4 +1,4 @@
-"""MATLAB files: against scipy's reader, and every way in which they are wrong without a crash."""
+"""MATLAB files: against scipy's reader, and every fault that they may have, without a crash."""
 
 import contextlib
 import struct

@@ -1,4 +1,4 @@
-"""What a difference threshold of 1.21 dB means in volts and newtons, and that nothing recalled is used."""
+"""What a difference threshold of 1.21 dB means in volts and newtons, and that no number cited from memory is used."""
 
 from __future__ import annotations
 

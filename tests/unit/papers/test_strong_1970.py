@@ -1,4 +1,4 @@
-"""One dielectric: the recalled law is the Maxwell stress in the insulator, and the peak voltage decides, not the current."""
+"""One dielectric: the unverified law is the Maxwell stress in the insulator, which depends on the peak voltage."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def test_the_law_is_the_insulator_plane_of_one_layer(thickness, permittivity, ar
     }
     scenario = strong_1970.scenarios()["display"].replace(changes)
     force = simulate(scenario, time=np.array([0.0, 10.0])).electrostatic_force[-1]
-    recalled = strong_1970.static_force(
+    unverified = strong_1970.static_force(
         thickness=thickness, permittivity=permittivity, area=area, voltage=voltage
     )
     by_hand = eps0 * permittivity * area * voltage**2 / (2 * thickness**2)
-    assert recalled / by_hand == pytest.approx(1.0, rel=1e-12)  # rounding
+    assert unverified / by_hand == pytest.approx(1.0, rel=1e-12)  # rounding
     # the body's resistance still charges the plate: e^(-10 s/RC), RC at most 1e-3 s
-    assert float(force) / recalled == pytest.approx(1.0, rel=1e-9)
-    assert 1.001 * float(force) / recalled != pytest.approx(1.0, rel=1e-9)
+    assert float(force) / unverified == pytest.approx(1.0, rel=1e-9)
+    assert 1.001 * float(force) / unverified != pytest.approx(1.0, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_drives_of_one_peak_pull_alike_at_their_peak(drive):
 
 
 def test_skin_in_series_takes_half_a_percent_of_the_voltage():
-    """The film of Vezzoli et al. 2014 and skin, insulator plane: 181.4 mN, four digits."""
+    """The film of Vezzoli et al. 2014 and skin, Maxwell stress in the insulator: 181.4 mN, four digits."""
     base = strong_1970.scenarios()["display"].replace({"drive": {"model": "Step", "level": 1000.0}})
     layers = base.stack.to_dict() | {
         "stratum_corneum": {"thickness": 200e-6, "material": {"model": "Constant", "permittivity": 1560.0}}

@@ -1,4 +1,4 @@
-"""Laws of conduction: of the field's sign, never falling, and told apart from a conductivity."""
+"""Laws of conduction: current of the sign of the field, which does not decrease with it, beside a conductivity."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_polarity_takes_the_conductivity_of_the_sign(positive, negative, field):
 
 
 def test_the_mean_conductivity_is_that_of_the_fundamental():
-    """What `small_signal` says of a rectifying layer holds for a sine of any size."""
+    """The `small_signal` conductivity of a rectifying layer holds for a sine of any amplitude."""
     law = PolarityConduction(conductivity_positive=3e-6, conductivity_negative=1e-6)
     angle = 2 * np.pi * (np.arange(4096) + 0.5) / 4096
     density = law.current_density(1e5 * np.sin(angle))
@@ -64,7 +64,7 @@ def test_the_onset_field_doubles_the_conductivity():
     assert law.current_density(-3e4) == -law.current_density(3e4)
 
 
-def test_a_layer_has_no_leak_unless_told():
+def test_a_layer_has_no_leak_by_default():
     layer = Layer(thickness=1e-6)
     assert layer.leak is None
     told = layer.replace({"leak": {"model": "FieldConduction", **FieldConduction.example}})

@@ -1,4 +1,4 @@
-"""What an edge adds to the Maxwell stress in the gap law: closed forms, limits, refusals. Against the field: tests/reference."""
+"""Fringe field at an edge: closed forms, limits and refusals. tests/reference compares it with the field solution."""
 
 from __future__ import annotations
 

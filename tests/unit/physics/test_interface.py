@@ -17,7 +17,7 @@ LAYERS = {
 }
 
 
-def test_a_known_name_tells_its_role_and_others_declare_it():
+def test_a_known_name_implies_its_role_and_others_declare_it():
     assert roles_of(LAYERS) == {
         "glass": "plate",
         "insulator": "plate",
@@ -37,7 +37,7 @@ def test_the_layer_beside_the_interface():
     assert interface_place(roles_of({"stratum_corneum": SLAB}).values()) == 0
 
 
-def test_every_wrong_role_is_told_at_once():
+def test_every_wrong_role_is_reported_at_once():
     with pytest.raises(InputError) as caught:
         roles_of({"glass": SLAB, "insulator": Layer(thickness=1e-6, role="gap"), "skin": SLAB})
     assert [problem.split(":")[0] for problem in caught.value.problems] == [

@@ -1,4 +1,4 @@
-"""The closed form of a ringing load cell against an integration that knows nothing of it."""
+"""The closed form of a resonant load cell compared with a numerical integration."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def test_closed_form_solves_its_equation(quality, fall_time):
     np.testing.assert_array_equal(found[time < start], 1.0)
 
 
-def test_a_jump_overshoots_as_a_textbook_says():
+def test_a_step_overshoots_as_in_a_textbook():
     time = np.linspace(0, 5e-3, 50_001)
     found = release_seen_by_sensor(time, start=0.0, fall_time=1e-9, frequency=350.0, quality=3.0)
     ratio = 1 / 6

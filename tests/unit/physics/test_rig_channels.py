@@ -65,14 +65,14 @@ def test_a_small_register_has_to_be_declared():
         ({"clock": {"model": "EvenSample", "rate": 1}}, "Did you mean 'EvenSamples'"),
         (
             {"lateral": {"column": 0}},
-            "a voltage needs a sensitivity, .* its unit, .* here are none of the two",
+            "a column of voltages needs a sensitivity, .* a unit, .* neither of the two given",
         ),
-        ({"lateral": {"column": 0, "sensitivity": 1, "unit": "N"}}, "here are both of the two"),
+        ({"lateral": {"column": 0, "sensitivity": 1, "unit": "N"}}, "both of the two given"),
         ({"lateral": {"column": 0, "unit": "V"}}, "expected a unit such as 'N'"),
         ({"lateral": {"column": 0, "unit": "N", "sign": 2}}, "sign is 1 or -1, not 2"),
         ({"lateral": {"column": 0, "unit": "N", "offset": "1 V"}}, "an offset is a voltage and needs a sens"),
-        ({"lateral": {"column": 0, "sensitivity": 1, "sign": -1}}, "write a negative sensitivity"),
-        ({"speed": "40 mm/s"}, "the encoder tells the speed: leave out speed, or the encoder"),
+        ({"lateral": {"column": 0, "sensitivity": 1, "sign": -1}}, "give a negative sensitivity"),
+        ({"speed": "40 mm/s"}, "the speed follows from the encoder: omit speed, or the encoder"),
         ({"missing_rows": -1}, "missing_rows = -1: expected a number of rows"),
     ],
 )

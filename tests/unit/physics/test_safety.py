@@ -1,4 +1,4 @@
-"""What breaks down, against numbers and derivations that do not come from this code."""
+"""Electrical limits, compared with numbers and derivations that do not come from this code."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_electrowetting_is_where_the_films_energy_is_the_surface_tension():
 
 
 def test_the_nearest_to_breakdown_is_neither_the_largest_field_nor_the_smallest_gap():
-    """At 1 um nothing is said; 10 um bears 307 V, 100 um 865 V: 200 V there, 800 V here."""
+    """The law does not apply at 1 um; 10 um holds 307 V, here at 200 V; 100 um holds 865 V, here at 800 V."""
     fields, gaps = np.array([90e6, -20e6, 8e6, 1e6]), np.array([1e-6, 10e-6, 100e-6, 5e-6])
     assert breakdown_share(fields, gaps) == pytest.approx([0, 200 / 307, 800 / 865, 5 / 657], rel=2e-3)
     assert breakdown_share(fields[1:2], gaps[1:2]) == pytest.approx([200 / 307], rel=2e-3)
@@ -161,9 +161,9 @@ def test_each_limit_judges_its_own(name, value):
     assert broken([diagnostic, film(1e9)]) == [diagnostic]
 
 
-def test_the_jump_at_the_start_is_told_apart():
+def test_the_step_at_the_start_is_judged_separately():
     reached = {"current": 5.85e-3, "current at switch-on": 0.1}
     running, jump = limit_diagnostics(reached, Limits(current=10e-3))
     assert (running.state, running.value) == ("ok", 5.85e-3)
     assert (jump.state, jump.value, jump.name) == ("warning", 0.1, "current at switch-on")
-    assert "in the jump at time 0" in jump.text
+    assert "in the step at time 0" in jump.text

@@ -57,8 +57,8 @@ def test_first_sample_is_a_jump_from_zero():
 @pytest.mark.parametrize(
     ("time", "words"),
     [
-        ([0, 1e-3, 1e-3, 2e-3], "1 of 4 stamps do not: sample 2 (0.001 s) repeats after 0.001 s"),
-        ([0, 2e-3, 1e-3, 1e-3], "2 of 4 stamps do not: sample 2 (0.001 s) goes back after 0.002 s"),
+        ([0, 1e-3, 1e-3, 2e-3], "1 of 4 time stamps do not: sample 2 (0.001 s) repeats after 0.001 s"),
+        ([0, 2e-3, 1e-3, 1e-3], "2 of 4 time stamps do not: sample 2 (0.001 s) goes back after 0.002 s"),
     ],
 )
 def test_stamps_that_do_not_increase_are_refused_with_the_remedy(time, words):

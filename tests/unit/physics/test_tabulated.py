@@ -1,4 +1,4 @@
-"""A measured dielectric: rows, what is between and beyond them, what is refused, and its reduction."""
+"""A measured dielectric: its rows, interpolation and extrapolation, refusals, and reduction."""
 
 from __future__ import annotations
 
@@ -286,7 +286,7 @@ FAULTS = {
         [
             "conductivity = 1 mS/m alone",
             "row 0 (first is 0), 10 Hz",
-            "whole loss there is 2000",
+            "whole loss of the table there is 2000",
             "0 to 1.113 uS/m",
         ],
     ),
@@ -343,7 +343,7 @@ def test_faults_of_a_file_are_told_once(tmp_path, monkeypatch):
 
 
 def test_a_table_without_the_usual_loss_column_names_the_other_forms(tmp_path):
-    write(tmp_path / "skin.csv", "frequency,permittivity,resistivity", FOUR, FOUR, FOUR)
+    write(tmp_path / "skin.csv", "frequency,permittivity,reactance", FOUR, FOUR, FOUR)
     content = {"model": "Tabulated", "file": str(tmp_path / "skin.csv"), "conductivity": 0}
     with pytest.raises(InputError, match="no column 'loss'") as caught:
         read_part(Material, content)
@@ -369,7 +369,7 @@ def test_noise_may_take_five_percent_of_the_conduction():
     film = {"permittivity_samples": [3.35] * 5, "loss_samples": [0.0] * 5}
     tiny = 2 * np.pi * 10 * VACUUM_PERMITTIVITY * 3.35e-4
     assert np.all(tabulated(**film, conductivity=tiny).table()[1] == 3.35)
-    assert "whole loss there is 0" in refusal(**film, conductivity=20 * tiny)
+    assert "whole loss of the table there is 0" in refusal(**film, conductivity=20 * tiny)
 
 
 # ------------------------------------------------------------------------------ what it says of itself

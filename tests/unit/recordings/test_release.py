@@ -1,4 +1,4 @@
-"""Releases of known resonance and delay, with what is stated of them; and records in which nothing lets go."""
+"""Releases of known resonance and delay, with what is stated of them; and records without a release."""
 
 import json
 
@@ -12,8 +12,8 @@ from electrovib.core.errors import InputError
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.drive.sampled import KeepIncreasing
 from electrovib.physics.resonance import release_seen_by_sensor
-from electrovib.recordings.release import ringing
-from electrovib.recordings.release_parts import damped_sine, drive_end
+from electrovib.recordings.release import fit_release
+from electrovib.recordings.release.parts import damped_sine, drive_end
 
 
 def made(
@@ -57,7 +57,7 @@ def made(
 )
 @settings(deadline=None, max_examples=15, phases=[Phase.explicit, Phase.generate])
 def test_a_known_resonance_is_found(frequency, quality, delay, held, **other):
-    found = ringing(
+    found = fit_release(
         *made(frequency=frequency, quality=quality, delay=delay, held=held, noise=abs(held) * 5e-3, **other)
     )
     # noise is 0.5 % of the force; over a few oscillations that is a percent of the frequency at quality 1.5
@@ -69,7 +69,7 @@ def test_a_known_resonance_is_found(frequency, quality, delay, held, **other):
 
 
 def test_without_noise_the_fit_is_exact():
-    found = ringing(*made(noise=0.0))
+    found = fit_release(*made(noise=0.0))
     assert found.frequency == pytest.approx(350, rel=1e-5)
     assert found.quality == pytest.approx(3, rel=1e-4)
     assert found.delay == pytest.approx(0.5e-3, rel=1e-3)  # of which 0.1 ms are the fall
@@ -79,7 +79,7 @@ def test_without_noise_the_fit_is_exact():
 
 
 def test_turning_points_and_decays_of_one_resonance_agree():
-    found = ringing(*made(noise=1e-4, quality=6.0, rate=50_000.0))
+    found = fit_release(*made(noise=1e-4, quality=6.0, rate=50_000.0))
     damped = 350 * np.sqrt(1 - 1 / (4 * 36))
     assert len(found.half_periods) > 6
     # a parabola through an eighth of a period on either side of a damped top leans by less than 1 %
@@ -92,16 +92,16 @@ def test_turning_points_and_decays_of_one_resonance_agree():
 
 
 def test_a_falling_frequency_is_shown_and_named():
-    """A chirp from 450 to 300 Hz: no single resonance fits, and the words say so."""
+    """A chirp from 450 to 300 Hz: no single resonance fits, and a sentence states it."""
     time, force, voltage = made(noise=2e-3)
     start = drive_end(time=time, voltage=voltage) + 0.4e-3
     late = np.maximum(time - start, 0)
     phase = 2 * np.pi * (300 * late + 150 * 4e-3 * (1 - np.exp(-late / 4e-3)))
     force = np.where(late > 0, 0.05 + 0.65 * np.exp(-late / 3e-3) * np.cos(phase), 0.7)
-    found = ringing(time, force, voltage)
+    found = fit_release(time, force, voltage)
     assert found.half_periods[0] > 1.1 * found.half_periods[3]
     assert found.early.frequency > 1.05 * found.late.frequency
-    assert any("falls while the ringing dies away: no single linear" in word for word in found.words)
+    assert any("falls during the decay, which no single linear" in word for word in found.words)
     assert 0.03 < found.misfit < found.misfit_without / 2
     # what it falls by counts: 29 % of it, as of any value in between
     fallen = found.early.frequency - found.late.frequency
@@ -126,7 +126,7 @@ def test_the_truth_lies_as_far_away_as_is_stated(noise, correlation):
     true = {"frequency": 350.0, "quality": 3.0, "delay": 0.5e-3}
     apart, inside = {name: [] for name in true}, 0
     for seed in range(20):
-        found = ringing(*wobbling(noise, correlation, seed))
+        found = fit_release(*wobbling(noise, correlation, seed))
         for name, value in true.items():
             apart[name].append((getattr(found, name) - value) / found.uncertainty[name].total)
         inside += found.fall_time_interval[0] <= 0.1e-3 <= found.fall_time_interval[1]
@@ -140,7 +140,7 @@ def test_the_truth_lies_as_far_away_as_is_stated(noise, correlation):
 
 
 def test_an_uncertainty_is_stated_by_its_components():
-    quiet, loud = ringing(*made(noise=2e-3)), ringing(*made(noise=20e-3))
+    quiet, loud = fit_release(*made(noise=2e-3)), fit_release(*made(noise=20e-3))
     for name in ("frequency", "quality"):
         assert set(quiet.uncertainty[name].components) == {"noise", "window", "fall time", "change"}
         # ten times the noise, one and the same record of it
@@ -153,14 +153,14 @@ def test_an_uncertainty_is_stated_by_its_components():
 
 
 def test_a_fast_fall_has_an_upper_bound_and_a_slow_one_two():
-    fast = ringing(*made(fall_time=5e-6))
+    fast = fit_release(*made(fall_time=5e-6))
     assert fast.fall_time_interval[0] == 0
     assert 20e-6 < fast.fall_time_interval[1] < 0.2e-3
-    assert any("How fast it falls is not determined" in word for word in fast.words)
-    slow = ringing(*made(fall_time=0.5e-3))
+    assert any("The time constant of the fall is not determined" in word for word in fast.words)
+    slow = fit_release(*made(fall_time=0.5e-3))
     low, high = slow.fall_time_interval
     assert 0.4e-3 < low < 0.5e-3 < high < 0.6e-3
-    assert any("falls with a time constant of" in word for word in slow.words)
+    assert any("The time constant of the fall is" in word for word in slow.words)
     # the sum of what passes before the fall and of its time constant is what both say
     assert slow.delay == pytest.approx(0.9e-3, abs=3 * slow.uncertainty["delay"].total)
 
@@ -170,25 +170,25 @@ def test_a_second_electrode_that_ends_the_drive():
     time, force, voltage = made(drive=1000.0)
     end = drive_end(time=time, voltage=voltage)
     late = force[np.searchsorted(time, time - 0.5e-3).clip(0, len(time) - 1)]
-    told = ringing(time, late, voltage, readback=OneOfTwoInAntiphase())
+    told = fit_release(time, late, voltage, readback=OneOfTwoInAntiphase())
     assert told.delay == pytest.approx(1e-3, abs=0.06e-3)
-    assert any("readback.stop says when" in word for word in told.words)
+    assert any("readback.stop states when" in word for word in told.words)
     stop = OneOfTwoInAntiphase(stop=float(end - time[0]) + 0.5e-3)
-    found = ringing(time, late, voltage, readback=stop)
+    found = fit_release(time, late, voltage, readback=stop)
     assert found.delay == pytest.approx(0.5e-3, abs=0.06e-3)
     assert not any("readback.stop" in word for word in found.words)
     on = np.where((time > time[0] + 0.1) & (time < end + 0.5e-3), 1.0, 0.0)
-    rig = ringing(time, late, voltage, enabled=on)
+    rig = fit_release(time, late, voltage, enabled=on)
     assert rig.delay == pytest.approx(0.5e-3, abs=0.06e-3)
     assert not any("readback.stop" in word for word in rig.words)
     with pytest.raises(InputError, match="enabled: the drive is still on at the last sample"):
-        ringing(time, late, voltage, enabled=np.maximum(on, time > time[0] + 0.3))
+        fit_release(time, late, voltage, enabled=np.maximum(on, time > time[0] + 0.3))
     # ended 50 ms after the last fall of the electrode that was read back
     held = force[np.searchsorted(time, time - 0.05).clip(0, len(time) - 1)]
-    with pytest.raises(InputError, match="the drive may have ended later: give enabled, or readback"):
-        ringing(time, held, voltage, readback=OneOfTwoInAntiphase())
-    with pytest.raises(InputError, match="voltage: the read-back goes from -300 to 300 V"):
-        ringing(time, late, np.where(voltage > 150, 300.0, -300.0), readback=OneOfTwoInAntiphase())
+    with pytest.raises(InputError, match="the drive may have ended later: pass enabled, or a readback"):
+        fit_release(time, held, voltage, readback=OneOfTwoInAntiphase())
+    with pytest.raises(InputError, match="voltage: the record extends from -300 to 300 V"):
+        fit_release(time, late, np.where(voltage > 150, 300.0, -300.0), readback=OneOfTwoInAntiphase())
 
 
 def test_a_small_release_is_judged_by_the_error_of_the_means():
@@ -196,7 +196,7 @@ def test_a_small_release_is_judged_by_the_error_of_the_means():
     time, force, voltage = made(noise=0.06, held=0.13, after=0.05, seed=1)
     before = force[(time > time[0] + 0.29) & (time < time[0] + 0.3)]
     assert 1.5 * np.std(before) > 0.08
-    assert ringing(time, force, voltage, duration=60e-3).scatter == pytest.approx(0.06, rel=0.2)
+    assert fit_release(time, force, voltage, duration=60e-3).scatter == pytest.approx(0.06, rel=0.2)
 
 
 def test_noise_that_wanders_is_no_release():
@@ -206,9 +206,9 @@ def test_noise_that_wanders_is_no_release():
         time, _, voltage = made()
         wander = lfilter([1], [1, -0.98], np.random.default_rng(seed).standard_normal(len(time) + 500))[500:]
         with pytest.raises(
-            InputError, match="the force does not let go when the drive ends: its mean changes by"
+            InputError, match="the force does not fall when the drive ends: its mean changes by"
         ):
-            ringing(time, 0.7 + 0.01 * wander, voltage)
+            fit_release(time, 0.7 + 0.01 * wander, voltage)
         refused += 1
     assert refused == 10
 
@@ -217,9 +217,9 @@ def test_a_drift_that_goes_on_is_no_release():
     time, force, voltage = made(noise=2e-3)
     drift = 0.7 - 20 * (time - time[0]) + 2e-3 * np.random.default_rng(0).standard_normal(len(time))
     with pytest.raises(InputError, match=r"its mean changes by .* N beyond its drift"):
-        ringing(time, drift, voltage)
+        fit_release(time, drift, voltage)
     # a release beside the same drift is one
-    assert ringing(time, force - 2 * (time - time[0]), voltage).frequency == pytest.approx(350, rel=0.03)
+    assert fit_release(time, force - 2 * (time - time[0]), voltage).frequency == pytest.approx(350, rel=0.03)
 
 
 def test_rows_without_a_number_can_be_left_out():
@@ -228,17 +228,17 @@ def test_rows_without_a_number_can_be_left_out():
     with pytest.raises(
         InputError, match=r"'force', sample 10: nan .*'voltage', sample 20: inf .* 3 rows of 5120"
     ):
-        ringing(*columns)
+        fit_release(*columns)
     with pytest.raises(InputError, match="missing_rows = 2 allows fewer"):
-        ringing(*columns, missing_rows=2)
-    found = ringing(*columns, missing_rows=3)
+        fit_release(*columns, missing_rows=2)
+    found = fit_release(*columns, missing_rows=3)
     assert found.missing == 3
     assert found.frequency == pytest.approx(350, rel=0.02)
-    assert "3 rows that hold a NaN were left out." in found.words
+    assert "3 rows that hold a NaN were omitted." in found.words
 
 
 def test_result_is_plain_json():
-    found = ringing(*made())
+    found = fit_release(*made())
     again = json.loads(json.dumps(found.to_dict()))
     assert again["frequency"] == found.frequency
     assert again["early"]["frequency"] == found.early.frequency
@@ -252,9 +252,9 @@ def test_too_few_samples_for_a_damped_sine():
 
 def test_repeated_stamps_are_refused_or_dropped():
     columns = [np.insert(values, 3850, values[3850]) for values in made()]
-    with pytest.raises(InputError, match=r"1 of 5121 stamps do not: sample 3851.*repeats"):
-        ringing(*columns)
-    found, whole = ringing(*columns, stamps=KeepIncreasing()), ringing(*made())
+    with pytest.raises(InputError, match=r"1 of 5121 time stamps do not: sample 3851.*repeats"):
+        fit_release(*columns)
+    found, whole = fit_release(*columns, stamps=KeepIncreasing()), fit_release(*made())
     assert found.frequency == whole.frequency
 
 
@@ -274,20 +274,23 @@ def spoiled(values):
     [
         (
             changed(1, lambda v: v * 0 + 0.7 + 1e-3 * np.sin(np.arange(len(v)))),
-            "does not let go when the drive ends",
+            "does not fall when the drive ends",
         ),
-        (changed(2, lambda v: v * 0), "voltage: lies between 0 and 0 and never goes on and off"),
-        (changed(2, lambda v: v * 0 + 300), "never goes on and off"),
+        (changed(2, lambda v: v * 0), "voltage: lies between 0 and 0 and is never switched on and off"),
+        (changed(2, lambda v: v * 0 + 300), "never switched on and off"),
         (changed(2, lambda v: v[::-1] * 0 + np.linspace(0, 300, len(v))), "still on at the last sample"),
         (
             changed(1, spoiled),
-            "column .force., sample 7: nan is not a finite number. It is so in 1 row of 5120; missing_rows = 1",
+            "column .force., sample 7: nan is not a finite number. This concerns 1 row of 5120; missing_rows = 1",
         ),
         (
             changed(0, lambda v: v[::-1]),
-            r"time: time must increase, but 5119 of 5120 stamps do not: sample 1 .*KeepIncreasing",
+            r"time: time must increase, but 5119 of 5120 time stamps do not: sample 1 .*KeepIncreasing",
         ),
-        (changed(0, lambda v: v[:-1]), r"expected one row each, of one length; they have time \(5119,\)"),
+        (
+            changed(0, lambda v: v[:-1]),
+            r"expected one-dimensional arrays of equal length, not time \(5119,\)",
+        ),
         (
             [values[:3850] for values in made()],
             "there are only .* samples from 0.01 s before to 0.02 s after",
@@ -297,9 +300,9 @@ def spoiled(values):
 )
 def test_what_is_no_release_is_refused(columns, words):
     with pytest.raises(InputError, match=words):
-        ringing(*columns)
+        fit_release(*columns)
 
 
 def test_a_duration_is_a_time():
-    with pytest.raises(InputError, match="duration = -1: expected a time"):
-        ringing(*made(), duration=-1)
+    with pytest.raises(InputError, match="duration = -1: expected a positive time"):
+        fit_release(*made(), duration=-1)

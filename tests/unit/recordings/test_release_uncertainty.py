@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from electrovib.recordings.release_fit import Release
-from electrovib.recordings.release_uncertainty import Uncertainty, _jacobian
+from electrovib.recordings.release.least_squares import Release
+from electrovib.recordings.release.uncertainty import Uncertainty, _jacobian
 
 STAMPS = np.linspace(-2e-3, 10e-3, 150)
 AT = Release(

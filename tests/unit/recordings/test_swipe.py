@@ -42,7 +42,7 @@ def made(
     start=0,
     touch=(2.0, 6.0),
     slide=(3.0, 5.0),
-    way=80e-3,
+    distance=80e-3,
     duration=8.0,
     stride=1.0,
     seed=0,
@@ -55,7 +55,7 @@ def made(
     time = np.arange(round(duration * stride * rate)) / rate
     at = time / stride
     pressed = load * np.interp(at, [touch[0] - 0.1, touch[0], touch[1], touch[1] + 0.1], [0, 1, 1, 0])
-    position = direction * np.interp(at, slide, [0, way])
+    position = direction * np.interp(at, slide, [0, distance])
     moving = np.interp(at, [slide[0], slide[0] + 0.02, slide[1], slide[1] + 0.02], [0, 1, 1, 0])
     pulled = direction * friction * pressed * moving
     wobble = noise * random.standard_normal((2, len(time)))
@@ -81,7 +81,7 @@ def made(
 )
 @settings(deadline=None, max_examples=60)
 def test_known_friction_lies_in_the_stated_interval(signs, seed, **swipe):
-    """Zeros that drift in proportion to time, either sign, either way, any rate: the line gives the friction back."""
+    """With zeros that drift proportionally to time, either sign, either direction, any rate, the line returns the friction."""
     sensitivities = {"normal": signs[0] * 0.31, "lateral": signs[1] * 0.444}
     columns = made(seed=seed, **sensitivities, **swipe)
     found = reduce_swipe(calibrated(columns, channels(swipe["rate"], **sensitivities)))
@@ -96,7 +96,7 @@ def test_known_friction_lies_in_the_stated_interval(signs, seed, **swipe):
     # and the error is small: 2 mN over 200 samples or more, three times, of which 10 standard errors
     assert found.friction.standard_error < 1e-3 * (1 + swipe["friction"]) / swipe["load"]
     assert found.direction == swipe["direction"]
-    assert found.way == pytest.approx(80e-3, rel=0.02)
+    assert found.distance == pytest.approx(80e-3, rel=0.02)
     assert found.speed == pytest.approx(40e-3 / swipe["stride"], rel=1e-3)
 
 
@@ -135,11 +135,11 @@ def test_one_baseline_is_enough_and_said(missing, left):
     found = reduce_swipe(calibrated({name: values[part] for name, values in columns.items()}, channels()))
     assert list(found.friction.by_baseline) == [left]
     assert found.friction.value == pytest.approx(0.4, rel=1e-2)
-    assert any("a drift cannot be judged" in word for word in found.words)
+    assert any("their drift is unknown" in word for word in found.words)
 
 
 def test_several_swipes_and_a_way_back():
-    there, back = made(), made(direction=-1, friction=0.6, way=40e-3)
+    there, back = made(), made(direction=-1, friction=0.6, distance=40e-3)
     columns = {name: np.concatenate([there[name], back[name]]) for name in there}
     columns["encoder"][16_000:] += columns["encoder"][15_999] - columns["encoder"][16_000]
     columns["encoder"] %= 2**32
@@ -151,7 +151,7 @@ def test_several_swipes_and_a_way_back():
 
 
 def pressed_by(load, *, friction=0.4, position=None):
-    """Make the columns of a finger that presses with any load over time and rubs along any way."""
+    """Make the columns of a finger that presses with any load over time and rubs over any distance."""
     time = np.arange(16_000) / 2000
     position = np.interp(time, [3, 5], [0, 80e-3]) if position is None else position(time)
     pressed = load(time)
@@ -264,7 +264,7 @@ def test_stamps_that_do_not_increase():
     columns["time"] = np.repeat(np.arange(4000) / 500, 2)
     known = channels().to_dict()
     for stamps, words in (
-        ({"model": "Refuse"}, "4000 of 8000 stamps do not: sample 1"),
+        ({"model": "Refuse"}, "4000 of 8000 time stamps do not: sample 1"),
         ({"model": "KeepIncreasing"}, ""),
     ):
         clock = {"model": "TimeColumn", "column": 0, "stamps": stamps}
@@ -293,16 +293,16 @@ def test_without_an_encoder_the_lateral_force_tells_the_slide(direction):
     found = reduce_swipe(calibrated(columns, without_an_encoder()))
     assert found.friction.value == pytest.approx(0.4, rel=5e-3)
     assert found.direction == direction
-    # 5 % of the time in place of 5 % of the way, which goes from 3 to 5 s
+    # 5 % of the time in place of 5 % of the distance, which lasts from 3 to 5 s
     assert found.window == pytest.approx(with_it.window, abs=0.05)
-    assert (found.speed, found.way) == (None, None)
+    assert (found.speed, found.distance) == (None, None)
     assert "sliding_speed" not in found.trace
     assert "because no position is recorded" in found.words[0]
     assert "the speed is unknown" in found.words[0]
     assert json.loads(json.dumps(found.to_dict()))["speed"] is None
     stated = reduce_swipe(calibrated(columns, without_an_encoder(speed="40 mm/s")))
-    assert (stated.speed, stated.way) == (40e-3, None)
-    assert "the speed is the stated 40.0 mm/s" in stated.words[0]
+    assert (stated.speed, stated.distance) == (40e-3, None)
+    assert "the speed is the declared 40.0 mm/s" in stated.words[0]
 
 
 def test_without_an_encoder_a_peak_at_the_start_and_a_rest_are_no_slide():
@@ -313,7 +313,7 @@ def test_without_an_encoder_a_peak_at_the_start_and_a_rest_are_no_slide():
     found = reduce_swipe(calibrated(columns, without_an_encoder()))
     assert found.friction.value == pytest.approx(0.4, rel=1e-2)
     with pytest.raises(
-        InputError, match="no motion found during contact: the lateral force does not stand out"
+        InputError, match="no motion found during contact: the lateral force does not exceed its noise"
     ):
         reduce_swipe(calibrated(made(friction=0.0), without_an_encoder()))
 
@@ -334,7 +334,7 @@ def test_a_few_rows_without_a_number_are_left_out_and_counted(tmp_path):
     columns = made()
     columns["normal"][[5, 9000]], columns["lateral"][8000] = np.nan, np.inf
     with pytest.raises(
-        InputError, match=r"'normal', sample 5: nan .* 3 rows of 16000; missing_rows = 3 leaves"
+        InputError, match=r"'normal', sample 5: nan .* 3 rows of 16000; missing_rows = 3 omits"
     ):
         calibrated(columns, channels())
     allowed, fewer = (
@@ -349,7 +349,7 @@ def test_a_few_rows_without_a_number_are_left_out_and_counted(tmp_path):
     assert recording.time[-1] == 15_999 / 2000
     found = reduce_swipe(recording)
     assert found.friction.value == pytest.approx(0.4, rel=5e-3)
-    assert "3 rows that hold a NaN were left out." in found.words
+    assert "3 rows that hold a NaN were omitted." in found.words
     np.save(
         tmp_path / "swipe.npy",
         np.column_stack([columns["lateral"], columns["normal"], *3 * [columns["encoder"]]]),
@@ -388,12 +388,12 @@ def test_a_sensor_that_sits_at_its_rail_is_noticed():
     assert not any("rail" in word for word in fine.words)
     clipped = columns | {"normal": np.minimum(columns["normal"], 2.0)}
     with pytest.raises(
-        InputError, match=r"the normal force sits at its rail.*for 100% of the time from 3\.\d\d to 4"
+        InputError, match=r"the normal force is at its rail.*for 100% of the time from 3\.\d\d to 4"
     ):
         reduce_swipe(calibrated(clipped, channels(normal=1.0)))
     # the other end, and a sensor turned around
     turned = {"normal": -clipped["normal"]}
-    with pytest.raises(InputError, match="the normal force sits at its rail"):
+    with pytest.raises(InputError, match="the normal force is at its rail"):
         reduce_swipe(calibrated(columns | turned, channels(normal=-1.0)))
 
 
@@ -407,7 +407,7 @@ def test_a_rail_for_part_of_what_is_used_is_said_first():
     found = reduce_swipe(recording)
     # 400 of the 3600 samples of the window
     assert found.words[0].startswith(
-        "Warning: the sensor of the lateral force sits at its rail, or in a dead band, for 11.1% of the wi"
+        "Warning: the sensor of the lateral force is at its rail, or in a dead band, for 11.1% of the wi"
     )
 
 
@@ -446,9 +446,9 @@ def with_nan(values):
 @pytest.mark.parametrize(
     ("columns", "options", "words"),
     [
-        (made(load=0.0), {}, "no contact found: the normal force has no two levels"),
+        (made(load=0.0), {}, "no contact found: the normal force has no two distinct levels"),
         (altered(normal=lambda v: np.linspace(0, 1, len(v))), {}, "no contact found"),
-        (made(way=20e-6), {}, r"no motion found during contact: the carriage goes 2e-05 m"),
+        (made(distance=20e-6), {}, r"no motion found during contact: the carriage moves by 2e-05 m"),
         (altered(encoder=lambda v: v * 0), {}, "no motion found"),
         (made(slide=(0.2, 1.2)), {}, "no motion found"),
         (made(touch=(2.0, 2.03), slide=(1.9, 2.1)), {"rate": 20_000.0}, "no contact found that lasts"),

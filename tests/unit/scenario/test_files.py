@@ -12,6 +12,7 @@ from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.base import Drive
+from electrovib.physics.material import Material
 from electrovib.physics.stack import Stack
 from electrovib.scenario import load, read_part
 
@@ -101,3 +102,41 @@ def test_any_model_may_declare_columns_and_what_else_can_be_done(folder):
         InputError, match=r"no column 'force'. Did you mean 'forse'\? It has: forse, x\. Or give none\."
     ):
         read_part(Gauge, {"file": "force.csv"}, folder=folder)
+
+
+@pytest.mark.parametrize(
+    ("heading", "values", "form"),
+    [
+        ("resistivity (ohm m)", [1e6, 9e5, 8e5, 7e5], "Resistivity"),
+        ("conductivity [S/m]", [1e-6, 1.1e-6, 1.2e-6, 1.3e-6], "Conductivity"),
+        ("loss_tangent", [2.0, 1.0, 0.5, 0.3], "LossTangent"),
+        ("loss", [2e3, 1e3, 5e2, 3e2], "LossFactor"),
+    ],
+)
+def test_the_column_of_a_table_tells_the_form_of_its_loss(folder, heading, values, form):
+    rows = "".join(f"{10.0**place},1000,{value}\n" for place, value in enumerate(values, 1))
+    (folder / "skin.csv").write_text(f"frequency (Hz),permittivity,{heading}\n{rows}", encoding="utf-8")
+    skin = read_part(Material, SKIN, folder=folder)
+    assert type(skin.loss).__name__ == form
+    assert skin.loss_samples.values == pytest.approx(values)
+    other = "LossFactor" if form != "LossFactor" else "Resistivity"
+    with pytest.raises(InputError, match="there is no column"):
+        read_part(Material, SKIN | {"loss": {"model": other}}, folder=folder)
+
+
+def test_a_table_without_any_form_of_loss_names_all_forms(folder):
+    (folder / "skin.csv").write_text("frequency,permittivity\n1,2\n", encoding="utf-8")
+    with pytest.raises(
+        InputError, match=r"no column 'loss'.* Conductivity, LossFactor, LossTangent, Resistivity"
+    ):
+        read_part(Material, SKIN, folder=folder)
+
+
+def test_a_measured_skin_is_set_in_a_scenario(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    rows = "".join(f"{10.0**place},1000,1e6\n" for place in range(5))
+    (folder / "skin.csv").write_text(
+        f"frequency (Hz),permittivity,resistivity (ohm m)\n{rows}", encoding="utf-8"
+    )
+    changed = load("vezzoli_2014/fig6", changes={"stack.stratum_corneum.material": SKIN})
+    assert changed.stack.layers["stratum_corneum"].material.band == (1, 1e4)

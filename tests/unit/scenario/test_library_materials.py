@@ -121,3 +121,10 @@ def test_a_law_that_needs_a_layer_without_conduction_says_so(file):
     changes = {"force": {"model": "Persson2018RoughGap", "mean_gap": 1e-5, "rms_gap": 5e-6}}
     blocked = read.replace(changes | {f"{FILM}.conductivity": 0.0})
     assert ev.simulate(blocked).electrostatic_force.max() > 0
+
+
+def test_a_layer_of_the_finger_with_a_substance_is_judged_too(file):
+    """For instance an artificial finger with a film on it."""
+    read = load(file("silica")).replace({"stack.stratum_corneum.material.substance": "pet"})
+    names = {each.name for each in read_diagnostics(ev.simulate(read).attrs["validity"])}
+    assert {"film strength, insulator", "film strength, stratum_corneum"} <= names

@@ -263,7 +263,7 @@ def test_a_capacitor_is_charged_at_its_current_over_its_capacitance():
 
 
 def edges(source, sink):
-    """Time from the corner of each edge of a fast trapezium until the plate has arrived."""
+    """Time from the corner of each edge of a fast trapezoidal pulse until the plate has reached its voltage."""
     drive = read_model(
         Drive, {"model": "Trapezium", "high": 1000.0, "rise": 1e-5, "hold": 10e-3, "fall": 1e-5}
     )

@@ -71,7 +71,7 @@ def orders(errors):
 
 
 def test_second_order_against_the_linear_solver():
-    """A leak in proportion to the field is a conductivity, whose response is exact."""
+    """An ohmic leak is a conductivity, whose response is exact."""
     conductivity = 3e-6
     leak = PolarityConduction(conductivity_positive=conductivity, conductivity_negative=conductivity)
     drive = read_model(Drive, RAMPS)

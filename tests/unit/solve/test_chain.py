@@ -251,7 +251,7 @@ def test_noise_is_as_declared_and_repeats():
         (lambda: respond_mechanically(squared, FILTERS, []), "at least one"),
         (
             lambda: respond_mechanically(squared, FILTERS, EVEN, most=500),
-            "Ask for a shorter time.duration, fewer",
+            "Choose a shorter time.duration, fewer",
         ),
         (lambda: respond_mechanically(lambda time: time / 0.0 * 0, FILTERS, EVEN), "is nan"),
         (lambda: measured(RIG, EVEN, np.ones(4), np.ones(4)), "normal_force: 4 samples for 301 times"),
@@ -259,7 +259,7 @@ def test_noise_is_as_declared_and_repeats():
             lambda: measured(
                 Tribometer(**SENSORS, digitiser=digitised(sampling_rate=1e9)), EVEN, squared, squared
             ),
-            "Lower it",
+            "Lower the rate",
         ),
     ],
 )

@@ -11,7 +11,7 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
 from electrovib.solve import effort, expanded
-from electrovib.solve.diagnostics.looks import count_looks, looks
+from electrovib.solve.diagnostics.evaluation_times import count_evaluation_times, evaluation_times
 
 PLATE = "vezzoli_2014/fig6"
 SQUARE = {"model": "Square", "high": 100, "low": -100}
@@ -186,8 +186,8 @@ def test_looks_are_counted_without_being_chosen(table, end):
     """Never fewer than there are, and less than ten times as many."""
     drive = read_model(Drive, table)
     for settled in (False, True)[: 1 + (drive.period is not None)]:
-        chosen = len(looks(drive, end=end, settled=settled))
-        assert chosen <= count_looks(drive, end=end, settled=settled) <= 10 * chosen
+        chosen = len(evaluation_times(drive, end=end, settled=settled))
+        assert chosen <= count_evaluation_times(drive, end=end, settled=settled) <= 10 * chosen
 
 
 @pytest.mark.parametrize("table", DRIVES)

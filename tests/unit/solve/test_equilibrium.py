@@ -124,7 +124,7 @@ def test_any_attraction_can_take_the_place_of_plates():
     spring = LinearSpring(stiffness=1e9, free_gap=1e-5)
     flat = PlateAttraction(60.0, 0.3e-6)
     printed = TwoPopulations(flat, 2 / 3, 60e-6)
-    # share and depth as recalled; apart from this code: 0.67 of the flat value on a coating at 2 um
+    # share and depth cited from memory, unverified; independently of this code: 0.67 of the flat value on a coating at 2 um
     assert printed.pressure(2e-6) / flat.pressure(2e-6) == pytest.approx(0.67, abs=0.005)
     states = balance(spring, printed, pressure=100.0)
     assert [state.stable for state in states] == [True, False, True]
@@ -301,7 +301,7 @@ def test_what_has_no_held_state_is_refused(changes, says):
 def test_a_stack_without_a_gap_is_told_to_have_one():
     content = scenario().to_dict()
     del content["stack"]["gap"]
-    with pytest.raises(InputError, match=r"no gap .*add \[stack\.gap\]"):
+    with pytest.raises(InputError, match=r"there is no gap .*add \[stack\.gap\]"):
         equilibrium(Scenario.model_validate(content))
 
 

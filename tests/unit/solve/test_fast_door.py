@@ -1,4 +1,4 @@
-"""What makes the public door fast says the same as the readable way, and does the work once."""
+"""The fast methods behind the public functions agree with the readable ones, and compute each part once."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from electrovib.physics.drive.parts import circling
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.diagnostics import judged as judging
 from electrovib.solve.diagnostics import peaks
-from electrovib.solve.diagnostics.looks import MOST_CORNERS
+from electrovib.solve.diagnostics.evaluation_times import MOST_CORNERS
 from electrovib.solve.electrics.linear import straight
 from electrovib.solve.electrics.linear.graded import FEW, fading
 from electrovib.solve.electrics.linear.transient import transient
@@ -125,10 +125,10 @@ def test_few_long_pieces_at_very_many_uneven_times_are_what_each_time_says(monke
     )
     times = np.sort(np.random.default_rng(3).uniform(0, 1.3, 60_000))
     rates, gains = np.geomspace(0.1, 1e6, 8), np.random.default_rng(4).normal(size=(2, 8))
-    ways = {"direct": np.array([0.5, 0.0]), "lag": np.array([False, True])}
-    many = straight.straight_response(part, rates, gains, times, np.zeros(8), **ways)
+    options = {"direct": np.array([0.5, 0.0]), "lag": np.array([False, True])}
+    many = straight.straight_response(part, rates, gains, times, np.zeros(8), **options)
     monkeypatch.setattr(straight, "_LONG", 10**9)
-    each = straight.straight_response(part, rates, gains, times, np.zeros(8), **ways)
+    each = straight.straight_response(part, rates, gains, times, np.zeros(8), **options)
     assert np.max(np.abs(many - each)) < 1e-12 * np.max(np.abs(each))
 
 
@@ -152,13 +152,13 @@ def test_stamps_written_as_decimal_numbers_are_even(factor, start):
 
 
 def test_one_march_for_all_signals_of_a_measured_drive(monkeypatch):
-    """Values and lags of one set of modes; the looks between ask for states at few samples, and march nothing."""
+    """Values and lags of one set of modes; the times between need states at few samples, and no recursion."""
     marches, states = [], []
     real_march, real_states = straight.march_rows, states_at
 
-    def march_counted(poles, gains, *more, **ways):
+    def march_counted(poles, gains, *more, **options):
         marches.append(np.shape(gains))
-        return real_march(poles, gains, *more, **ways)
+        return real_march(poles, gains, *more, **options)
 
     def states_counted(poles, starts, ends, steps, state, places):
         states.append(len(places))
@@ -199,10 +199,10 @@ def test_an_output_that_is_a_multiple_of_another_is_that_multiple():
 @pytest.mark.parametrize("lag", [True, False])
 def test_at_a_jump_at_the_last_output_the_value_after_it_counts(lag):
     part = Linear(np.array([0.0, 1.0, 3.0]), np.array([0.0, 2.0, 4.0]), np.array([1.0, 2.0, -6.0]))
-    ways = {"direct": np.array([0.5]), "lag": np.array([lag])}
+    options = {"direct": np.array([0.5]), "lag": np.array([lag])}
     given_ = (part, np.array([0.7, 20.0]), np.array([[2.0, -1.0]]))
-    marched = straight.straight_response(*given_, part.times, np.zeros(2), **ways)
-    each = straight.straight_response(*given_, np.array([0.0, 1.0, 2.0, 3.0]), np.zeros(2), **ways)
+    marched = straight.straight_response(*given_, part.times, np.zeros(2), **options)
+    each = straight.straight_response(*given_, np.array([0.0, 1.0, 2.0, 3.0]), np.zeros(2), **options)
     np.testing.assert_allclose(marched[0], each[0, [0, 1, 3]], rtol=1e-13)
 
 
@@ -214,7 +214,7 @@ def test_chosen_signals_are_those_of_the_whole_trace():
     assert force.attrs["validity"] == whole.attrs["validity"]
     with pytest.raises(InputError, match="electrostatic_force"):
         ev.simulate(scenario, signals=["electrostatic_forces"])
-    with pytest.raises(InputError, match="this scenario has none"):
+    with pytest.raises(InputError, match="does not have this signal"):
         ev.simulate(scenario, signals=["skin_speed"])
 
 

@@ -120,7 +120,7 @@ def test_equal_layers_have_modes_that_only_charge_excites():
 
 
 def zero_modes(slabs, element):
-    """Count the independent ways in which charge on the interfaces stays for ever."""
+    """Count the independent distributions of trapped charge on the interfaces."""
     patterns = []
     for interface in range(len(slabs) - 1):
         placed = [charged(slab, float(place == interface)) for place, slab in enumerate(slabs)]
@@ -165,7 +165,7 @@ def test_charge_from_a_floating_body_goes_back_to_it():
 
 
 def test_charge_on_the_film_shares_its_lines_with_a_neutral_floating_body():
-    """In the end the charge has two ways to ground: through the film, and over the skin through the body."""
+    """In the end the charge has two paths to ground: through the film, and over the skin through the body."""
     charge = 1e-5
     modes = stack_modes([charged(FILM, charge), SKIN], area=AREA, element=BODY)
     film, body = FILM.thickness / (EPS0 * FILM.debye.high), AREA * BODY.elastance

@@ -251,7 +251,7 @@ def test_a_gap_that_only_creeps_follows_its_closed_form():
 
 
 def test_the_diagnostic_of_field_emission_sees_the_largest_field():
-    """Touch and lift under 1 kV: the gap field is largest in touch, Paschen's law is nearest on the way."""
+    """Touch and lift under 1 kV: the gap field is largest in touch, Paschen's law is nearest in between."""
     touch = {"model": "TouchAndLift", "far": 1e-3, "near": 1e-6, "approach": 0.1, "touch": 0.1, "lift": 0.1}
     scenario = load("vezzoli_2014/fig2_tremor").replace({"motion.distance": touch, "drive.high": 3000.0})
     trace = simulate(scenario, time=np.linspace(0, 0.3, 301))

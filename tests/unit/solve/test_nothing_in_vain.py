@@ -48,7 +48,7 @@ def test_a_sink_alone_would_not_limit():
 
 
 def test_a_programme_of_no_speed():
-    with pytest.raises(InputError, match="time profile needs the speed"):
+    with pytest.raises(InputError, match="time_profile scales the speed and needs one"):
         read_model(Motion, {"time_profile": {"model": "Press", "rise": 0.1}})
 
 
@@ -60,7 +60,7 @@ def test_a_press_has_no_periodic_state_behind_a_memory(gap):
     trace = simulate(gap.replace(settled), time=time)
     np.testing.assert_allclose(trace.normal_force.values[-1], 0.5)
     lag = {"friction": {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": 100.0}}
-    with pytest.raises(InputError, match=r"load\.time_profile = Press happens once"):
+    with pytest.raises(InputError, match=r"load\.time_profile = Press occurs once"):
         simulate(gap.replace(settled | lag), time=time)
 
 
@@ -104,8 +104,8 @@ def test_moisture_says_what_it_sets_and_what_it_finds_nothing_for(gap):
     shear = {"friction": {"model": "AdhesiveShear", "shear_strength": 1e6}, "contact.surface": PERSSON}
     diagnostic = diagnostics(simulate(gap.replace(shear | {"moisture": MOIST})))["moisture"]
     assert diagnostic["state"] == "warning"
-    assert "no number of friction" in diagnostic["text"]
-    with pytest.raises(InputError, match=r"friction\.coefficient: moisture sets it"):
+    assert "no parameter of friction that moisture sets" in diagnostic["text"]
+    with pytest.raises(InputError, match=r"friction\.coefficient: is set by moisture"):
         moist.replace({"friction.coefficient": 0.7})
     assert moist.replace({"moisture": None, "friction.coefficient": 0.7}).friction.coefficient == 0.7
 

@@ -1,4 +1,4 @@
-"""The compiled pass over unequal pieces against the plain loop and the way without a compiler."""
+"""The compiled pass over unequal pieces compared with the plain loop and the method without a compiler."""
 
 import subprocess
 import sys

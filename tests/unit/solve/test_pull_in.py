@@ -36,7 +36,7 @@ def test_a_pull_in_names_gap_time_voltage_and_remedy(base):
         simulate(base.replace({"drive": {"model": "Step", "level": 1000.0}}))
     found = re.search(
         r"contact\.closing: the layer 'gap' closes at ([\d.e-]+) s, under a drive of 1000 V: load and attraction press with"
-        r" ([\d.e+]+) Pa, and contact\.surface = LinearSpring holds ([\d.e+]+) Pa at most \(pull-in\)\..* lower drive",
+        r" ([\d.e+]+) Pa, and contact\.surface = LinearSpring supports at most ([\d.e+]+) Pa \(pull-in\)\..* lower drive",
         str(told.value),
     )
     assert found

@@ -52,11 +52,11 @@ def test_names():
         ("maximal current", "Did you mean 'maximum current'?"),
         ("lateral force", "Did you mean 'peak lateral_force'?"),
         ("mean curent", "Did you mean 'current'?"),
-        ("mean impedance", "no signal over time"),
+        ("mean impedance", "not a signal over time"),
         ("", "for instance 'mean electrostatic_force'"),
         ("peak field", "'peak field in insulator'"),
         ("peak field in gap", "Known: insulator, stratum_corneum"),
-        ("peak current in insulator", "leave 'in insulator' away"),
+        ("peak current in insulator", "omit 'in insulator'"),
     ],
 )
 def test_an_unknown_name_answers_with_the_nearest(name, words):

@@ -89,7 +89,7 @@ def stamps_of(kind):
 @pytest.mark.parametrize("kind", ["even", "uneven"])
 @pytest.mark.parametrize("drive", DRIVES)
 def test_closed_form(way, kind, drive):
-    """Step, ramp, trapezium and square come out exactly, for modes from frozen to instant."""
+    """The response to step, ramp, trapezoidal pulse and square is exact, for modes from very slow to very fast."""
     stamps, pieces = stamps_of(kind), DRIVES[drive]
     starts, ends = sampled(pieces, stamps)
     steps = STEP if kind == "even" else np.diff(stamps)

@@ -29,8 +29,8 @@ def founding():
     [
         ({}, "transient", "voltage drive"),
         (LEAKY, "nonlinear branch", "layer 'stratum_corneum' leaks by PolarityConduction"),
-        (CURRENT, "current drive", "blocking layers integrate, from rest"),
-        (CURRENT | SETTLED, "current drive", "from the periodic state, its 1 harmonics"),
+        (CURRENT, "current drive", "blocking layers integrate the current, from rest"),
+        (CURRENT | SETTLED, "current drive", "from the periodic state, exact (harmonics of the drive: 1)"),
         (CURRENT | LEAKY, "nonlinear branch", "from rest"),
     ],
     ids=["voltage", "leak", "current", "settled current", "current with a leak"],

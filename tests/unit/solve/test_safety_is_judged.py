@@ -24,20 +24,20 @@ def diagnostics(trace):
 
 
 @pytest.fixture(scope="module")
-def founding():
+def vezzoli():
     """Film and skin; nothing conducts, so that everything is a quotient of thicknesses."""
     return ev.load("vezzoli_2014/fig6").replace({"stack.stratum_corneum.material.conductivity": 0.0})
 
 
 @pytest.fixture(scope="module")
-def with_gap(founding):
-    stack = founding.to_dict()["stack"]
+def with_gap(vezzoli):
+    stack = vezzoli.to_dict()["stack"]
     names = ["insulator", "gap", "stratum_corneum"]
-    return founding.replace({"stack": {name: stack.get(name, {"thickness": 5e-6}) for name in names}})
+    return vezzoli.replace({"stack": {name: stack.get(name, {"thickness": 5e-6}) for name in names}})
 
 
-def test_fifty_kilovolts_on_the_founding_film(founding):
-    found = diagnostics(ev.simulate(founding.replace({"drive.high": "50 kV"})))
+def test_fifty_kilovolts_on_the_film_of_vezzoli(vezzoli):
+    found = diagnostics(ev.simulate(vezzoli.replace({"drive.high": "50 kV"})))
     film = found["film strength, insulator"]
     assert film.state == "warning"
     assert film.value == pytest.approx(50e3 / (FILM + SKIN) / 3.35, rel=1e-4)  # 1 kohm takes the rest
@@ -47,7 +47,7 @@ def test_fifty_kilovolts_on_the_founding_film(founding):
     assert "vanishing" in emission.text
 
 
-def test_every_layer_of_the_plate_and_of_the_finger_is_judged(founding):
+def test_every_layer_of_the_plate_and_of_the_finger_is_judged(vezzoli):
     """Two films and two layers of finger, of other names; the declared strength of one comes before its kind's."""
     film = {"model": "Constant", "permittivity": 3.35}
     skin = {"model": "Constant", "permittivity": 1560}
@@ -58,7 +58,7 @@ def test_every_layer_of_the_plate_and_of_the_finger_is_judged(founding):
         "inner": {"thickness": "100 um", "role": "finger", "material": skin, "breakdown_field": "10 kV/m"},
     }
     found = diagnostics(
-        ev.simulate(founding.replace({"stack": stack, "force": {"model": "MaxwellStressInGap"}}))
+        ev.simulate(vezzoli.replace({"stack": stack, "force": {"model": "MaxwellStressInGap"}}))
     )
     assert found["film strength, lower"].state == "warning"  # 11.06 MV/m
     assert found["film strength, upper"].state == "ok"
@@ -181,10 +181,10 @@ def test_the_general_reference_too(with_gap):
     assert told[0] > 5e6
 
 
-def test_a_sines_largest_values_are_met_between_looks(founding):
+def test_a_sines_largest_values_are_met_between_evaluation_times(vezzoli):
     """300 V of 777 Hz from the periodic state: |i| = C V w and E = V/(T eps_film/eps0) to 1e-6."""
     settled = {"time.initial_state": {"model": "PeriodicState"}, "circuit.return_path.resistance": 0.0}
-    one = founding.replace({"drive": DRIVES["sine"], "force": {"model": "MaxwellStressInGap"}} | settled)
+    one = vezzoli.replace({"drive": DRIVES["sine"], "force": {"model": "MaxwellStressInGap"}} | settled)
     time = np.array([0.0, 1e-9])
     _, record = solved(one, modes(one, time)[0], time)
     peaks = record.peaks()
@@ -195,7 +195,7 @@ def test_a_sines_largest_values_are_met_between_looks(founding):
     assert peaks["stored_energy"] == pytest.approx(capacitance * 300**2 / 2, rel=1e-6)
 
 
-def test_each_limit_is_defined(founding):
+def test_each_limit_is_defined(vezzoli):
     """100 V held: plate 100 V, Q = C V on the plate, C V^2/2 in contact and stray, and 10 us of ramp."""
     ramp = {"model": "Trapezium", "high": 100.0, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}
     amplifier = {"gain": 2.0, "stray_capacitance": "50 pF"}
@@ -206,7 +206,7 @@ def test_each_limit_is_defined(founding):
         "limits": limits,
         "circuit.return_path.resistance": 0.0,
     }
-    found = diagnostics(ev.simulate(founding.replace(changes)))
+    found = diagnostics(ev.simulate(vezzoli.replace(changes)))
     capacitance = eps0 * AREA / (FILM + SKIN)
     expected = {
         "voltage": 200.0,
@@ -219,21 +219,21 @@ def test_each_limit_is_defined(founding):
         assert (found[name].state, found[name].value) == ("warning", pytest.approx(value, rel=1e-6)), name
 
 
-def test_the_energy_of_two_contacts_is_that_of_both(founding):
+def test_the_energy_of_two_contacts_is_that_of_both(vezzoli):
     """The second contact of half the area is in series: q/C_1 and q/C_2 across, q^2/2 (1/C_1 + 1/C_2) in both."""
     held = {"drive": {"model": "Trapezium", "high": 100.0, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}}
     two = {"circuit.return_path": {"model": "SecondElectrode", "area": "0.5 cm2", "resistance": 0.0}}
     limits = {"limits": {"stored_energy": 1e-12, "charge": 1e-12}}
-    found = diagnostics(ev.simulate(founding.replace(held | two | limits)))
+    found = diagnostics(ev.simulate(vezzoli.replace(held | two | limits)))
     first = eps0 * AREA / (FILM + SKIN)
     series = 1 / (1 / first + 2 / first)
     assert found["charge"].value == pytest.approx(series * 100, rel=1e-6)
     assert found["stored energy"].value == pytest.approx(series * 100**2 / 2, rel=1e-6)
 
 
-def test_nothing_is_said_of_what_is_not_declared(founding):
+def test_nothing_is_said_of_what_is_not_declared(vezzoli):
     square = {"drive": {"model": "Square", "high": 100.0, "frequency": 200.0}}
-    trace = ev.simulate(founding.replace(square | {"limits": {}}))
+    trace = ev.simulate(vezzoli.replace(square | {"limits": {}}))
     assert not {"voltage", "current", "charge", "stored energy", "body current"} & set(diagnostics(trace))
     for word in ("amplifier", "limits.", "250 uA", "declared"):
         assert word not in json.dumps(
@@ -243,35 +243,35 @@ def test_nothing_is_said_of_what_is_not_declared(founding):
                 if diagnostic.name != "film strength, insulator"
             ]
         )
-    assert "100 mA" in diagnostics(trace)["jump"].text
+    assert "100 mA" in diagnostics(trace)["discontinuity"].text
 
 
-def test_the_jump_at_time_0_is_told_apart(founding):
+def test_the_step_at_time_0_is_reported_apart(vezzoli):
     """A cosine of 100 V on 1 kohm: 100 mA as it is switched on, C V w = 5.85 mA in the periodic state at 284 kHz."""
     capacitance = eps0 * AREA / (FILM + SKIN)
     frequency = 5.85e-3 / (2 * np.pi * capacitance * 100)
     cosine = {"drive": {"model": "Sine", "amplitude": 100.0, "frequency": frequency, "phase": np.pi / 2}}
     found = diagnostics(
-        ev.simulate(founding.replace(cosine | {"limits": {"current": "10 mA", "body_current": "10 mA"}}))
+        ev.simulate(vezzoli.replace(cosine | {"limits": {"current": "10 mA", "body_current": "10 mA"}}))
     )
     for name in ("current", "body current"):
         assert (found[name].state, found[name].value) == ("ok", pytest.approx(5.85e-3, rel=3e-3))
         switched = found[f"{name} at switch-on"]
         assert (switched.state, switched.value) == ("warning", pytest.approx(0.1, rel=1e-6))
-    assert "at time 0 alone" in found["jump"].text
-    settled = founding.replace(
+    assert "at time 0 only" in found["discontinuity"].text
+    settled = vezzoli.replace(
         cosine | {"limits": {"current": "10 mA"}, "time.initial_state": {"model": "PeriodicState"}}
     )
     found = diagnostics(ev.simulate(settled))
-    assert not {"jump", "current at switch-on"} & set(found)
+    assert not {"discontinuity", "current at switch-on"} & set(found)
     assert found["current"].value == pytest.approx(5.85e-3, rel=3e-3)
 
 
-def test_a_drive_that_does_not_repeat_tells_its_jump_apart_too(founding):
+def test_a_drive_that_does_not_repeat_reports_its_step_apart_too(vezzoli):
     once = {
         "drive": {"model": "Trapezium", "low": 20.0, "high": 100.0, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}
     }
-    found = diagnostics(ev.simulate(founding.replace(once | {"limits": {"current": "1 mA"}})))
+    found = diagnostics(ev.simulate(vezzoli.replace(once | {"limits": {"current": "1 mA"}})))
     assert found["current"].value == pytest.approx(eps0 * AREA / (FILM + SKIN) * 80e3, rel=1e-6)
     assert found["current at switch-on"].value == pytest.approx(20e-3, rel=1e-9)
 
@@ -282,22 +282,22 @@ LATE = {"model": "Trapezium", "high": 100.0, "delay": 1e-3, "rise": 0.0, "hold":
 @pytest.mark.parametrize(
     "drive", [{"model": "Square", "high": 100.0, "frequency": 200.0}, LATE], ids=["square", "late"]
 )
-def test_nothing_in_series_and_a_jump(founding, drive):
+def test_no_series_resistance_and_a_discontinuity(vezzoli, drive):
     endless = {"drive": drive, "limits": {"current": "1 A"}, "circuit.return_path.resistance": 0.0}
-    found = diagnostics(ev.simulate(founding.replace(endless)))
+    found = diagnostics(ev.simulate(vezzoli.replace(endless)))
     assert found["current"].state == "warning"
     assert "no bound" in found["current"].text
     assert found["current"].value is None
 
 
-def test_a_current_that_is_largest_just_before_a_corner(founding):
+def test_a_current_that_is_largest_just_before_a_corner(vezzoli):
     """Film and skin conduct so well that the current follows the voltage, C dV/dt turns it at the tip: 1 ms up and down."""
     triangle = {"model": "Trapezium", "high": 100.0, "rise": 1e-3, "hold": 0.0, "fall": 1e-3}
     leaky = {
         f"stack.{name}.material.conductivity": 1e-6 * length
         for name, length in (("insulator", 90.0), ("stratum_corneum", 200.0))
     }
-    one = founding.replace(leaky | {"drive": triangle, "limits": {"current": "1 mA"}})
+    one = vezzoli.replace(leaky | {"drive": triangle, "limits": {"current": "1 mA"}})
     told = diagnostics(ev.simulate(one, time=np.array([0.0, 2e-3])))["current"].value
     before = np.array([1e-3 * (1 - 1e-9)])
     assert told == pytest.approx(float(ev.simulate(one, time=before).current[0]), rel=1e-6)
@@ -355,18 +355,18 @@ def test_equilibrium_judges_too():
     assert worst["Paschen"] == "warning"  # of the open state; of the closed one its law says nothing
 
 
-def test_export_refuses_what_breaks_a_limit(founding, tmp_path):
+def test_export_refuses_what_breaks_a_limit(vezzoli, tmp_path):
     place = tmp_path / "circuit.cir"
     with pytest.raises(InputError, match=r"above 1 nA: the declared limit \(limits.current\)"):
-        ev.export(founding, place, set={"limits.current": "1 nA"})
+        ev.export(vezzoli, place, set={"limits.current": "1 nA"})
     with pytest.raises(InputError, match=r"limits.voltage.*\n.*limits.charge"):
-        ev.export(founding, place, set={"limits": {"voltage": "1 V", "charge": "1 pC"}})
+        ev.export(vezzoli, place, set={"limits": {"voltage": "1 V", "charge": "1 pC"}})
     assert not place.exists()
-    ev.export(founding, place)
+    ev.export(vezzoli, place)
     assert place.exists()
 
 
-def test_export_refuses_what_run_refuses(founding, tmp_path):
+def test_export_refuses_what_run_refuses(vezzoli, tmp_path):
     leaky = {
         "stack.insulator.leak": {
             "model": "PolarityConduction",
@@ -377,7 +377,7 @@ def test_export_refuses_what_run_refuses(founding, tmp_path):
     changes = leaky | {"time.initial_state": {"model": "PeriodicState"}, "drive": DRIVES["sine"]}
     for act in (ev.simulate, lambda one: ev.export(one, tmp_path / "circuit.cir")):
         with pytest.raises(InputError, match="PeriodicState"):
-            act(founding.replace(changes))
+            act(vezzoli.replace(changes))
     lag = {
         "friction": {
             "model": "FirstOrderLag",
@@ -388,5 +388,5 @@ def test_export_refuses_what_run_refuses(founding, tmp_path):
     press = {"load.time_profile": {"model": "Press", "begin": 0.05, "rise": 0.05}}
     changes = lag | press | {"time.initial_state": {"model": "PeriodicState"}, "drive": DRIVES["sine"]}
     for act in (ev.simulate, lambda one: ev.export(one, tmp_path / "circuit.cir")):
-        with pytest.raises(InputError, match="Press happens once"):
-            act(founding.replace(changes))
+        with pytest.raises(InputError, match="Press occurs once"):
+            act(vezzoli.replace(changes))

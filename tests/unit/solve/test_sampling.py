@@ -93,7 +93,7 @@ def test_a_measured_drive_on_other_times_is_told_to_keep_its_own():
     record = {"model": "Sampled", "time_samples": time, "voltage_samples": np.sin(2 * np.pi * 1e3 * time)}
     drive = read_model(Drive, {"model": "Offset", "level": 5, "drive": record})
     (diagnostic,) = sampling(drive, np.linspace(0, 1, 2001))
-    assert "leave time.samples away" in diagnostic.text
+    assert "omit time.samples" in diagnostic.text
     assert sampling(drive, drive.time_stamps) == []
     assert sampling(drive, np.linspace(0, 1, 16_001)) == []
 
@@ -101,7 +101,7 @@ def test_a_measured_drive_on_other_times_is_told_to_keep_its_own():
 def test_where_no_even_times_would_do_numbers_are_advised():
     drive = read_model(Drive, {"model": "PulseTrain", "high": 1, "width": 1e-8, "frequency": 1})
     (diagnostic,) = sampling(drive, np.linspace(0, 5, 2001))
-    assert "ask for numbers with --quantity" in diagnostic.text
+    assert "request numbers with --quantity" in diagnostic.text
 
 
 @pytest.mark.parametrize("samples", [9, 17, 2001])

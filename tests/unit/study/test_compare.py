@@ -38,6 +38,29 @@ def test_entries_are_ordered_and_explained(leaky):
     assert not any("further terms" in entry.why for entry in leaky.entries)
 
 
+def test_the_answer_names_the_law_to_believe_and_why(leaky, coating):
+    assert leaky.answer == (
+        "Believe MaxwellStressInGap here, 564.9 mN at 1 kV: plate and finger separate only in the gap, so the stress there is"
+        " the force between them; the other laws give 0.000641 to 0.299 of it."
+    )
+    assert (
+        "31.05 N at 100 V (beyond breakdown of the air, so no force that would be measured)" in coating.answer
+    )
+    film = compare(load("vezzoli_2014/fig6"), models=["MaxwellStressInGap"])
+    assert "(an upper limit: the stack has no gap, and any gap lowers it)" in film.answer
+    assert "other laws" not in film.answer
+    without = compare(load("vezzoli_2014/fig6"), models=["EffectiveMedium"])
+    assert without.answer.startswith("None of these laws evaluates the stress in the gap")
+
+
+def test_the_rough_gap_comes_before_the_smooth_one():
+    rough = {"force": {"model": "Persson2018RoughGap", "mean_gap": 10e-6, "rms_gap": 5e-6}}
+    found = compare(
+        load("vezzoli_2014/fig6").replace(rough), models=["MaxwellStressInGap", "Persson2018RoughGap"]
+    )
+    assert found.answer.startswith("Believe Persson2018RoughGap here")
+
+
 def test_planes_differ_in_time_as_well_as_in_size(leaky):
     change = {entry.name: entry.late / entry.early for entry in leaky.entries if len(entry.step)}
     assert change["EffectiveMedium"] == pytest.approx(1.0, abs=1e-2)
@@ -135,9 +158,9 @@ def test_leak_time_and_polarity_are_told(coating, leaky):
     said = coating.pages[0].paragraphs
     assert any("no gap that could leak" in text for text in said)
     assert any("from 18.66 mN to" in text for text in said)
-    assert any("No law can show a polarity effect" in text for text in said)
+    assert any("No law can show an effect of polarity" in text for text in said)
     assert any("The gap leaks" in text for text in leaky.pages[0].paragraphs)
-    assert "charge that has crossed counts as lost" in " ".join(said)
+    assert "this law counts charge that has crossed as lost" in " ".join(said)
 
 
 def test_a_rectifying_layer_shows_polarity():
@@ -146,7 +169,9 @@ def test_a_rectifying_layer_shows_polarity():
     # the skin's own voltage decays 7.7/2.5 times faster in one direction, and so does the integral of its square
     assert polarity["MaxwellStressInStratumCorneum"] == pytest.approx(2.5 / 7.7, rel=2e-2)
     assert polarity["MaxwellStressInGap"] == pytest.approx(1.0, abs=1e-2)
-    assert any("A layer tells the polarity" in text for text in found.pages[0].paragraphs)
+    assert any(
+        "The response of a layer depends on the polarity" in text for text in found.pages[0].paragraphs
+    )
 
 
 def test_nothing_that_conducts_keeps_every_force():
@@ -302,3 +327,32 @@ def test_a_drive_at_0_volts_is_told_and_a_swipe_is_compared_under_its_full_load(
         for each in (swiped, pressed)
     )
     assert [entry.static for entry in ours] == [entry.static for entry in theirs]
+
+
+def test_limits_of_an_amplifier_leave_the_held_voltage():
+    laws, over = ["MaxwellStressInGap"], {"drive.high": np.array([500.0, 1000.0])}
+    plain = load("vezzoli_2014/fig6").replace({"force.model": "MaxwellStressInGap"})
+    limited = plain.replace(
+        {"circuit.amplifier": {"gain": 2.0, "source_current": 1e-6, "saturation": 1000.0}}
+    )
+    found = compare(limited, models=laws, over=over)
+    (reference,) = compare(plain, models=laws).entries
+    assert found.voltage == 500
+    assert found.entries[0].static == pytest.approx(reference.static, rel=1e-9)  # 1 kV at the plate
+    assert found.panels[-1].curves[0].y == pytest.approx([reference.static] * 2, rel=1e-9)
+
+
+def test_a_friction_with_memory_does_not_prevent_a_comparison():
+    steady = {"model": "Coulomb", "coefficient": 0.5}
+    bristles = {
+        "model": "LuGre",
+        "steady": steady,
+        "stiffness": 5e3,
+        "static_ratio": 1.5,
+        "stribeck_speed": 5e-3,
+    }
+    sliding = load("vezzoli_2014/fig6_gap").replace({"friction": bristles, "motion.speed": 30e-3})
+    (entry,) = compare(sliding, models=["MaxwellStressInGap"]).entries
+    (reference,) = compare(load("vezzoli_2014/fig6_gap"), models=["MaxwellStressInGap"]).entries
+    assert entry.static == reference.static
+    assert entry.late == reference.late

@@ -187,7 +187,7 @@ def test_what_some_cases_cannot_judge_is_told_beside_the_largest():
     )
     assert (judged["value"], judged["at"]) == (2.0, {"a": 2.0})
     assert (unknown["state"], unknown["cases"], unknown["at"]) == ("unknown", 1, {"a": 1.0})
-    assert unknown["text"] == "no law; so in 1 of 3 cases, the first at a = 1"
+    assert unknown["text"] == "no law; in 1 of 3 cases, the first at a = 1"
 
 
 def test_words_without_a_number():
@@ -196,11 +196,11 @@ def test_words_without_a_number():
         [diagnostic("x", state="warning", text="bad")],
         [diagnostic("x", state="warning", text="worse")],
     )
-    assert (found["state"], found["text"]) == ("warning", "bad; so in 2 of 3 cases, the first at a = 1")
+    assert (found["state"], found["text"]) == ("warning", "bad; in 2 of 3 cases, the first at a = 1")
     (found,) = told([diagnostic("x", text="fine")], [diagnostic("x", text="fine")])
     assert found["text"] == "fine"
     (found,) = told([diagnostic("x", text="a 1")], [diagnostic("x", text="a 2")])
-    assert found["text"] == "a 1; so in all cases, this is the one at a = 0"
+    assert found["text"] == "a 1; in all cases, this is the one at a = 0"
 
 
 def test_advice_on_samples_silences_every_case_when_it_is_followed():
@@ -292,3 +292,16 @@ def test_a_calibrated_level_follows_the_voltage():
         "detection level"
     ]
     assert float(levels[1]) == perceive(scenario, set={"drive.high": 200.0}).sensation
+
+
+def test_a_parameter_is_swept_by_its_former_name():
+    profile = {"model": "Press", "rise": 1e-3}
+    scenario = SCENARIO.replace({"load.time_profile": profile})
+    rises = [1e-3, 2e-3]
+    old, new = (sweep(scenario, {f"load.{name}.rise": rises}) for name in ("programme", "time_profile"))
+    assert old.identical(new)
+    assert list(parse_over(scenario, ["load.programme.rise=1ms:2ms:2"])) == ["load.time_profile.rise"]
+    with pytest.raises(
+        InputError, match=r"load.programme.rise: is the former name of 'load.time_profile.rise'"
+    ):
+        sweep(scenario, {"load.time_profile.rise": rises, "load.programme.rise": rises})

@@ -39,18 +39,18 @@ def test_a_long_sweep_shows_evenly_chosen_values_with_their_unit(swept):
     assert len({line.colour for line in found}) == MOST_LINES
     last = swept.electrostatic_force.isel({"stack.gap.thickness": -1}).values
     assert np.array_equal(found[-1].y, last)
-    assert left_out(swept, "electrostatic_force") == "12 of 15 values"
+    assert left_out(swept, "electrostatic_force") == "5 of 15 values"
 
 
 def test_a_value_has_the_same_colour_whether_layers_are_drawn_or_not(swept):
     whole = {line.label: line.colour for line in lines(swept, "electrostatic_force", "time")}
     layered = lines(swept, "field", "time")
-    assert len(layered) == MOST_LINES
+    assert len(layered) == 2 * 3
     assert {line.kind for line in layered} == {"insulator", "gap", "stratum corneum"}
     common = [line for line in layered if line.label in whole]
     assert common
     assert all(whole[line.label] == line.colour for line in common)
-    assert left_out(swept, "field") == "4 of 15 values"
+    assert left_out(swept, "field") == "2 of 15 values"
 
 
 def test_the_unit_of_a_sweep_is_found_in_the_scenario_when_the_coordinate_lost_it(swept):
@@ -61,16 +61,16 @@ def test_the_unit_of_a_sweep_is_found_in_the_scenario_when_the_coordinate_lost_i
 
 
 def test_words_and_two_paths_can_be_swept():
-    values = np.arange(24.0).reshape(2, 3, 4)
+    values = np.arange(16.0).reshape(2, 2, 4)
     signals = {"lateral_force": (("trial", "finger", "time"), values)}
     coordinates = {
         "trial": [1, 2],
-        "finger": np.array(["thumb", "index", "ring"], dtype=object),
+        "finger": np.array(["thumb", "index"], dtype=object),
         "time": np.arange(4.0),
     }
     found = lines(make_trace(signals, coordinates, {}), "lateral_force", "time")
     assert [line.label for line in found][1] == "trial = 1, finger = index"
-    assert np.array_equal(found[-1].y, values[1, 2])
+    assert np.array_equal(found[-1].y, values[1, 1])
     assert left_out(make_trace(signals, coordinates, {}), "lateral_force") == ""
 
 

@@ -79,7 +79,15 @@ def test_what_a_report_of_a_run_holds(tmp_path, trace):
     text, page = written(tmp_path, trace)
     words = set(page.words)
     assert "Glass & <film>" in words
-    assert {"How far to believe it", "Stack", "Over time", "Over frequency", "Parameters", "Models"} <= words
+    assert {
+        "Validity",
+        "Key numbers",
+        "Stack",
+        "Over time",
+        "Over frequency",
+        "Parameters",
+        "Models",
+    } <= words
     assert trace.attrs["scenario_hash"] in words
     assert {"warning", "ok"} <= words
     thinner = simulate(
@@ -93,6 +101,19 @@ def test_what_a_report_of_a_run_holds(tmp_path, trace):
     assert page.tags.count("svg") == 3
     assert '<span class="word warning">warning</span>' in text
     assert "effective voltage" not in words
+
+
+def test_the_page_opens_with_the_result_and_its_validity(tmp_path, trace, other):
+    _, page = written(tmp_path, trace)
+    numbers, validity, stack = (page.words.index(word) for word in ("Key numbers", "Validity", "Stack"))
+    before = " ".join(page.words[:numbers])
+    peak = float(trace.electrostatic_force.max())
+    assert f"Largest electrostatic force: {peak / 1e-3:.4g} mN. Validity: " in before
+    assert "warning (" in before
+    assert "electrowetting" in before
+    assert numbers < validity < stack
+    several = written(tmp_path, {"a": trace, "b": other})[1]
+    assert several.words.count("a.") == several.words.count("b.") == 1
 
 
 def test_effective_voltage_stands_where_the_law_has_one(tmp_path, trace, other):
@@ -114,10 +135,7 @@ def test_several_traces_show_first_what_differs(tmp_path, trace, other):
 
 def test_a_sweep_says_what_was_swept(tmp_path, swept):
     _, page = written(tmp_path, swept)
-    assert (
-        "Each check at the case in which it comes nearest to its limit, or goes furthest beyond."
-        in page.words
-    )
+    assert "Each diagnostic is that of the case nearest to its limit, or furthest beyond it." in page.words
     assert "Over stack.gap.thickness" in page.words
     assert "Numbers of the whole time." in page.words
     assert "Over time" not in page.words, "a curve over the parameter, never records on top of each other"

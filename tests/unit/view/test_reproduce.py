@@ -15,8 +15,9 @@ import pytest
 from electrovib.core import discovery
 from electrovib.core.errors import InputError
 from electrovib.study.reproduction import Curve, Page, Panel, Reproduction, Row, Table
-from electrovib.view import reproduce as module
-from electrovib.view.reproduce import _write, reproduce, shown
+from electrovib.view import plots, reproduced_page
+from electrovib.view.reproduce import _write, reproduce
+from electrovib.view.reproduced_page import shown
 
 X = np.linspace(0, 1, 20)
 
@@ -29,6 +30,7 @@ def found():
         rows=(
             Row("C", "capacitance", 32, 32.96, "pF", "reproduced", "cut off"),
             Row("tau", "time constant", None, (0.05, 6.6), "ms", "open", "no resistivity is printed, 5 um"),
+            Row("ramp", "ramp", None, 36.0, "ms", "open", "a long note", brief="a short one"),
             Row("rise", "rise", (1.0, 2.0), 1.5, "1", "consistent", ""),
             Row("hold", "hold", None, 1.0, "1", "consistent", "", "roughly constant"),
             Row("sum", "sum of charges", None, 1e-16, "1", "check", "0 is exact"),
@@ -54,8 +56,15 @@ def found():
                 ),
             ),
         ),
-        pages=(Page("What this paper leaves open", ("First paragraph.", "Second one.")),),
-        tables=(Table("Skins", ("name", "tau"), (("dry", "1"), ("wet", "2"))),),
+        pages=(
+            Page("What this paper leaves open", ("First paragraph.", "Second one.")),
+            Page("The rest", ("In full, and at length.", "More."), id="rest", brief=("Shortened.",)),
+        ),
+        tables=(
+            Table("Skins", ("name", "tau"), (("dry", "1"), ("wet", "2"))),
+            Table("Causes", ("cause", "how, exactly"), (("sliding", "fresh film"),), id="causes", shown=(0,)),
+            Table("Sources", ("source",), (("somewhere",),), id="sources", on_page=False),
+        ),
         equations={"1": r"$f = \frac{a}{b}$", "2": r"v = \tau s", "3": r"$\nosuchthing{x}$"},
         references=("Somebody 2000",),
         findings=("One thing to know.", "Another: 5 um."),
@@ -74,7 +83,8 @@ def paper(found, monkeypatch):
     return asked
 
 
-FILES = {"report.html", "numbers.json"} | {f"fig{n}.{kind}" for n in (1, 2) for kind in ("svg", "png", "csv")}
+BESIDE = {"numbers.json", "rest.md", "causes.csv", "sources.csv"}
+FILES = BESIDE | {"report.html"} | {f"fig{n}.{kind}" for n in (1, 2) for kind in ("svg", "png", "csv")}
 
 
 def test_all_files_are_written_into_a_new_folder(tmp_path, paper, found):
@@ -112,22 +122,57 @@ def test_curves_are_written_as_tables(tmp_path, found):
     assert len(lines) == len(X)
 
 
-def test_the_page_opens_with_count_and_findings_and_lists_our_checks_apart(tmp_path, found):
-    assert found.count() == "1 reproduced, 2 consistent, 1 open; 1 check of ours"
+def test_the_page_opens_with_count_and_findings_then_tables_then_explanations(tmp_path, found):
+    assert found.count() == "1 reproduced, 2 consistent, 2 open; 1 check of ours"
     _write(found, tmp_path)
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     order = [
-        "1 reproduced, 2 consistent",
+        "5 numbers and statements of the paper: 1 reproduced, 2 consistent, 2 open",
         "One thing to know.",
         "Another: 5 µm.",
-        "What is printed",
+        "The paper's numbers",
         "roughly constant",
+        "fig1.csv",
+        "<td>wet</td>",
+        "What this paper leaves open",
+        "Checks of this software",
+        "sum of charges",
     ]
-    order += ["Our checks", "sum of charges", "What this paper leaves open", "fig1.csv"]
     places = [text.index(words) for words in order]
     assert places == sorted(places)
-    between = text[text.index("What is printed") : text.index("Our checks")]
+    between = text[text.index("The paper's numbers") : text.index("Checks of this software")]
     assert "sum of charges" not in between
+
+
+def test_what_the_page_shortens_is_whole_in_a_file_that_it_names(tmp_path, found):
+    _write(found, tmp_path)
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    for words in (
+        "a short one",
+        "Shortened.",
+        "In full: rest.md",
+        "<td>sliding</td>",
+        "Whole table: causes.csv",
+    ):
+        assert words in text, words
+    for words in ("a long note", "In full, and at length.", "how, exactly", "fresh film", "somewhere"):
+        assert words not in text, words
+    assert "a long note" in (tmp_path / "numbers.json").read_text(encoding="utf-8")
+    rest = (tmp_path / "rest.md").read_text(encoding="utf-8")
+    assert rest == "# The rest\n\nIn full, and at length.\n\nMore.\n"
+    causes = (tmp_path / "causes.csv").read_text(encoding="utf-8")
+    assert causes == 'cause,"how, exactly"\nsliding,fresh film\n'
+    assert (tmp_path / "sources.csv").read_text(encoding="utf-8") == "source\nsomewhere\n"
+
+
+def test_a_curve_that_is_not_drawn_is_in_the_file_of_the_curves(tmp_path, found):
+    hidden = replace(
+        found.panels[0], curves=(*found.panels[0].curves, Curve(label="b", x=X, y=2 * X, drawn=False))
+    )
+    assert [line.get_label() for line in plots.panel(hidden).lines] == ["a"]
+    _write(replace(found, panels=(hidden,)), tmp_path)
+    assert "\nb,1.0,2.0\n" in (tmp_path / "fig1.csv").read_text(encoding="utf-8")
+    assert "All curves: fig1.csv" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
 def test_the_page_has_everything_and_fetches_nothing(tmp_path, found):
@@ -225,7 +270,7 @@ def test_a_figure_that_cannot_be_drawn_leaves_no_folder(tmp_path, monkeypatch, f
     def broken(*_):
         raise RuntimeError("drawing")
 
-    monkeypatch.setattr(module, "_drawn", broken)
+    monkeypatch.setattr(reproduced_page, "drawn", broken)
     with pytest.raises(RuntimeError, match="drawing"):
         _write(found, tmp_path / "out")
     assert list(tmp_path.iterdir()) == []

@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 import subprocess
 import sys
+from importlib import resources
 
 import matplotlib as mpl
+import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 
 from electrovib.view import plots
-from electrovib.view.style import COLOURS, layer_colours, style
+from electrovib.view.style import (
+    COLOURS,
+    FURTHER_COLOURS,
+    LAYER_COLOURS,
+    NEUTRAL,
+    OTHER_LAYERS,
+    between,
+    layer_colours,
+    style,
+)
 
 
 def test_settings_of_matplotlib_come_back(trace):
@@ -25,7 +39,50 @@ def test_layers_differ_in_colour():
     found = layer_colours(names)
     assert list(found) == names
     assert len(set(found.values())) == len(names)
-    assert set(found.values()) <= set(COLOURS)
+
+
+def distance(one, other):
+    """Difference of two colours in CIELAB, about 2 where it is just noticed."""
+    return float(np.linalg.norm(lab(one) - lab(other)))
+
+
+def lab(colour):
+    part = np.array(to_rgb(colour))
+    linear = np.where(part > 0.04045, ((part + 0.055) / 1.055) ** 2.4, part / 12.92)
+    to_xyz = [[0.4125, 0.3576, 0.1804], [0.2127, 0.7152, 0.0722], [0.0193, 0.1192, 0.9503]]
+    xyz = np.array(to_xyz) @ linear / [0.9505, 1.0, 1.089]
+    f = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
+    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+CURVES = COLOURS + FURTHER_COLOURS
+LAYERS = (*LAYER_COLOURS.values(), *OTHER_LAYERS)
+
+
+@pytest.mark.parametrize(
+    ("meaning", "others"),
+    [
+        (CURVES, LAYERS),
+        (CURVES[:-1], (*[between(part) for part in np.linspace(0, 1, 5)], NEUTRAL)),
+        (LAYER_COLOURS.values(), [between(part) for part in np.linspace(0, 1, 5)]),
+    ],
+    ids=["curves and layers", "curves and amounts", "layers and amounts"],
+)
+def test_no_colour_has_two_meanings(meaning, others):
+    assert min(distance(one, other) for one in meaning for other in others) > 20
+
+
+@pytest.mark.parametrize("palette", [CURVES, LAYERS])
+def test_colours_of_one_meaning_differ(palette):
+    pairs = itertools.combinations(palette, 2)
+    assert min(distance(*pair) for pair in pairs) > 20
+
+
+def test_the_states_of_a_page_have_no_colour_of_a_curve_or_a_layer():
+    css = resources.files("electrovib.view").joinpath("templates/style.css.jinja").read_text(encoding="utf-8")
+    used = set(re.findall(r"#[0-9a-f]{6}\b", css))
+    assert used
+    assert used.isdisjoint({*CURVES, *LAYERS})
 
 
 def test_importing_draws_nothing_in():

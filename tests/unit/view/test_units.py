@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -96,16 +98,45 @@ def test_a_pure_number_has_no_brackets_and_minus_is_a_minus():
     assert "\N{MINUS SIGN}1" in numbers(ax.yaxis)
 
 
-def test_a_logarithmic_axis_has_a_prefix_at_each_number():
+def logarithmic(low, high, unit):
     with drawing(None) as ax:
-        ax.set_xscale("log")
         ax.set_yscale("log")
-        ax.plot([1.0, 1e6], [1e-4, 1.0])
-        label_axis(ax.xaxis, "frequency", "Hz")
-        label_axis(ax.yaxis, "gain", "1")
-    assert ax.get_xlabel() == "frequency [Hz]"
-    assert {"1", "1\N{THIN SPACE}k", "1\N{THIN SPACE}M"} <= set(numbers(ax.xaxis))
-    assert "0.001" in numbers(ax.yaxis)
+        ax.plot([0, 1], [low, high])
+        label_axis(ax.yaxis, "quantity", unit)
+    return ax.get_ylabel(), [text for text in numbers(ax.yaxis) if text]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "unit", "label", "some"),
+    [
+        (1e-3, 0.1, "s", "quantity [ms]", {"1", "10", "100"}),
+        (1e-7, 1e-4, "m", "quantity [µm]", {"0.1", "1", "10", "100"}),
+        (100.0, 1e4, "Hz", "quantity [kHz]", {"0.1", "1", "10"}),
+        (1e-5, 1e-4, "m", "quantity [µm]", {"10", "20", "50", "100"}),
+        (1e-8, 1e-6, "m2", "quantity [mm²]", {"0.01", "0.1", "1"}),
+        (1e-2, 100.0, "1", "quantity", {"0.01", "0.1", "1", "10", "100"}),
+        (0.6, 0.97, "1", "quantity", {"0.6", "0.8"}),
+        (1.0, 1e6, "Hz", "quantity [Hz]", {r"$\mathdefault{10^{0}}$", r"$\mathdefault{10^{6}}$"}),
+        (1e-9, 1e-1, "N", "quantity [N]", {r"$\mathdefault{10^{-9}}$", r"$\mathdefault{10^{-1}}$"}),
+        (1e-6, 1e-5, "1", "quantity", {r"$\mathdefault{10^{-6}}$"}),
+    ],
+)
+def test_numbers_of_a_logarithmic_axis_are_those_of_the_unit_in_its_label(low, high, unit, label, some):
+    """Plain numbers of a prefixed unit, or powers of ten of the SI unit; never a prefix at a number."""
+    found, shown = logarithmic(low, high, unit)
+    assert found == label
+    assert some <= set(shown)
+    plain = [text for text in shown if "mathdefault" not in text]
+    assert all(text.replace(".", "").isdigit() for text in plain)
+    assert plain in ([], shown)
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.floats(1e-12, 1e6), st.floats(0.1, 9.0), st.sampled_from(["s", "N", "1", "Hz", "ohm m2"]))
+def test_a_logarithmic_axis_has_at_least_two_numbers_and_no_prefix_at_them(low, decades, unit):
+    _, shown = logarithmic(low, low * 10**decades, unit)
+    assert len(shown) >= 2
+    assert not any(re.search(r"[kMGTmµunpf]$", text) for text in shown)
 
 
 def test_rounding_is_not_magnified_into_a_curve():

@@ -69,6 +69,12 @@ def main() -> None:
         raise
     except BrokenPipeError:
         sys.exit(1)
+    except Exception as error:
+        from electrovib.core.own_models import fault
+
+        if not (line := fault(error)):
+            raise
+        _stop(line)
 
 
 def _interrupted() -> NoReturn:

@@ -1,4 +1,4 @@
-"""What a paper's ready-made scenario does not find in its paper, as one line of the terminal."""
+"""The values of a paper's ready-made scenario that are not found in the paper, as one line of the terminal."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ if TYPE_CHECKING:
 
 
 def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -> list[str]:
-    """Name the values that the paper does not give; nothing of a scenario of one's own.
+    """List the parameters whose values the paper does not give; none for a scenario of one's own.
 
     Parameters
     ----------
     scenario : Scenario
-        As it was run.
+        The scenario as it was run.
     source : str
-        What the user asked for: a file, or a paper's scenario such as ``vezzoli_2014/fig6``.
+        What the user named: a file, or a paper's scenario such as ``vezzoli_2014/fig6``.
     without : iterable of str
-        Paths that are swept.
+        Dotted paths that are swept, which are omitted.
 
     Returns
     -------
@@ -31,6 +31,5 @@ def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -
     paper = paper_of_preset(source)
     found = not_in_paper(scenario, paper) if paper else {}
     swept = set(without)
-    values = ", ".join(f"{path} {value}" for path, value in found.items() if path not in swept)
-    told = f"not found in {paper}, chosen or derived here: {values} ('electrovib models {paper}' says how)"
-    return [told] if values else []
+    paths = ", ".join(path for path in found if path not in swept)
+    return [f"not found in {paper}, chosen: {paths} (electrovib models {paper})"] if paths else []

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.options import Changes, Everything
 from electrovib.apps.cli.terminal import say, show
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 
 def register(app: typer.Typer) -> None:
@@ -19,14 +23,24 @@ def command(
     scenario: Annotated[
         str,
         typer.Argument(
-            help="A scenario; without one, the static comparison of the published force laws of two stacks.",
+            help="A scenario; without one, the static forces of the published laws on two stacks.",
             show_default=False,
         ),
     ] = "",
-    models: Annotated[str | None, typer.Option(metavar="A,B,...", help="Force laws; all if absent.")] = None,
+    changes: Changes = None,
+    models: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="A,B,...|FILE.py",
+            help="Force laws, all if absent; or a Python file with laws of your own. Repeatable.",
+        ),
+    ] = None,
+    everything: Everything = False,
     over: Annotated[
         list[str] | None,
-        typer.Option(metavar="PATH=FROM:TO:N[log]", help="Draw the static force over this; repeatable."),
+        typer.Option(
+            metavar="PATH=FROM:TO:N[log]", help="Draw the static force over a parameter; repeatable."
+        ),
     ] = None,
     materials: Annotated[
         str | None,
@@ -43,46 +57,66 @@ def command(
     output: Annotated[str | None, typer.Option("--output", "-o", help="Write an HTML page.")] = None,
     force: Force = False,
 ) -> None:
-    """Compare the force laws on one stack, or the materials of its insulator."""
+    """Compare the force laws on one stack, which to believe and why they differ, or the materials of its insulator."""
+    from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.table import as_text
 
     if not scenario:
-        from electrovib.study.surfaces import compare_surfaces
+        from electrovib.study.surfaces import ANSWER, compare_surfaces
 
         _refuse_without_scenario(
-            {"--models": models, "--over": over, "--materials": materials, "--output": output}
+            {
+                "--set": changes or None,
+                "--models": models or None,
+                "--over": over,
+                "--materials": materials,
+                "--output": output,
+            }
         )
+        say(ANSWER)
         show(as_text(compare_surfaces()))
         return
     if materials is not None:
         _refuse_with_materials({"--models": models, "--over": over, "--output": output})
-        _print_materials(scenario, materials, layer)
+        _print_materials(scenario, read_changes(changes or []), materials, layer)
         return
     from electrovib.apps.progress import tracked
     from electrovib.view.compare import compare
 
-    names = None
-    if models is not None:
-        names = list(dict.fromkeys(name.strip() for name in models.split(",") if name.strip()))
+    names = _laws(models or [])
     with tracked("comparing force laws"):
-        found = compare(scenario, models=names, over=over or [], output=output, force=force)
+        found = compare(
+            scenario,
+            set=read_changes(changes or []),
+            models=names,
+            over=over or [],
+            output=output,
+            force=force,
+        )
+    say(found.answer, "")
     for table in found.tables:
         show(as_text(table))
-    for page in found.pages:
-        show(f"{page.title}\n")
-        show("\n\n".join(page.paragraphs) + "\n")
+    if everything:
+        for page in found.pages:
+            show(f"{page.title}\n")
+            show("\n\n".join(page.paragraphs) + "\n")
+    elif not output:
+        say("--all explains why the laws differ, and lists where their papers contradict each other.")
     if output:
         say(f"written: {output}")
 
 
-def _print_materials(scenario: str, materials: str, layer: str) -> None:
+def _print_materials(scenario: str, changes: Mapping[str, Any], materials: str, layer: str) -> None:
     from electrovib.apps.cli.table import as_text
     from electrovib.apps.progress import tracked
+    from electrovib.scenario import load
     from electrovib.study.compare import compare_materials
 
     names = [name.strip() for name in materials.split(",") if name.strip()]
     with tracked("comparing materials"):
-        found = compare_materials(scenario, layer=layer, materials=None if names == ["all"] else names)
+        found = compare_materials(
+            load(scenario, changes=changes), layer=layer, materials=None if names == ["all"] else names
+        )
     for table in found.tables:
         show(as_text(table))
 
@@ -93,6 +127,17 @@ def _refuse_with_materials(options: dict[str, object]) -> None:
     given = [name for name, value in options.items() if value]
     if given:
         raise InputError(f"{name}: compares force laws; leave it out, or --materials" for name in given)
+
+
+def _laws(texts: list[str]) -> list[str] | None:
+    """Import the files among what ``--models`` names; the rest are laws, or None for all of them."""
+    from electrovib.core.own_models import use_models
+
+    given = [name.strip() for text in texts for name in text.split(",")]
+    for file in [name for name in given if name.endswith(".py")]:
+        use_models(file)
+    names = [name for name in given if not name.endswith(".py")]
+    return [name for name in dict.fromkeys(names) if name] if names else None
 
 
 def _refuse_without_scenario(options: dict[str, object]) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import say
 from electrovib.core.errors import InputError
 
@@ -22,14 +23,15 @@ def command(
     scenario: Annotated[
         str, typer.Argument(help="A TOML file or a paper's scenario, with contact.surface and a layer 'gap'.")
     ],
-    changes: Annotated[
-        list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a parameter; repeatable.")
-    ] = None,
+    changes: Changes = None,
     voltage: Annotated[
-        str | None, typer.Option(help="Held voltage, such as '100 V'; by default the drive's largest.")
+        str | None,
+        typer.Option(help="Constant voltage, such as '100 V'; by default the largest of the drive."),
     ] = None,
+    models: Models = None,
 ) -> None:
-    """Find every state of gap and attraction under a held voltage, stable or not."""
+    """Find every state of gap and attraction under a constant voltage, stable or not."""
+    del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.chosen import chosen
     from electrovib.apps.progress import tracked
@@ -44,13 +46,13 @@ def command(
             held = parse_quantity(voltage, "V")
         except ValueError as error:
             raise InputError(f"--voltage {voltage}: {error}") from None
-    with tracked("looking for equilibria"):
+    with tracked("finding equilibria"):
         balance = equilibrium(found, voltage=held)
     say(*summary(balance), *chosen(found, scenario))
 
 
 def summary(found: Balance) -> list[str]:
-    """Say in a few lines which states there are."""
+    """Describe the states in a few lines."""
     from electrovib.apps.cli.run import told
     from electrovib.core.units import format_quantity
 
@@ -69,7 +71,7 @@ def summary(found: Balance) -> list[str]:
         )
     if len(found.stable) > 1:
         lines.append(
-            "two stable states: which of them holds depends on where the gap comes from, so the force has a hysteresis"
+            "two stable states: which of them is reached depends on the previous gap, so the force has a hysteresis"
         )
     if found.beyond:
         lines.append(
@@ -79,5 +81,5 @@ def summary(found: Balance) -> list[str]:
 
 
 def _kind(state: Equilibrium) -> str:
-    words = "stable" if state.stable else "a fold, where a branch ends" if state.fold else "not stable"
+    words = "stable" if state.stable else "a fold, where a branch ends" if state.fold else "unstable"
     return f"{words}, pressed on the plate" if state.touching else words

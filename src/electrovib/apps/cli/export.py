@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import say
 
 
@@ -20,12 +21,12 @@ def command(
         str, typer.Argument(help="A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace.")
     ],
     output: Annotated[str, typer.Argument(help="The netlist to write: .cir.")],
-    changes: Annotated[
-        list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a parameter; repeatable.")
-    ] = None,
+    changes: Changes = None,
+    models: Models = None,
     force: Force = False,
 ) -> None:
     """Write a scenario as a netlist: drive, layers, body and force, for ngspice."""
+    del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.progress import tracked
     from electrovib.export.scenario import export

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.options import Changes
 from electrovib.apps.cli.terminal import say
 
 
@@ -18,13 +19,15 @@ def register(app: typer.Typer) -> None:
 
 def command(
     scenario: Annotated[str, typer.Argument(help="A paper's scenario, or a file.")] = "vezzoli_2014/fig6",
+    changes: Changes = None,
     output: Annotated[str | None, typer.Option("--output", "-o", help="The TOML file to write.")] = None,
     force: Force = False,
 ) -> None:
     """Print a scenario as a commented TOML file to start from."""
+    from electrovib.apps.changes import read_changes
     from electrovib.apps.init import init
 
-    text = init(scenario, output=output, force=force)
+    text = init(scenario, set=read_changes(changes or []), output=output, force=force)
     if output is None:
         print(as_toml(text, sys.stdout.encoding), end="")
     else:
@@ -32,7 +35,7 @@ def command(
 
 
 def as_toml(text: str, encoding: str | None) -> str:
-    """Write signs that an encoding does not have as TOML escapes, so that a file made of it reads back equal."""
+    """Write characters that an encoding does not have as TOML escapes, so that the output reads back equal."""
     codes = ((sign, f"\\U{ord(sign):08x}") for sign in dict.fromkeys(text) if not _has(encoding, sign))
     return text.translate({ord(sign): code for sign, code in codes})
 

@@ -20,11 +20,11 @@ def command(
     output: Annotated[str, typer.Option("--output", "-o", help="Folder to write to.")] = "reproduction",
     skin: Annotated[
         str | None,
-        typer.Option(help="A table of your own skin: frequency, permittivity, resistivity (.csv)."),
+        typer.Option(help="Table of your own skin: frequency, permittivity, resistivity (.csv)."),
     ] = None,
     force: Force = False,
 ) -> None:
-    """Compute everything a paper states: report.html, numbers.json and figures."""
+    """Compute everything that a paper states: report.html, numbers.json and figures."""
     from electrovib.apps.progress import tracked
     from electrovib.view.reproduce import reproduce
 
@@ -42,7 +42,7 @@ def command(
 
 
 def shown(value: float | tuple[float, float] | None) -> str:
-    """Write a number or an interval."""
+    """Format a number or an interval."""
     if value is None:
         return "not given"
     return f"{value:.4g}" if isinstance(value, (int, float)) else f"{value[0]:.3g} to {value[1]:.3g}"

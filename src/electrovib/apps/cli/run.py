@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import say
 
 if TYPE_CHECKING:
@@ -29,21 +30,17 @@ def command(
             help="A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace to repeat."
         ),
     ] = "vezzoli_2014/fig6",
-    changes: Annotated[
-        list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a parameter; repeatable.")
-    ] = None,
+    changes: Changes = None,
     over: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="PATH=FROM:TO:N[log]", help="Sweep a parameter: numbers for each case; repeatable."
-        ),
+        typer.Option(metavar="PATH=FROM:TO:N[log]", help="Sweep a parameter; repeatable."),
     ] = None,
     quantities: Annotated[
         list[str] | None,
         typer.Option(
             "--quantity",
             metavar="NAME",
-            help="A number to answer with, 'mean electrostatic_force'; repeatable.",
+            help="Quantity of each case, for instance 'mean electrostatic_force'; repeatable.",
         ),
     ] = None,
     records: Annotated[
@@ -53,9 +50,11 @@ def command(
         str | None, typer.Option("--output", "-o", help="Write the result: .nc, .csv or .mat.")
     ] = None,
     report: Annotated[str | None, typer.Option(help="Write a self-contained HTML report.")] = None,
+    models: Models = None,
     force: Force = False,
 ) -> None:
-    """Simulate a scenario, or sweep it; write its Trace, or a table of numbers, and a report."""
+    """Simulate or sweep a scenario; write its Trace, or a table of numbers, and a report."""
+    del models  # imported by now
     from electrovib.apps.run import run
 
     trace = run(
@@ -72,7 +71,7 @@ def command(
 
 
 def summary(trace: Any, output: str | None, report: str | None, *, source: str = "") -> list[str]:
-    """Say in a few lines what came out, and what of a paper's scenario is not found in the paper."""
+    """Summarise the result in a few lines, with the values of a paper's scenario that are not found in the paper."""
     from electrovib.apps.cli.chosen import chosen
     from electrovib.core.diagnostics import read_diagnostics
     from electrovib.scenario import scenario_of
@@ -82,12 +81,12 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
         lines += _numbers(trace)
     else:
         lines += [f"{name.replace('_', ' ')}: {_range(trace, name)}" for name in FORCES]
-    lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
-    lines.append(f"solver: {trace.attrs['solver']} ({trace.attrs['solver_reason']})")
     if trace.attrs.get("reduction_error"):
         error = 100 * float(trace.attrs.get("transfer_error", float("nan")))
-        lines.append(f"error of the answer through materials reduced to relaxations: at most {error:.2g} %")
+        lines.append(f"error of the response through materials reduced to relaxations: at most {error:.2g} %")
     lines += told(read_diagnostics(trace.attrs["validity"]))
+    lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
+    lines.append(f"solver: {trace.attrs['solver']}")
     if "friction_solver" in trace.attrs:
         lines.append(f"friction: {trace.attrs['friction_solver']}")
     if dropped := trace.attrs["dropped_samples"]:
@@ -97,7 +96,7 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
 
 
 def _range(trace: Any, name: str) -> str:
-    """Write the range of a force, and at how many of its times it is not known."""
+    """Return the range of a force, and the number of times at which it is unknown."""
     from electrovib.core.units import format_quantity
     from electrovib.view.summary import not_known
 
@@ -111,7 +110,7 @@ def _range(trace: Any, name: str) -> str:
 
 
 def _numbers(trace: Any) -> list[str]:
-    """Give the range of each quantity of a sweep, and where its ends are."""
+    """Return the range of each quantity of a sweep, and where its ends are."""
     from electrovib.view.summary import quantity_ranges
 
     over = ", ".join(
@@ -122,14 +121,14 @@ def _numbers(trace: Any) -> list[str]:
 
 
 def told(diagnostics: Sequence[Diagnostic]) -> list[str]:
-    """Say what is beyond a limit, one line each, and in one more line what could not be judged."""
+    """Return one line for each exceeded limit, and one for all that could not be judged."""
     lines = [f"warning: {diagnostic.text}" for diagnostic in diagnostics if diagnostic.state == "warning"]
     unknown = [diagnostic.text for diagnostic in diagnostics if diagnostic.state == "unknown"]
     return [*lines, f"not judged: {'; '.join(unknown)}"] if unknown else lines
 
 
 def _files(trace: Any, output: str | None) -> list[str]:
-    """Name what `save` wrote: a CSV file holds one dimension, so there may be two."""
+    """Return the files that `save` wrote: a CSV file has one dimension, so there may be two."""
     from pathlib import Path
 
     from electrovib.data.traces import csv_files

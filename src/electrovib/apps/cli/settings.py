@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from electrovib.apps.cli.options import Models
 from electrovib.apps.cli.terminal import say
 
 
@@ -34,6 +35,7 @@ def command(
             is_eager=True,
         ),
     ] = False,
+    models: Models = None,
     budget: Annotated[
         str | None,
         typer.Option(
@@ -44,7 +46,7 @@ def command(
     ] = None,
 ) -> None:
     """Electrovibration: the force between a finger and a charged plate, from drive voltage to friction."""
-    del version
+    del version, models
     if budget is not None:
         from electrovib.core import budget as budgets
 

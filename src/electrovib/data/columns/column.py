@@ -1,4 +1,4 @@
-"""One column: numbers and a unit as they stand in the file, and the same in SI."""
+"""A column of a measured file: its numbers and unit as in the file, and their conversion to SI."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ANGLE = re.compile(r"rad|deg|°|turn|rev|rpm|cycle")
 
 @functools.cache
 def kind_and_factor(unit: str) -> tuple[str, float] | None:
-    """Find the SI unit that a unit text belongs to, and its size in it."""
+    """Return the SI unit of the kind to which a unit text belongs, and the conversion factor."""
     if unit in ("1", "-"):
         return "1", 1.0
     if not unit or len(unit) > 24:
@@ -40,7 +40,7 @@ def kind_and_factor(unit: str) -> tuple[str, float] | None:
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """Numbers as they stand in the file."""
+    """A column with the numbers as they are in the file."""
 
     label: str
     unit: str
@@ -48,7 +48,7 @@ class Column:
     place: Callable[[int], str]
 
     def in_si(self, path: Path, asked: str, *, missing: bool = False) -> NDArray[np.float64]:
-        """Check and convert; `missing` numbers are refused unless they are let pass.
+        """Return the numbers converted to SI; numbers that are not finite are refused unless `missing` allows them.
 
         Raises
         ------
@@ -94,7 +94,7 @@ class Column:
 
 
 def check_row(path: Path, label: str, dimensions: int, dtype: np.dtype[Any]) -> None:
-    """Refuse what is not a row of real numbers.
+    """Refuse anything but a one-dimensional array of real numbers.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def check_row(path: Path, label: str, dimensions: int, dtype: np.dtype[Any]) -> 
 
 
 def real_numbers(path: Path, label: str, array: NDArray[Any], unit: str, word: str) -> Column:
-    """Take an array that a binary file holds as a column.
+    """Return an array of a binary file as a column.
 
     Raises
     ------

@@ -28,12 +28,11 @@ _MOST_COLUMNS = 100_000
 
 @dataclass(frozen=True, kw_only=True)
 class TextTable:
-    """Delimited text, of which only the beginning has been looked at.
+    """Delimited text, of which only the first lines have been interpreted.
 
     Notes
     -----
-    The text stays as it is in the file and is gone through line by line: a list of its lines would take many times
-    its size.
+    The text is kept as bytes and read line by line, because a list of its lines would take many times its size.
     """
 
     path: Path
@@ -45,32 +44,32 @@ class TextTable:
     width: int
 
     def lines(self) -> Iterator[str]:
-        """Go through all lines, comments included."""
+        """Iterate over all lines, including comments."""
         return _lines(self.raw, self.encoding)
 
     def rows(self) -> Iterator[tuple[int, str]]:
-        """Go through the rows of numbers, each with its line in the file, 1 first."""
+        """Iterate over the rows of numbers, each with its line number in the file, starting at 1."""
         numbered = _rows(self.path, self.raw, self.encoding)
         return itertools.islice(numbered, bool(self.headings) + bool(self.units), None)
 
     def label(self, index: int) -> str:
-        """Name a column in a message."""
+        """Return the name of a column for a message."""
         return f"column '{self.headings[index]}'" if self.headings else f"column {index}"
 
     def numbers(self, indices: Sequence[int], *, missing: bool = False) -> NDArray[np.float64]:
-        """Read columns as (row, index); refuse rows of unequal length and what is no number, empty fields included.
+        """Read columns; rows of unequal length and fields that are no numbers are refused.
 
         Parameters
         ----------
         indices : sequence of int
-            Columns, 0 first.
+            Numbers of the columns, starting at 0.
         missing : bool
-            Read empty fields as NaN instead.
+            Whether empty fields are read as NaN instead of being refused.
 
         Returns
         -------
-        ndarray, shape (rows, indices)
-            In the units of the file.
+        numbers : ndarray, shape (n_rows, n_indices)
+            Numbers in the units of the file.
 
         Raises
         ------
@@ -80,7 +79,7 @@ class TextTable:
         if next(self.rows(), None) is None:
             return np.empty((0, len(indices)))
         said = ""
-        # fields that may be empty take a function of Python for each, so only where the fast way has failed
+        # a Python function for each field is slow, so it is used only after the fast conversion has failed
         for converters in (None, _number_or_missing)[: 2 if missing else 1]:
             try:
                 return np.loadtxt(
@@ -97,7 +96,7 @@ class TextTable:
         raise DataFileError(f"{self.path}: {self._fault(indices, missing) or said}.")
 
     def _even_rows(self) -> Iterator[str]:
-        """Go through the rows of numbers as long as they have the same number of fields."""
+        """Iterate over the rows of numbers as long as they have the same number of fields."""
         delimiter, width = self.delimiter, self.width
         for _, row in self.rows():
             simple = '"' not in row
@@ -106,7 +105,7 @@ class TextTable:
             yield row
 
     def _fault(self, indices: Sequence[int], missing: bool) -> str:
-        """Look for the first fault, row by row."""
+        """Return the first fault in the rows, or an empty text."""
         for number, line in self.rows():
             cells = _split(line, self.delimiter)
             if len(cells) != self.width:
@@ -129,14 +128,14 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
     path : Path
         Text file; ``#`` starts a comment line.
     names : sequence of str
-        A first row that mixes words and numbers is taken for headings if it has one of these.
+        Names of columns; a first row that mixes words and numbers counts as headings if it holds one of them.
     delimiter : str, optional
-        One character; found from the first lines if not given.
+        Delimiter of one character; found from the first lines if not given.
 
     Returns
     -------
     TextTable
-        Without headings if the first row is made of numbers.
+        Table; without headings if the first row consists of numbers.
 
     Raises
     ------
@@ -185,7 +184,7 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
 
 
 def _text(path: Path) -> tuple[bytes, str]:
-    """Read the bytes and find how they are written."""
+    """Return the bytes of a file and their encoding."""
     raw = path.read_bytes()
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         return raw, "utf-16"
@@ -245,7 +244,7 @@ def _number_or_missing(cell: str) -> float:
 
 
 def _delimiter(lines: Sequence[str]) -> str | None:
-    """Find the character that all of the first lines have; None stands for blanks."""
+    """Return the delimiter that all, or else some, of the first lines contain; None stands for blanks."""
     for has in (all, any):
         for character in "\t;,":
             if has(character in line for line in lines):
@@ -266,12 +265,12 @@ def _split(line: str, delimiter: str | None, *, headings: bool = False) -> list[
 
 
 def from_text(path: Path, columns: Sequence[str | int], *, missing: bool = False) -> dict[str | int, Column]:
-    """Read columns by heading or number; a unit stands in the heading or in a row of its own; empty fields may be NaN.
+    """Read columns by heading or number; units are in the headings or in a row of their own.
 
     Raises
     ------
     DataFileError
-        If the file is no text or no table, lacks a column, or a number in it is none.
+        If the file is no text or no table, lacks a column, or holds a field that is no number.
     """
     table = read_table(path, [column for column in columns if isinstance(column, str)])
     indices = [choose(path, table.headings, column, table.width) for column in columns]

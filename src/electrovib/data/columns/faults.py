@@ -1,4 +1,4 @@
-"""What may be wrong with a file, said in one sentence."""
+"""Faults of files, each stated in one sentence."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ DAMAGE: Final = (
     OSError, RuntimeError, ValueError, LookupError, TypeError, AttributeError, EOFError, MemoryError,
     ArithmeticError, SyntaxError, AssertionError, struct.error, tokenize.TokenError,
 )  # fmt: skip
-"""What NumPy, HDF5 and netCDF libraries raise at damaged files."""
+"""Exceptions that the NumPy, HDF5 and netCDF libraries raise for damaged files."""
 
 
 def check_file(path: Path) -> None:
-    """Refuse what is not an ordinary file with something in it.
+    """Refuse anything but an ordinary file that is not empty.
 
     Raises
     ------
     DataFileError
-        If it is missing, a folder, a device, empty or may not be read.
+        If the path is missing, a folder, a device or empty, or if reading is not permitted.
     """
     try:
         if path.is_dir():
@@ -42,6 +42,6 @@ def check_file(path: Path) -> None:
 
 
 def damaged(path: Path, what: str, error: BaseException) -> DataFileError:
-    """Make one sentence of what a library said about a damaged file."""
+    """Return the error for a damaged file, with the first line of the message of the library."""
     said = (str(error).splitlines() or [""])[0][:160] or type(error).__name__
     return DataFileError(f"is damaged or not {what} ({said}).", path=path)

@@ -1,4 +1,4 @@
-"""Which column is meant: headings, with or without a unit, and numbers."""
+"""Selection of columns by heading, with or without its unit, or by number."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _CLOSING = "])"
 
 
 def name_and_unit(heading: str) -> tuple[str, str]:
-    """Split ``time [us]``; brackets that are round or stand close may belong to the name instead."""
+    """Split a heading such as ``time [us]``; round brackets, or brackets without a blank, may belong to the name."""
     start = max(heading.rfind("["), heading.rfind("("))
     if start < 1 or heading[-1:] not in _CLOSING:
         return heading, ""
@@ -27,7 +27,7 @@ def name_and_unit(heading: str) -> tuple[str, str]:
 
 
 def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -> int:
-    """Find a column by its number, its heading, or its heading without the unit.
+    """Return the number of a column, found by number, by heading, or by heading without the unit.
 
     Raises
     ------

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def from_netcdf(path: Path, columns: Sequence[str | int]) -> dict[str | int, Column]:
-    """Read variables by name; their attribute ``units`` comes before a unit in the name.
+    """Read variables by name; their attribute ``units`` has priority over a unit in the name.
 
     Raises
     ------

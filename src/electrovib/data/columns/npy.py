@@ -28,7 +28,7 @@ def from_npy(path: Path, columns: Sequence[str | int]) -> dict[str | int, Column
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # NumPy warns of what it finds in a damaged header
-            array = np.lib.format.open_memmap(path, mode="r")  # needs no memory for a size that is a lie
+            array = np.lib.format.open_memmap(path, mode="r")  # needs no memory for a false size
     except DAMAGE as error:
         raise damaged(path, "a NumPy file of plain numbers", error) from None
     fields = array.dtype.names or ()

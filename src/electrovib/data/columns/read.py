@@ -1,4 +1,4 @@
-"""One call to read columns, in the format that the file name says."""
+"""Reading of columns in the format given by the suffix of the file name."""
 
 from __future__ import annotations
 
@@ -44,28 +44,28 @@ def read_columns(
     Parameters
     ----------
     path : Path
-        ``.csv``, ``.txt`` or ``.tsv`` (delimiter found, lines with ``#`` skipped, headings such as
-        ``time [us]`` or none), ``.npy`` (a row per sample, or a structured array), ``.nc`` (variables)
-        or ``.mat`` (``"name[3]"`` is column 3 of the array ``name``, ``"trial.force"`` a field of a struct; a number is
-        a column of the only array).
+        File: ``.csv``, ``.txt`` or ``.tsv`` (the delimiter is found, lines with ``#`` are skipped, headings such as
+        ``time [us]`` are optional), ``.npy`` (a row per sample, or a structured array), ``.nc`` (variables) or ``.mat``
+        (``"name[3]"`` is column 3 of the array ``name``, ``"trial.force"`` a field of a struct; a number is a column of the
+        only array).
     wanted : mapping
-        Parameter name to (heading or 0-based number, unit of the numbers where the file names none).
+        Parameter name to heading, or number starting at 0, and unit of the numbers if the file states none.
     missing : bool
-        Let NaN, infinities and empty fields of text, as NaN, pass instead of refusing the file.
+        Whether NaN, infinities and empty fields of text (as NaN) are accepted.
 
     Returns
     -------
-    dict of str to array
-        One-dimensional, SI, finite unless they may be missing, at least two values; keys as in `wanted`.
+    dict of str to ndarray
+        For each key of `wanted` a one-dimensional array in SI, of at least two values, finite unless `missing` is set.
 
     Raises
     ------
     DataFileError
-        In one sentence with file, line or row, and column, whatever is wrong with the file.
+        For any fault of the file, in one sentence with file, line or row, and column.
 
     Notes
     -----
-    A unit in the file overrides the one asked for, but it has to be of the same kind.
+    A unit in the file has priority over the one in `wanted`, and must be of the same kind.
     """
     check_file(path)
     reader = _READERS.get(path.suffix.lower())
@@ -74,6 +74,6 @@ def read_columns(
             f"columns are read from {', '.join(_READERS)}, not from '{path.suffix}'.", path=path
         )
     columns = [column for column, _ in wanted.values()]
-    # only text has fields with nothing in them
+    # only text has empty fields
     found = from_text(path, columns, missing=missing) if reader is from_text else reader(path, columns)
     return {name: found[column].in_si(path, unit, missing=missing) for name, (column, unit) in wanted.items()}

@@ -1,7 +1,7 @@
-"""The elements of a MATLAB file of version 5 (saved with -v6 or -v7): numbers and texts, every length checked.
+"""Numbers and texts of a MATLAB file of version 5 (saved with -v6 or -v7), with every length checked.
 
-Written after the published description of the format, because the common reader can crash the interpreter at a
-damaged file: here nothing is taken for an offset or a size before it has been compared with the bytes there are.
+Written after the published description of the format, because the usual reader can crash the interpreter with a damaged
+file; here every offset and size is compared with the number of bytes before it is used.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ _COMPLEX: Final = 0x0800
 _PEEK: Final = 4096
 """Bytes in which flags, sizes and name of a variable must lie."""
 _LONGEST_NAME: Final = 4096
-"""Bytes that a field's name may be said to need."""
+"""Largest declared length of the name of a field [bytes]."""
 _MOST_FIELDS: Final = 100_000
 _TEXTS: Final = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
-"""Element types that hold characters, and how they are written."""
+"""Element types that hold characters, and their encodings."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,17 +51,17 @@ class Mat5Variable:
     Parameters
     ----------
     name, kind : str
-        As MATLAB says them; of a field, with the path to it.
+        Name, or path of a field, and class, as in MATLAB.
     shape : tuple of int
-        Rows, columns and so on; empty for an object, which has none in the file.
+        Number of rows, columns and so on; empty for an object, for which the file states none.
     numeric : bool
         Whether it is a real numeric array.
     start, size : int
-        Its element in the file, or of a field in the unpacked variable [bytes].
+        Position of its element in the file, or of a field in the unpacked variable [bytes].
     compressed : bool
         Whether it was saved with -v7.
     within : memoryview, optional
-        Of a field: where `start` counts from.
+        For a field, the bytes to which `start` refers.
     """
 
     name: str
@@ -93,12 +93,12 @@ class Mat5:
         self.unfolded = 0
 
     def variables(self) -> list[Mat5Variable]:
-        """List what the file holds.
+        """List the variables of the file.
 
         Raises
         ------
         DataFileError
-            If an element stands where a variable is due.
+            If there is another element where a variable must be.
         """
         found, place = [], _HEADER
         while place < len(self.raw):
@@ -113,7 +113,7 @@ class Mat5:
         return [variable for variable in found if variable.name]
 
     def fields(self, variable: Mat5Variable) -> list[Mat5Variable]:
-        """List the fields of a struct by their path, ``"name.field"``; of an array of structs there are none.
+        """List the fields of a struct by their path, ``"name.field"``; empty for an array of structs.
 
         Raises
         ------
@@ -158,11 +158,11 @@ class Mat5:
         return found
 
     def values(self, variable: Mat5Variable) -> NDArray[np.float64]:
-        """Read a numeric variable or field, shaped as MATLAB shows it."""
+        """Read a numeric variable or field, in the shape that MATLAB shows."""
         return self._numbers(variable, self._content(variable))
 
     def complex_values(self, variable: Mat5Variable) -> NDArray[np.complex128]:
-        """Read a complex variable, shaped as MATLAB shows it."""
+        """Read a complex variable, in the shape that MATLAB shows."""
         content = self._content(variable)
         whole = np.empty(variable.shape, np.complex128, order="F")
         whole.real, whole.imag = self._numbers(variable, content), self._numbers(variable, content)
@@ -184,7 +184,7 @@ class Mat5:
         return bytes(data).decode(encoding + order)
 
     def _content(self, variable: Mat5Variable) -> Iterator[tuple[int, memoryview]]:
-        """Go through the parts of a variable that follow its flags, sizes and name."""
+        """Iterate over the parts of a variable after its flags, sizes and name."""
         parts = self._parts(self._body(variable))
         for _ in range(3):
             next(parts)
@@ -206,7 +206,7 @@ class Mat5:
         return values.astype(np.float64).reshape(variable.shape, order="F")
 
     def _body(self, variable: Mat5Variable) -> memoryview:
-        """Unpack a variable, or take a field out of what was unpacked."""
+        """Return the bytes of a variable, decompressed, or of a field of one."""
         place = slice(variable.start, variable.start + variable.size)
         if variable.within is not None:
             return variable.within[place]
@@ -277,19 +277,19 @@ class Mat5:
         )
 
     def _parts(self, body: memoryview, *, whole: bool = True) -> Iterator[tuple[int, memoryview]]:
-        """Go through the parts of a variable; the last one may be cut off where only its beginning is here."""
+        """Iterate over the parts of a variable; the last may be incomplete if only its beginning was read."""
         for kind, start, size in self._places(body, whole=whole):
             yield kind, body[start : start + size]
 
     def _places(self, body: memoryview, *, whole: bool = True) -> Iterator[tuple[int, int, int]]:
-        """Type, start and size of the parts of a variable."""
+        """Iterate over type, start and size of the parts of a variable."""
         place = 0
         while True:
             kind, start, size, place = self._tag(body, place, whole=whole)
             yield kind, start, size
 
     def _tag(self, body: memoryview, place: int, *, whole: bool = True) -> tuple[int, int, int, int]:
-        """Read type, start, size of an element and where the next one begins."""
+        """Return type, start and size of an element, and the start of the next one."""
         if place + 8 > len(body):
             raise self._damaged(f"cut short: {place + 8 - len(body)} bytes of an element are missing")
         kind, size = struct.unpack_from(f"{self.order}II", body, place)
@@ -305,7 +305,7 @@ class Mat5:
         return kind, start, size, start + size + padding
 
     def _inflated(self, start: int, size: int, count: int, *, whole: bool = False) -> bytes:
-        """Unpack the first bytes of a compressed element; to the end, with its checksum, if it is asked whole."""
+        """Decompress the first bytes of an element, or all of it with its checksum if `whole` is set."""
         packed = zlib.decompressobj()
         try:
             content = packed.decompress(self.raw[start : start + size], count)

@@ -11,7 +11,7 @@ import numpy as np
 from electrovib.core.allowance import content_allowed, megabytes
 from electrovib.core.errors import DataFileError
 from electrovib.data.guarded import Reader
-from electrovib.data.readers.mat_choice import Known, chosen, on_the_way
+from electrovib.data.readers.mat_choice import Known, chosen, structs_on_path
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
@@ -25,17 +25,17 @@ _COMPLEX: Final = ("real", "imag")
 
 
 def reader(function: str) -> Reader:
-    """Name a function of this module as the reader of a file."""
+    """Return a function of this module as a reader."""
     return Reader(f"{__name__}:{function}", ("h5py",), "a MATLAB file")
 
 
 def one_array(path: Path, wanted: str) -> Iterator[tuple[str, NDArray[np.float64]]]:
-    """Yield the one real array that is meant, as HDF5 has it."""
+    """Yield the selected real array, in the order of HDF5."""
     import h5py
 
     with h5py.File(path, "r") as file:
         known = _members(file)
-        for name in on_the_way(wanted, known):
+        for name in structs_on_path(wanted, known):
             # a sparse matrix or an object is a group too, but its parts are no fields
             if known[name][0] == "struct":
                 known |= _members(file[name.replace(".", "/")], f"{name}.")
@@ -45,7 +45,7 @@ def one_array(path: Path, wanted: str) -> Iterator[tuple[str, NDArray[np.float64
 
 
 def whole_variables(path: Path, names: Collection[str]) -> Iterator[tuple[str, NDArray[Any] | str]]:
-    """Yield real and complex arrays, as HDF5 has them, and rows of characters; other kinds are left out."""
+    """Yield real and complex arrays, in the order of HDF5, and rows of characters; other kinds are omitted."""
     import h5py
 
     with h5py.File(path, "r") as file:
@@ -76,12 +76,12 @@ def _check_size(path: Path, name: str, entry: h5py.Dataset, each: int) -> None:
 
 
 def _is_own(data: h5py.Dataset) -> bool:
-    """Tell whether the numbers lie in this file, and not in another one, which could be any of this computer."""
+    """Return whether the numbers are in this file, and not in another one, which could be any file of the computer."""
     return not data.is_virtual and not data.external and "MATLAB_empty" not in data.attrs
 
 
 def _members(group: h5py.Group, prefix: str = "") -> Known:
-    """List the members of a file of version 7.3 or of a struct in it; what lies in other files is not followed."""
+    """List the members of a file of version 7.3 or of a struct in it; links to other files are not followed."""
     import h5py
 
     known: Known = {}

@@ -1,4 +1,4 @@
-"""Which variable of a MATLAB file is meant, or which there are."""
+"""Selection of a variable of a MATLAB file by name."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 Known: TypeAlias = dict[str, tuple[str, tuple[int, ...], bool]]
-"""Name of a variable or path of a field to its kind, its shape and whether it is a real numeric array."""
+"""Maps the name of a variable, or the path of a field, to its kind, its shape and whether it is a real numeric array."""
 
 
-def on_the_way(wanted: str, known: Mapping[str, object]) -> Iterator[str]:
-    """Go through the structs on the path to a field, and to the last one, whose fields a message may list."""
+def structs_on_path(wanted: str, known: Mapping[str, object]) -> Iterator[str]:
+    """Iterate over the known structs on the path to a field, including the last, whose fields a message may list."""
     parts = wanted.split(".")
     for depth in range(1, len(parts) + 1):
         if (name := ".".join(parts[:depth])) in known:
@@ -23,12 +23,12 @@ def on_the_way(wanted: str, known: Mapping[str, object]) -> Iterator[str]:
 
 
 def chosen(path: Path, wanted: str, known: Known) -> str:
-    """Find the variable that is meant, or say which there are.
+    """Return the name of the selected variable, or refuse with a list of what there is.
 
     Raises
     ------
     DataFileError
-        If there is no variable, none of that name, several to choose from, or the one meant is no real numeric array.
+        If there is no variable, none of that name, more than one to choose from, or if it is no real numeric array.
     """
 
     def listed(names: Sequence[str]) -> str:
@@ -40,7 +40,7 @@ def chosen(path: Path, wanted: str, known: Known) -> str:
     outside = [name for name in known if "." not in name]
     if wanted:
         if wanted not in known:
-            above = next((name for name in reversed(list(on_the_way(wanted, known)))), "")
+            above = next((name for name in reversed(list(structs_on_path(wanted, known)))), "")
             if above and not (inside := _fields(known, above)):
                 raise DataFileError(
                     f"'{wanted}' cannot be reached, {_unreachable(above, *known[above][:2])}", path=path
@@ -74,13 +74,13 @@ def _described(name: str, kind: str, shape: tuple[int, ...]) -> str:
 
 
 def _fields(known: Known, name: str) -> list[str]:
-    """Paths of the fields of a struct."""
+    """Return the paths of the fields of a struct."""
     depth = name.count(".") + 1
     return [path for path in known if path.startswith(f"{name}.") and path.count(".") == depth]
 
 
 def _unreachable(name: str, kind: str, shape: tuple[int, ...]) -> str:
-    """Say why what is on the way to a field has no fields here."""
+    """Return why an entry on the path to a field has no fields."""
     if kind.startswith("object of class"):
         return f"because '{name}' is an {kind}: only MATLAB reads it; save its numbers there as arrays."
     if kind == "struct" and any(size != 1 for size in shape):

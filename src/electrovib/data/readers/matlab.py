@@ -11,7 +11,7 @@ from electrovib.data.columns.faults import DAMAGE, check_file, damaged
 from electrovib.data.guarded import read_guarded
 from electrovib.data.readers import mat73
 from electrovib.data.readers.mat5 import Mat5
-from electrovib.data.readers.mat_choice import chosen, on_the_way
+from electrovib.data.readers.mat_choice import chosen, structs_on_path
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -29,20 +29,20 @@ def read_matlab(path: Path, variable: str = "") -> NDArray[np.float64]:
     Parameters
     ----------
     path : Path
-        Saved by MATLAB with ``-v6``, ``-v7`` or ``-v7.3``, or by another program in these formats.
+        File saved by MATLAB with ``-v6``, ``-v7`` or ``-v7.3``, or by another program in these formats.
     variable : str
-        Its name, or the path of a field of a struct, ``"trial.force"``; may be left out if the file holds only one
+        Name of the array, or path of a field of a struct, ``"trial.force"``; may be omitted if the file holds only one
         real numeric array that is no single number.
 
     Returns
     -------
-    ndarray
-        Shaped as MATLAB shows it, whatever type the numbers are stored in.
+    values : ndarray
+        Array in the shape that MATLAB shows, converted to float.
 
     Raises
     ------
     DataFileError
-        If the file is damaged, of another format, or has no such array: the message lists what it has.
+        If the file is damaged, of another format, or has no such array; the message lists what it has.
     """
     version = _version_73 if _is_version_73(path) else _version_5
     try:
@@ -59,12 +59,12 @@ def read_variables(path: Path, names: Collection[str]) -> dict[str, NDArray[Any]
     path : Path
         As for `read_matlab`.
     names : collection of str
-        Those that are wanted.
+        Names of the variables.
 
     Returns
     -------
     dict of str to ndarray or str
-        Those of them that the file has; arrays shaped as MATLAB shows them.
+        Those of them that the file has; arrays in the shape that MATLAB shows.
 
     Raises
     ------
@@ -93,14 +93,14 @@ def from_matlab(path: Path, columns: Sequence[str | int]) -> dict[str | int, Col
     path : Path
         As for `read_matlab`.
     columns : sequence of str or int
-        ``"name[3]"`` is column 3, 0 first, of the array ``name``; ``"name"`` an array of one row or column; a
+        ``"name[3]"`` is column 3 (counted from 0) of the array ``name``; ``"name"`` an array of one row or column; a
         number is a column of the only array in the file. A field of a struct is named by its path, ``"trial.force"``.
         A unit may follow: ``"name[3] [us]"``.
 
     Returns
     -------
-    dict
-        Of the columns asked for.
+    dict of str or int to Column
+        Each of the requested columns.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def from_matlab(path: Path, columns: Sequence[str | int]) -> dict[str | int, Col
 
 
 def _of(path: Path, name: str, array: NDArray[np.float64], number: int | None) -> NDArray[np.float64]:
-    """Take a column of an array."""
+    """Return a column of an array."""
     called = f"'{name}'" if name else "the array"
     shape = " x ".join(map(str, array.shape))
     if number is None:
@@ -157,7 +157,7 @@ def _of(path: Path, name: str, array: NDArray[np.float64], number: int | None) -
 def _version_5(path: Path, wanted: str) -> NDArray[np.float64]:
     file = Mat5(path, path.read_bytes())
     entries = {variable.name: variable for variable in file.variables()}
-    for name in on_the_way(wanted, entries):
+    for name in structs_on_path(wanted, entries):
         entries |= {field.name: field for field in file.fields(entries[name])}
     known = {name: (entry.kind, entry.shape, entry.numeric) for name, entry in entries.items()}
     return file.values(entries[chosen(path, wanted, known)])

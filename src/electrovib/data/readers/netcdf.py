@@ -1,4 +1,4 @@
-"""The variables of a netCDF file: version 4 (HDF5) and the classic version; to be called in a guarded process."""
+"""Variables of a netCDF file of version 4 (HDF5) or of the classic version; to be called in a guarded process."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _OF_THE_FORMAT: Final = {
     "CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST", "DIMENSION_LABELS", "_Netcdf4Dimid", "_Netcdf4Coordinates",
     "_nc3_strict", "_NCProperties",
 }  # fmt: skip
-"""Attributes with which the format keeps its own books."""
+"""Attributes that the format itself needs."""
 _NO_VARIABLE: Final = "This is a netCDF dimension but not a netCDF variable"
 
 
@@ -38,17 +38,17 @@ class NetcdfVariable:
     Parameters
     ----------
     shape : tuple of int
-        Its size in each dimension.
+        Size in each dimension.
     dtype : dtype
-        Of its numbers; ``object`` for texts.
+        Type of the numbers; ``object`` for texts.
     attributes : mapping
         Texts and numbers.
     dimensions : callable
-        Gives the names of its dimensions.
+        Returns the names of the dimensions.
     read : callable
-        Gives its numbers, or its texts as nested lists.
+        Returns the numbers, or the texts as nested lists.
     refusal : str
-        Why it may not be read; empty if it may.
+        Reason why the variable must not be read; empty if it may be read.
     """
 
     shape: tuple[int, ...]
@@ -60,7 +60,7 @@ class NetcdfVariable:
 
 
 def reader(path: Path, function: str) -> Reader:
-    """Name a function of this module as the reader of a file, with the library that the file needs."""
+    """Return a function of this module as a reader, with the library that the file needs."""
     with path.open("rb") as file:
         needs = ("scipy.io",) if file.read(3) == _CLASSIC else ("h5py",)
     return Reader(f"{__name__}:{function}", needs, "a netCDF file")
@@ -72,7 +72,7 @@ def columns(path: Path, wanted: Sequence[str | int]) -> Iterator[tuple[str, Any]
     Raises
     ------
     DataFileError
-        If a column is asked for by its number.
+        If a column is requested by its number.
     """
     with _opened(path) as (variables, _):
         for column in wanted:
@@ -92,7 +92,7 @@ def columns(path: Path, wanted: Sequence[str | int]) -> Iterator[tuple[str, Any]
 
 
 def everything(path: Path) -> Iterator[tuple[str, Any]]:
-    """Yield the attributes, then of each variable its dimensions and attributes and its values."""
+    """Yield the attributes of the file, and for each variable its dimensions, attributes and values."""
     with _opened(path) as (variables, attributes):
         yield "attributes", attributes
         for name, variable in variables.items():
@@ -109,11 +109,11 @@ def _allowed(path: Path, variable: NetcdfVariable) -> NetcdfVariable:
 
 
 def _whole(path: Path, name: str, variable: NetcdfVariable) -> NDArray[Any] | list[Any] | str:
-    """Read a variable once it is known to fit."""
+    """Read a variable after its declared size has been checked."""
     declared, size = math.prod(variable.shape) * variable.dtype.itemsize, path.stat().st_size
     if declared > content_allowed(size):
         raise DataFileError(
-            f"is damaged, or packed too tightly: '{name}' is said to hold {megabytes(declared)} in a file of"
+            f"is damaged, or packed too tightly: '{name}' declares {megabytes(declared)} in a file of"
             f" {megabytes(size)}. If it is whole, save it without compression.",
             path=path,
         )
@@ -139,7 +139,7 @@ def _classic(path: Path) -> Iterator[tuple[dict[str, NetcdfVariable], dict[str, 
 
 def _of_classic(entry: Any) -> NetcdfVariable:
     dtype = np.dtype(object) if entry.data.dtype.kind == "S" else entry.data.dtype
-    attributes = {key: _plain(value) for key, value in entry._attributes.items()}  # noqa: SLF001  # its only way
+    attributes = {key: _plain(value) for key, value in entry._attributes.items()}  # noqa: SLF001  # there is no other access
     return NetcdfVariable(
         shape=tuple(entry.shape),
         dtype=dtype,
@@ -168,7 +168,7 @@ def _hdf5(path: Path) -> Iterator[tuple[dict[str, NetcdfVariable], dict[str, Any
 
 
 def _elsewhere(name: str) -> NetcdfVariable:
-    """Stand for numbers in another file, which could be any file of this computer."""
+    """Return a variable that refuses to be read, for numbers in another file, which could be any file of the computer."""
     refusal = f"'{name}' is a link to another place, which is not followed; copy its numbers into this file."
     return NetcdfVariable(
         shape=(), dtype=np.dtype(object), attributes={}, dimensions=list, read=str, refusal=refusal
@@ -203,14 +203,14 @@ def _dataset(file: h5py.File, name: str, entry: h5py.Dataset) -> NetcdfVariable:
 
 
 def _dimensions(file: h5py.File, name: str, entry: h5py.Dataset) -> list[str]:
-    """Names of the dimensions: those of the scales attached, or its own if it is one."""
+    """Return the names of the dimensions: those of the attached scales, or its own if the variable is a scale."""
     if "DIMENSION_LIST" in entry.attrs:
         scales = [file[references[0]] for references in entry.attrs["DIMENSION_LIST"]]
         found = [str(scale.name).rpartition("/")[2] for scale in scales]
     else:
         found = [name] * len(entry.shape)
     if len(found) != len(entry.shape) or len(set(found)) != len(found):
-        raise ValueError(f"the dimensions of '{name}' are not told")
+        raise ValueError(f"the dimensions of '{name}' are not declared")
     return found
 
 
@@ -219,7 +219,7 @@ def _attributes(owner: h5py.Dataset | h5py.File) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Give an attribute as a text, a number or a list."""
+    """Return an attribute as a text, a number or a list."""
     if isinstance(value, (str, bytes)):
         return _text(value)
     if isinstance(value, (np.ndarray, np.generic)) and np.asarray(value).dtype.kind in "fiubSUO":
@@ -231,7 +231,7 @@ def _plain(value: Any) -> Any:
 
 
 def _text(value: str | bytes) -> str:
-    """Decode a text; what is no UTF-8 becomes a sign for that."""
+    """Decode a text; bytes that are no UTF-8 become replacement characters."""
     raw = value.encode("utf-8", "surrogateescape") if isinstance(value, str) else bytes(value)
     return raw.decode("utf-8", "replace")
 

@@ -1,4 +1,4 @@
-"""A Trace on disk, without loss: netCDF, CSV with one dimension a file, or MATLAB."""
+"""Lossless storage of a Trace: netCDF, CSV with one file per dimension, or MATLAB."""
 
 from electrovib.data.traces.comma_separated import TABLES as TABLES
 from electrovib.data.traces.comma_separated import csv_files as csv_files

@@ -1,4 +1,4 @@
-"""A Trace as CSV, without loss, with one dimension a file; a sweep with one row for each case."""
+"""Lossless storage of a Trace as CSV, one file per dimension; of a sweep, one row per case."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ TABLES: Final = ("time", "frequency")
 """Dimensions that a CSV file may run over, the one of the main file first."""
 
 CASES: Final = "case"
-"""What the table of a sweep runs over: every combination of its parameters."""
+"""Dimension of the table of a sweep: every combination of its parameters."""
 
 _BLOCK: Final = 65536
 _MOST_LAYERS: Final = 1000
 
 
 def csv_files(sizes: Mapping[Any, int], path: Path) -> dict[Path, str]:
-    """Tell which CSV files a Trace of these sizes makes, and what each runs over.
+    """Return the CSV files of a Trace of these sizes, each with the dimension of its table.
 
     Raises
     ------
@@ -58,26 +58,26 @@ def csv_files(sizes: Mapping[Any, int], path: Path) -> dict[Path, str]:
 
 
 def csv_forms(files: Iterable[Path]) -> dict[Path, Form]:
-    """Tell what each of the files of `csv_files` is: the first has what is needed to read the other."""
+    """Return the form of each of the files of `csv_files`: the first holds what is needed to read the other."""
     return {file: Form.CSV_PART if number else Form.CSV for number, file in enumerate(files)}
 
 
 def save_csv(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
-    """Write a Trace as CSV: one file over time, another over frequency; a sweep as one row for each case.
+    """Write a Trace as CSV: one file over time, another over frequency; of a sweep, one row for each case.
 
     Parameters
     ----------
     trace : xarray.Dataset
-        A Trace, or a sweep without records; units are stamped again.
+        Trace, or sweep without records; its units are set again.
     path : Path
-        The main file, over time where there is time.
+        Main file, over time if the Trace has a time.
     force : bool
         Whether files that we did not write may be replaced.
 
     Returns
     -------
     list of Path
-        The files; all are complete before the first takes its place.
+        Files written; all are complete before the first is moved into place.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def save_csv(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
 
     Notes
     -----
-    A column per layer; complex numbers as two columns; each number with the digits that give the float back.
+    One column per layer, two for complex numbers; each number has the digits that restore the float exactly.
     """
     stored = prepared(trace, path)
     files = csv_files(stored.sizes, path)
@@ -122,7 +122,7 @@ def _json(content: Mapping[str, Any]) -> str:
 
 
 def _entries(structure: Mapping[str, Any], over: str) -> list[Any]:
-    """List the variables over one dimension, itself first."""
+    """List the variables over one dimension, beginning with its coordinate."""
     if over == CASES:  # the parameters first
         found = [entry for entry in structure["variables"] if "values" not in entry]
         return sorted(found, key=lambda entry: not entry["coordinate"])
@@ -131,7 +131,7 @@ def _entries(structure: Mapping[str, Any], over: str) -> list[Any]:
 
 
 def _headings(structure: Mapping[str, Any], entry: Mapping[str, Any]) -> list[str]:
-    """Name the columns of a variable: ``field[gap] [V/m]``, ``impedance.real [ohm]``."""
+    """Return the headings of a variable: ``field[gap] [V/m]``, ``impedance.real [ohm]``."""
     labels = [""]
     if "layer" in entry["dims"]:
         listed = [e["values"][0] for e in structure["variables"] if e["name"] == "layer" and "values" in e]
@@ -160,7 +160,7 @@ def _write_table(out: TextIO, trace: xarray.Dataset, structure: Mapping[str, Any
 
 
 def _of_every_case(trace: xarray.Dataset, name: str) -> NDArray[np.float64]:
-    """Repeat a variable along the parameters that it does not run over."""
+    """Repeat a variable along the parameters on which it does not depend."""
     variable = trace[name]
     shape = [trace.sizes[dim] if dim in variable.dims else 1 for dim in trace.sizes]
     ordered = variable.transpose(*(dim for dim in trace.sizes if dim in variable.dims)).values
@@ -173,12 +173,12 @@ def load_csv(path: Path) -> xarray.Dataset:
     Parameters
     ----------
     path : Path
-        The main file, written by `save_csv`.
+        Main file, written by `save_csv`.
 
     Returns
     -------
     xarray.Dataset
-        Identical to what was saved.
+        Trace, identical to the one that was saved.
 
     Raises
     ------
@@ -206,7 +206,7 @@ def load_csv(path: Path) -> xarray.Dataset:
 
 
 def _read_other(file: Path, main: Path, same_save: object) -> TextTable:
-    """Read the file that was saved together with the main one, or what a process killed in between left of it."""
+    """Read the file saved together with the main one, or the temporary file left by a process killed in between."""
     note_input(file)
     if file.exists():
         table, about = _read_part(file)
@@ -223,7 +223,7 @@ def _read_other(file: Path, main: Path, same_save: object) -> TextTable:
 
 
 def _read_part(path: Path) -> tuple[TextTable, dict[str, Any]]:
-    """Split a file into its table and the comments before it."""
+    """Return the table of a file and the comments before it."""
     check_file(path)
     with path.open("rb") as file:
         if file.readline(len(FORMAT) + 4).decode(errors="replace").strip() != f"# {FORMAT}":
@@ -277,7 +277,7 @@ def _read_arrays(table: TextTable, structure: Mapping[str, Any], over: str) -> d
 def _of_one_variable(
     column: NDArray[np.float64], sizes: Mapping[str, int], dims: list[str]
 ) -> NDArray[np.float64]:
-    """Take a variable back from its column: its first value along every parameter that it does not run over."""
+    """Restore a variable from its column: the first value along every parameter on which it does not depend."""
     whole = column.reshape(list(sizes.values()))
     taken = whole[tuple(slice(None) if dim in dims else 0 for dim in sizes)]
     kept = [dim for dim in sizes if dim in dims]

@@ -1,4 +1,4 @@
-"""A Trace as a MATLAB file, without loss."""
+"""Lossless storage of a Trace as a MATLAB file."""
 
 from __future__ import annotations
 
@@ -41,16 +41,16 @@ def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
     Parameters
     ----------
     trace : xarray.Dataset
-        Any Trace; units are stamped again.
+        Any Trace; its units are set again.
     path : Path
-        The output, version 5 of the format, compressed unless that would be too tight; replaced as a whole.
+        Output in version 5 of the format, compressed unless the reader would refuse the ratio; replaced as a whole.
     force : bool
         Whether a file that we did not write may be replaced.
 
     Returns
     -------
     list of Path
-        The file.
+        File written.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
     Notes
     -----
     Names become MATLAB names (``drive.rise`` is ``drive_rise``). Beside the signals the file has the structs
-    ``units`` and ``dimensions`` with a text per variable, and the JSON text ``trace_json`` with all the rest:
+    ``units`` and ``dimensions`` with a text per variable, and the JSON text ``trace_json`` with everything else, such as
     ``jsondecode(trace_json).attributes.scenario``.
     """
     import scipy.io
@@ -86,7 +86,7 @@ def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
             scipy.io.savemat(file, content, do_compression=packed, long_field_names=True, oned_as="column")
             if stored.nbytes <= content_allowed(file.tell()):
                 break
-            file = io.BytesIO()  # numbers that are all alike, packed more tightly than a reader lets pass
+            file = io.BytesIO()  # equal numbers, compressed more than the reader accepts
     except (ValueError, TypeError, struct.error, OverflowError, scipy.io.matlab.MatWriteError) as error:
         raise InputError(
             f"this Trace does not fit into a .mat file ({error}); save as .nc.", path=path
@@ -99,7 +99,7 @@ def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
 
 
 def matlab_names(names: Iterable[str]) -> dict[str, str]:
-    """Give each name a MATLAB variable name of its own.
+    """Assign a unique MATLAB variable name to each name.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def matlab_names(names: Iterable[str]) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        Letters, digits and underscores, at most 63, a letter first, no keyword, no two alike.
+        Name to variable name: at most 63 letters, digits and underscores, beginning with a letter, no keyword.
     """
     found: dict[str, str] = {}
     for name in names:
@@ -128,12 +128,12 @@ def load_mat(path: Path) -> xarray.Dataset:
     Parameters
     ----------
     path : Path
-        Written by `save_mat`; one saved again by MATLAB with ``-v6``, ``-v7`` or ``-v7.3`` is fine too.
+        File written by `save_mat`, or saved again by MATLAB with ``-v6``, ``-v7`` or ``-v7.3``.
 
     Returns
     -------
     xarray.Dataset
-        Identical to what was saved.
+        Trace, identical to the one that was saved.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def load_mat(path: Path) -> xarray.Dataset:
 
     Notes
     -----
-    Compressed variables carry a checksum, which is compared.
+    The checksums of compressed variables are verified.
     """
     text = read_variables(path, ["trace_json"]).get("trace_json", "{}")
     try:
@@ -160,7 +160,7 @@ def _arrays(path: Path, about: dict[str, Any]) -> dict[str, NDArray[Any]]:
     found = read_variables(path, list(named.values()))
     complex_ones = {entry["name"] for entry in entries if entry["kind"] == "complex"}
     arrays = {name: np.asarray(found[own]) for name, own in named.items()}
-    return {  # what happens to be real is saved as real
+    return {  # MATLAB saves complex numbers without imaginary part as real ones
         name: values.astype(np.complex128) if name in complex_ones else values
         for name, values in arrays.items()
     }

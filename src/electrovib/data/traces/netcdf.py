@@ -1,4 +1,4 @@
-"""A Trace as netCDF, without loss."""
+"""Lossless storage of a Trace as netCDF."""
 
 from __future__ import annotations
 
@@ -30,26 +30,26 @@ def save_nc(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[P
     Parameters
     ----------
     trace : xarray.Dataset
-        Any Trace; units are stamped again.
+        Any Trace; its units are set again.
     path : Path
-        The output; replaced as a whole.
+        Output; replaced as a whole.
     force : bool
         Whether a file that we did not write may be replaced.
 
     Returns
     -------
     list of Path
-        The file.
+        File written.
 
     Raises
     ------
     InputError
-        If the file cannot be written, would replace one that is not ours, or the Trace holds what netCDF cannot.
+        If the file cannot be written, would replace one that is not ours, or if netCDF cannot hold the Trace.
 
     Notes
     -----
-    Texts too long for an attribute become scalar variables ``long_attribute_0``, ... . The file is made in memory:
-    the HDF5 library ends the interpreter where a disk is full.
+    Texts too long for an attribute become scalar variables ``long_attribute_0``, ... . The file is built in memory, because
+    the HDF5 library ends the interpreter if the disk is full.
     """
     stored = prepared(trace, path).drop_encoding()
     attributes, stored.attrs = stored.attrs, {WRITTEN_BY: unsigned(Form.NETCDF)}
@@ -84,12 +84,12 @@ def load_nc(path: Path) -> xarray.Dataset:
     Parameters
     ----------
     path : Path
-        Written by `save_nc`.
+        File written by `save_nc`.
 
     Returns
     -------
     xarray.Dataset
-        In memory, identical to what was saved.
+        Trace in memory, identical to the one that was saved.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def load_nc(path: Path) -> xarray.Dataset:
 
 
 def _as_saved(loaded: xarray.Dataset) -> xarray.Dataset:
-    """Undo what netCDF does to texts among the attributes."""
+    """Restore attributes that were stored as variables."""
     trace = loaded.drop_encoding()
     trace.attrs.pop(WRITTEN_BY, None)
     for name, variable in list(trace.variables.items()):

@@ -1,4 +1,4 @@
-"""One call to read a Trace, in the format that the file name says."""
+"""Reading of a Trace in the format given by the suffix of the file name."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ FORMATS: Final[dict[str, Callable[[Path], xarray.Dataset]]] = {
     ".csv": load_csv,
     ".mat": load_mat,
 }
-"""Suffix to reader."""
+"""Maps a suffix to its reader."""
 
 FORMER_ATTRIBUTES: Final = {"lamps": "validity"}
-"""What attributes of a Trace were called in files that were written earlier, and what they are called now."""
+"""Former names of attributes, as in files written by earlier versions, and the present ones."""
 
 
 Source = TypeVar("Source")
 
 
 def is_trace_file(source: object) -> bool:
-    """Tell from its name whether something is a file of a Trace."""
+    """Return whether something is, by its suffix, the name of a file of a Trace."""
     return isinstance(source, (str, os.PathLike)) and Path(source).suffix.lower() in FORMATS
 
 
 def open_if_trace(source: Source) -> Source | xarray.Dataset:
-    """Give the Trace of a file of a Trace, and anything else as it is."""
+    """Open a file of a Trace, and return anything else unchanged."""
     return open_trace(source) if is_trace_file(source) else source  # type: ignore[arg-type]  # it is a name
 
 
@@ -47,17 +47,17 @@ def open_trace(path: str | Path) -> xarray.Dataset:
     Parameters
     ----------
     path : str or Path
-        Written by `electrovib.save`: ``.nc``, ``.csv`` (the main file of one or two) or ``.mat``.
+        File written by `electrovib.save`: ``.nc``, ``.csv`` (the main file of one or two) or ``.mat``.
 
     Returns
     -------
     xarray.Dataset
-        In memory, identical to what was saved.
+        Trace in memory, identical to the one that was saved, with attributes by their present names.
 
     Raises
     ------
     DataFileError
-        If there is no such file, if it is damaged, or if it is not a Trace.
+        If there is no such file, if it is damaged, or if it holds no Trace.
     """
     place = Path(path)
     note_input(place)

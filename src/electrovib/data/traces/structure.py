@@ -1,4 +1,4 @@
-"""What every format of a Trace shares: units, attributes, and its structure as JSON."""
+"""Parts common to all formats of a Trace: units, attributes, and its structure as JSON."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 
 
 def not_a_trace(path: Path) -> DataFileError:
-    """Make the error for a file that holds something else."""
+    """Return the error for a file that holds no Trace."""
     return DataFileError(f"is not a Trace ('{FORMAT}'); was it written by another program?", path=path)
 
 
 def prepared(trace: xarray.Dataset, path: Path) -> xarray.Dataset:
-    """Stamp the units and check that attributes are texts and numbers.
+    """Return a copy with its units set, after checking that attributes are texts or numbers.
 
     Raises
     ------
     InputError
-        If an attribute is something else.
+        If an attribute is anything else.
     """
     stamped = stamp(trace)
     stamped.attrs = {"format": FORMAT, **trace.attrs}
@@ -51,7 +51,7 @@ def _plain(value: Any) -> Any:
 
 
 def structure_of(path: Path, trace: xarray.Dataset, elsewhere: Collection[str]) -> dict[str, Any]:
-    """Describe a prepared Trace for JSON, without the numbers that the file holds elsewhere.
+    """Describe a prepared Trace for JSON, without the numbers that are stored elsewhere in the file.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def structure_of(path: Path, trace: xarray.Dataset, elsewhere: Collection[str]) 
 def rebuilt(
     structure: Mapping[str, Any], attributes: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]
 ) -> xarray.Dataset:
-    """Make the Trace that `structure_of` described, from the numbers held elsewhere."""
+    """Rebuild the Trace that `structure_of` described, from the numbers stored elsewhere."""
     import xarray
 
     parts: dict[bool, dict[str, Any]] = {True: {}, False: {}}
@@ -95,7 +95,7 @@ def rebuilt(
 
 
 def joined(*, real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """Put complex numbers together; adding ``1j`` times a part would spread NaN and lose -0."""
+    """Combine real and imaginary parts; adding ``1j`` times a part would spread NaN and lose -0."""
     whole = np.empty(np.shape(real), np.complex128)
     whole.real, whole.imag = real, imaginary
     return whole

@@ -1,4 +1,4 @@
-"""What every skin and plane gives for figures 6 and 7, computed once: for rows, tables and figures."""
+"""Figures 6 and 7 for every skin, and for the Maxwell stress in leaky gaps, computed once for rows, tables and figures."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TrapeziumForce:
-    """What one skin or plane makes of figure 6.
+    """Figure 6 with one skin, or with the Maxwell stress in a leaky gap.
 
     Parameters
     ----------
     name : str
-        Of the skin or plane.
+        Of the skin or the gap.
     force : float
         Peak attraction with the ramp taken here [N].
     ramp : float
@@ -40,7 +40,7 @@ class TrapeziumForce:
 
 @dataclass(frozen=True)
 class Shape:
-    """What one skin makes of figure 7.
+    """Figure 7 with one skin.
 
     Parameters
     ----------
@@ -67,13 +67,13 @@ class Shape:
 
 
 def shape_of(material: Material) -> Shape:
-    """Measure figure 7 on a skin."""
+    """Compute rise and saturation of figure 7 for a skin."""
     return Shape(*compute.rise_and_saturation(material))
 
 
 @functools.cache
 def figure_6() -> tuple[TrapeziumForce, ...]:
-    """Compute figure 6 for every skin under the causal law, and for leaky gaps cut in the gap."""
+    """Compute figure 6 for every skin under the causal law, and for the Maxwell stress in leaky gaps."""
     return tuple(
         TrapeziumForce(
             name,
@@ -92,36 +92,38 @@ def figure_7() -> dict[str, Shape]:
 
 
 def tables(own: Tabulated | None) -> tuple[Table, ...]:
-    """Give what each skin and plane gives, and how far each skin can be believed."""
+    """Return the results for every skin, and the source status of every skin."""
     return _results(own), _skins(own)
 
 
 def _results(own: Tabulated | None) -> Table:
     shapes: Mapping[str, Shape] = figure_7()
-    lines = []
+    skins, lines = compute.force_skins(), []
     for case in figure_6():
         numbers = (f"{case.force / 1e-3:.3g}", f"{case.ramp / 1e-3:.3g}", f"{case.edges:.3g}")
-        lines.append((case.name, *numbers, *_shown(shapes.get(case.name))))
+        skin = skins.get(case.name)
+        lines.append((case.name, skin.status if skin else "", *numbers, *_shown(shapes.get(case.name))))
     if own is not None:
-        lines.append(("your table", "-", "-", "-", *_shown(shape_of(own))))
+        lines.append(("your table", "your own", "", "", "", *_shown(shape_of(own))))
     headings = (
-        "skin or plane",
-        "peak attraction, ramp of 36 ms [mN]",
+        "skin or leaky gap",
+        "source status",
+        "peak attraction [mN]",
         "ramp for 2.5 mN [ms]",
-        "force falling/rising",
+        "falling/rising",
         "figure 7: rise",
         "saturation",
-        "verdict on this skin",
+        "verdict",
     )
     caption = (
-        "Figure 6: 0 to 1000 V on the printed film, hold of 100 ms, neither ramp nor hold printed. Figure 7: rise ="
-        " F(10 kHz)/F(100 Hz), saturation = F(10 kHz)/largest F, on a coating of 1 um with eps 3.9, not printed."
+        "Figure 6 with ramps of 36 ms and a hold of 100 ms. Figure 7: rise = F(10 kHz)/F(100 Hz), saturation = F(10 kHz)/largest"
+        " F. Sources, notes and time constants of the skins: skins.csv"
     )
-    return Table("What every skin and plane gives", headings, tuple(lines), caption=caption)
+    return Table("Figures 6 and 7 by skin", headings, tuple(lines), caption=caption, id="by_skin")
 
 
 def _shown(shape: Shape | None) -> tuple[str, str, str]:
-    return ("-", "-", "-") if shape is None else (f"{shape.rise:.3g}", f"{shape.saturation:.2f}", shape.words)
+    return ("", "", "") if shape is None else (f"{shape.rise:.3g}", f"{shape.saturation:.2f}", shape.words)
 
 
 def _skins(own: Tabulated | None) -> Table:
@@ -131,8 +133,8 @@ def _skins(own: Tabulated | None) -> Table:
     ]
     if own is not None:
         lines.append(("your table", own.file, *_taus(own), "your own", ""))
-    headings = ("skin", "path", "tau 100 Hz [ms]", "1 kHz", "10 kHz", "source status", "what it is")
-    return Table("The skins used, and how far each can be believed", headings, tuple(lines))
+    headings = ("skin", "path", "tau at 100 Hz [ms]", "1 kHz", "10 kHz", "source status", "note")
+    return Table("Skins", headings, tuple(lines), id="skins", on_page=False)
 
 
 def _taus(material: Material) -> list[str]:

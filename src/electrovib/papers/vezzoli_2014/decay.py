@@ -1,4 +1,4 @@
-"""The paper's 7.7 ms against its 6 ms: one is calculated for a voltage or for a force, the other measured in a force."""
+"""The paper's 7.7 ms beside its 6 ms: one is calculated, for a voltage or a force; the other is measured in a force."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from electrovib.study.reproduction import Row, Table
 
 @dataclass(frozen=True)
 class DecayReading:
-    """One way to read a time that the paper prints.
+    """One reading of a time that the paper prints.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ MEASURED = DecayReading(
 
 
 def rows() -> tuple[Row, ...]:
-    """Give the time constants of the paper under both readings, and the check on which they stand."""
+    """Return the time constants of the paper under both readings, and the check that they rest on."""
     skins = {key: skin for key, skin in compute.all_skins().items() if key != "vezzoli_2014/point"}
     taus = sorted((float(time_constant(skin.material, 100.0)), skin.name) for skin in skins.values())
     (least, fastest), (most, slowest) = taus[0], taus[-1]
@@ -60,39 +60,39 @@ def rows() -> tuple[Row, ...]:
     simulated = compute.lateral_decay(compute.point(values.TAU_MODEL))
     film = 1 + values.insulator_capacitance() / values.skin_capacitance()
     return (
-        Row("tau_giraud", "7.7 ms calculated for Giraud's conditions, read as the time constant of the voltage, against"
-            " that of the cited skins at 100 Hz", values.TAU_MODEL / 1e-3, voltage, "ms", "open",
-            f"the cited skins reach from {fastest} to {slowest}. The paper prints neither the frequency of its eps 1560 nor a"
-            " resistivity: 5.57e5 ohm m is only 7.7 ms written otherwise"),
-        Row("tau_giraud_force", "the same 7.7 ms, read as the decay of the force, against that of the cited skins",
-            values.TAU_MODEL / 1e-3, force, "ms", "open",
-            "a force goes with the square of the voltage and decays in half its time constant, which is then"
-            f" {BY_FORCE.tau / 1e-3:.3g}"
-            " ms; the paper does not say which of the two its 7.7 ms is"),
-        Row("tau_giraud_measured", "decay of the lateral force measured by Giraud, against that of the cited skins",
+        Row("tau_giraud", "time constant of the voltage, cited skins at 100 Hz", values.TAU_MODEL / 1e-3, voltage, "ms", "open",
+            "The 7.7 ms calculated for Giraud's conditions, taken as the time constant of the voltage. The cited skins reach from"
+            f" {fastest} to {slowest}. The paper prints neither the frequency of its eps 1560 nor a resistivity: 5.57e5 ohm m is"
+            " computed from these 7.7 ms and is no independent value.", brief="frequency and resistivity not printed"),
+        Row("tau_giraud_force", "decay of the force, cited skins at 100 Hz", values.TAU_MODEL / 1e-3, force, "ms", "open",
+            "The same 7.7 ms, taken as the decay of the force. A force is proportional to the square of the voltage and decays in"
+            f" half its time constant, which is then {BY_FORCE.tau / 1e-3:.3g} ms; the paper does not state which of the two its"
+            " 7.7 ms is.", brief="if 7.7 ms is of the force"),
+        Row("tau_giraud_measured", "decay of the lateral force, cited skins at 100 Hz",
             values.DECAY_MEASURED / 1e-3, force, "ms", "open",
-            f"as a voltage these 6 ms are {MEASURED.tau / 1e-3:.3g} ms. A decay of the finger pulp of 4 ms (Pawluk and Howe"
-            " 1999) may be part of them"),
-        Row("tau_giraud_decay", "the same, against the paper's own model under both readings of its 7.7 ms",
+            f"Measured by Giraud. These 6 ms correspond to {MEASURED.tau / 1e-3:.3g} ms of the voltage. A decay of the finger"
+            " pulp of 4 ms (Pawluk and Howe 1999) may be part of them.", brief="skin of the subject not printed"),
+        Row("tau_giraud_decay", "decay of the lateral force, the paper's model",
             values.DECAY_MEASURED / 1e-3, (BY_VOLTAGE.decay / 1e-3, BY_FORCE.decay / 1e-3), "ms", "open",
-            "the paper sets 7.7 ms beside 6 ms. If 7.7 ms belongs to the voltage, the force of the model decays in"
-            f" {short:.2f} of"
-            f" the measured time; if it belongs to the force, in {long:.2f} of it. The paper does not say which"),
-        Row("force_decay_over_tau", "decay of the simulated lateral force after a step over the time constant of the voltage",
+            "The paper compares 7.7 ms with 6 ms. If 7.7 ms belongs to the voltage, the force of the model decays in"
+            f" {short:.2f} of the measured time; if it belongs to the force, in {long:.2f} of it. The paper does not state"
+            " which.", brief="7.7 ms of the voltage, or of the force"),
+        Row("force_decay_over_tau", "decay of the simulated lateral force over the time constant of the voltage",
             None, simulated / (values.TAU_MODEL * film), "1", "check",
-            "one half, because the force goes with the square of the voltage"),
+            "After a step. One half, because the force is proportional to the square of the voltage.",
+            brief="force ~ voltage squared"),
     )  # fmt: skip
 
 
 @functools.cache
 def table() -> Table:
-    """Carry both readings, and the measurement, through everything that the paper's time stands behind."""
+    """Return what follows from either reading of the paper's time, and from the measurement."""
     headings = (
         "reading",
         "voltage decays with [ms]",
         "force decays with [ms]",
-        "skin that would need it, at eps 1560 [ohm m]",
-        "leaking gap that would need it [ohm m]",
+        "skin that would need it, at eps 1560 [Ω m]",
+        "leaky gap that would need it [Ω m]",
         "ramp for 2.5 mN of attraction [ms]",
         "ramp for 2.5 mN of lateral force [ms]",
         "ramp for the measured 2 to 5 mN of lateral force [ms]",
@@ -112,14 +112,11 @@ def table() -> Table:
                 *(f"{low / 1e-3:.3g} to {high / 1e-3:.3g}" for low, high in ranges),
             )
         )
-    low, high = values.FRICTION
     return Table(
-        "Voltage or force: what the paper's time constant means",
+        "Voltage or force: what the paper's 7.7 ms may mean",
         headings,
         tuple(lines),
-        caption="An exponential voltage has a force that decays twice as fast. The paper compares its 7.7 ms with a lateral force"
-        " that decays in 6 ms: 3.85 against 6 ms as forces (7.7 against 12 ms as voltages) under the first reading, 7.7 against"
-        f" 6 ms (15.4 against 12 ms) under the second. Lateral forces are divided by a coefficient of friction of {low:g} to"
-        f" {high:g}, a choice of ours: the paper prints none. With one relaxation time every ramp, resistivity"
-        " and leak grows in proportion to it; a dispersive skin has no single one.",
+        caption="The force decays twice as fast as the voltage.",
+        id="decay_readings",
+        shown=(0, 1, 2, 4, 5),
     )

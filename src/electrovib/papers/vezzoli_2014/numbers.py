@@ -1,4 +1,4 @@
-"""Every number the paper states, against ours, with what can and cannot be concluded."""
+"""Every number that the paper states beside ours, with what can be concluded from it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from electrovib.study.reproduction import Row
 
 @functools.cache
 def rows() -> tuple[Row, ...]:
-    """Give all rows, in the paper's order."""
+    """Return all rows, in the order of the paper."""
     return (
         *_capacitances(),
         *_equations(),
@@ -35,15 +35,15 @@ def _capacitances() -> tuple[Row, ...]:
     film, skin = values.insulator_capacitance(), values.skin_capacitance()
     return (
         Row("C_i", "capacitance of the insulator", 32.0, film / 1e-12, "pF", "reproduced",
-            "the paper cuts 32.96 off; rounding gives 33"),
+            "The paper truncates 32.96; rounding gives 33.", brief="truncated in the paper"),
         Row("C_sc", "capacitance of the stratum corneum", 6.9, skin / 1e-9, "nF", "reproduced", ""),
         Row("capacitance_ratio", "C_sc over C_i", None, skin / film, "1", "consistent",
-            "so tau = C_sc R_sc is within 0.5 % of (C_i + C_sc) R_sc on this film", "C_sc >> C_i"),
+            "Hence tau = C_sc R_sc is within 0.5 % of (C_i + C_sc) R_sc on this film.", "C_sc >> C_i", brief="large"),
     )  # fmt: skip
 
 
 def _equations() -> tuple[Row, ...]:
-    """Check equations (2) to (5) on the solved stack of film and skin, which knows nothing of them."""
+    """Check equations (2) to (5) against the solved stack of film and skin, which does not use them."""
     film, skin = values.insulator_capacitance(), values.skin_capacitance()
     resistance = values.SKIN_THICKNESS / (values.CONDUCTIVITY * values.AREA)
     tau = (film + skin) * resistance
@@ -62,13 +62,15 @@ def _equations() -> tuple[Row, ...]:
     residual_4 = np.max(np.abs(charge * (1 / film + 1 / skin) + lost / film - 1))
     residual_5 = np.max(np.abs(answer["v_e"] - faded))
     ratio = tau / (eps0 * values.SKIN_PERMITTIVITY / values.CONDUCTIVITY)
-    note = "largest difference from the solved stack of two layers after a 1 V step; 0 is exact"
+    note = "Largest difference from the solved stack of two layers after a step of 1 V; 0 is exact."
+    same = "residual"
     return (
-        Row("equation_2", "equation (2), voltage of the stratum corneum", None, float(residual_2), "1", "check", note),
-        Row("equation_3", "exact tau over the thick-film tau of equation (3)", None, float(ratio), "1", "check",
-            "the thick-film form is short by C_i/C_sc"),
-        Row("equation_4", "equation (4), sum of the charges' voltages", None, float(residual_4), "1", "check", note),
-        Row("equation_5", "equation (5), effective voltage", None, float(residual_5), "1", "check", note),
+        Row("equation_2", "equation (2), voltage of the stratum corneum", None, float(residual_2), "1", "check", note,
+            brief=same),
+        Row("equation_3", "exact tau over that of equation (3)", None, float(ratio), "1", "check",
+            "The thick-film form is smaller by C_i/C_sc.", brief="1 + C_i/C_sc"),
+        Row("equation_4", "equation (4), sum of the voltages", None, float(residual_4), "1", "check", note, brief=same),
+        Row("equation_5", "equation (5), effective voltage", None, float(residual_5), "1", "check", note, brief=same),
     )  # fmt: skip
 
 
@@ -77,32 +79,30 @@ def _static() -> tuple[Row, ...]:
     vanishing, micron = (compute.static_force("MaxwellStressInGap", gap=gap) for gap in (None, 1e-6))
     past = values.FORCE_PAST
     law, gap = (
-        compute.static_force(plane, skin=values.THICKNESSES[0])
-        / compute.static_force(plane, skin=values.THICKNESSES[1])
-        for plane in ("EffectiveMedium", "MaxwellStressInGap")
+        compute.static_force(name, skin=values.THICKNESSES[0])
+        / compute.static_force(name, skin=values.THICKNESSES[1])
+        for name in ("EffectiveMedium", "MaxwellStressInGap")
     )
     thin, thick = (f"{1e6 * thickness:g}" for thickness in values.THICKNESSES)
     chosen = (
-        f"{thin} to {thick} um is a choice of ours: the paper refers to its reference 7 and prints no range"
+        f"{thin} to {thick} um is a choice of ours: the paper refers to its reference 7 and prints no range."
     )
     return (
-        Row("past_force", "attraction measured in the past (reference 3 of the paper), against law (1) and the Maxwell"
-            " stress in the gap at 1000 V on the printed film", past / 1e-3, (force / 1e-3, vanishing / 1e-3), "mN", "open",
-            f"the paper prints 'around 100 mN' without film, voltage or area. Law (1) gives {force / 1e-3:.3g} mN,"
-            f" {past / force:.2g} times less; the Maxwell stress in the gap {micron / 1e-3:.3g} mN at a gap of 1 um and"
-            f" {vanishing / 1e-3:.3g}"
-            " mN at"
-            f" a vanishing one, {micron / past:.2g} and {vanishing / past:.2g} times more"),
+        Row("past_force", "attraction at 1000 V on the printed film, from law (1) to the Maxwell stress in the gap",
+            past / 1e-3, (force / 1e-3, vanishing / 1e-3), "mN", "open",
+            "Section 2.1 states 'around 100 mN', measured in reference 3 of the paper, without film, voltage or area. Law (1)"
+            f" gives {force / 1e-3:.3g} mN, {past / force:.2g} times less; the Maxwell stress in the gap gives"
+            f" {micron / 1e-3:.3g} mN at a gap of 1 um and {vanishing / 1e-3:.3g} mN at a vanishing one, {micron / past:.2g} and"
+            f" {vanishing / past:.2g} times more.", brief="film and voltage of its reference 3 are not printed"),
         Row("static_force_1000V", "static force of equation (1) at 1000 V", None, force / 1e-3, "mN", "check",
-            "from the printed inputs; the paper prints no such force. The Maxwell stress in the gap gives"
-            f" {vanishing / 1e-3:.4g} mN:"
-            f" {vanishing / force:.4g} times more"),
-        Row("thickness_spread_law_1", f"static force with a skin of {thin} um over that with {thick} um, law (1)", None, law,
-            "1", "open", f"{chosen}. The measured forces differ 2.5 times; in law (1) it is the geometric thickness that spreads"
-            " the force", "the spread of 2 to 5 mN can be explained by the thickness of the stratum corneum"),
-        Row("thickness_spread_gap", "the same ratio at the Maxwell stress in the gap", None, gap, "1", "open",
-            f"{chosen}. On a thick film the skin's thickness hardly changes the force in the gap: that the spread between"
-            " persons comes from thickness follows from law (1), not from the field"),
+            f"From the printed inputs; the paper prints no such force. The Maxwell stress in the gap gives"
+            f" {vanishing / 1e-3:.4g} mN, {vanishing / force:.4g} times more.", brief="from the printed inputs"),
+        Row("thickness_spread_law_1", f"law (1): force with a skin of {thin} um over that with {thick} um", None, law,
+            "1", "open", f"{chosen} The measured forces differ by a factor of 2.5; in law (1) the difference comes from the"
+            " geometric thickness.", "skin thickness can explain the spread of 2 to 5 mN", brief="thicknesses not printed"),
+        Row("thickness_spread_gap", "the same, Maxwell stress in the gap", None, gap, "1", "open",
+            f"{chosen} On a thick film the skin's thickness hardly changes the force in the gap: that the spread between"
+            " persons comes from thickness follows from law (1), not from the field.", brief="hardly depends on the skin"),
     )  # fmt: skip
 
 
@@ -111,13 +111,14 @@ def _suspended() -> tuple[Row, ...]:
         compute.suspended_constancy(conductivity=0.0),
         compute.suspended_constancy(conductivity=1 / 8.7e8),
     )
-    what = "figure 2, force at the end of a 1 s hold over that at its beginning"
+    what = "figure 2: force after a hold of 1 s over that before it"
     return (
-        Row("suspended_force_constant", f"{what}, gap that does not conduct", None, constant, "1", "consistent",
-            "the stack with an ideal gap; law (5) has no gap and would decay. The gap is not printed: 100 um",
-            "roughly a constant force once the voltage is constant"),
-        Row("suspended_force_leaky", f"{what}, gap that leaks with 8.7e8 ohm m", None, leaking, "1", "check",
-            "with a leak the force would be gone: figure 2 says that air between finger and film does not leak"),
+        Row("suspended_force_constant", what, None, constant, "1", "consistent",
+            "The stack with a gap that does not conduct. Law (5) contains no gap and would decay. The gap is not printed: 100 um"
+            " is taken.", "roughly constant force at constant voltage", brief="gap of 100 um, not printed"),
+        Row("suspended_force_leaky", "figure 2: the same ratio, gap that leaks with 8.7e8 ohm m", None, leaking, "1", "check",
+            "With a leak no force would be left: the constant force of figure 2 shows that air between finger and film does not"
+            " leak.", brief="a leak would leave no force"),
     )  # fmt: skip
 
 
@@ -129,49 +130,54 @@ def _trapezium() -> tuple[Row, ...]:
     lateral = (slippery * min(force), rough * max(force))
     needed = _range(each / 1e-3 for each in values.attraction_of(values.FORCE_MEASURED))
     friction = f"a coefficient of friction of {slippery:g} to {rough:g}, a choice of ours"
+    ramps = [reading.ramp(values.FORCE_MODEL) / 1e-3 for reading in (by_voltage, by_force)]
     residuals = [
         compute.causality_residual(skin.material)
         for name, skin in compute.force_skins().items()
         if name.startswith(("palmar", "1963", "Gabriel wet"))
     ]
     return (
-        Row("trapezium_force", "peak attraction of the model under a 0 to 1000 V trapezium", 2.5, _range(force), "mN", "open",
-            "the paper prints no ramp; taken as 36 ms, which gives 2.5 mN with law (1) and 7.7 ms of the voltage. Over the"
-            " skins and planes of the table below"),
-        Row("trapezium_force_measured", "peak lateral force under the trapezoidal pulse, as measured",
+        Row("trapezium_force", "peak attraction under the trapezoidal pulse", 2.5, _range(force), "mN", "open",
+            "The paper prints no ramp. It is taken as 36 ms, which gives 2.5 mN with law (1) and 7.7 ms of the voltage. Range"
+            " over the skins, and over leaky gaps with the Maxwell stress in the gap; each in the table by skin.",
+            brief="ramp not printed, 36 ms taken"),
+        Row("trapezium_force_measured", "peak lateral force under the pulse, measured",
             _range(each / 1e-3 for each in values.FORCE_MEASURED), lateral, "mN", "open",
-            f"ours is the attraction of the row above times {friction}; the paper prints neither ramp nor friction"),
-        Row("attraction_measured", "attraction behind the measured 2 to 5 mN of lateral force", None, needed, "mN", "open",
-            f"divided by {friction}. The paper sets its 2.5 mN of attraction beside the lateral force: as lateral force they are"
-            f" {slippery * 2.5:g} to {rough * 2.5:g} mN"),
+            f"Here, the attraction of the row above times {friction}; the paper prints neither ramp nor friction.",
+            brief=f"friction not printed, {slippery:g} to {rough:g} taken"),
+        Row("attraction_measured", "attraction behind the measured lateral force", None, needed, "mN", "open",
+            f"The measured 2 to 5 mN divided by {friction}. The paper compares its 2.5 mN of attraction with the lateral force:"
+            f" as lateral force they are {slippery * 2.5:g} to {rough * 2.5:g} mN.", brief="with the same friction"),
         Row("trapezium_ramp", "ramp that would give 2.5 mN of attraction", None, _range(case.ramp / 1e-3 for case in cases), "ms",
-            "open", f"not printed. With law (1) {by_voltage.ramp(values.FORCE_MODEL) / 1e-3:.3g} ms if 7.7 ms belongs to the"
-            " voltage,"
-            f" {by_force.ramp(values.FORCE_MODEL) / 1e-3:.3g} ms if it belongs to the force; each skin and plane in the table"
-            " below"),
+            "open", f"Not printed. With law (1) {ramps[0]:.3g} ms if 7.7 ms belongs to the voltage, {ramps[1]:.3g} ms if it"
+            " belongs to the force; each skin and gap in the table by skin.", brief=f"{ramps[0]:.3g} ms by law (1)"),
         Row("falling_edge_asymmetry", "force after the falling edge over that after the rising edge", None,
             _range(case.edges for case in cases), "1", "open",
-            "the paper says only that the discharging parts differ, not how nor by how much: it may mean the ramp or"
-            " the hold. One relaxation time gives nearly equal pulses, a dispersive skin a smaller second one",
-            "on the discharging parts there is a difference between model and measurement"),
-        Row("causality_residual", "law as printed: share of the peak already there 1 ms before a 20 ms ramp", None,
+            "The paper states only that the discharging parts differ, not how nor by how much: this may mean the ramp or the"
+            " hold. One relaxation time gives nearly equal pulses, a dispersive skin a smaller second one.",
+            "model and measurement differ on the discharging parts", brief="size of the difference not printed"),
+        Row("causality_residual", "law as printed: share of the peak 1 ms before a ramp of 20 ms", None,
             (min(residuals), max(residuals)), "1", "open",
-            "real capacitances that depend on frequency are not causal; the paper does not say how it made its curve"),
+            "Real capacitances that depend on frequency are not causal; the paper does not state how it computed its curve.",
+            brief="computation in time not printed"),
     )  # fmt: skip
 
 
 def _figure_7() -> tuple[Row, ...]:
     shapes = by_skin.figure_7().values()
-    stated = "an increasing and a successive saturation from 100 Hz to 10 kHz"
+    stated = "increases, then saturates"
     agree = sum(shape.words.startswith("consistent") for shape in shapes)
     note = (
-        f"{agree} of {len(shapes)} skins rise and saturate, each in the table below. The paper prints no insulator, voltage,"
-        " area or load: a coating of 1 um with eps 3.9 is taken"
+        f"The paper states 'an increasing and a successive saturation' from 100 Hz to 10 kHz. {agree} of {len(shapes)} skins rise"
+        " and saturate; each in the table by skin. The paper prints no insulator, voltage, area or load: a coating of 1 um with"
+        " eps 3.9 is taken."
     )
+    some = f"{agree} of {len(shapes)} skins do both"
     return (
-        Row("fig7_rise", "figure 7, F(10 kHz)/F(100 Hz)", None, _range(s.rise for s in shapes), "1", "open", note, stated),
+        Row("fig7_rise", "figure 7, F(10 kHz)/F(100 Hz)", None, _range(s.rise for s in shapes), "1", "open", note, stated,
+            brief=some),
         Row("fig7_saturation", "figure 7, F(10 kHz)/largest F", None, _range(s.saturation for s in shapes), "1", "open",
-            note, stated),
+            note, stated, brief=some),
     )  # fmt: skip
 
 
@@ -181,6 +187,7 @@ def _surroundings() -> tuple[Row, ...]:
         scenarios()["fig7"].replace({"force.model": "EffectiveMedium"}),
     )
     found = []
+    what = "force of a floating body of 100 to 400 pF over that of a grounded one, film"
     for name, scenario in (("film", film), ("coating", coating)):
         factors = tuple(
             compute.floating_factor(scenario, capacitance=capacitance) for capacitance in (100e-12, 400e-12)
@@ -188,12 +195,13 @@ def _surroundings() -> tuple[Row, ...]:
         found.append(
             Row(
                 f"return_path_{name}",
-                f"force with a floating body of 100 to 400 pF over that of a grounded one, {name}",
+                what if name == "film" else "the same, coating of 1 um",
                 None,
                 (min(factors), max(factors)),
                 "1",
                 "open",
-                "the paper does not say whether the subject was grounded",
+                "The paper does not state whether the subject was grounded.",
+                brief="grounding not printed",
             )
         )
     return tuple(found)

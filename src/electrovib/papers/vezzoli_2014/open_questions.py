@@ -1,4 +1,4 @@
-"""What this paper leaves open, in plain words."""
+"""What the paper leaves open, and the main results."""
 
 from __future__ import annotations
 
@@ -8,60 +8,93 @@ from electrovib.papers.vezzoli_2014 import values
 from electrovib.study.reproduction import Page, Row
 
 _PARAGRAPHS: Final = (
-    "Circular numbers. The paper prints 7.7 ms and eps 1560, but not the resistivity, nor the frequency of"
-    " either. The resistivity of 5.57e5 ohm m one computes from them is 7.7 ms written otherwise, and says"
-    " nothing new. The cited skins give {tau_giraud} ms at 100 Hz. In the same way 2.5 mN fixes a"
-    " ramp only once skin and plane are chosen: {trapezium_ramp} ms over those here. The curve of"
-    " figure 6 is the electrostatic force, so a coefficient of friction is not in it.",
-    "One skin does not serve both the 7.7 ms and figure 7. A rise from 100 Hz to 10 kHz needs a time constant"
-    " at 100 Hz below about 1.5 ms on a thin coating; the set that gives 7.7 ms is flat there, and constant-phase"
-    " skins through the same point fall. Wet and moist skins rise and saturate, but decay within a millisecond.",
-    "What the decay identifies. On a thick film the insulator holds 99.5 % of the voltage, and what conducts"
-    " in the skin cannot discharge it. If charge leaks from the finger across the interface, the field in the"
-    " gap decays with tau = R_gap (C_gap + C_i) = eps0 rho_gap (1 + C_i/C_gap), whatever the skin does, within"
-    " 0.5 %. Law (5) is recovered by such a stack with this time constant in place of the skin's; it is not"
-    " derived from the skin. 7.7 ms needs rho_gap = 8.7e8 ohm m (1.7e9 if it belongs to the force). A time constant"
-    " fitted on a thick film"
-    " therefore identifies the interface and not the stratum corneum.",
-    "The plane. Law (1) divides an energy by the geometric thickness. The finger separates from the plate in"
-    " the gap, where the static force is 10.74 times larger (607.6 against 56.55 mN for a vanishing gap, 27.5"
-    " mN for 100 um). The 'around 100 mN' of its reference 3 lie between. That the spread between persons comes from"
-    " the thickness of their skin is a property of law (1): from 400 to 100 um, a range of our choice, it rises by a"
-    " factor {spread_of_law_1}, the"
-    " force in the gap by {spread_of_the_gap} %.",
-    "The frequency in the time domain. Putting eps(f) and rho(f) into a formula for a pulse is not causal: the"
-    " law as printed answers with {causality_residual} of its peak 1 ms before a 20 ms ramp begins,"
-    " for dispersive skins. So it is kept for one sine at a time, and a causal law stands beside it, in which"
-    " only direct conduction loses charge. That law stands on the conductivity at zero frequency alone, which"
-    " no cited measurement of stratum corneum gives.",
-    "The return path. The paper does not say whether the subject was grounded. A floating body of 100 to"
-    " 400 pF leaves {return_path_film} of the force on the film, and"
-    " {return_path_coating} on a coating of 1 um.",
-    "The falling edge. The paper reports a difference on the discharging parts and suspects the sensor. Its sentence"
-    " can be read in two ways, and each candidate answers for itself in the table below. Read as the falling ramp:"
-    " one relaxation time and a long hold give two equal pulses, so the paper's own model cannot; made causal with a"
-    " dispersive skin it gives a smaller second one, {falling_edge_asymmetry} over the skins here"
-    " at ramps of 36 ms and a hold of 100 ms, with no new physics; sliding"
-    " over fresh film lowers it the more the faster the finger, polarity turns it either way, an amplifier that"
-    " sinks less than it sources lowers it; the relaxing sensor that the paper suspects and a viscoelastic skin"
-    " hardly move it. Read as the decay during the hold: sliding keeps a plateau of the static force, a dispersive"
-    " skin a slow tail, a leak that depends on polarity or field another time constant, and viscoelastic skin and"
-    " the sensor their own relaxations.",
-    "An experiment that would tell. A periodic trapezoidal pulse of equal halves gives exactly equal pulses under any linear"
-    " law without a field held by fresh or charged film (largest difference here {periodic_trapezium} of"
-    " the peak): what remains different is then polarity, the amplifier or sliding; a sensor or a skin that relaxes"
-    " linearly leaves equal pulses equal. Inverting the drive turns over what knows its sign, which is polarity, the"
-    " amplifier and charged film, and nothing else; changing the speed moves sliding and nothing else;"
-    " neutralising the film leaves its charge out; recording the voltage at the plate shows the amplifier; a weight"
-    " on the sensor shows the sensor.",
-    "Figure 2 needs a gap that does not conduct. The lost charge of law (5) has no gap in it and would decay"
-    " for a finger held off the plate too; the stack with air between stays constant, as measured.",
+    "Circular numbers. The paper prints 7.7 ms and eps 1560, but neither the resistivity nor the frequency of either value. The"
+    " resistivity of 5.57e5 ohm m that follows from them contains no further information. The cited skins give {tau_giraud} ms"
+    " at 100 Hz. Likewise, 2.5 mN determines a ramp only once a skin, or a leaky gap, is chosen: {trapezium_ramp} ms over those"
+    " here. The curve of figure 6 is the electrostatic force, so it contains no coefficient of friction.",
+    "No single skin gives both 7.7 ms and figure 7. A rise from 100 Hz to 10 kHz on a thin coating needs a time constant below"
+    " about 1.5 ms at 100 Hz. The set that gives 7.7 ms is flat there, and skins of constant phase through the same point fall."
+    " Wet and moist skins rise and saturate, but their force decays within a millisecond.",
+    "Voltage or force. The paper compares its 7.7 ms with a lateral force that decays in 6 ms. If 7.7 ms is the time constant of"
+    " the voltage, the decays are 3.85 and 6 ms as forces, 7.7 and 12 ms as voltages; if it is already the decay of the force,"
+    " they are 7.7 and 6 ms as forces, 15.4 and 12 ms as voltages. With one relaxation time every ramp, resistivity and leak is"
+    " proportional to it; a dispersive skin has no single one. Lateral forces are divided by a coefficient of friction of"
+    " {friction}, a choice of ours, as the paper prints none.",
+    "What the decay identifies. On a thick film the insulator holds 99.5 % of the voltage, and conduction in the skin cannot"
+    " discharge it. If charge leaks from the finger across the interface, the field in the gap decays with tau = R_gap (C_gap +"
+    " C_i) = eps0 rho_gap (1 + C_i/C_gap), independent of the skin within 0.5 %. Such a stack gives law (5) with this time"
+    " constant in place of the skin's; the law does not follow from the skin. 7.7 ms needs rho_gap = 8.7e8 ohm m (1.7e9 if it"
+    " belongs to the force). A time constant fitted on a thick film therefore identifies the interface and not the stratum"
+    " corneum.",
+    "The surface on which the Maxwell stress is evaluated. Law (1) divides an energy by the geometric thickness. Finger and plate"
+    " separate in the gap, where the static force is 10.74 times larger (607.6 compared with 56.55 mN for a vanishing gap, 27.5"
+    " mN for 100 um). The 'around 100 mN' of its reference 3 lie between. That the spread between persons comes from the"
+    " thickness of their skin is a property of law (1): from 400 to 100 um, a range of our choice, its force rises by a factor"
+    " of {spread_of_law_1}, the force in the gap by {spread_of_the_gap} %.",
+    "Dispersion in the time domain. A formula for a pulse that contains eps(f) and rho(f) is not causal: for dispersive skins the"
+    " law as printed gives {causality_residual} of its peak 1 ms before a ramp of 20 ms begins. It is therefore used for one"
+    " sine at a time, beside a causal law in which only direct conduction loses charge. That law depends on the conductivity at"
+    " zero frequency alone, which no cited measurement of stratum corneum gives.",
+    "The return path. The paper does not state whether the subject was grounded. A floating body of 100 to 400 pF reduces the"
+    " force to {return_path_film} of its value on the film, and to {return_path_coating} on a coating of 1 um.",
+    "The falling edge. The paper reports a difference on the discharging parts and suspects the sensor. Its sentence has two"
+    " readings; the table lists each candidate cause alone. If the falling ramp is meant: one relaxation time and a long hold"
+    " give two equal pulses, so the paper's own model shows no difference. Made causal with a dispersive skin it gives a smaller"
+    " second pulse, {falling_edge_asymmetry} over the skins here at ramps of 36 ms and a hold of 100 ms, without further"
+    " physics. Sliding over fresh film reduces it, the more the faster the finger; polarity increases or reduces it; an"
+    " amplifier that sinks less than it sources reduces it; the relaxing sensor that the paper suspects and a viscoelastic skin"
+    " hardly change it. If the decay during the hold is meant: sliding keeps a plateau of the static force, a dispersive skin a"
+    " slow tail; a leak that depends on polarity or field gives another time constant; viscoelastic skin and sensor add their"
+    " own relaxations. A charge that neither leaks nor is carried away would add an offset to the effective voltage: 5, 10 and"
+    " 20 % of it give ratios of 0.82, 0.67 and 0.44.",
+    "An experiment that would decide. A periodic trapezoidal pulse of equal halves gives exactly equal pulses under any linear"
+    " law without a field of fresh or charged film (largest difference here {periodic_trapezium} of the peak). A difference that"
+    " remains is due to polarity, the amplifier or sliding; a sensor or a skin that relaxes linearly leaves equal pulses equal."
+    " Inverting the drive inverts the effects that depend on its sign: polarity, the amplifier and charged film. Changing the"
+    " speed changes only the effect of sliding. Neutralising the film removes its charge; recording the voltage at the plate"
+    " shows the amplifier; a weight on the sensor shows the sensor.",
+    "Figure 2 needs a gap that does not conduct. The lost charge of law (5) involves no gap and would decay for a finger held off"
+    " the plate too; the stack with air between finger and film keeps its force, as measured. The leak of 8.7e8 ohm m in the"
+    " figure is the one that 7.7 ms in contact would need. A hand that trembles by a tenth of the gap, 8 times a second, gives"
+    " oscillations such as those that the paper mentions.",
+    "The other figures. Figure 4: the measured 6 ms of a lateral force correspond to 12 ms of a voltage, the paper's 7.7 ms to"
+    " 7.7 or 15.4 ms; the constructed skins pass through the paper's own point. Figure 6: a ramp of 36 ms gives 2.5 mN with law"
+    " (1) and 7.7 ms of the voltage; the measured 2 to 5 mN of lateral force correspond to an attraction of 3.3 to 17 mN; values"
+    " below 0.1 uN are not drawn. Figure 7: tau = (C_i + C_sc) R_sc; some skins rise and saturate as measured by Meyer, some"
+    " have a maximum, the set that gives 7.7 ms is flat. The falling edge: values below 1e-3 of the peak are not drawn; with"
+    " polarity the ratio of the pulses is {polarity}, whatever the hold.",
 )
-"""What is left open; the names in braces are those of rows, and of what `page` adds to them."""
+"""Explanations in full; the names in braces are those of rows, and of what `page` adds to them."""
+_BRIEF: Final = (
+    "Circular numbers: 5.57e5 ohm m follows from 7.7 ms and eps 1560, and 2.5 mN determines a ramp only once a skin is chosen.",
+    "No single skin gives both 7.7 ms and figure 7: skins that rise and saturate lose their force within a millisecond.",
+    "The decay identifies the interface: on this film a force fades only if charge crosses the interface, with tau = eps0 rho_gap"
+    " (1 + C_i/C_gap), which does not contain the skin. 7.7 ms needs rho_gap = 8.7e8 ohm m.",
+    "Dispersion: with eps(f) and rho(f) the law as printed responds before the pulse begins. It is used for one sine at a time,"
+    " beside a causal law.",
+    "The falling edge: the paper suspects the sensor. A dispersive skin in its own model already gives a smaller second pulse.",
+    "An experiment that would decide: under a periodic trapezoidal pulse of equal halves only polarity, the amplifier or sliding"
+    " makes the two pulses differ; inverting the drive, changing the speed and recording the plate voltage separate these.",
+    "Figure 2 needs a gap that does not conduct; law (5) would decay.",
+)
+"""Explanations on the page."""
 
 
 def page(rows: tuple[Row, ...]) -> Page:
-    """Write the page with the numbers of this run."""
+    """Write the explanations with the numbers of this run.
+
+    Parameters
+    ----------
+    rows : tuple of Row
+        Of this reproduction.
+
+    Returns
+    -------
+    Page
+        In full, and shortened.
+    """
+    from electrovib.papers.vezzoli_2014.falling_edge import outcomes
+
     found = {row.id: row for row in rows}
     numbers = {
         name: f"{row.ours[0]:.3g} to {row.ours[1]:.3g}" if isinstance(row.ours, tuple) else f"{row.ours:.3g}"
@@ -69,13 +102,19 @@ def page(rows: tuple[Row, ...]) -> Page:
     }
     numbers["spread_of_law_1"] = f"{_number(found['thickness_spread_law_1']):.2f}"
     numbers["spread_of_the_gap"] = f"{100 * (_number(found['thickness_spread_gap']) - 1):.1f}"
+    numbers["friction"] = "{:g} to {:g}".format(*values.FRICTION)
+    weaker, stronger = (outcomes()[f"positive pulses {word}"].ratio for word in ("weaker", "stronger"))
+    numbers["polarity"] = f"{weaker:.3g} or {stronger:.2g}"
     return Page(
-        "What this paper leaves open", tuple(paragraph.format_map(numbers) for paragraph in _PARAGRAPHS)
+        "What the paper leaves open",
+        tuple(paragraph.format_map(numbers) for paragraph in _PARAGRAPHS),
+        id="open_questions",
+        brief=_BRIEF,
     )
 
 
 def findings(rows: tuple[Row, ...]) -> tuple[str, ...]:
-    """Say what to take home, with the numbers of this run.
+    """State the main results with the numbers of this run.
 
     Parameters
     ----------
@@ -85,31 +124,26 @@ def findings(rows: tuple[Row, ...]) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        Three sentences or two each.
+        Three, of one or two sentences each.
     """
     found = {row.id: row for row in rows}
     force, ramp, attraction = (
         _interval(found[name]) for name in ("trapezium_force", "trapezium_ramp", "attraction_measured")
     )
-    planes, decays = (found[name].ours for name in ("past_force", "tau_giraud_decay"))
-    assert isinstance(planes, tuple)
+    static, decays = (found[name].ours for name in ("past_force", "tau_giraud_decay"))
+    assert isinstance(static, tuple)
     assert isinstance(decays, tuple)
     by_voltage, by_force = decays
     return (
-        "The paper's two capacitances are reproduced; its force and its time constant cannot be, because it prints no ramp,"
-        f" no resistivity and no friction. Over the published skins and two planes its trapezoidal pulse gives {force}"
-        " mN of attraction"
-        f" with a ramp of {values.RAMP * 1e3:g} ms, and 2.5 mN needs a ramp of {ramp} ms.",
-        "Two of its comparisons set unlike things side by side. If its 7.7 ms is the time constant of the voltage, the force"
-        " decays in"
-        f" {by_voltage:.3g} ms, against 6 ms measured in a lateral force; if it already was the decay of the force,"
-        f" {by_force:.2g} against"
-        " 6 ms, the voltage decays in 15.4 ms. And its 2.5 mN are attraction, while the measured 2 to 5 mN are lateral force:"
-        " divided by"
-        f" a coefficient of friction, an attraction of {attraction} mN.",
-        "A finger separates from the plate in the gap, and there the static force is"
-        f" {planes[1] / planes[0]:.1f} times that of the paper's equation (1). On this film the skin alone cannot discharge the"
-        " contact: a force that fades tells of charge that crosses the interface, not of the stratum corneum.",
+        "Both capacitances are reproduced. The force and the time constant cannot be checked, because ramp, resistivity and"
+        f" friction are not printed: over the published skins a ramp of {values.RAMP * 1e3:g} ms gives {force} mN, and 2.5 mN"
+        f" needs {ramp} ms.",
+        f"Two comparisons involve different quantities. A force decays twice as fast as its voltage: in {by_voltage:.3g} ms if"
+        f" 7.7 ms is of the voltage ({by_force:.2g} ms if of the force), compared with 6 ms measured. And 2.5 mN is an"
+        f" attraction, while the measured 2 to 5 mN are lateral force, an attraction of {attraction} mN.",
+        "Finger and plate separate in the gap, where the static force is"
+        f" {static[1] / static[0]:.1f} times that of equation (1). On this film a force that fades shows charge crossing the"
+        " interface, not the conduction of the stratum corneum.",
     )
 
 

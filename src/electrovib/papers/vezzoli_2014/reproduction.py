@@ -1,4 +1,4 @@
-"""Everything the paper states, in one object."""
+"""Everything that the paper states, in one object."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ EQUATIONS: Final[Mapping[str, str]] = {
 
 
 def reproduce(*, skin: str | None = None) -> Reproduction:
-    """Compute everything Vezzoli et al. 2014 states.
+    """Compute everything that Vezzoli et al. 2014 states.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
     Returns
     -------
     Reproduction
-        Rows, panels and words; nothing is drawn.
+        Rows, panels and words; figures are drawn elsewhere.
 
     Raises
     ------
@@ -60,7 +60,8 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
         pages=(open_questions.page(rows),),
         tables=(decay.table(), *by_skin.tables(own), falling_edge.table()),
         equations=EQUATIONS,
-        references=tuple(sorted({each.source for each in compute.all_skins().values()})),
+        references=tuple(sorted({each.source for each in compute.all_skins().values()} - {CITATION})),
+        title="Vezzoli et al. 2014, recomputed",
         findings=open_questions.findings(rows),
     )
 

@@ -1,4 +1,4 @@
-"""From load to contact: which area touches, how the surface topography of the skin answers a pressure, what attracts it."""
+"""Contact of finger and plate: areas, response of the surface topography to pressure, attraction against the gap."""
 
 from electrovib.physics.contact.area import Closing, Contact, FixedArea, GrowingArea
 from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction

@@ -1,4 +1,4 @@
-"""Which area the finger touches: the outline of the contact, and what of it really touches."""
+"""Gross and real contact area of the finger on the plate."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _LENGTH = Quantity("m", 1e-6, 1, "length of the contact along the sliding direction")
-_CLOSING = Field(description="lets the gap follow load and attraction; it stays as it is without")
+_CLOSING = Field(description="lets the gap follow load and attraction; without it the gap is constant")
 
 
 class Closing(Model):
@@ -28,9 +28,9 @@ class Closing(Model):
 
     Notes
     -----
-    damping g' = repulsion(g) - load pressure - attraction: what is squeezed out resists, no mass. It begins at
-    rest where the surface topography carries the load of time 0; with the thickness of the layer where a surface
-    topography that reaches endlessly far carries none.
+    damping g' = repulsion(g) - load pressure - attraction: the medium that is squeezed out resists, inertia is
+    neglected. The initial gap is the one at which the surface topography bears the load of time 0, or the thickness of
+    the layer where that gap is infinite, as it is without load for a repulsion without a finite range.
     """
 
     example: ClassVar[Mapping[str, Any]] = {"damping": 1e6}
@@ -41,14 +41,14 @@ class Closing(Model):
 
 
 class Contact(Model, family=True):
-    """From load to contact.
+    """Contact area of the finger under load and attraction.
 
     Notes
     -----
-    Two areas that are not each other. The gross area is that of the outline and what forces per area are
-    multiplied with; the real area is where the surface topography of the skin touches the plate, and needs a `surface`. Both
-    are those under load and attraction together (`solve.equilibrium.pressed`). A ridged print touches with a third
-    less than flat skin (Warman and Ennos 2009); no force law here knows of ridges, so no parameter does.
+    The gross area is the area of the outline, with which forces per area are multiplied. The real area is where the
+    surface topography of the skin touches the plate, and needs a `surface`. Both are taken under load and attraction
+    together (`solve.equilibrium.pressed`). A ridged fingerprint has a third less contact area than flat skin (Warman
+    and Ennos 2009); ridges are not modelled.
     """
 
     if TYPE_CHECKING:  # declared by every member, beside its own parameters
@@ -59,54 +59,54 @@ class Contact(Model, family=True):
 
         @property
         def surface(self) -> Surface | None:
-            """How the surface topography answers a pressure, if given."""
+            """Response of the surface topography to pressure, if given."""
 
         @property
         def closing(self) -> Closing | None:
-            """How the gap follows the forces, if it does."""
+            """Dynamics of a gap that follows the forces; None for a constant gap."""
 
     @abstractmethod
     def gross_area(self, normal_force: float | None = None) -> float:
-        """Area of the outline of the contact.
+        """Return the area of the outline of the contact.
 
         Parameters
         ----------
         normal_force : float, optional
-            With which skin and plate are pressed together [N], 0 or more.
+            Force with which skin and plate are pressed together [N], 0 or more.
 
         Returns
         -------
-        float
-            m2; without a force the area that the model was given.
+        area : float
+            Gross contact area [m2]; without a force the area that is a parameter of the model.
         """
 
     @abstractmethod
     def mean_pressure(self, normal_force: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Force over gross area.
+        """Return the force over the gross area.
 
         Parameters
         ----------
         normal_force : float or ndarray
-            With which skin and plate are pressed together [N], 0 or more; NaN gives NaN.
+            Force with which skin and plate are pressed together [N], 0 or more; NaN gives NaN.
 
         Returns
         -------
-        float or ndarray
-            Pa, same shape.
+        pressure : float or ndarray, same shape
+            Mean pressure [Pa].
         """
 
     def outline(self, normal_force: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Area of the outline under many forces.
+        """Return the area of the outline under many forces.
 
         Parameters
         ----------
         normal_force : float or ndarray
-            With which skin and plate are pressed together [N], 0 or more; NaN gives NaN.
+            Force with which skin and plate are pressed together [N], 0 or more; NaN gives NaN.
 
         Returns
         -------
-        float or ndarray
-            m2, same shape; 0 without a force where the area needs one.
+        area : float or ndarray, same shape
+            Gross contact area [m2]; 0 at force 0 where the area grows with the force.
         """
         force = np.asarray(normal_force, dtype=float)
         pressure = np.asarray(self.mean_pressure(force))
@@ -114,7 +114,7 @@ class Contact(Model, family=True):
             return np.asarray(np.where(force == 0, self.gross_area(0.0), force / pressure))
 
     def sliding_length(self, normal_force: float | None = None) -> float:
-        """Length of the contact along the sliding direction.
+        """Return the length of the contact along the sliding direction.
 
         Parameters
         ----------
@@ -123,23 +123,23 @@ class Contact(Model, family=True):
 
         Returns
         -------
-        float
-            `length` [m] if given, else the root of the gross area.
+        length : float
+            `length` [m] if given, else the square root of the gross area.
         """
         return math.sqrt(self.gross_area(normal_force)) if self.length is None else self.length
 
     def real_area(self, normal_force: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Area where the surface topography of the skin touches the plate.
+        """Return the area where the surface topography of the skin touches the plate.
 
         Parameters
         ----------
         normal_force : float or ndarray
-            With which skin and plate are pressed together [N], load plus attraction, 0 or more; NaN gives NaN.
+            Force with which skin and plate are pressed together [N], load plus attraction, 0 or more; NaN gives NaN.
 
         Returns
         -------
-        float or ndarray
-            m2, same shape.
+        area : float or ndarray, same shape
+            Real contact area [m2].
 
         Raises
         ------
@@ -148,8 +148,8 @@ class Contact(Model, family=True):
         """
         if self.surface is None:
             raise InputError(
-                "contact.surface is not given: real contact follows from the surface topography of the skin, for instance"
-                ' contact.surface = { model = "PerssonSurface", ... }; the gross area needs none'
+                "contact.surface is not given, but the real contact area follows from it; give for instance"
+                ' contact.surface = { model = "PerssonSurface", ... }'
             )
         force = np.asarray(normal_force, dtype=float)
         pressure = np.asarray(self.mean_pressure(force))
@@ -172,17 +172,17 @@ class FixedArea(Contact):
     closing: Annotated[Closing | None, _CLOSING] = None
 
     def gross_area(self, normal_force: float | None = None) -> float:
-        """Area of the outline of the contact [m2], whatever the force."""
+        """Return the area of the outline of the contact [m2], which does not depend on the force."""
         del normal_force
         return self.area
 
     def outline(self, normal_force: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Area of the outline [m2], the same under all forces."""
+        """Return the area of the outline [m2], the same under all forces."""
         force = np.asarray(normal_force, dtype=float)
         return np.asarray(np.where(np.isnan(force), np.nan, self.area))
 
     def mean_pressure(self, normal_force: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Force over gross area [Pa]."""
+        """Return the force over the gross area [Pa]."""
         return normal_force / self.area
 
 
@@ -191,10 +191,10 @@ class GrowingArea(Contact):
 
     Notes
     -----
-    That force is load plus attraction, and more area attracts more: both are found together. With exponent 1 an
-    attraction above at_force/area lets the area grow without bound, which is refused.
-    The exponent of a finger was not found in what could be read, so it has to be given: 2/3 is that of a
-    smooth elastic sphere. Without a force the area is that at the reference force.
+    The force is load plus attraction, and the attraction grows with the area: both are solved together. With exponent 1
+    an attraction per area above at_force/area lets the area grow without bound, which is refused. No source for the
+    exponent of a finger is known, so it has to be given; 2/3 is that of a smooth elastic sphere. Without a force the
+    area is that at the reference force.
     """
 
     equation: ClassVar[Mapping[str, str]] = {
@@ -215,13 +215,13 @@ class GrowingArea(Contact):
     closing: Annotated[Closing | None, _CLOSING] = None
 
     def gross_area(self, normal_force: float | None = None) -> float:
-        """Area of the outline of the contact: area (force/at_force)^exponent [m2]."""
+        """Return the area of the outline of the contact, area (force/at_force)^exponent [m2]."""
         if normal_force is None:
             return self.area
         return self.area * math.pow(normal_force / self.at_force, self.exponent)
 
     def mean_pressure(self, normal_force: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Force over gross area [Pa]: it grows with what of the power the area leaves."""
+        """Return the force over the gross area [Pa], which grows with the power 1 - exponent of the force."""
         force = np.asarray(normal_force, dtype=float)
         share = np.sign(force) * (np.abs(force) / self.at_force) ** (1 - self.exponent)
         pressure: NDArray[np.float64] = self.at_force / self.area * share

@@ -1,4 +1,4 @@
-"""Attraction per area against the mean gap: of plates, and of a rough skin with the spots that touch."""
+"""Attraction per area as a function of the mean gap, for plates and for a rough skin with contact spots."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from electrovib.physics.contact.surface import Surface
 from electrovib.physics.roughness import ContactSpots, Pull, mean_pull
 
 SMALLEST = 1e-9
-"""Mean gap, over the electrical thickness, below which a gap changes the attraction by less than rounding shows."""
+"""Mean gap over the electrical thickness below which the gap changes the attraction by less than rounding."""
 
 
 class Attraction(Protocol):
@@ -23,23 +23,23 @@ class Attraction(Protocol):
 
     @property
     def convex(self) -> bool:
-        """Its slope only rises with the gap, which finds every state for certain."""
+        """Whether the slope increases with the gap everywhere, so that every equilibrium is found."""
 
     def pressure(self, gap: float) -> float:
-        """Attraction [Pa] at a gap [m], 0 or more."""
+        """Return the attraction [Pa] at a gap [m], 0 or more."""
 
     def slope(self, gap: float) -> float:
-        """Change of the attraction with the gap [Pa/m] at a gap [m]."""
+        """Return the derivative of the attraction with the gap [Pa/m] at a gap [m]."""
 
 
 @dataclass(frozen=True)
 class PlateAttraction:
-    """Attraction of plates with layers between them and one gap everywhere.
+    """Attraction of parallel plates with layers and a uniform gap between them.
 
     Parameters
     ----------
     voltage : float
-        Held [V], or the root mean square of a sine.
+        Constant voltage, or root mean square of a sine [V].
     electrical_thickness : float
         K, the sum of T/eps over the layers that block [m], above 0.
 
@@ -52,46 +52,46 @@ class PlateAttraction:
     electrical_thickness: float
 
     def __post_init__(self) -> None:
-        """Refuse what attracts without bound."""
+        """Refuse an electrical thickness for which the attraction is unbounded."""
         check_thickness(electrical_thickness=self.electrical_thickness)
 
     @property
     def convex(self) -> bool:
-        """It falls ever less."""
+        """True: the attraction is a convex function of the gap."""
         return True
 
     def pressure(self, gap: float) -> float:
-        """Attraction [Pa] at a gap [m]."""
+        """Return the attraction [Pa] at a gap [m]."""
         return eps0 * self.voltage**2 / (2 * (self.electrical_thickness + gap) ** 2)
 
     def slope(self, gap: float) -> float:
-        """Change of the attraction [Pa/m] at a gap [m]."""
+        """Return the derivative of the attraction with the gap [Pa/m] at a gap [m]."""
         return -eps0 * self.voltage**2 / (self.electrical_thickness + gap) ** 3
 
 
 @dataclass(frozen=True, kw_only=True)
 class RoughAttraction:
-    """Attraction of a rough skin averaged over its gaps, with the spots that touch.
+    """Attraction of a rough skin, averaged over its gaps and its contact spots.
 
     Parameters
     ----------
     voltage : float
-        Held [V], or the root mean square of a sine.
+        Constant voltage, or root mean square of a sine [V].
     electrical_thickness : float
         K, the sum of T/eps over the layers that block [m], above 0.
     surface : Surface
-        With a distribution of gaps under pressure.
+        Surface topography with a distribution of gaps under pressure.
     spots : ContactSpots
-        What the voltage does where skin and plate touch.
+        Share of the field at places where skin and plate touch.
     frequency : float
-        Of the sine [Hz]; 0 for a held voltage.
+        Frequency of the sine [Hz]; 0 for a constant voltage.
 
     Notes
     -----
-    eps0 V^2/2 [phi |share|^2/K^2 + integral over u > 0 of P(u)/(u + K)^2 du]: `mean_pull` over the gaps that
-    the surface has under the pressure that it bears at this mean gap. The spots and the gaps are thus of the
-    same contact, and of the whole pressure, load and attraction. It is not convex everywhere, and with idle
-    spots on a thick layer it even grows with the gap: what touches pulls no more.
+    eps0 V^2/2 [phi |share|^2/K^2 + integral over u > 0 of P(u)/(u + K)^2 du]: `mean_pull` over the gaps of the
+    surface under the pressure that it bears at this mean gap, which is that of load and attraction together. The
+    attraction is not convex everywhere; with contact spots that attract less than a gap, on a thick layer, it even
+    increases with the gap.
     """
 
     voltage: float
@@ -101,7 +101,7 @@ class RoughAttraction:
     frequency: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse what attracts without bound."""
+        """Refuse an electrical thickness for which the attraction is unbounded."""
         check_thickness(electrical_thickness=self.electrical_thickness)
 
     @property
@@ -165,7 +165,7 @@ class RoughAttraction:
 
 
 def check_thickness(*, electrical_thickness: float) -> None:
-    """Refuse an electrical thickness [m] over which the attraction of a closed gap has no bound.
+    """Refuse an electrical thickness [m] for which the attraction of a closed gap is unbounded.
 
     Raises
     ------
@@ -174,6 +174,6 @@ def check_thickness(*, electrical_thickness: float) -> None:
     """
     if not (electrical_thickness > 0 and math.isfinite(electrical_thickness)):
         raise InputError(
-            f"electrical_thickness = {electrical_thickness}: must be above 0 m, for instance 27e-6; without a layer that"
-            " blocks the attraction of a closing gap has no bound"
+            f"electrical_thickness = {electrical_thickness}: must be above 0 m, for instance 27e-6; without a blocking layer"
+            " the attraction of a closing gap is unbounded"
         )

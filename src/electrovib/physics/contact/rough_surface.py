@@ -1,4 +1,4 @@
-"""Rough elastic skin: its repulsion falls exponentially with the gap, and a share of it touches."""
+"""Rough elastic skin: repulsion that falls exponentially with the gap, and real contact."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 MOST_TOUCHING = 0.5
-"""Share of real contact up to which a Gaussian of gaps with a mean not below 0 stands for the surface topography."""
+"""Share of real contact up to which a Gaussian distribution of gaps, with a mean not below 0, is used."""
 MODULUS = Quantity("Pa", 1e2, 1e12, "effective modulus E/(1 - nu^2) of the skin at the plate")
 SLOPE = Quantity("1", 1e-6, 1e3, "root mean square slope of the surface topography")
 
@@ -28,7 +28,8 @@ class RoughSurface(Surface, family=True):
 
     Notes
     -----
-    A_real/A0 = erf(sqrt(2) p/(E* h')), recalled. Every member declares its `modulus` E* and its `rms_slope` h'.
+    A_real/A0 = erf(sqrt(2) p/(E* h')), cited from memory, unverified. Every member declares its `modulus` E* and its
+    `rms_slope` h'.
     """
 
     if TYPE_CHECKING:  # parameters of every member, each in its own order
@@ -42,15 +43,15 @@ class RoughSurface(Surface, family=True):
             """Root mean square slope of the surface topography."""
 
     def real_share(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Share that touches."""
+        """Return the share of the area in contact [1]."""
         return contact_fraction(pressure, modulus=self.modulus, slope=self.rms_slope)
 
     def real_growth(self, pressure: float) -> float:
-        """Growth of the touching share with pressure [1/Pa]."""
+        """Return the derivative of the share in contact with pressure [1/Pa]."""
         return contact_growth(pressure=pressure, modulus=self.modulus, slope=self.rms_slope)
 
     def gaps(self, pressure: float) -> GaussianGaps:
-        """Gaps under a pressure: those with its mean gap and its real contact."""
+        """Return the Gaussian distribution of gaps with the mean gap and the real contact at a pressure [Pa]."""
         at = np.asarray(pressure)
         return gaussian_gaps(mean_gap=float(self.gap(at)), touching=float(self.real_share(at)))
 
@@ -63,7 +64,7 @@ class PerssonSurface(RoughSurface):
     p = pressure_factor E* exp(-gap/(decay_factor rms_gap)) and A_real/A0 = erf(sqrt(2) p/(E* h')). The forms
     are cited from memory, unverified; so are the two factors (for the pressure of the order of the wave number of the
     longest roughness times its rms height, for the decay somewhat below 1), which therefore have no default.
-    Valid for small pressures, mean gaps of some rms gaps; towards gap 0 the exponential has no ground.
+    Valid for small pressures, at mean gaps of some rms gaps; towards gap 0 the exponential is not justified.
     """
 
     reference: ClassVar[str] = "doi:10.1063/1.5024038"
@@ -87,60 +88,62 @@ class PerssonSurface(RoughSurface):
         Number, Quantity("m", 1e-10, 1e-2, "root mean square height of the surface topography")
     ]
     pressure_factor: Annotated[Number, Quantity("1", 1e-6, 1e3, "repulsion at gap 0 over the modulus")]
-    decay_factor: Annotated[Number, Quantity("1", 0.01, 10, "gap of an e-fold of repulsion over rms height")]
+    decay_factor: Annotated[
+        Number, Quantity("1", 0.01, 10, "change of gap for a factor e in repulsion, over rms height")
+    ]
 
     def pressure(self, gap: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Repulsion per area [Pa]."""
+        """Return the repulsion per area [Pa]."""
         flat, decay = self.pressure_factor * self.modulus, self.decay_factor * self.rms_gap
         return exponential_pressure(gap, flat=flat, decay=decay)
 
     def slope(self, gap: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Change of the repulsion with the gap [Pa/m]."""
+        """Return the derivative of the repulsion with the gap [Pa/m]."""
         return -self.pressure(gap) / (self.decay_factor * self.rms_gap)
 
     def gap(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Mean gap under a pressure [m]."""
+        """Return the mean gap under a pressure [m]."""
         flat, decay = self.pressure_factor * self.modulus, self.decay_factor * self.rms_gap
         return exponential_gap(pressure, flat=flat, decay=decay)
 
 
 def exponential_pressure(gap: ArrayLike, *, flat: float, decay: float) -> NDArray[np.float64]:
-    """Repulsion that falls exponentially with the gap.
+    """Return a repulsion that falls exponentially with the gap.
 
     Parameters
     ----------
     gap : float or array_like
-        m.
+        Gap [m].
     flat : float
         Pressure at gap 0 [Pa].
     decay : float
-        Gap over which it falls e-fold [m].
+        Change of gap over which the repulsion falls by a factor e [m].
 
     Returns
     -------
-    float or ndarray
-        Pa, same shape.
+    pressure : float or ndarray, same shape
+        Repulsion per area [Pa].
     """
     pressure: NDArray[np.float64] = flat * np.exp(-np.asarray(gap, dtype=float) / decay)
     return pressure
 
 
 def exponential_gap(pressure: ArrayLike, *, flat: float, decay: float) -> NDArray[np.float64]:
-    """Gap at which an exponential repulsion bears a pressure.
+    """Return the gap at which an exponential repulsion bears a pressure.
 
     Parameters
     ----------
     pressure : float or array_like
-        Pa; 0 or less is borne at no gap, an infinite one.
+        Pressure [Pa].
     flat : float
         Pressure at gap 0 [Pa].
     decay : float
-        Gap over which the repulsion falls e-fold [m].
+        Change of gap over which the repulsion falls by a factor e [m].
 
     Returns
     -------
-    float or ndarray
-        m, same shape; 0 from the flat pressure on.
+    gap : float or ndarray, same shape
+        Gap [m]; infinite at pressures of 0 or less, 0 at pressures of `flat` or more.
     """
     with np.errstate(divide="ignore"):
         ratio = np.log(flat / np.maximum(np.asarray(pressure, dtype=float), 0.0))
@@ -149,32 +152,32 @@ def exponential_gap(pressure: ArrayLike, *, flat: float, decay: float) -> NDArra
 
 
 def gaussian_gaps(*, mean_gap: float, touching: float) -> GaussianGaps:
-    """Gaps of a surface topography whose mean gap and whose real contact are known.
+    """Return the Gaussian distribution of gaps with a given mean gap and a given real contact.
 
     Parameters
     ----------
     mean_gap : float
-        Mean over the whole area, places that touch counted as 0 [m], above 0.
+        Mean over the whole area, where contact counts as gap 0 [m], above 0.
     touching : float
-        Share that touches, above 0 and at most `MOST_TOUCHING`.
+        Share of the area in contact [1], above 0 and at most `MOST_TOUCHING`.
 
     Returns
     -------
     GaussianGaps
-        The one Gaussian that has both: x = mean/rms from Phi(-x) = touching, rms = mean_gap/(x Phi(x) + n(x)).
+        The distribution: x = mean/rms from Phi(-x) = touching, rms = mean_gap/(x Phi(x) + n(x)).
 
     Raises
     ------
     InputError
-        If the surface topography is flattened too far for a Gaussian, or bears nothing.
+        If the share in contact or the mean gap is outside its limits.
     """
     from scipy.special import ndtr, ndtri
 
     if not (mean_gap > 0 and math.isfinite(mean_gap) and 0 < touching <= MOST_TOUCHING):
         raise InputError(
-            f"a share of {touching:g} in contact at a mean gap of {mean_gap:g} m: a Gaussian of gaps stands for the"
-            " surface topography"
-            f" only above gap 0 and up to {MOST_TOUCHING:g} in contact; lower the pressure, or use one gap (no 'spots')"
+            f"a share of {touching:g} in contact at a mean gap of {mean_gap:g} m: a Gaussian distribution of gaps needs a mean"
+            f" gap above 0 m and a share above 0 and up to {MOST_TOUCHING:g}; lower the pressure, or omit 'spots' for one"
+            " gap everywhere"
         )
     x = -float(ndtri(touching))
     rms = mean_gap / (x * float(ndtr(x)) + math.exp(-(x**2) / 2) / math.sqrt(2 * math.pi))

@@ -1,4 +1,4 @@
-"""What the surface topography of the skin does under pressure: the gap it keeps, and how much of it touches."""
+"""Response of the surface topography of the skin to pressure: mean gap and real contact."""
 
 from __future__ import annotations
 
@@ -22,108 +22,108 @@ if TYPE_CHECKING:
 
 
 class Surface(Model, family=True):
-    """The surface topography of the skin as a cushion between skin and plate.
+    """The surface topography of the skin as an elastic layer between skin and plate.
 
     Notes
     -----
-    The repulsion falls with the gap, ever less (decreasing and convex): what `solve.equilibrium` rests on.
-    At gap 0 the surface topography is flat and the skin stands on the plate, which bears any more pressure.
+    The repulsion is a decreasing and convex function of the gap, which `solve.equilibrium` relies on. At gap 0 the
+    surface topography is flattened, and the plate bears any further pressure.
     """
 
     @abstractmethod
     def pressure(self, gap: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Repulsion per area at a mean gap.
+        """Return the repulsion per area at a mean gap.
 
         Parameters
         ----------
         gap : float or ndarray
-            m; NaN gives NaN.
+            Mean gap [m]; NaN gives NaN.
 
         Returns
         -------
-        float or ndarray
-            Pa, same shape; without the stop at gap 0.
+        pressure : float or ndarray, same shape
+            Repulsion per area [Pa], without the reaction of the plate at gap 0.
         """
 
     @abstractmethod
     def slope(self, gap: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Rate at which the repulsion changes with the gap.
+        """Return the derivative of the repulsion with the gap.
 
         Parameters
         ----------
         gap : float or ndarray
-            m; NaN gives NaN.
+            Mean gap [m]; NaN gives NaN.
 
         Returns
         -------
-        float or ndarray
-            Pa/m, below 0, rising with the gap, same shape.
+        slope : float or ndarray, same shape
+            Derivative [Pa/m], below 0 and increasing with the gap.
         """
 
     @abstractmethod
     def gap(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Mean gap under a pressure.
+        """Return the mean gap under a pressure.
 
         Parameters
         ----------
         pressure : float or ndarray
-            Pa; NaN gives NaN.
+            Pressure [Pa]; NaN gives NaN.
 
         Returns
         -------
-        float or ndarray
-            m, same shape; 0 where the pressure flattens the surface topography.
+        gap : float or ndarray, same shape
+            Mean gap [m]; 0 where the pressure flattens the surface topography.
         """
 
     @abstractmethod
     def real_share(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Share of the area that touches.
+        """Return the share of the area in contact.
 
         Parameters
         ----------
         pressure : float or ndarray
-            Pa, load plus attraction; NaN gives NaN.
+            Pressure of load and attraction [Pa]; NaN gives NaN.
 
         Returns
         -------
-        float or ndarray
-            A_real/A0, from 0 to 1, same shape.
+        share : float or ndarray, same shape
+            Real over gross contact area [1], from 0 to 1.
         """
 
     def real_growth(self, pressure: float) -> float:
-        """Rate at which the touching share grows with pressure [1/Pa], at a pressure in Pa.
+        """Return the derivative of the share in contact with pressure [1/Pa], at a pressure [Pa].
 
         Raises
         ------
         InputError
-            If the surface has one gap everywhere.
+            If the surface has the same gap everywhere.
         """
-        raise _no_relief(self, pressure)
+        raise _one_gap(self, pressure)
 
     def gaps(self, pressure: float) -> GaussianGaps:
-        """Gaps from place to place under a pressure [Pa].
+        """Return the distribution of local gaps under a pressure [Pa].
 
         Raises
         ------
         InputError
-            If the surface has one gap everywhere, or is flattened too far for a Gaussian of them.
+            If the surface has the same gap everywhere, or is flattened too far for a Gaussian distribution.
         """
-        raise _no_relief(self, pressure)
+        raise _one_gap(self, pressure)
 
 
-def _no_relief(surface: Surface, pressure: float) -> InputError:
+def _one_gap(surface: Surface, pressure: float) -> InputError:
     return InputError(
-        f"{type(surface).__name__} has one gap everywhere, also at {pressure:g} Pa: it has no distribution of gaps to"
-        " average over. Leave 'spots' out, or use a rough surface, for instance PerssonSurface"
+        f"{type(surface).__name__} has the same gap everywhere, also at {pressure:g} Pa, and no distribution of gaps to"
+        " average over. Omit 'spots', or use a rough surface, for instance PerssonSurface"
     )
 
 
 class LinearSpring(Surface):
-    """A spring that keeps the skin off the plate, with the plate as its stop.
+    """A linear spring between skin and plate, with a rigid stop at gap 0.
 
     Notes
     -----
-    Nothing touches before the gap is closed, then all of it.
+    The share in contact is 0 while the gap is open and 1 when it is closed.
     """
 
     equation: ClassVar[Mapping[str, str]] = {
@@ -132,25 +132,25 @@ class LinearSpring(Surface):
     }
     example: ClassVar[Mapping[str, Any]] = {"stiffness": 1e9, "free_gap": 1e-5}
 
-    stiffness: Annotated[Number, Quantity("Pa/m", 1, 1e15, "pressure for each length of closing")]
+    stiffness: Annotated[Number, Quantity("Pa/m", 1, 1e15, "pressure over the reduction of the gap")]
     free_gap: Annotated[Number, Quantity("m", 1e-10, 1e-1, "gap without any pressure")]
 
     def pressure(self, gap: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Repulsion per area [Pa]; beyond the free gap the spring draws, below 0."""
+        """Return the repulsion per area [Pa], negative beyond the free gap."""
         return self.stiffness * (self.free_gap - gap)
 
     def slope(self, gap: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Change of the repulsion with the gap [Pa/m], the same at every gap."""
+        """Return the derivative of the repulsion with the gap [Pa/m], the same at every gap."""
         level: NDArray[np.float64] = np.where(np.isnan(gap), np.nan, -self.stiffness)
         return level
 
     def gap(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Gap under a pressure [m], 0 from the closing pressure on."""
+        """Return the gap under a pressure [m], 0 from the closing pressure on."""
         gap: NDArray[np.float64] = np.maximum(self.free_gap - np.asarray(pressure) / self.stiffness, 0.0)
         return gap
 
     def real_share(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Share that touches: 0 before the gap is closed, then 1."""
+        """Return the share in contact [1], 0 while the gap is open and 1 when it is closed."""
         given = np.asarray(pressure, dtype=float)
         closed = (given >= self.stiffness * self.free_gap).astype(float)
         share: NDArray[np.float64] = np.where(np.isnan(given), np.nan, closed)
@@ -160,27 +160,27 @@ class LinearSpring(Surface):
 def pull_in_voltage(
     *, stiffness: float, free_gap: float, electrical_thickness: float, pressure: float = 0.0
 ) -> float | None:
-    """Voltage at which a skin on a linear spring snaps to the plate.
+    """Return the pull-in voltage of a skin on a linear spring.
 
     Parameters
     ----------
     stiffness : float
-        Of the spring, per area [Pa/m].
+        Stiffness of the spring per area [Pa/m].
     free_gap : float
         Gap without pressure [m].
     electrical_thickness : float
         K, the sum of T/eps over the layers that block [m], 0 or more.
     pressure : float
-        Of the load [Pa]: it leaves a free gap of free_gap - pressure/stiffness.
+        Pressure of the load [Pa], which reduces the free gap to g0 = free_gap - pressure/stiffness.
 
     Returns
     -------
-    float or None
-        V; None where the gap closes without a snap.
+    voltage : float or None
+        Pull-in voltage [V]; None where the gap closes continuously.
 
     Notes
     -----
-    V^2 = 8 k (K + g0)^3/(27 eps0), at g = (2 g0 - K)/3: only if g0 > K/2, else that place is behind the plate.
+    V^2 = 8 k (K + g0)^3/(27 eps0), at the gap (2 g0 - K)/3, which is positive only for g0 > K/2.
     """
     left = free_gap - pressure / stiffness
     if not left > electrical_thickness / 2:

@@ -1,1 +1,1 @@
-"""What the amplifier is asked for: voltage over time."""
+"""Drives: the voltage or current over time that the amplifier is asked to deliver."""

@@ -24,18 +24,18 @@ if TYPE_CHECKING:
 
 
 _ROUNDED = 16 * float(np.finfo(float).eps)
-"""Corners nearer to each other than this against the time are one."""
+"""Relative distance in time below which two corners count as one."""
 _MOST_CYCLES = 100_000
-"""Of one oscillation in as many of another: beyond it two periods count as having nothing in common."""
+"""Cycles up to which a common period of two oscillations is searched for; beyond it there is none."""
 
 
 class Drive(Model, family=True):
-    """A voltage, or a current, over time; off before time 0 when it starts from rest.
+    """A voltage or current over time; zero before time 0 when the simulation starts from rest.
 
     Notes
     -----
-    A drive is a sum of parts in closed form, so that a solver can be exact; `voltage` is their sum. What is
-    said of volts holds for amperes where `quantity` is ``"current"``.
+    A drive is a sum of parts in closed form, so that a solver can be exact; `voltage` is their sum. Volts stand
+    for amperes where `quantity` is ``"current"``.
     """
 
     quantity: ClassVar[str] = "voltage"
@@ -54,17 +54,17 @@ class Drive(Model, family=True):
 
     @abstractmethod
     def parts(self) -> tuple[Part, ...]:
-        """Give the closed forms whose sum is the drive."""
+        """Return the closed forms whose sum is the drive."""
 
     @property
     @abstractmethod
     def period(self) -> float | None:
-        """Time after which the drive repeats for ever [s]; None when it does not."""
+        """Period of the drive [s]; None for a drive that does not repeat."""
 
     @property
     @abstractmethod
     def duration(self) -> float:
-        """How long one looks at it by default [s]."""
+        """Default duration of a simulation under this drive [s]."""
 
     @property
     def time_stamps(self) -> Real | None:
@@ -72,7 +72,7 @@ class Drive(Model, family=True):
         return None
 
     def voltage(self, time: ArrayLike) -> Real:
-        """Voltage of the drive.
+        """Return the voltage of the drive.
 
         Parameters
         ----------
@@ -81,8 +81,8 @@ class Drive(Model, family=True):
 
         Returns
         -------
-        ndarray
-            V, same shape; at a jump the value after it.
+        voltage : ndarray
+            Voltage [V], or current [A] of a current drive, same shape; at a step the value after it.
         """
         times = np.asarray(time, dtype=float)
         values = [part.value(times) for part in self.parts()]
@@ -90,34 +90,33 @@ class Drive(Model, family=True):
         return total
 
     def slope(self, time: ArrayLike) -> Real:
-        """Rate of change of the voltage just after these times [V/s]; jumps are not in it."""
+        """Return the rate of change of the voltage just after these times [V/s], without its steps."""
         times = np.asarray(time, dtype=float)
         slopes = [part.slope(times) for part in self.parts()]
         total: Real = slopes[0] if len(slopes) == 1 else np.sum(slopes, axis=0)
         return total
 
     def extremes(self, start: float = 0.0, end: float | None = None) -> tuple[float, float]:
-        """Lowest and highest voltage between two times, both sides of every jump between them included.
+        """Return the lowest and highest voltage between two times, both sides of every step between them included.
 
         Parameters
         ----------
         start : float
             s, >= 0; the voltage before it does not count.
         end : float, optional
-            s, > `start`; by default when the drive has shown all it does: its duration, or its period where that
-            is longer.
+            s, > `start`; by default the longer of the drive's duration and its period.
 
         Returns
         -------
         lowest, highest : float
-            V.
+            Extremes of the voltage [V].
 
         Notes
         -----
-        Straight pieces and one tone beside them are exact. Several tones are bracketed by their largest
+        Straight pieces, also with one tone added, are exact. Several tones are bracketed by their largest
         curvature to 1e-12 of the sum of their amplitudes; a formula is searched as if its curvature were at most
-        twice that of its highest frequency. Where that would take more than a million looks, the parts' own
-        bounds are added: never less than the largest value there is.
+        twice that of its highest frequency. Where that would take more than a million evaluations, the bounds of
+        the parts are added, which is never less than the largest value.
         """
         from electrovib.physics.drive.extremes import extremes
 
@@ -127,36 +126,37 @@ class Drive(Model, family=True):
         return extremes(self.parts(), start, last)
 
     def largest(self, end: float | None = None) -> float:
-        """Largest absolute voltage from time 0 to an end [V]; as `extremes` has it."""
+        """Return the largest absolute voltage from time 0 to an end [V], from `extremes`."""
         lowest, highest = self.extremes(0.0, end)
         return max(-lowest, highest)
 
     @property
     def highest_frequency(self) -> float:
-        """Fastest oscillation in the drive [Hz]; 0 for straight pieces, however steep."""
+        """Highest frequency of an oscillation in the drive [Hz]; 0 for straight pieces, however steep."""
         return max((part.highest_frequency for part in self.parts()), default=0.0)
 
     def shortest_piece(self, end: float) -> float:
-        """Shortest straight piece, or time for which a tone or formula is on up to an end [s]; infinite for a step."""
+        """Return the shortest straight piece or on-time of a tone or formula up to an end [s]; infinite for a step."""
         return min((part.shortest_piece(end) for part in self.parts()), default=math.inf)
 
     def count_corners(self, end: float) -> int:
-        """Count about how often the drive bends, jumps or is switched up to an end [s], without writing it out."""
+        """Estimate the number of kinks, steps and switching times up to an end [s], without writing them out."""
         return sum(part.count_breaks(end) for part in self.parts())
 
     def corners(self, end: float) -> tuple[Real, Real]:
-        """Times at which the drive bends, jumps or is switched, and by how much it jumps.
+        """Return the times of kinks, steps and switching, and the height of each step.
 
         Parameters
         ----------
         end : float
-            Up to when [s].
+            Last time [s].
 
         Returns
         -------
-        times, heights : ndarray, shape (n,)
-            Increasing, after 0 and up to the end [s]; V, 0 where it does not jump. Corners that differ by rounding
-            are one.
+        times : ndarray, shape (n,)
+            Increasing, after 0 and up to the end [s]; times that differ by rounding count as one.
+        heights : ndarray, shape (n,)
+            Height of the step at each time [V]; 0 where there is none.
         """
         parts = self.parts()
         found = [part.corners(end * (1 + _ROUNDED)) for part in parts]
@@ -181,7 +181,7 @@ class Drive(Model, family=True):
 
 
 def common_period(periods: Sequence[float]) -> float | None:
-    """Find the shortest time that holds a whole number of each of some periods.
+    """Find the shortest common multiple of some periods.
 
     Parameters
     ----------
@@ -190,14 +190,14 @@ def common_period(periods: Sequence[float]) -> float | None:
 
     Returns
     -------
-    float or None
-        s; None for no periods, or for periods whose ratio is not one of whole numbers up to 100 000.
+    period : float or None
+        Common period [s]; None without periods, or where their ratios are not those of whole numbers up to 100 000.
     """
     if not periods:
         return None
     first = periods[0]
     ratios = [Fraction(period / first).limit_denominator(_MOST_CYCLES) for period in periods]
-    # a mismatch counts as many times as there are cycles: together less than 1e-10 of a turn
+    # a mismatch adds up over the cycles: it has to stay below 1e-10 of a turn
     if any(
         abs(float(ratio) * first / period - 1) * max(ratio.numerator, ratio.denominator) > 2e-11
         for ratio, period in zip(ratios, periods, strict=True)

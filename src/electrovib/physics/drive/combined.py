@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Offset(Drive):
-    """Another drive on top of a constant voltage."""
+    """A drive with a constant voltage added from time 0 on."""
 
     example: ClassVar[Mapping[str, Any]] = {
         "drive": {"model": "Sine", "amplitude": 50, "frequency": 125},
@@ -30,18 +30,18 @@ class Offset(Drive):
     level: Annotated[Number, Quantity("V", -1e5, 1e5, "constant voltage added")]
 
     def parts(self) -> tuple[Part, ...]:
-        """Give the drive's parts and a step at time 0."""
+        """Return the drive's parts and a step at time 0."""
         step = Linear(np.zeros(1), np.zeros(1), np.array([self.level]), None)
         return (*self.drive.parts(), step)
 
     @property
     def period(self) -> float | None:
-        """The period of the drive."""
+        """Period of the drive [s]."""
         return self.drive.period
 
     @property
     def duration(self) -> float:
-        """The duration of the drive."""
+        """Duration of the drive [s]."""
         return self.drive.duration
 
     @property
@@ -51,7 +51,7 @@ class Offset(Drive):
 
 
 class Sum(Drive):
-    """Several drives added."""
+    """A sum of drives."""
 
     example: ClassVar[Mapping[str, Any]] = {
         "drives": [
@@ -60,7 +60,7 @@ class Sum(Drive):
         ]
     }
 
-    drives: Annotated[tuple[Drive, ...], Field(description="what is added, at least one")]
+    drives: Annotated[tuple[Drive, ...], Field(description="drives that are added, at least one")]
 
     @model_validator(mode="after")
     def _has_drives(self) -> Self:
@@ -69,12 +69,12 @@ class Sum(Drive):
         return self
 
     def parts(self) -> tuple[Part, ...]:
-        """Give the parts of all."""
+        """Return the parts of all drives."""
         return tuple(part for drive in self.drives for part in drive.parts())
 
     @property
     def period(self) -> float | None:
-        """Shortest time that holds a whole number of periods of each; constants have any."""
+        """Common period of the drives that are not constant [s]; None where there is none."""
         moving = [drive for drive in self.drives if not all(_is_step(part) for part in drive.parts())]
         periods = [drive.period for drive in moving]
         known = [period for period in periods if period is not None]
@@ -82,12 +82,12 @@ class Sum(Drive):
 
     @property
     def duration(self) -> float:
-        """The longest of them."""
+        """Longest duration of the drives [s]."""
         return max(drive.duration for drive in self.drives)
 
     @property
     def time_stamps(self) -> Real | None:
-        """Every time at which one of them was measured [s]; None if all are formulas."""
+        """Times at which any of the drives was measured [s]; None if all are formulas."""
         found = [stamps for drive in self.drives if (stamps := drive.time_stamps) is not None]
         return np.unique(np.concatenate(found)) if found else None
 

@@ -1,4 +1,4 @@
-"""Drives that prescribe the current: what the voltage becomes is up to finger and plate."""
+"""Drives that prescribe the current; the voltage follows from the finger and the plate."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.levels import Swing
 from electrovib.physics.drive.parts import Chirped, Part, Smooth, Tones
 from electrovib.physics.drive.pieces import Linear
 
@@ -17,45 +18,52 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 
-class CurrentSine(Drive):
-    """A sinusoidal current.
+class CurrentSine(Swing):
+    """A sinusoidal current about an offset.
 
     Notes
     -----
-    From rest it matters where it begins: a current that starts as a sine (phase 0) leaves the charge that a
-    blocking layer holds at I/w (1 - cos wt), one that starts as a cosine (phase pi/2) at I/w sin wt.
+    The charge of a blocking layer that starts from rest depends on the phase: I/w (1 - cos wt) under a current that
+    starts as a sine (phase 0), I/w sin wt under one that starts as a cosine (phase pi/2). A constant current through a
+    blocking layer charges it without bound.
     """
 
     quantity: ClassVar[str] = "current"
     example: ClassVar[Mapping[str, Any]] = {"amplitude": 1e-3, "frequency": 25e3}
 
-    amplitude: Annotated[Number, Quantity("A", 0, 10, "peak current")]
+    derived: ClassVar[Mapping[str, Quantity]] = {
+        "high": Quantity("A", -10, 10, "highest current, offset + amplitude"),
+        "low": Quantity("A", -10, 10, "lowest current, offset - amplitude"),
+    }
+
+    amplitude: Annotated[Number, Quantity("A", 0, 10, "peak current about the offset")]
+    offset: Annotated[Number, Quantity("A", -10, 10, "constant current added, from time 0 on")] = 0.0
     frequency: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "frequency")]
     phase: Annotated[Number, Quantity("rad", -10, 10, "0 for a sine, pi/2 for a cosine")] = 0.0
 
-    def parts(self) -> tuple[Tones, ...]:
-        """Give one tone [A]."""
+    def parts(self) -> tuple[Part, ...]:
+        """Return one tone and the offset [A]."""
         amplitude = self.amplitude * np.exp(1j * (self.phase - math.pi / 2))
-        return (Tones(np.array([self.frequency]), np.array([amplitude])),)
+        return self.with_offset((Tones(np.array([self.frequency]), np.array([amplitude])),))
 
     @property
     def period(self) -> float:
-        """One over the frequency."""
+        """Reciprocal of the frequency [s]."""
         return 1 / self.frequency
 
     @property
     def duration(self) -> float:
-        """Five periods."""
+        """Five periods [s]."""
         return 5 / self.frequency
 
 
 class CurrentAmplifier(Drive):
-    """A current that follows a command voltage: any drive as a current.
+    """A current proportional to a command voltage, which is any drive.
 
     Notes
     -----
-    i = v/R with the amplifier's sense resistor R: 1 kohm gives 1 mA for each volt of the command. Its supply
-    is taken as unlimited; the voltage it needs is a signal of the result.
+    i = v/R with the amplifier's sense resistor R: 1 kohm gives 1 mA for each volt of the command. The supply
+    voltage is taken as unlimited; the voltage that the current needs is a signal of the result.
     """
 
     quantity: ClassVar[str] = "current"
@@ -65,22 +73,20 @@ class CurrentAmplifier(Drive):
     }
 
     command: Drive
-    sense_resistance: Annotated[
-        Number, Quantity("ohm", 0.1, 1e12, "command voltage over the current it asks for")
-    ]
+    sense_resistance: Annotated[Number, Quantity("ohm", 0.1, 1e12, "command voltage over the current")]
 
     def parts(self) -> tuple[Part, ...]:
-        """Give the parts of the command, as currents [A]."""
+        """Return the parts of the command as currents [A]."""
         return tuple(_divided(part, self.sense_resistance) for part in self.command.parts())
 
     @property
     def period(self) -> float | None:
-        """The period of the command."""
+        """Period of the command [s]."""
         return self.command.period
 
     @property
     def duration(self) -> float:
-        """The duration of the command."""
+        """Duration of the command [s]."""
         return self.command.duration
 
     @property
@@ -90,7 +96,7 @@ class CurrentAmplifier(Drive):
 
 
 def _divided(part: Part, divisor: float) -> Part:
-    """Give the same form, smaller."""
+    """Return a part divided by a number."""
     if isinstance(part, Linear):
         return Linear(part.times, part.before / divisor, part.after / divisor, part.period, part.step)
     if isinstance(part, Tones):

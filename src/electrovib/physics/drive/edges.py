@@ -1,4 +1,4 @@
-"""Drives made of straight pieces: constant, square, pulse train, trapezoidal pulse."""
+"""Drives made of straight pieces: step, square wave, pulse train, trapezoidal pulse."""
 
 from __future__ import annotations
 
@@ -10,24 +10,26 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.levels import Levels
 from electrovib.physics.drive.pieces import Linear
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-_VOLTAGE = Quantity("V", -1e5, 1e5, "voltage")
-_EDGE = Quantity("s", 0, 1e3, "time an edge takes; 0 for a jump")
+_HIGH = Quantity("V", -1e5, 1e5, "high level")
+_LOW = Quantity("V", -1e5, 1e5, "low level")
+_EDGE = Quantity("s", 0, 1e3, "duration of an edge; 0 for a step")
 _ROUNDED = 1 - 1e-12
-"""Times that add up to a period may miss it by rounding."""
+"""Share of a period above which a time counts as the period, because sums of times are rounded."""
 
 
 def _within(time: float, end: float) -> float:
-    """Give the time, or the end if it comes that close."""
+    """Return the time, or the end where they differ by rounding only."""
     return end if time > end * _ROUNDED else time
 
 
 def _pieces(points: list[tuple[float, float]], period: float | None = None) -> Linear:
-    """Join points (time, voltage); two points at one time are a jump."""
+    """Join points (time, voltage) by straight pieces; two points at one time are a step."""
     merged: list[list[float]] = []
     for time, voltage in points:
         if merged and time == merged[-1][0]:
@@ -49,21 +51,21 @@ class Step(Drive):
     level: Annotated[Number, Quantity("V", -1e5, 1e5, "voltage held")]
 
     def parts(self) -> tuple[Linear, ...]:
-        """Give one piece."""
+        """Return one piece."""
         return (_pieces([(0.0, self.level)]),)
 
     @property
     def period(self) -> None:
-        """A step has no period of its own."""
+        """None: a step does not repeat."""
 
     @property
     def duration(self) -> float:
-        """Long against the decay of a finger."""
+        """0.1 s, long compared with the charge relaxation of a finger."""
         return 0.1
 
 
-class Trapezium(Drive):
-    """A ramp up, a hold, a ramp down: once, or repeated when a period is given."""
+class Trapezium(Levels):
+    """A trapezoidal pulse: a ramp up, a hold and a ramp down, once or repeated with a period."""
 
     example: ClassVar[Mapping[str, Any]] = {"high": 1000, "rise": 36e-3, "hold": 0.1, "fall": 36e-3}
 
@@ -86,7 +88,7 @@ class Trapezium(Drive):
         return self
 
     def parts(self) -> tuple[Linear, ...]:
-        """Give the corners."""
+        """Return the straight pieces of the pulse."""
         ends = np.cumsum([self.delay, self.rise, self.hold, self.fall]).tolist()
         voltages = [self.low, self.high, self.high, self.low]
         points = [(0.0, self.low), *zip(ends, voltages, strict=True)]
@@ -97,22 +99,22 @@ class Trapezium(Drive):
 
     @property
     def period(self) -> float | None:
-        """The time given as `repeat`."""
+        """Period given as `repeat` [s]; None for a single pulse."""
         return self.repeat
 
     @property
     def duration(self) -> float:
-        """One trapezoidal pulse and as long again after it as its hold, or one period."""
+        """The period, or for a single pulse its length and once more its hold [s]."""
         return self.repeat or self.delay + self.rise + 2 * self.hold + self.fall
 
 
-class Square(Drive):
-    """A voltage that alternates between two levels, half a period each."""
+class Square(Levels):
+    """A square wave: a voltage that alternates between two levels, half a period each."""
 
     example: ClassVar[Mapping[str, Any]] = {"high": 100, "low": -100, "frequency": 60}
 
-    high: Annotated[Number, _VOLTAGE]
-    low: Annotated[Number, _VOLTAGE] = 0.0
+    high: Annotated[Number, _HIGH]
+    low: Annotated[Number, _LOW] = 0.0
     frequency: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "repetition frequency")]
     edge: Annotated[Number, _EDGE] = 0.0
 
@@ -124,28 +126,30 @@ class Square(Drive):
         return self
 
     def parts(self) -> tuple[Linear, ...]:
-        """Give the corners of one period, which begins with the rising edge."""
+        """Return the straight pieces of one period, which begins with the rising edge."""
         return (_train(self.low, self.high, 0.5 / self.frequency, 1 / self.frequency, self.edge),)
 
     @property
     def period(self) -> float:
-        """One over the frequency."""
+        """Reciprocal of the frequency [s]."""
         return 1 / self.frequency
 
     @property
     def duration(self) -> float:
-        """Five periods."""
+        """Five periods [s]."""
         return 5 / self.frequency
 
 
-class PulseTrain(Drive):
-    """Pulses of one width, repeated."""
+class PulseTrain(Levels):
+    """A pulse train: pulses of one width, repeated with a period."""
 
     example: ClassVar[Mapping[str, Any]] = {"high": 100, "width": 1e-3, "frequency": 60}
 
-    high: Annotated[Number, _VOLTAGE]
-    low: Annotated[Number, _VOLTAGE] = 0.0
-    width: Annotated[Number, Quantity("s", 1e-9, 1e3, "from the beginning of the rise to that of the fall")]
+    high: Annotated[Number, _HIGH]
+    low: Annotated[Number, _LOW] = 0.0
+    width: Annotated[
+        Number, Quantity("s", 1e-9, 1e3, "time from the beginning of the rise to that of the fall")
+    ]
     frequency: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "repetition frequency")]
     edge: Annotated[Number, _EDGE] = 0.0
 
@@ -157,17 +161,17 @@ class PulseTrain(Drive):
         return self
 
     def parts(self) -> tuple[Linear, ...]:
-        """Give the corners of one period, which begins with the rising edge."""
+        """Return the straight pieces of one period, which begins with the rising edge."""
         return (_train(self.low, self.high, self.width, 1 / self.frequency, self.edge),)
 
     @property
     def period(self) -> float:
-        """One over the frequency."""
+        """Reciprocal of the frequency [s]."""
         return 1 / self.frequency
 
     @property
     def duration(self) -> float:
-        """Five periods."""
+        """Five periods [s]."""
         return 5 / self.frequency
 
 

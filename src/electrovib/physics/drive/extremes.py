@@ -1,4 +1,4 @@
-"""The lowest and the highest value of a sum of straight pieces, tones and formulas."""
+"""Lowest and highest value of a sum of straight pieces, tones and formulas."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.parts import Part
 
 TOLERANCE = 1e-12
-"""Of a searched extreme, over the sum of the amplitudes."""
+"""Tolerance of a searched extreme, relative to the sum of the amplitudes."""
 _DIVISIONS = 4
 _CURVED = 2.0
-"""Curvature of a formula over what its highest frequency and its largest value alone would give."""
+"""Largest curvature of a formula over that of a sine of its highest frequency and its largest value."""
 
 
 def extremes(parts: Sequence[Part], start: float, end: float) -> tuple[float, float]:
@@ -31,14 +31,14 @@ def extremes(parts: Sequence[Part], start: float, end: float) -> tuple[float, fl
     Parameters
     ----------
     parts : sequence of Linear, Tones or Smooth
-        What is added.
+        The parts of the drive.
     start, end : float
-        s; at the start the value after a jump counts, at the end both do.
+        s; of a step at the start the value after it counts, of one at the end both values do.
 
     Returns
     -------
     lowest, highest : float
-        V.
+        Extremes of the sum [V].
     """
     at_end = sum(float(part.value(np.array(end))) for part in parts)
     if end <= start:
@@ -62,7 +62,7 @@ def extremes(parts: Sequence[Part], start: float, end: float) -> tuple[float, fl
 
 
 def _of_straight(part: Linear, start: float, end: float, at_end: float) -> tuple[float, float]:
-    """Lowest and highest value of straight pieces: at their breaks and at both ends."""
+    """Return the extremes of straight pieces, which lie at breaks or at the ends [V]."""
     inside = slice(np.searchsorted(part.times, start, side="right"), np.searchsorted(part.times, end))
     ends = [float(part.value(np.array(start))), float(part.value_before(np.array(end))), at_end]
     sides = part.after[inside], part.before[inside]
@@ -74,16 +74,20 @@ def _of_straight(part: Linear, start: float, end: float, at_end: float) -> tuple
 
 @dataclass(frozen=True)
 class _Stretch:
-    """Straight pieces from corner to corner, and what oscillates beside all of them.
+    """Straight pieces from corner to corner, with tones and formulas that are on for all of them.
 
     Parameters
     ----------
-    begins, ends, after, before : ndarray, shape (n,)
-        Of each straight piece: from when until when [s], and the value at both ends [V].
-    frequencies, amplitudes : ndarray
-        Of tones [Hz, V].
+    begins, ends : ndarray, shape (n,)
+        Beginning and end of each straight piece [s].
+    after, before : ndarray, shape (n,)
+        Voltage just after the beginning and just before the end of each piece [V].
+    frequencies : ndarray, shape (m,)
+        Frequencies of the tones [Hz].
+    amplitudes : ndarray of complex, shape (m,)
+        Complex peak amplitudes of the tones [V].
     formulas : sequence of Smooth
-        Beside them.
+        Formulas that are added.
     """
 
     begins: Real
@@ -116,7 +120,7 @@ class _Stretch:
         return cls(begins, ends, after + level, before + level, frequencies[kept], together[kept], formulas)
 
     def extremes(self) -> tuple[float, float]:
-        """Lowest and highest value [V]."""
+        """Return the lowest and highest value [V]."""
         if not len(self.frequencies) and not self.formulas:
             values = np.concatenate([self.after, self.before])
             return float(np.min(values)), float(np.max(values))
@@ -130,17 +134,17 @@ class _Stretch:
         return np.asarray(waves + sum(part.whenever(times) for part in self.formulas), dtype=float)
 
     def _straight(self, pieces: Indices | slice, times: Real) -> Real:
-        """Value of the straight pieces that hold some times; exact at both ends."""
+        """Return the value of straight pieces at some times in them [V]; exact at both ends."""
         begins, ends = self.begins[pieces], self.ends[pieces]
         share = (times - begins) / (ends - begins)
         return np.asarray(self.after[pieces] * (1 - share) + self.before[pieces] * share)
 
     def _of_one_tone(self) -> tuple[float, float]:
-        """One tone on straight pieces: its first and last crest and trough in each, beside the ends."""
+        """Return the extremes of one tone on straight pieces, from the ends and the outermost crests of each piece [V]."""
         angular, amplitude = 2 * np.pi * self.frequencies[0], complex(self.amplitudes[0])
         size, phase = abs(amplitude), math.atan2(amplitude.imag, amplitude.real)
         slope = (self.before - self.after) / (self.ends - self.begins)
-        with np.errstate(over="ignore"):  # a tone too small to make a crest
+        with np.errstate(over="ignore"):  # a tone too small for a crest
             steep = np.clip(slope / (size * angular), -1.0, 1.0)
         values = [
             self.after + self._oscillating(self.begins),
@@ -166,7 +170,7 @@ class _Stretch:
         return float(np.min(straight)) - swing, float(np.max(straight)) + swing
 
     def _search(self) -> tuple[float, float] | None:
-        """Cut out what cannot hold an extreme, by the largest curvature, until it is bracketed; None if too long."""
+        """Bracket both extremes by dividing the intervals that may hold one, by the largest curvature; None if too long."""
         angular = 2 * np.pi * self.frequencies
         scale, curvature = float(np.sum(np.abs(self.amplitudes))), float(angular**2 @ np.abs(self.amplitudes))
         span = float(self.ends[-1] - self.begins[0])

@@ -1,4 +1,4 @@
-"""The three forms of a voltage for which a solver knows what to do."""
+"""The closed forms of which a drive is a sum: tones, formulas, and straight pieces (see `pieces`)."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 
 LOOKS = 16
-"""Looks at each cycle of the fastest oscillation, when a largest value is searched for."""
+"""Evaluations in each cycle of the fastest oscillation in a search for the largest value."""
 MANY_TIMES = 10_000
-"""From which on it is worth to see whether they are even."""
+"""Number of times from which on they are tested for even spacing."""
 MOST_LOOKS = 1_000_000
-"""Beyond which a largest value is bounded and not searched for."""
+"""Number of evaluations beyond which a largest value is bounded and not searched for."""
 
 
 def circling(frequency: float, time: Real) -> tuple[Real, Real]:
-    """Give cosine and sine of the phase of a tone.
+    """Return cosine and sine of the phase of a tone.
 
     Parameters
     ----------
@@ -37,7 +37,8 @@ def circling(frequency: float, time: Real) -> tuple[Real, Real]:
     Returns
     -------
     cosine, sine : ndarray, shape (n,)
-        Of 2 pi frequency time. At many even times from products of those of two coarser grids, to rounding.
+        Cosine and sine of 2 pi frequency time, from -1 to 1. At many evenly spaced times they are products of those of
+        two coarser grids, to rounding.
     """
     angular, step = 2 * np.pi * frequency, _even_step(time)
     if step is None:
@@ -53,7 +54,7 @@ def circling(frequency: float, time: Real) -> tuple[Real, Real]:
 
 
 def _even_step(time: Real) -> float | None:
-    """Give the step of many times that are even but for rounding [s]."""
+    """Return the step of many times that are evenly spaced to rounding [s]; else None."""
     if len(time) < MANY_TIMES:
         return None
     step = float(time[-1] - time[0]) / (len(time) - 1)
@@ -62,52 +63,52 @@ def _even_step(time: Real) -> float | None:
 
 
 class _Gated(ABC):
-    """What is on between two times: when it is switched, and by how much."""
+    """A part of a drive that is on between two times and zero outside."""
 
     start: float
     stop: float
 
     @abstractmethod
     def whenever(self, time: Real) -> Real:
-        """Voltage [V] at these times [s] as if it were always on."""
+        """Return the voltage [V] at these times [s] as if the part were always on."""
 
     def value(self, time: Real) -> Real:
-        """Voltage [V] at these times [s]."""
+        """Return the voltage [V] at these times [s]."""
         on = (time >= self.start) & (time < self.stop)
         return np.where(on | np.isnan(time), self.whenever(time), 0.0)
 
     def value_before(self, time: Real) -> Real:
-        """Voltage [V] just before these times [s], > 0."""
+        """Return the voltage [V] just before these times [s], > 0."""
         return np.where((time > self.start) & (time <= self.stop), self.whenever(time), 0.0)
 
     def corners(self, end: float) -> tuple[Real, Real]:
-        """Times up to an end at which it is switched [s], and by how much the voltage jumps there [V]."""
+        """Return the times up to an end at which the part is switched [s], and the voltage steps there [V]."""
         gates = np.array([gate for gate in (self.start, self.stop) if -math.inf < gate <= end])
         values = self.whenever(gates)
         return gates, np.where(gates == self.start, values, -values)
 
     def count_breaks(self, end: float) -> int:
-        """Count the times up to an end [s] at which it is switched."""
+        """Count the times up to an end [s] at which the part is switched."""
         return len(self.corners(end)[0])
 
     def shortest_piece(self, end: float) -> float:
-        """For how long it is on up to an end [s]; infinite if never."""
+        """Return how long the part is on up to an end [s]; infinite if it is never on."""
         on = min(self.stop, end) - max(self.start, 0.0)
         return on if on > 0 else np.inf
 
 
 @dataclass(frozen=True)
 class Tones(_Gated):
-    """A sum of sines, on between two times: the real part of sum A exp(j w t).
+    """A sum of sines that is on between two times: the real part of sum A exp(j w t).
 
     Parameters
     ----------
     frequencies : ndarray, shape (n,)
-        Hz; 0 for a constant.
+        Frequencies [Hz]; 0 for a constant.
     amplitudes : ndarray of complex, shape (n,)
-        Peak values [V] with phase.
+        Complex peak amplitudes [V].
     start, stop : float
-        When it is switched on and off [s]; always on when infinite.
+        Times of switching on and off [s]; infinite for a sum that is always on.
     """
 
     frequencies: Real
@@ -116,11 +117,11 @@ class Tones(_Gated):
     stop: float = math.inf
 
     def whenever(self, time: Real) -> Real:
-        """Voltage [V] at these times [s] as if it were always on."""
+        """Return the voltage [V] at these times [s] as if the part were always on."""
         return self._sum(time, self.amplitudes)
 
     def slope(self, time: Real) -> Real:
-        """Rate of change just after these times [V/s]."""
+        """Return the rate of change just after these times [V/s]."""
         on = (time >= self.start) & (time < self.stop)
         rate = self._sum(time, 2j * np.pi * self.frequencies * self.amplitudes)
         return np.where(on | np.isnan(time), rate, 0.0)
@@ -135,26 +136,26 @@ class Tones(_Gated):
 
     @property
     def highest_frequency(self) -> float:
-        """Of the tones that have an amplitude [Hz]."""
+        """Highest frequency of a tone with an amplitude above 0 [Hz]; 0 without one."""
         return float(np.max(self.frequencies[self.amplitudes != 0], initial=0.0))
 
     def bound(self) -> float:
-        """Sum of the amplitudes, which no value exceeds [V]."""
+        """Return the sum of the amplitudes, which no value exceeds [V]."""
         return float(np.sum(np.abs(self.amplitudes)))
 
 
 @dataclass(frozen=True)
 class Smooth(_Gated):
-    """A voltage given by a formula, smooth while it is on.
+    """A voltage given by a formula that is smooth while it is on.
 
     Parameters
     ----------
     formula, derivative : callable
-        Voltage [V] and its rate [V/s] at times [s].
+        Voltage [V] and its rate of change [V/s] at times [s].
     start, stop : float
-        When it is on [s].
+        Times of switching on and off [s].
     highest_frequency : float
-        Fastest oscillation in it [Hz]: how finely a solver has to look.
+        Highest frequency of its oscillation [Hz], which a solver has to resolve.
     """
 
     formula: Callable[[Real], Real]
@@ -164,16 +165,16 @@ class Smooth(_Gated):
     highest_frequency: float
 
     def whenever(self, time: Real) -> Real:
-        """Voltage [V] at these times [s] as if it were always on."""
+        """Return the voltage [V] at these times [s] as if the part were always on."""
         return self.formula(time)
 
     def slope(self, time: Real) -> Real:
-        """Rate of change just after these times [V/s]."""
+        """Return the rate of change just after these times [V/s]."""
         on = (time >= self.start) & (time < self.stop)
         return np.where(on | np.isnan(time), self.derivative(time), 0.0)
 
     def bound(self) -> float:
-        """Hardly more than its largest absolute value [V]: that at 16 looks a cycle, and what lies between them."""
+        """Return an upper bound on the absolute value [V], from 16 evaluations a cycle and the curvature between them."""
         looks = math.ceil((self.stop - self.start) * self.highest_frequency * LOOKS)
         times = np.linspace(self.start, self.stop, min(max(looks, LOOKS), MOST_LOOKS) + 1)
         return float(np.max(np.abs(self.whenever(times)))) / (1 - (2 * math.pi / LOOKS) ** 2 / 8)
@@ -181,12 +182,12 @@ class Smooth(_Gated):
 
 @dataclass(frozen=True)
 class Chirped(Smooth):
-    """A sine whose frequency runs evenly: amplitude times sin 2 pi (first t + sweep t^2/2).
+    """A sine whose frequency changes linearly with time: amplitude times sin 2 pi (first t + sweep t^2/2).
 
     Parameters
     ----------
     amplitude : float
-        V.
+        Peak voltage [V].
     first : float
         Frequency at time 0 [Hz].
     sweep : float
@@ -199,21 +200,21 @@ class Chirped(Smooth):
 
     @classmethod
     def between(cls, amplitude: float, first: float, last: float, length: float) -> Chirped:
-        """Let the frequency run from one value to another, from time 0 on.
+        """Make a sine whose frequency changes linearly from one value to another, from time 0 on.
 
         Parameters
         ----------
         amplitude : float
-            V.
+            Peak voltage [V].
         first, last : float
-            Hz, >= 0.
+            Frequencies at the beginning and at the end [Hz], >= 0.
         length : float
-            Time that takes [s].
+            Duration [s].
 
         Returns
         -------
         Chirped
-            Off afterwards.
+            The sine, off after its duration.
         """
         sweep = (last - first) / length
 
@@ -229,11 +230,11 @@ class Chirped(Smooth):
         return cls(formula, derivative, 0.0, length, max(first, last), amplitude, first, sweep)
 
     def phase(self, time: Real) -> Real:
-        """Phase at these times [s], of which the voltage is the sine [rad]."""
+        """Return the phase at these times [s], whose sine the voltage is proportional to [rad]."""
         return 2 * np.pi * (self.first * time + self.sweep * time**2 / 2)
 
     def bound(self) -> float:
-        """Amplitude, which no value exceeds [V]."""
+        """Return the amplitude, which no value exceeds [V]."""
         return abs(self.amplitude)
 
 

@@ -11,23 +11,23 @@ import numpy as np
 from electrovib.core.arrays import Indices, Real
 
 SLACK = 8 * float(np.finfo(float).eps)
-"""A time this close to a break, relative, counts as at it: time stamps are rounded."""
+"""Relative distance below which a time counts as at a break, because time stamps are rounded."""
 
 
 @dataclass(frozen=True)
 class Linear:
-    """Straight pieces between breaks, with a jump wherever `before` and `after` differ.
+    """Straight pieces between breaks, with a step wherever `before` and `after` differ.
 
     Parameters
     ----------
     times : ndarray, shape (n,)
         Breaks, strictly increasing, the first at 0 [s].
     before, after : ndarray, shape (n,)
-        Voltage just before and just after each break [V]; before the first the drive is off.
+        Voltage just before and just after each break [V]; it is 0 before the first break.
     period : float or None
-        If given, the pieces repeat with it and the last break is the end of the first period.
+        Period with which the pieces repeat [s], and then the last break; None for pieces that do not repeat.
     step : float or None
-        Time from each break to the next, where they are even but for the rounding of their stamps [s].
+        Time from each break to the next [s] where they are evenly spaced to the rounding of their time stamps.
     """
 
     times: Real
@@ -38,11 +38,11 @@ class Linear:
 
     @property
     def is_step(self) -> bool:
-        """Tell whether it is switched on at time 0 and then held for ever."""
+        """Whether the voltage is switched on at time 0 and then held."""
         return len(self.times) == 1
 
     def locate(self, time: Real) -> tuple[Indices, Real]:
-        """Give the piece in which each time [s] lies, the later one at a break, and the time since it began [s]."""
+        """Return the index of the piece at each time [s], the later one at a break, and the time since it began [s]."""
         slack = SLACK * np.abs(time)
         inside = time
         if self.period is not None:
@@ -59,22 +59,22 @@ class Linear:
 
     @functools.cached_property
     def passed(self) -> dict[bytes, tuple[Indices, Real]]:
-        """Breaks that the last march through very many pieces passed, and states there, (breaks, modes) [V]."""
+        """Cache of a solver: breaks of the last time stepping through very many pieces, and states there [V]."""
         return {}
 
     @functools.cached_property
     def jumps(self) -> Real:
-        """By how much it jumps at each break [V]."""
+        """Height of the step at each break [V]."""
         return self.after - self.before
 
     def begins_with(self, time: Real) -> bool:
-        """Tell whether these times [s] are its first breaks and nothing else."""
+        """Tell whether these times [s] are exactly the first breaks."""
         if self.period is not None or np.ndim(time) != 1 or not 1 < len(time) <= len(self.times):
             return False
         return time is self.times or bool(np.array_equal(self.times[: len(time)], time))
 
     def value(self, time: Real) -> Real:
-        """Voltage [V] at these times [s]; at a jump the later value; NaN passes."""
+        """Return the voltage [V] at these times [s], at a step the later value; NaN gives NaN."""
         if self.begins_with(time):
             return self.after[: len(time)].copy()
         index, elapsed = self.locate(time)
@@ -82,7 +82,7 @@ class Linear:
         return np.where((time < 0) & (self.period is None), 0.0, value)
 
     def value_before(self, time: Real) -> Real:
-        """Voltage [V] just before these times [s], > 0; at a jump the earlier value."""
+        """Return the voltage [V] just before these times [s], > 0; at a step the earlier value."""
         slack = SLACK * np.abs(time)
         inside = time
         if self.period is not None:
@@ -95,28 +95,28 @@ class Linear:
         return np.asarray(np.where(met, self.before[following], value))
 
     def slope(self, time: Real) -> Real:
-        """Rate of change just after these times [V/s]."""
+        """Return the rate of change just after these times [V/s]."""
         rate = np.where((time < 0) & (self.period is None), 0.0, self.slope_of(self.locate(time)[0]))
         return np.where(np.isnan(time), np.nan, rate)
 
     def slopes(self) -> Real:
-        """Rate of change after each break, 0 after the last one [V/s]."""
+        """Return the rate of change after each break, 0 after the last one [V/s]."""
         return np.append((self.before[1:] - self.after[:-1]) / self.lengths, 0.0)
 
     def slope_of(self, index: Indices) -> Real:
-        """Give the rate of change in some of the pieces, without looking at the others [V/s]."""
+        """Return the rate of change in some of the pieces, without evaluating the others [V/s]."""
         if np.size(index) >= len(self.times):
             return np.asarray(self.slopes()[index])
         following = np.minimum(index + 1, len(self.times) - 1)
         return np.asarray((self.before[following] - self.after[index]) / self.length_of(index))
 
     def length_of(self, index: Indices) -> Real:
-        """Give how long some of the pieces last [s]; infinite for the last."""
+        """Return the duration of some of the pieces [s]; infinite for the last."""
         following = np.minimum(index + 1, len(self.times) - 1)
         return np.where(following > index, self.times[following] - self.times[index], np.inf)
 
     def count_periods(self, time: Real) -> Indices:
-        """Count the whole periods that are over at each time [s], as `locate` has it; 0 without a period."""
+        """Count the whole periods completed at each time [s], consistently with `locate`; 0 without a period."""
         if self.period is None:
             return np.zeros(np.shape(time), np.intp)
         return np.asarray(np.floor((time + SLACK * np.abs(time)) / self.period), np.intp)
@@ -133,7 +133,7 @@ class Linear:
         return self._written_out(end) * (len(self.times) - 1) + 1
 
     def until(self, end: float) -> Linear:
-        """Write the repeated pieces out up to a time [s]; without a period, the same pieces."""
+        """Return the repeated pieces written out up to a time [s]; the same pieces without a period."""
         if self.period is None:
             return self
         count = self._written_out(end)
@@ -151,21 +151,21 @@ class Linear:
 
     @property
     def highest_frequency(self) -> float:
-        """Nothing oscillates between corners [Hz]."""
+        """0 Hz: nothing oscillates between corners."""
         return 0.0
 
     def corners(self, end: float) -> tuple[Real, Real]:
-        """Times up to an end at which it bends or jumps [s], and by how much it jumps there [V]."""
+        """Return the times of kinks and steps up to an end [s], and the height of the step at each [V]."""
         pieces = self.until(end)
         return pieces.times, pieces.jumps
 
     def shortest_piece(self, end: float) -> float:  # noqa: ARG002 - the pieces repeat
-        """Length of the shortest straight piece [s]; infinite for a step."""
+        """Return the duration of the shortest straight piece [s]; infinite for a step."""
         if self.step is not None:
             return self.step
         return float(np.min(self.lengths, initial=np.inf))
 
     def bound(self) -> float:
-        """Largest absolute value it ever has [V]."""
+        """Return the largest absolute voltage [V]."""
         sides = self.before, self.after
         return max(max(float(np.max(side)), -float(np.min(side))) for side in sides)

@@ -1,4 +1,4 @@
-"""What a recorded voltage is of the voltage that drives the stack."""
+"""Relation of a recorded voltage to the voltage that drives the stack."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ if TYPE_CHECKING:
 
 
 class Readback(Model, family=True):
-    """What a recorded voltage is of the voltage that drives the stack."""
+    """Relation of a recorded voltage to the voltage that drives the stack."""
 
     @abstractmethod
     def driving(self, time: Real, voltage: Real) -> Real:
-        """Voltage that drives the stack.
+        """Return the voltage that drives the stack.
 
         Parameters
         ----------
         time : ndarray, shape (n,)
-            s, increasing, counted from the first sample.
+            Times [s], increasing, counted from the first sample.
         voltage : ndarray, shape (n,)
-            V, as read back.
+            Recorded voltage [V].
 
         Returns
         -------
-        ndarray, shape (n,)
-            V, at the same times.
+        driving_voltage : ndarray, shape (n,)
+            Voltage at the same times [V].
 
         Raises
         ------
@@ -46,40 +46,42 @@ class WholeVoltage(Readback):
     """The record is the voltage that drives the stack."""
 
     def driving(self, time: Real, voltage: Real) -> Real:
-        """Give the record itself."""
+        """Return the record itself."""
         del time
         return voltage
 
 
 class OneOfTwoInAntiphase(Readback):
-    """The record is one of two electrodes driven in antiphase: while it is at 0 the other is at the supply.
+    """The record is the voltage of one of two electrodes in antiphase: while it is at 0, the other is at the supply.
 
     Notes
     -----
     With v1 + v2 equal to the supply V while the drive is on, the voltage between the electrodes is
-    v1 - v2 = 2 v1 - V: it is +V and -V by turns and has no pauses; off, it is 0. Without `supply`, V is the sum of
-    the upper and the lower level of the record, so that an offset of the read-back drops out and +V and -V come out
-    equally large. An edge is taken as mirrored on the other electrode, which a slow or poorly sampled edge shows as a
-    passage through 0. When the first electrode is at 0 the record alone does not tell whether the drive is on: it
-    counts as on from the first to the last sample at the upper level, unless `start` and `stop` say otherwise, so it may
+    v1 - v2 = 2 v1 - V: it alternates between +V and -V without pauses, and is 0 while the drive is off. Without
+    `supply`, V is the sum of the upper and the lower level of the record, so that an offset of the read-back cancels
+    and +V and -V are equally large. An edge is assumed to be mirrored on the other electrode, so a slow or poorly
+    sampled edge passes through 0. While the first electrode is at 0, the record alone does not show whether the drive
+    is on: without `start` and `stop` it counts as on from the first to the last sample at the upper level, and may
     have been on for up to half a period more on either side.
     """
 
     supply: Annotated[
-        Number | None, Quantity("V", -1e5, 1e5, "voltage of the supply, found from the record if absent")
+        Number | None, Quantity("V", -1e5, 1e5, "voltage of the supply, determined from the record if absent")
     ] = None
     start: Annotated[
-        Number | None, Quantity("s", 0, 1e6, "when the drive goes on, counted from the first sample")
+        Number | None,
+        Quantity("s", 0, 1e6, "time at which the drive is switched on, counted from the first sample"),
     ] = None
     stop: Annotated[
-        Number | None, Quantity("s", 0, 1e6, "when the drive goes off, counted from the first sample")
+        Number | None,
+        Quantity("s", 0, 1e6, "time at which the drive is switched off, counted from the first sample"),
     ] = None
 
     @model_validator(mode="after")
     def _is_a_drive(self) -> Self:
         why = ""
         if self.supply == 0:
-            why = "a supply of 0 V drives nothing; leave supply out to find it from the record"
+            why = "a supply of 0 V drives nothing; omit supply to determine it from the record"
         if self.start is not None and self.stop is not None and not self.start < self.stop:
             why = f"start = {self.start:g} s has to lie before stop = {self.stop:g} s"
         if why:
@@ -87,12 +89,13 @@ class OneOfTwoInAntiphase(Readback):
         return self
 
     def driving(self, time: Real, voltage: Real) -> Real:
-        """Give 2 v1 - V while the drive is on, and 0 before and after.
+        """Return 2 v1 - V while the drive is on, and 0 before and after [V].
 
         Raises
         ------
         ValueError
-            If the record is 0 V throughout, has both signs, as one electrode of two in antiphase has not, or is on nowhere.
+            If the record is 0 V throughout, has both signs, which one of two electrodes in antiphase has not, or if the
+            drive is on at no sample.
         """
         upper, lower, high = _levels(voltage)
         first = float(time[high[0]]) if self.start is None else self.start
@@ -106,15 +109,15 @@ class OneOfTwoInAntiphase(Readback):
 
 
 def _levels(voltage: Real) -> tuple[float, float, Indices]:
-    """Give the upper and the lower level of a read-back, and the samples nearer to the upper one."""
+    """Return the upper and the lower level of a record [V], and the indices of the samples nearer to the upper one."""
     extreme = float(voltage[np.argmax(np.abs(voltage))])
     if extreme == 0:
-        raise ValueError("the read-back is 0 V throughout, which is no electrode of a drive")
+        raise ValueError("the record is 0 V throughout, so its electrode is not driven")
     share = voltage / extreme
     if share.min() < -0.1:
         why = (
-            f"the read-back goes from {voltage.min():g} to {voltage.max():g} V, but one of two electrodes driven in"
-            " antiphase stays between 0 and the supply; a record of the whole voltage needs no such read-back"
+            f"the record extends from {voltage.min():g} to {voltage.max():g} V, but the voltage of one of two electrodes"
+            " driven in antiphase lies between 0 and the supply; for a record of the whole voltage omit readback"
         )
         raise ValueError(why)
     high = share > 0.5

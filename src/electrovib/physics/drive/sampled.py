@@ -1,4 +1,4 @@
-"""A measured drive."""
+"""A drive from a recorded voltage."""
 
 from __future__ import annotations
 
@@ -29,36 +29,36 @@ if TYPE_CHECKING:
 _VOLTAGE: Final = Quantity("V", -1e5, 1e5, "voltage of a sample")
 _NAME_ONE: Final = 'name the record, for instance file = "record.csv"'
 ROUNDING: Final = 8 * float(np.finfo(float).eps)
-"""Share of the largest stamp by which stamps may be off and still count as even."""
+"""Deviation from even spacing, relative to the largest time stamp, below which time stamps count as evenly spaced."""
 _SHORTEST_STEP: Final = 1e-24
 _DURATION: Final = Quantity("s", 1e-9, 1e6, "time from the first sample to the last")
 
 
 class StampTreatment(Model, family=True):
-    """What to do with time stamps that do not increase."""
+    """Treatment of time stamps that do not increase."""
 
     @abstractmethod
     def keep(self, time: Real) -> NDArray[np.bool_]:
-        """Tell which samples to keep from their stamps [s]; raise ValueError to refuse the record."""
+        """Tell which samples to keep from their time stamps [s]; raise ValueError to refuse the record."""
 
 
 class Refuse(StampTreatment):
-    """Refuse the record: the default, because a repeated stamp is usually a fault of the recording."""
+    """Refuse the record: the default, because a repeated time stamp is usually a fault of the recording."""
 
     def keep(self, time: Real) -> NDArray[np.bool_]:
-        """Keep all, or refuse at the first stamp that does not increase.
+        """Keep all samples, or refuse the record at the first time stamp that does not increase.
 
         Raises
         ------
         ValueError
-            If a stamp repeats or goes back; with the first and how many there are.
+            If a time stamp does not increase; the message gives the first one and their number.
         """
         faults = np.flatnonzero(np.diff(time) <= 0) + 1
         if len(faults):
             first = int(faults[0])
             word = "repeats" if time[first] == time[first - 1] else "goes back"
             raise ValueError(
-                f"time must increase, but {len(faults)} of {len(time)} stamps do not: sample {first}"
+                f"time must increase, but {len(faults)} of {len(time)} time stamps do not: sample {first}"
                 f" ({time[first]:.9g} s) {word} after {time[first - 1]:.9g} s. To drop such samples add"
                 ' stamps = { model = "KeepIncreasing" } to the drive'
             )
@@ -66,12 +66,12 @@ class Refuse(StampTreatment):
 
 
 class KeepIncreasing(StampTreatment):
-    """Drop every sample whose stamp is not later than all before it; the first of equal stamps stays.
+    """Drop every sample whose time stamp is not later than all before it; the first of equal ones is kept.
 
     Notes
     -----
-    Safe against repeats and short steps back. One stamp that is far too late drops all after it: the Trace
-    says how many samples were dropped.
+    Suited to repeated time stamps and short steps back. One time stamp that is far too late drops all samples after
+    it; the Trace states how many samples were dropped.
     """
 
     def keep(self, time: Real) -> NDArray[np.bool_]:
@@ -81,13 +81,13 @@ class KeepIncreasing(StampTreatment):
 
 
 class Sampled(Drive):
-    """A recorded voltage, straight between its samples and held after the last one.
+    """A recorded voltage, linear between its samples and held after the last one.
 
     Notes
     -----
-    Time counts from the first sample; the voltage before it is 0. Stamps need not be even. A NaN would poison
-    everything after it, so a record with one is refused with its place. The record need not be the voltage that
-    drives the stack: `readback` says what it is of it.
+    Time counts from the first sample; the voltage before it is 0. Time stamps need not be evenly spaced. A record with
+    a NaN is refused with its place, because every later state would be NaN. The record need not be the voltage that
+    drives the stack: `readback` states their relation.
     """
 
     example: ClassVar[Mapping[str, Any]] = {"time_samples": [0, 1e-3, 3e-3], "voltage_samples": [0, 10, 0]}
@@ -98,7 +98,7 @@ class Sampled(Drive):
     voltage_column: Annotated[str | int, Field(description="name or number of the column")] = "voltage"
     voltage_unit: Annotated[str, column_unit("V"), Field(description="unit of the column")] = "V"
     stamps: StampTreatment = Refuse()
-    readback: Annotated[Readback, Field(description="what the record is of the driving voltage")] = (
+    readback: Annotated[Readback, Field(description="relation of the record to the driving voltage")] = (
         WholeVoltage()
     )
     time_samples: Annotated[Samples, Field(description="time stamps [s], in place of a file")] = Samples([])
@@ -106,7 +106,7 @@ class Sampled(Drive):
 
     @classmethod
     def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
-        """Ask for time and voltage unless the samples came along."""
+        """Return the columns of time and voltage, unless the table holds the samples."""
         if not table.get("file") or "time_samples" in table:
             return {}
         default = {name: cls.model_fields[name].default for name in cls.model_fields} | dict(table)
@@ -125,7 +125,7 @@ class Sampled(Drive):
         try:
             _check_numbers(time, voltage, self.file)
             if np.count_nonzero(self.stamps.keep(time)) < 2:
-                raise ValueError("fewer than 2 samples are left")  # noqa: TRY301  # one place says all that is wrong
+                raise ValueError("fewer than 2 samples are left")  # noqa: TRY301  # refused with the others below
             _check_times(self._pieces.times)
         except ValueError as error:
             raise PydanticCustomError("samples", "{why}", {"why": str(error)}) from None
@@ -133,12 +133,12 @@ class Sampled(Drive):
 
     @functools.cached_property
     def _pieces(self) -> Linear:
-        """The samples that are kept, read once: straight pieces, and whether their stamps are even."""
+        """Straight pieces between the kept samples, with their time step where it is even."""
         stamps, voltage = self.time_samples.values, self.voltage_samples.values
         kept = self.stamps.keep(stamps)
         if not np.all(kept):
             stamps, voltage = stamps[kept], voltage[kept]
-        with np.errstate(over="ignore", invalid="ignore"):  # of times that no record has, which are refused
+        with np.errstate(over="ignore", invalid="ignore"):  # of impossible times, which are refused
             time = stamps - stamps[0]
             step = _even_step(time, float(np.max(np.abs(stamps[[0, -1]]))))
         after = self.readback.driving(time, voltage)
@@ -150,37 +150,37 @@ class Sampled(Drive):
 
     @property
     def dropped(self) -> int:
-        """Count the samples that the treatment of the stamps drops."""
+        """Number of samples that the treatment of the time stamps drops."""
         return len(self.time_samples) - len(self._pieces.times)
 
     def parts(self) -> tuple[Linear, ...]:
-        """Give the straight pieces between the samples."""
+        """Return the straight pieces between the samples."""
         return (self._pieces,)
 
     @property
     def period(self) -> None:
-        """A record does not repeat."""
+        """None: a record does not repeat."""
 
     @property
     def duration(self) -> float:
-        """From the first sample to the last."""
+        """Time from the first sample to the last [s]."""
         return float(self._pieces.times[-1])
 
     @property
     def time_stamps(self) -> Real:
-        """Times of the samples, counted from the first."""
+        """Times of the samples, counted from the first [s]."""
         return self._pieces.times
 
 
 def _even_step(time: Real, largest: float) -> float | None:
-    """Give the step of stamps that are even as far as numbers of their size tell [s], else None."""
+    """Return the step of time stamps that are evenly spaced to their rounding [s]; else None."""
     step = float(time[-1]) / (len(time) - 1)
     off = np.max(np.abs(time - step * np.arange(len(time))))
     return step if off <= ROUNDING * largest else None
 
 
 def _check_numbers(time: Real, voltage: Real, file: str) -> None:
-    """Refuse what is not a voltage at two times or more."""
+    """Refuse a record that is not a finite voltage within range at two times or more."""
     why = ""
     if not len(time) and not len(voltage):
         why = f"holds no samples: {UNREAD if file else _NAME_ONE}"
@@ -203,11 +203,11 @@ def _check_numbers(time: Real, voltage: Real, file: str) -> None:
 
 
 def _check_times(time: Real) -> None:
-    """Refuse stamps, counted from the first, that no recording has."""
+    """Refuse a duration or a time step outside the range of recordings, from time stamps counted from the first."""
     if not _DURATION.low <= time[-1] <= _DURATION.high:
         why = f"the record lasts {time[-1]:.4g} s, but a drive lasts between {_DURATION.range()}; is time_unit right?"
         raise ValueError(why)
     shortest = int(np.argmin(np.diff(time)))
     if time[shortest + 1] - time[shortest] < _SHORTEST_STEP:
-        why = f"samples {shortest} and {shortest + 1} of those kept are less than {_SHORTEST_STEP:g} s apart; leave one out"
+        why = f"samples {shortest} and {shortest + 1} of those kept are less than {_SHORTEST_STEP:g} s apart; omit one"
         raise ValueError(why)

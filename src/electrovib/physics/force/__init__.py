@@ -1,8 +1,8 @@
-"""From fields to attraction: at which plane the finger is cut free.
+"""Force laws: attraction from the fields in the layers, by the surface on which the Maxwell stress is evaluated.
 
-The published static formulas are one displacement divided by the permittivity of different planes, 3.4 to
-1650 times apart. Each is a law with a name. The finger can separate from the plate only in the gap, so the
-Maxwell stress in the gap is the physical one; inside a lossy dielectric a Maxwell stress is a convention.
+The published static formulas are the Maxwell stress of one displacement, evaluated in media of different permittivity,
+and differ by factors of 3.4 to 1650. Each is a law with a name. The finger can separate from the plate only in the gap,
+so the Maxwell stress in the gap is the physical one; inside a lossy dielectric the Maxwell stress is a convention.
 """
 
 from electrovib.physics.force.base import ForceLaw, gap_field, layer_of, needed_layer, wanted_layer

@@ -1,4 +1,4 @@
-"""The family of force laws, and how a law finds the layers that it reads."""
+"""The family of force laws, and the layers that a law needs."""
 
 from __future__ import annotations
 
@@ -25,11 +25,10 @@ class ForceLaw(Model, family=True):
 
     Notes
     -----
-    A law has two steps. `amplitudes` names quantities linear in the drive; `pressure` takes them as numbers,
-    at one time, under the same names. A law that has no causal form says so; it then has no response to
-    anything but one sine. `needs` tells the layers that it reads: by role, which is the one nearest to the
-    interface, or by the name of a layer of its own.
-    A law whose pressure can be negative says in `negative` why its attraction may be.
+    A law has two steps: `amplitudes` gives quantities that are linear in the drive, and `pressure` computes the
+    attraction from their values at one time, under the same names. With `causal` false the law has no time-domain form
+    and applies to a single sine only. `needs` lists the layers that the law needs, by role, which means the layer
+    nearest to the interface, or by name. A law whose pressure can be negative explains that in `negative`.
     """
 
     evaluation_surface: ClassVar[str] = "gap"
@@ -39,7 +38,7 @@ class ForceLaw(Model, family=True):
     negative: ClassVar[str] = ""
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
-        """Name the linear quantities the pressure is made of; by default the gap field E.
+        """Return the linear quantities from which the pressure is computed; by default the gap field E.
 
         Parameters
         ----------
@@ -48,39 +47,39 @@ class ForceLaw(Model, family=True):
 
         Returns
         -------
-        dict
-            Argument name of `pressure` to linear quantity.
+        amplitudes : dict
+            Name of an argument of `pressure` to linear quantity, per volt of the drive.
         """
         return {"E": gap_field(section)}
 
     def pressure(self, *args: Any, **kwargs: Any) -> NDArray[np.float64]:
-        """Attraction per area [Pa] from the amplitudes at one time [their units], scalar or array.
+        """Return the attraction per area [Pa] from the amplitudes at one time [their units], scalar or array.
 
         Raises
         ------
         NotImplementedError
-            If the member defines none.
+            If the member does not define it.
         """
         raise NotImplementedError(f"{type(self).__name__} must define pressure({args}, {kwargs})")
 
     def effective_voltage(self, section: Section) -> Linear | None:
-        """Give the part of the voltage that pulls, where the law has such a notion."""
+        """Return the part of the voltage that causes the attraction; None where the law does not define one."""
         del section
         return None
 
     def diagnostics(self, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
-        """Say what a user should know of this law with these layers."""
+        """Return diagnostics of this law with these layers."""
         del layers
         return ()
 
     def diagnostics_over_frequency(self, section: Section) -> tuple[Diagnostic, ...]:
-        """Say what a user should know of this law over these frequencies, of layers without their leaks."""
+        """Return diagnostics of this law over frequency, for layers without their leaks."""
         del section
         return ()
 
 
 def layer_of(section: Section, wanted: str) -> LayerState:
-    """Give a layer that a law needs, by role the one nearest to the interface, else by name.
+    """Return a layer that a law needs: by role the one nearest to the interface, else by name.
 
     Raises
     ------
@@ -94,7 +93,7 @@ def layer_of(section: Section, wanted: str) -> LayerState:
 
 
 def needed_layer(roles: Mapping[str, Role], wanted: str) -> str | None:
-    """Find a layer that a law needs.
+    """Return the name of a layer that a law needs.
 
     Parameters
     ----------
@@ -105,9 +104,9 @@ def needed_layer(roles: Mapping[str, Role], wanted: str) -> str | None:
 
     Returns
     -------
-    str or None
-        Name of the layer nearest to the interface if a role is wanted, else the name that is wanted; None where the
-        stack has no such layer.
+    name : str or None
+        Name of the layer nearest to the interface for a role, else `wanted` itself; None where the stack has no such
+        layer.
     """
     role = next((each for each in ORDER if each == wanted), None)
     if role is not None:
@@ -116,7 +115,7 @@ def needed_layer(roles: Mapping[str, Role], wanted: str) -> str | None:
 
 
 def wanted_layer(wanted: str) -> str:
-    """Say which layer a law needs, for a message."""
+    """Describe a layer that a law needs, for a message."""
     usual = next((name for name, each in IMPLIED.items() if each == wanted), None)
     if usual is None:
         return f"a layer 'stack.{wanted}'"
@@ -124,14 +123,14 @@ def wanted_layer(wanted: str) -> str:
 
 
 def gap_field(section: Section) -> Linear:
-    """Field where plate and finger separate [V/m per volt]: in the gap, or in a vanishing gap that does not leak.
+    """Return the field in the gap [V/m per volt], or in a vanishing gap that does not leak where the stack has none.
 
     Notes
     -----
-    Without a gap E = (D_gap(0-) + integral of J dt)/eps0 over the total current density J: whatever conducts up
-    to the interface brings its charge there. It is the bound displacement of the plate's last layer over eps0
-    only if no layer of the plate conducts. Where bridges cover a share of the gap, it is the field times the
-    root of the share that pulls: its stress is then the mean over the area.
+    Without a gap E = (D_gap(0-) + integral of J dt)/eps0 with the total current density J, because charge conducted to
+    the interface accumulates there. It equals the bound displacement of the last layer of the plate over eps0 only if
+    no layer of the plate conducts. Where bridges cover a share of the gap, it is the field times the square root of the
+    share without bridges, so that its stress is the mean over the area.
     """
     name = beside_interface(section.roles, "gap")
     if name is None:

@@ -1,4 +1,4 @@
-"""The published static laws: one displacement, divided by the permittivity of different planes."""
+"""The published static laws: the Maxwell stress of one displacement, evaluated in different media."""
 
 from __future__ import annotations
 
@@ -22,21 +22,22 @@ _PLATE_AND_FINGER: tuple[Role, ...] = ("plate", "finger")
 
 
 _NEGATIVE = (
-    "in a layer that polarises slowly the field turns before the bound displacement does, and their product is then"
-    " negative: a convention of this plane, not a push; a force between plate and finger is that of the Maxwell stress in the gap"
+    "in a layer that polarises slowly the field reverses before the bound displacement does, and their product is then"
+    " negative: this follows from the convention of evaluating the stress inside a layer and is no repulsion; the force"
+    " between plate and finger is that of the Maxwell stress in the gap"
 )
 
 
 class MaxwellStressInGap(ForceLaw):
-    """Maxwell stress in the air between plate and finger: where they separate.
+    """Maxwell stress in the air gap between plate and finger, where they separate.
 
     Notes
     -----
-    p = eps0 E^2/2. Equal to virtual work at fixed voltage on the gap. Without a gap it is the limit of a
-    vanishing gap that does not conduct, E = (D_gap(0-) + integral of J dt)/eps0: over a plate that conducts it
-    grows as long as the voltage is held (Johnsen and Rahbek's effect), and a diagnostic says from when on no real
-    gap is small enough for it. In a gap of `BridgedAir` E is the field times the root
-    of the share without bridges, so that p is the mean over the area.
+    p = eps0 E^2/2, equal to the virtual work on the gap at fixed voltage. Without a gap it is the limit of a vanishing
+    gap that does not conduct, E = (D_gap(0-) + integral of J dt)/eps0: on a plate that conducts it grows as long as
+    the voltage is held (the Johnsen-Rahbek effect), and a diagnostic states from when on no real gap is small enough
+    for this limit. In a gap of `BridgedAir` E is the field times the square root of the share without bridges, so that
+    p is the mean over the area.
     """
 
     reference: ClassVar[str] = "virtual work at fixed voltage"
@@ -58,22 +59,22 @@ class MaxwellStressInGap(ForceLaw):
             given={"E": 1.01351e8},
             expect=45967.0,
             rtol=6e-2,
-            source="the same: permittivity 50, gap 1 um; it has fringes",
+            source="the same: permittivity 50, gap 1 um; fringe fields included",
             status="abstract",
         ),
     )
 
     def pressure(self, E: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Attraction per area from the gap field [V/m]."""
+        """Return the attraction per area [Pa] from the gap field [V/m]."""
         return eps0 * E**2 / 2
 
 
 class MaxwellStressInInsulator(ForceLaw):
-    """Stress evaluated inside the insulator: a convention, low by its permittivity.
+    """Maxwell stress inside the insulator: a convention, smaller than that in the gap by its permittivity.
 
     Notes
     -----
-    p = E D/2 with field and bound displacement of the plate's layer that is nearest to the interface.
+    p = E D/2 with the field and the bound displacement of the plate's layer nearest to the interface.
     """
 
     status: ClassVar[str] = "derived"
@@ -94,22 +95,23 @@ class MaxwellStressInInsulator(ForceLaw):
     )
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
-        """Give field and bound displacement of the insulator."""
+        """Return field and bound displacement of the insulator."""
         layer = layer_of(section, "plate")
         return {"E": layer.field, "D": layer.displacement}
 
     def pressure(self, E: NDArray[np.float64], D: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Attraction per area from field [V/m] and displacement [C/m2]."""
+        """Return the attraction per area [Pa] from field [V/m] and displacement [C/m2]."""
         return E * D / 2
 
 
 class MaxwellStressInStratumCorneum(ForceLaw):
-    """Stress evaluated inside the stratum corneum: a convention, low by its permittivity.
+    """Maxwell stress inside the stratum corneum: a convention, smaller than that in the gap by its permittivity.
 
     Notes
     -----
-    p = E D/2 with field and bound displacement of the finger's layer that is nearest to the interface, the real
-    permittivity at the frequency for one sine; it decays as the skin conducts although no charge crosses the interface.
+    p = E D/2 with the field and the bound displacement of the finger's layer nearest to the interface; for a sine the
+    displacement is that of the real permittivity at its frequency. It decays as the skin conducts, although no charge
+    crosses the interface.
     """
 
     status: ClassVar[str] = "derived"
@@ -130,12 +132,12 @@ class MaxwellStressInStratumCorneum(ForceLaw):
     )
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
-        """Give field and bound displacement of the stratum corneum."""
+        """Return field and bound displacement of the stratum corneum."""
         layer = layer_of(section, "finger")
         return {"E": layer.field, "D": layer.displacement}
 
     def pressure(self, E: NDArray[np.float64], D: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Attraction per area from field [V/m] and displacement [C/m2]."""
+        """Return the attraction per area [Pa] from field [V/m] and displacement [C/m2]."""
         return E * D / 2
 
 
@@ -145,8 +147,8 @@ class EffectiveMedium(ForceLaw):
     Notes
     -----
     p = eps0 V^2/(2 K L), K = T_i/eps_i + T_s/eps_s, L = T_i + T_s, written with the equivalent field
-    E = V/sqrt(K L). Equal to virtual work only for one homogeneous dielectric whose thickness changes. No
-    charge is ever lost in it.
+    E = V/sqrt(K L). It equals virtual work only for one homogeneous dielectric whose thickness changes. Charge does not
+    leak in this law.
     """
 
     reference: ClassVar[str] = (
@@ -169,20 +171,20 @@ class EffectiveMedium(ForceLaw):
     )
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
-        """Give the equivalent field."""
+        """Return the equivalent field."""
         return {"E": equivalent_field(section, section.voltage)}
 
     def pressure(self, E: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Attraction per area from the equivalent field [V/m]."""
+        """Return the attraction per area [Pa] from the equivalent field [V/m]."""
         return eps0 * E**2 / 2
 
     def effective_voltage(self, section: Section) -> Linear:
-        """Give the whole voltage of the stack."""
+        """Return the whole voltage of the stack."""
         return section.voltage
 
 
 def equivalent_field(section: Section, voltage: Linear) -> Linear:
-    """Field E = V/sqrt(K L) whose stress in vacuum is Vezzoli et al. 2014's static force."""
+    """Return the field E = V/sqrt(K L) whose stress in vacuum is the static force of Vezzoli et al. 2014."""
     found = [beside_interface(section.roles, role) for role in _PLATE_AND_FINGER]
     names = [name for name in found if name is not None]
     length = sum(layer_of(section, role).thickness for role in _PLATE_AND_FINGER)

@@ -23,7 +23,7 @@ FOLLOWED = "friction of steady sliding, which this one follows"
 
 
 class Load(Model):
-    """How the finger is pressed on the plate."""
+    """Load of the finger: normal force and its time profile."""
 
     example: ClassVar[Mapping[str, Any]] = {"normal_force": 0.5}
 
@@ -33,7 +33,7 @@ class Load(Model):
     time_profile: TimeProfile = Steady()
 
     def forces(self, time: ArrayLike) -> Real:
-        """Force with which the finger is pressed [N] at times [s]."""
+        """Return the normal force of the load [N] at times [s]."""
         return np.asarray(self.normal_force * self.time_profile.share(time))
 
 
@@ -42,48 +42,48 @@ class Friction(Model, family=True):
 
     Notes
     -----
-    A member belongs to one of three families, each with what the mechanics has to be told: `SteadyFriction` without
-    memory, `FollowingFriction` with one that is linear, `BristleFriction` with a state of its own.
+    Every member belongs to one of three families: `SteadyFriction` without memory, `FollowingFriction` with a linear
+    memory, `BristleFriction` with a state of its own.
     """
 
     @abstractmethod
     def without_memory(self) -> SteadyFriction:
-        """Give the law of steady sliding that this friction is, or follows."""
+        """Return the law of steady sliding that this friction is, or follows."""
 
 
 class SteadyFriction(Friction, family=True):
-    """Friction of a finger that slides, as if it always had: no memory."""
+    """Friction of steady sliding, without memory."""
 
     @abstractmethod
     def lateral_force(self, normal_force: Real, electrostatic_force: Real, real_contact_area: Real) -> Real:
-        """Friction force of the sliding finger.
+        """Return the friction force of the sliding finger.
 
         Parameters
         ----------
         normal_force, electrostatic_force : float or ndarray, one shape
             Load and attraction [N]; NaN gives NaN.
         real_contact_area : float or ndarray, same shape
-            Area that touches under both [m2]; NaN where the contact does not tell, which only laws that take it
-            hand on.
+            Real contact area under load and attraction [m2]; NaN where the contact does not define it, which gives NaN in
+            laws of the real area only.
 
         Returns
         -------
-        float or ndarray
-            N, same shape.
+        lateral_force : float or ndarray, same shape
+            Friction force [N].
         """
 
     @property
     def needs_real_area(self) -> bool:
-        """Tell whether the law is one of the area that touches."""
+        """Whether the law needs the real contact area."""
         return False
 
     def without_memory(self) -> SteadyFriction:
-        """Give itself."""
+        """Return the law itself."""
         return self
 
 
 class FollowingFriction(Friction, family=True):
-    """Friction with a linear memory, of what a law without one would give.
+    """Friction that relaxes linearly towards the friction of a law without memory.
 
     Notes
     -----
@@ -93,12 +93,12 @@ class FollowingFriction(Friction, family=True):
     steady: Annotated[SteadyFriction, Field(description=FOLLOWED)]
 
     def without_memory(self) -> SteadyFriction:
-        """Give the law that it follows."""
+        """Return the law of steady sliding that this friction follows."""
         return self.steady
 
     @abstractmethod
     def memory(self, speed: Real) -> tuple[tuple[float, Real], ...]:
-        """Parts of the friction that follow the law of steady sliding, and how fast.
+        """Return the parts of the friction that follow the law of steady sliding, with their rates.
 
         Parameters
         ----------
@@ -107,7 +107,7 @@ class FollowingFriction(Friction, family=True):
 
         Returns
         -------
-        tuple of (float, float or ndarray)
-            Share of each part [1], and the rate with which it follows [1/s], above 0, of the shape of `speed`; NaN
-            where the rate needs a speed and none is stated.
+        parts : tuple of (float, float or ndarray)
+            Share of each part [1] and the rate at which it relaxes [1/s], above 0, of the shape of `speed`; NaN where
+            the rate depends on the speed and none is stated.
         """

@@ -1,4 +1,4 @@
-"""Friction that follows the force with a delay: linear in what the steady law gives."""
+"""Friction that follows the friction of a steady law with a linear delay."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _COULOMB: Mapping[str, Any] = {"model": "Coulomb", "coefficient": 0.5}
 
 
 class FirstOrderLag(FollowingFriction):
-    """Friction that follows what a steady law gives with one corner, which may rise with the sliding speed.
+    """Friction that follows a steady law as a first-order low-pass, whose corner may rise with the sliding speed.
 
     Notes
     -----
     F' = 2 pi f_c (F_steady - F), f_c = cut_off + (u - at_speed)/renewal_length. Balasubramanian et al. 2025
     measured a first-order response whose corner rises by 13.8 Hz for each mm/s, a renewal length of 72.5 um,
-    between 20 and 100 mm/s; the corner at any one speed could not be read and has no default.
+    between 20 and 100 mm/s; the corner at one speed is not known from a source and has no default.
     """
 
     equation: ClassVar[Mapping[str, str]] = {"corner": "cut_off + (speed - at_speed)/renewal_length"}
@@ -39,14 +39,19 @@ class FirstOrderLag(FollowingFriction):
     cut_off: Annotated[
         Number, Quantity("Hz", 1e-3, 1e9, "corner of the friction response at the speed below")
     ]
-    at_speed: Annotated[Number, Quantity("m/s", 0, 100, "sliding speed at which the corner is meant")] = 0.0
+    at_speed: Annotated[Number, Quantity("m/s", 0, 100, "sliding speed to which the corner applies")] = 0.0
     renewal_length: Annotated[
         Number | None,
-        Quantity("m", 1e-9, 1e3, "speed over this length is added to the corner; no change if absent"),
+        Quantity(
+            "m",
+            1e-9,
+            1e3,
+            "length that divides the change of speed to give the change of the corner; none if absent",
+        ),
     ] = None
 
     def corner(self, speed: Real) -> Real:
-        """Corner of the response.
+        """Return the corner frequency of the response.
 
         Parameters
         ----------
@@ -55,29 +60,29 @@ class FirstOrderLag(FollowingFriction):
 
         Returns
         -------
-        float or ndarray
-            Hz, same shape; negative where the straight line is followed too far below `at_speed`.
+        corner : float or ndarray, same shape
+            Corner frequency [Hz]; negative where the linear law is extrapolated too far below `at_speed`.
         """
         growth = 0.0 if self.renewal_length is None else 1 / self.renewal_length
         return np.asarray(self.cut_off + (speed - self.at_speed) * growth)[()]
 
     def memory(self, speed: Real) -> tuple[tuple[float, Real], ...]:
-        """Give one part, the whole friction."""
+        """Return one part, the whole friction."""
         where = np.full(np.shape(speed), self.at_speed) if self.renewal_length is None else speed
         return ((1.0, 2 * np.pi * self.corner(where)),)
 
 
 class Relaxation(Model):
-    """One slow part of a friction."""
+    """One relaxation of friction."""
 
     example: ClassVar[Mapping[str, Any]] = {"share": 0.2, "time": 70e-3}
 
-    share: Annotated[Number, Quantity("1", 0, 1, "part of the friction that follows slowly")]
-    time: Annotated[Number, Quantity("s", 1e-9, 1e5, "in which it follows")]
+    share: Annotated[Number, Quantity("1", 0, 1, "share of the friction that relaxes")]
+    time: Annotated[Number, Quantity("s", 1e-9, 1e5, "relaxation time")]
 
 
 class Creep(FollowingFriction):
-    """Friction part of which follows what a steady law gives by slow relaxations: viscoelastic skin.
+    """Friction part of which follows a steady law by slow relaxations, as viscoelastic skin does.
 
     Notes
     -----
@@ -92,11 +97,11 @@ class Creep(FollowingFriction):
     }
 
     relaxations: Annotated[
-        tuple[Relaxation, ...], Field(description="slow parts, in the order of their times")
+        tuple[Relaxation, ...], Field(description="relaxations, in the order of their times")
     ]
 
     def memory(self, speed: Real) -> tuple[tuple[float, Real], ...]:
-        """Give the slow parts, the same at every speed."""
+        """Return the relaxing parts, the same at every speed."""
         return tuple((each.share, np.full(np.shape(speed), 1 / each.time)) for each in self.relaxations)
 
     @model_validator(mode="after")

@@ -1,4 +1,4 @@
-"""Friction without memory: of load and attraction, or of the area that touches."""
+"""Friction without memory, as a function of load and attraction or of the real contact area."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Coulomb(SteadyFriction):
-    """Friction in proportion to the whole normal force."""
+    """Friction proportional to the sum of load and attraction (Coulomb's law)."""
 
     equation: ClassVar[Mapping[str, str]] = {
         "lateral_force": "coefficient*(normal_force + electrostatic_force)"
@@ -25,19 +25,19 @@ class Coulomb(SteadyFriction):
     coefficient: Annotated[Number, Quantity("1", 0, 100, "coefficient of friction of the sliding finger")]
 
     def lateral_force(self, normal_force: Real, electrostatic_force: Real, real_contact_area: Real) -> Real:
-        """Friction force [N]."""
+        """Return the friction force [N]."""
         del real_contact_area
         return self.coefficient * (normal_force + electrostatic_force)
 
 
 class PowerLaw(SteadyFriction):
-    """A coefficient of friction that changes with the whole normal force by a power law.
+    """Friction with a coefficient that is a power of the sum of load and attraction.
 
     Notes
     -----
-    mu = coefficient (W/at_force)^exponent, W load plus attraction. Skin has a negative exponent: friction of
-    acrylic and glass falls with load (Warman and Ennos 2009), on aluminium by 46 % from 1 to 20 N (Seo 2009),
-    which an exponent of -0.206 gives. Attraction then adds less friction than a coefficient at rest suggests.
+    mu = coefficient (W/at_force)^exponent with W the sum of load and attraction. Skin has a negative exponent: the
+    coefficient falls with load on acrylic and glass (Warman and Ennos 2009), on aluminium by 46 % from 1 to 20 N
+    (Seo 2009), which an exponent of -0.206 gives. Attraction then adds less friction than with a constant coefficient.
     """
 
     equation: ClassVar[Mapping[str, str]] = {
@@ -46,38 +46,39 @@ class PowerLaw(SteadyFriction):
     }
     example: ClassVar[Mapping[str, Any]] = {"coefficient": 0.6, "at_force": 1.0, "exponent": -0.206}
 
-    coefficient: Annotated[Number, Quantity("1", 0, 100, "coefficient of friction at the force below")]
+    coefficient: Annotated[Number, Quantity("1", 0, 100, "coefficient of friction at at_force")]
     at_force: Annotated[
-        Number, Quantity("N", 1e-4, 1e3, "whole normal force at which the coefficient is meant")
+        Number, Quantity("N", 1e-4, 1e3, "sum of load and attraction to which the coefficient applies")
     ]
     exponent: Annotated[Number, Quantity("1", -0.99, 2, "power of the coefficient; negative for skin")]
 
     def lateral_force(self, normal_force: Real, electrostatic_force: Real, real_contact_area: Real) -> Real:
-        """Friction force [N]."""
+        """Return the friction force [N]."""
         del real_contact_area
         share = np.abs(normal_force + electrostatic_force) / self.at_force
         return np.asarray(self.coefficient * self.at_force * share ** (1 + self.exponent))[()]
 
 
 class AdhesiveShear(SteadyFriction):
-    """Friction as the shear strength of the area that touches.
+    """Friction as a shear strength times the real contact area.
 
     Notes
     -----
-    F = strength A_real: attraction counts by the contact area it makes. The contact has to tell that area.
+    F = shear_strength A_real: attraction increases friction by increasing the real contact area, which the contact has
+    to define with a `surface`.
     """
 
     equation: ClassVar[Mapping[str, str]] = {"lateral_force": "shear_strength*real_contact_area"}
     example: ClassVar[Mapping[str, Any]] = {"shear_strength": 1e6}
 
-    shear_strength: Annotated[Number, Quantity("Pa", 1, 1e10, "friction over the area that touches")]
+    shear_strength: Annotated[Number, Quantity("Pa", 1, 1e10, "friction over the real contact area")]
 
     @property
     def needs_real_area(self) -> bool:
-        """Give True."""
+        """Whether the law needs the real contact area: it does."""
         return True
 
     def lateral_force(self, normal_force: Real, electrostatic_force: Real, real_contact_area: Real) -> Real:
-        """Friction force [N]."""
+        """Return the friction force [N]."""
         del normal_force, electrostatic_force
         return self.shear_strength * real_contact_area

@@ -1,4 +1,4 @@
-"""Dielectrics: relative permittivity over frequency, conduction declared apart from polarisation."""
+"""Dielectrics: relative permittivity over frequency, with conduction declared separately."""
 
 from electrovib.physics.material.base import Material
 from electrovib.physics.material.plain import Constant, ConstantPhase

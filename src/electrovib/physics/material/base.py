@@ -1,4 +1,4 @@
-"""The family of dielectrics: relative permittivity over frequency, conduction declared apart from polarisation."""
+"""The family of dielectrics: relative permittivity over frequency, with conduction declared separately."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from electrovib.physics.material.library import (
 
 CONDUCTIVITY = Quantity("S/m", 0, 1e3, "conductivity at zero frequency")
 NAN_PASSES = np.errstate(invalid="ignore")
-"""A NaN in a frequency is handed on; numpy would warn of it when it divides complex numbers."""
+"""A NaN in a frequency gives NaN; numpy would warn of it when it divides complex numbers."""
 
 
 class Material(Model, family=True):
@@ -82,10 +82,10 @@ class Material(Model, family=True):
 
     @classmethod
     def from_offer(cls, offer: Any) -> Self:
-        """Take the material out of a published skin or a material of the library, or as it is."""
+        """Return the material of a published skin or of the library, or a material as it is."""
         return cls.model_validate(getattr(offer, "material", offer))
 
-    if TYPE_CHECKING:  # a parameter of most members; a mixture has it from its parts
+    if TYPE_CHECKING:  # a parameter of most members; computed from the parts of a mixture
 
         @property
         def conductivity(self) -> float:
@@ -102,8 +102,8 @@ class Material(Model, family=True):
 
         Returns
         -------
-        ndarray of complex
-            Same shape, without conduction.
+        permittivity : ndarray of complex
+            eps' - j eps'' without conduction, dimensionless, same shape.
         """
 
     @NAN_PASSES
@@ -117,8 +117,8 @@ class Material(Model, family=True):
 
         Returns
         -------
-        ndarray of complex
-            eps' - j eps'', 1, same shape.
+        permittivity : ndarray of complex
+            eps' - j eps'', dimensionless, same shape.
         """
         angular = 2 * np.pi * np.asarray(frequency, dtype=float)
         total: Complex = self.bound_permittivity(frequency) + self.conductivity / (
@@ -127,26 +127,26 @@ class Material(Model, family=True):
         return total
 
     def debye(self) -> DebyeSum | None:
-        """Give the finite sum of Debye terms this material is, or None if it is not one."""
+        """Return this material as a finite sum of Debye terms; None if it is not one."""
         return None
 
     @property
     def pulling_share(self) -> float:
-        """Share of the area on which the field of this layer pulls; a bridge that conducts does not."""
+        """Share of the area on which the field of this layer attracts, dimensionless; less than 1 with conducting bridges."""
         return 1.0
 
     def conducting(self, conductivity: float) -> Self:
-        """Give the same material with another conductivity at zero frequency [S/m]."""
+        """Return the same material with another conductivity at zero frequency [S/m]."""
         return self.model_copy(update={"conductivity": conductivity})
 
     @property
     def slowest_relaxation(self) -> float | None:
-        """Longest relaxation time a reduction may use [s]; None for no limit."""
+        """Longest relaxation time that a reduction may use [s]; None for no limit."""
         return None
 
     @property
     def band(self) -> tuple[float, float]:
-        """Lowest and highest frequency at which the material is known [Hz]; a formula is, everywhere."""
+        """Lowest and highest frequency at which the material is known [Hz]; 0 and infinite for a formula."""
         return 0.0, math.inf
 
     def diagnostics(self, name: str) -> tuple[Diagnostic, ...]:
@@ -159,7 +159,7 @@ class Material(Model, family=True):
 
         Returns
         -------
-        tuple of Diagnostic
+        found : tuple of Diagnostic
             One if it takes values of the library that are unverified or unknown.
         """
         found = None if self.substance is None else find_substance(self.substance)
@@ -178,7 +178,8 @@ def _doubtful(substance: Substance, table: dict[str, Any], layer: str) -> tuple[
     ]
     if not parts:
         return ()
-    text = f"of the values of {substance.name} in '{layer}', {'; '.join(parts)} (docs/materials.md has the sources)"
+    listed = f"'electrovib models {substance.name}' lists the sources"
+    text = f"of the values of {substance.name} in '{layer}', {'; '.join(parts)} ({listed})"
     return (Diagnostic(f"material, {layer}", "unknown", text),)
 
 
@@ -197,7 +198,7 @@ def _not_in_the_library(name: str) -> str:
 
 
 def axis(frequency: ArrayLike) -> Complex:
-    """Imaginary angular frequency.
+    """Return the imaginary angular frequency.
 
     Parameters
     ----------
@@ -206,7 +207,7 @@ def axis(frequency: ArrayLike) -> Complex:
 
     Returns
     -------
-    ndarray of complex
+    axis : ndarray of complex
         j w [1/s], same shape.
     """
     result: Complex = 2j * np.pi * np.asarray(frequency, dtype=float)
@@ -214,18 +215,18 @@ def axis(frequency: ArrayLike) -> Complex:
 
 
 def level(value: float, *, frequency: ArrayLike) -> Complex:
-    """Give the same number at all frequencies.
+    """Return the same number at all frequencies.
 
     Parameters
     ----------
     value : float
-        The number.
+        In any unit.
     frequency : array_like
         Hz, any shape.
 
     Returns
     -------
-    ndarray of complex
-        Same shape, NaN where the frequency is.
+    level : ndarray of complex
+        In the unit of `value`, same shape; NaN where the frequency is NaN.
     """
     return np.full(np.shape(frequency), value, complex) + 0 * axis(frequency)

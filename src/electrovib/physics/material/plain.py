@@ -32,18 +32,18 @@ class Constant(Material):
         return level(self.permittivity, frequency=frequency)
 
     def debye(self) -> DebyeSum:
-        """Give the sum with no term at all."""
+        """Return the sum without any relaxation."""
         return DebyeSum(self.permittivity, (), ())
 
 
 class ConstantPhase(Material):
-    """A dielectric whose loss angle is the same at all frequencies: eps' falls as a power of frequency.
+    """A dielectric with one loss angle at all frequencies: eps' falls as a power of the frequency.
 
     Notes
     -----
     eps*(f) = eps'(f0) (j f/f0)^(n-1)/cos((n-1) pi/2); n is the exponent of its admittance Y ~ (j w)^n, so a
-    Cole admittance Y = G0 + Q (j w)^n is this material with a conductivity. It has no finite limit at low
-    frequency: valid inside the band in which it was measured.
+    Cole admittance Y = G0 + Q (j w)^n is this material with a conductivity. The permittivity has no finite limit at low
+    frequency: it is valid inside the band in which it was measured.
     """
 
     equation: ClassVar[Mapping[str, str]] = {
@@ -58,7 +58,7 @@ class ConstantPhase(Material):
     }
 
     permittivity: Annotated[Number, Quantity("1", 1, 1e9, "eps' at the reference frequency")]
-    reference_frequency: Annotated[Number, Quantity("Hz", 1e-6, 1e12, "where eps' is given")]
+    reference_frequency: Annotated[Number, Quantity("Hz", 1e-6, 1e12, "frequency at which eps' is given")]
     exponent: Annotated[Number, Quantity("1", 0.05, 0.9999, "exponent n of the admittance, 1 for no loss")]
     conductivity: Annotated[Number, CONDUCTIVITY]
 

@@ -1,4 +1,4 @@
-"""Dielectrics that relax: with one time, with several, each sharp or broadened."""
+"""Dielectrics with one relaxation or several, of one time each or broadened."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 _HIGH = Quantity("1", 1, 1e9, "relative permittivity far above the band")
-_STRENGTH = Quantity("1", 0, 1e12, "rise of the relative permittivity from above to below the relaxation")
+_STRENGTH = Quantity("1", 0, 1e12, "increase of the relative permittivity from above to below the relaxation")
 _TIME = Quantity("s", 1e-15, 1e6, "relaxation time")
 _BROADENING = Quantity("1", 0, 0.999, "0 for one relaxation time, towards 1 for a wide spread of them")
 
@@ -47,7 +47,7 @@ class Debye(Material):
         return self.debye().permittivity(frequency)
 
     def debye(self) -> DebyeSum:
-        """Give the sum of one term."""
+        """Return the sum of one term."""
         return DebyeSum(self.permittivity_high, (self.strength,), (self.relaxation_time,))
 
 
@@ -70,7 +70,7 @@ class DebyeTerm(Model):
 
 
 class Prony(Material):
-    """A sum of Debye relaxations: any passive dielectric, as closely as there are terms."""
+    """A sum of Debye relaxations, which approximates any passive relaxing dielectric with enough terms."""
 
     example: ClassVar[Mapping[str, Any]] = {
         "permittivity_high": 50,
@@ -88,7 +88,7 @@ class Prony(Material):
         return _added(self.permittivity_high, self.terms, frequency)
 
     def debye(self) -> DebyeSum:
-        """Give the sum itself."""
+        """Return the sum itself."""
         return _debye_sum(self.permittivity_high, self.terms)
 
 
@@ -134,7 +134,7 @@ class ColeCole(Material):
         return _added(self.permittivity_high, self.terms, frequency)
 
     def debye(self) -> DebyeSum | None:
-        """Give the finite sum when no term is broadened."""
+        """Return the finite sum if no term is broadened, None otherwise."""
         if any(term.broadening for term in self.terms):
             return None
         return _debye_sum(self.permittivity_high, self.terms)
@@ -145,8 +145,8 @@ class HavriliakNegami(Material):
 
     Notes
     -----
-    Only broadness <= 1 and broadness * skewness <= 1: outside, the dielectric may still be passive but has
-    no form with non-negative Debye weights, hence no relaxation-time distribution.
+    Limited to broadness <= 1 and broadness * skewness <= 1: beyond these the dielectric may still be passive, but it has no
+    distribution of relaxation times with non-negative weights.
     """
 
     reference: ClassVar[str] = "doi:10.1016/0032-3861(67)90021-3"
@@ -174,7 +174,7 @@ class HavriliakNegami(Material):
     def _has_distribution(self) -> Self:
         product = self.broadness * self.skewness
         if product > 1:
-            why = f"broadness * skewness is {product:g}: only up to 1 is it a sum of relaxations; lower one"
+            why = f"broadness * skewness is {product:g}: a sum of relaxations needs at most 1; reduce one of the two"
             raise PydanticCustomError("skewness", "{why}", {"why": why})
         return self
 

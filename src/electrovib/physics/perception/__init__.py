@@ -1,8 +1,8 @@
-"""How the channels of touch weigh a displacement of the skin, and what a threshold is.
+"""Perception of vibration: frequency weighting of the tactile channels, and thresholds.
 
-A displacement is felt by the channel whose weighted level is the highest. Levels are relative: how many decibels
-below (or above) a sine of the same size at the best frequency. They become levels above threshold only with a
-threshold that the user has measured. What is not in it: summation over time and area, masking, motion.
+A displacement is felt by the channel whose weighted level is the highest. Levels are relative to a sine of the same
+amplitude at the best frequency, in decibels. They become levels above threshold only with a measured threshold.
+Summation over time and area, masking and motion are not modelled.
 """
 
 from electrovib.physics.perception.channels import BEST_FREQUENCIES, RYU, Channel, NonPacinian, Pacinian

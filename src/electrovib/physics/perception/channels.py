@@ -1,4 +1,4 @@
-"""The channels of touch: how each weighs a displacement of the skin."""
+"""Tactile channels: sensitivity to a displacement of the skin over frequency."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ if TYPE_CHECKING:
 
 
 BEST_FREQUENCIES: Final = (250.0, 300.0)
-"""Where the Pacinian channel is most sensitive, as an interval in an abstract [Hz]."""
+"""Range of the best frequency of the Pacinian channel [Hz], from an abstract."""
 
 
 RYU: Final = "Ryu, Pyo, Lim, Kwon, Sci. Rep. 8, 4555 (2018), doi:10.1038/s41598-018-22865-x, abstract"
 
 
 class Channel(Model, family=True):
-    """A channel of touch: how it weighs a displacement of the skin over frequency."""
+    """A tactile channel: its sensitivity to a displacement of the skin over frequency."""
 
     @abstractmethod
     def weight(self, frequency: ArrayLike) -> NDArray[np.float64]:
-        """Sensitivity to a displacement.
+        """Return the sensitivity to a displacement.
 
         Parameters
         ----------
         frequency : array_like
-            Hz, >= 0; NaN gives NaN.
+            Frequency [Hz], >= 0; NaN gives NaN.
 
         Returns
         -------
-        ndarray
-            1, same shape; 1 is the sensitivity of the Pacinian channel at its best frequency.
+        sensitivity : ndarray, same shape
+            Sensitivity [1] relative to the Pacinian channel at its best frequency.
         """
 
     @abstractmethod
     def best(self) -> float:
-        """Frequency to which the channel is most sensitive [Hz]."""
+        """Return the frequency of highest sensitivity [Hz]."""
 
 
 class Pacinian(Channel):
@@ -52,14 +52,14 @@ class Pacinian(Channel):
 
     Notes
     -----
-    The band of 40 to 800 Hz and the best frequency of 250 to 300 Hz are from an abstract. That the curve is a
-    power of frequency on either side, and that the power is 2 (12 dB an octave), is an assumption; the
-    rounding where both meet follows from the formula and was not measured.
+    The band of 40 to 800 Hz and the best frequency of 250 to 300 Hz are from an abstract. A power of frequency on
+    either side with exponent 2 (12 dB per octave) is an assumption; the rounding at the minimum follows from the
+    formula and was not measured.
     """
 
     status: ClassVar[str] = "derived"
     reference: ClassVar[str] = (
-        "40 to 800 Hz, best at 250 or 300 Hz: review of vibrotactile channels, abstract; 12 dB an octave: an assumption"
+        "40 to 800 Hz, best at 250 or 300 Hz: review of vibrotactile channels, abstract; 12 dB per octave: an assumption"
     )
     equation: ClassVar[Mapping[str, str]] = {
         "weight": "(order_below + order_above)*(frequency/best_frequency)**order_below"
@@ -68,21 +68,21 @@ class Pacinian(Channel):
 
     best_frequency: Annotated[Number, Quantity("Hz", 10, 2000, "frequency of the lowest threshold")] = 250.0
     order_below: Annotated[
-        Number, Quantity("1", 0.1, 6, "power of frequency below it; 2 is 12 dB an octave")
+        Number, Quantity("1", 0.1, 6, "power of frequency below it; 2 is 12 dB per octave")
     ] = 2.0
     order_above: Annotated[
-        Number, Quantity("1", 0.1, 6, "power of frequency above it; 2 is 12 dB an octave")
+        Number, Quantity("1", 0.1, 6, "power of frequency above it; 2 is 12 dB per octave")
     ] = 2.0
 
     def weight(self, frequency: ArrayLike) -> NDArray[np.float64]:
-        """Sensitivity [1]; 1 at the best frequency [Hz], its highest."""
+        """Return the sensitivity [1], 1 at the best frequency [Hz] and lower elsewhere."""
         ratio = np.asarray(frequency, dtype=float) / self.best_frequency
         low, high = self.order_below, self.order_above
         result: NDArray[np.float64] = (low + high) * ratio**low / (high + low * ratio ** (low + high))
         return result
 
     def best(self) -> float:
-        """Frequency of the lowest threshold [Hz]."""
+        """Return the frequency of the lowest threshold [Hz]."""
         return self.best_frequency
 
 
@@ -91,9 +91,9 @@ class NonPacinian(Channel):
 
     Notes
     -----
-    -27 dB is a choice: with it both channels are alike at 37 Hz, where an abstract has them alike at 40 Hz. A
-    flat threshold is how a chapter's abstract describes it; abstracts put the channel at 10 to 40 Hz or say
-    that it reaches further up, 100 Hz is an assumption. The band ends abruptly, which receptors do not.
+    -27 dB is a choice that makes both channels equally sensitive at 37 Hz; in an abstract they are at 40 Hz. The
+    abstract of a book chapter describes the threshold as flat. Abstracts give the band as 10 to 40 Hz or as extending
+    further up; 100 Hz is an assumption. The band ends abruptly, unlike that of receptors.
     """
 
     status: ClassVar[str] = "derived"
@@ -115,12 +115,12 @@ class NonPacinian(Channel):
         return self
 
     def weight(self, frequency: ArrayLike) -> NDArray[np.float64]:
-        """Sensitivity [1]; 10^(sensitivity/20) in the band [Hz], ends included, 0 outside."""
+        """Return the sensitivity [1]: 10^(sensitivity/20) in the band [Hz], ends included, 0 outside."""
         places = np.asarray(frequency, dtype=float)
         inside = (places >= self.low) & (places <= self.high)
         result: NDArray[np.float64] = np.where(inside, 10 ** (self.sensitivity / 20), 0.0 * places)
         return result
 
     def best(self) -> float:
-        """Middle of the band, in the logarithm [Hz]; of its upper half if it begins at 0."""
+        """Return the geometric mean of the band [Hz]; half its upper end if it begins at 0."""
         return float(np.sqrt((self.low or self.high / 4) * self.high))

@@ -1,4 +1,4 @@
-"""What a person notices, by the channel that needs the least."""
+"""Felt level of a vibration, by the most sensitive channel."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ MOTION: Final = (
 
 
 class Perception(Model):
-    """What a person notices of a vibration of the skin.
+    """Perception of a vibration of the skin by a person or a group.
 
     Notes
     -----
-    Without `compliance`, and without a finger in the scenario, the displacement is taken in proportion to the
-    force and only relative levels are given. The threshold belongs to one person or group, one contact and one
-    procedure: it has to be measured, and is the amplitude (zero to peak) of a sine at the best frequency of
-    the most sensitive channel.
+    Without `compliance`, and without a finger in the scenario, the displacement is assumed proportional to the force,
+    and only relative levels are computed. The threshold holds for one person or group, one contact and one procedure.
+    It has to be measured, and is the amplitude (zero to peak) of a sine at the best frequency of the most sensitive
+    channel.
     """
 
     status: ClassVar[str] = "abstract"
@@ -40,16 +40,17 @@ class Perception(Model):
     compliance: SkinCompliance | None = None
     threshold: Annotated[
         Number | None,
-        Quantity("m", 1e-12, 1e-2, "displacement just felt at the best frequency, zero to peak"),
+        Quantity("m", 1e-12, 1e-2, "detection threshold of displacement at the best frequency, zero to peak"),
     ] = None
     threshold_uncertainty: Annotated[
-        Number | None, Quantity("1", 0, 60, "dB by which the threshold may be wrong, either way")
+        Number | None, Quantity("1", 0, 60, "uncertainty of the threshold, plus or minus, in dB")
     ] = None
     difference_threshold: Annotated[
-        Number, Quantity("1", 1e-3, 60, "dB of voltage amplitude by which two stimuli are told apart")
+        Number,
+        Quantity("1", 1e-3, 60, "difference threshold of the voltage amplitude between two stimuli, in dB"),
     ] = 1.21
     window: Annotated[
-        Number, Quantity("s", 0.01, 100, "over which what does not repeat is averaged; a choice")
+        Number, Quantity("s", 0.01, 100, "averaging time of a signal that does not repeat; a choice")
     ] = 0.5
 
     @model_validator(mode="after")
@@ -58,27 +59,27 @@ class Perception(Model):
             raise ValueError('channels must name at least one, for instance [{ model = "Pacinian" }]')
         if (self.threshold is None) != (self.threshold_uncertainty is None):
             raise ValueError(
-                "threshold and threshold_uncertainty (in dB) go together: a calibration without an uncertainty is none"
+                "threshold and threshold_uncertainty (in dB) have to be given together: a calibration needs its uncertainty"
             )
         return self
 
     def most_sensitive(self) -> Channel:
-        """Give the channel that needs the least displacement."""
+        """Return the channel with the lowest threshold of displacement."""
         return max(self.channels, key=lambda channel: float(channel.weight(channel.best())))
 
 
 def decibels(ratio: ArrayLike) -> NDArray[np.float64]:
-    """Level of a ratio of amplitudes.
+    """Return the level of a ratio of amplitudes in decibels.
 
     Parameters
     ----------
     ratio : array_like
-        1, >= 0.
+        Ratio of amplitudes [1], >= 0.
 
     Returns
     -------
-    ndarray
-        20 lg ratio [dB], same shape; minus infinity at 0.
+    level : ndarray, same shape
+        20 lg ratio [dB]; minus infinity at 0.
     """
     amplitude = np.asarray(ratio, dtype=float)
     level = np.full(amplitude.shape, -np.inf)
@@ -87,48 +88,48 @@ def decibels(ratio: ArrayLike) -> NDArray[np.float64]:
 
 
 def felt_amplitude(channel: Channel, frequency: ArrayLike, displacement: ArrayLike) -> float:
-    r"""Amplitude at the Pacinian channel's best frequency that a channel takes for a spectrum of lines.
+    r"""Return the amplitude at the Pacinian channel's best frequency that is equivalent to a line spectrum in a channel.
 
     Parameters
     ----------
     channel : Channel
-        Whose weight it is.
+        The channel whose sensitivity weights the lines.
     frequency : array_like, shape (n,)
-        Hz, above 0.
+        Frequencies [Hz], above 0.
     displacement : array_like, shape (n,)
-        Amplitudes, zero to peak [m]; in N where the displacement is taken in proportion to the force.
+        Amplitudes, zero to peak [m]; in N where the displacement is assumed proportional to the force.
 
     Returns
     -------
-    float
-        In the unit of `displacement`.
+    amplitude : float
+        Equivalent amplitude, zero to peak, in the unit of `displacement`.
 
     Notes
     -----
     .. math:: \sqrt{\sum_k (w(f_k)\,|X_k|)^2}
 
-    Powers add inside a channel; between channels the highest counts. Phase plays no role, so a train of short
-    bursts is taken for noise of the same spectrum.
+    Powers add within a channel; between channels the highest counts. The phase has no effect, so a train of short
+    bursts is equivalent to noise of the same spectrum.
     """
     weighted = channel.weight(frequency) * np.abs(np.asarray(displacement))
     return float(np.sqrt(np.sum(weighted**2)))
 
 
 def strongest(perception: Perception, frequency: ArrayLike, displacement: ArrayLike) -> float:
-    """Felt amplitude of the channel that feels a spectrum of lines most.
+    """Return the largest equivalent amplitude of a line spectrum over the channels.
 
     Parameters
     ----------
     perception : Perception
-        Channels.
+        The channels.
     frequency : array_like, shape (n,)
-        Hz, above 0.
+        Frequencies [Hz], above 0.
     displacement : array_like, shape (n,)
-        Amplitudes, zero to peak [m], or [N] where the displacement is taken in proportion to the force.
+        Amplitudes, zero to peak [m], or [N] where the displacement is assumed proportional to the force.
 
     Returns
     -------
-    float
-        In the unit of `displacement`.
+    amplitude : float
+        Equivalent amplitude, zero to peak, in the unit of `displacement`.
     """
     return max(felt_amplitude(channel, frequency, displacement) for channel in perception.channels)

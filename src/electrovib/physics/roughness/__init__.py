@@ -1,8 +1,8 @@
-"""Rough contact: gaps that differ from place to place, and the pull averaged over them with its contact part.
+"""Rough contact: a distribution of local gaps, and the attraction averaged over gaps and contact spots.
 
-At each place the layers and the local gap are taken as plates in series. That holds where the roughness varies
-along the surface over lengths long against 2 pi T_i, T_i being the thickness of the insulator: on a coating of a
-micrometre, not on a film of 90 um (0.57 mm, more than the period of a print).
+At each place the layers and the local gap are treated as parallel plates in series. That holds where the roughness
+varies along the surface over lengths that are long compared with 2 pi T_i, T_i being the thickness of the insulator: on
+a coating of a micrometre, not on a film of 90 um (0.57 mm, more than the period of a fingerprint).
 """
 
 from electrovib.physics.roughness.pull import NODES, REACH, GaussianGaps, Pull, local_pull, mean_pull

@@ -1,4 +1,4 @@
-"""Gaps that differ from place to place, and the pull averaged over them."""
+"""Distribution of local gaps, and the attraction averaged over it."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from electrovib.core.errors import InputError
 from electrovib.physics.roughness.spots import ContactSpots
 
 NODES = 96
-"""Gauss points of the average: within 1e-9 of it for layers from 1e-5 to 1e5 rms gaps thick."""
+"""Gauss points of the average, which give it to 1e-9 for layers from 1e-5 to 1e5 rms gaps thick."""
 
 
 REACH = 9.0
-"""How many rms gaps on either side of the mean are integrated: 1e-19 of the places lie beyond."""
+"""Half width of the integration in rms gaps; 1e-19 of the area lies beyond."""
 
 
 _gauss = functools.cache(np.polynomial.legendre.leggauss)
@@ -26,7 +26,7 @@ _gauss = functools.cache(np.polynomial.legendre.leggauss)
 
 @dataclass(frozen=True)
 class GaussianGaps:
-    """Gaps distributed as a Gaussian, of which what is at or below 0 touches.
+    """Gaussian distribution of gaps, whose part at or below 0 is in contact.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class GaussianGaps:
     rms: float
 
     def __post_init__(self) -> None:
-        """Refuse what is no distribution of gaps."""
+        """Refuse a mean or an rms outside its limits."""
         if not (math.isfinite(self.mean) and self.mean >= 0):
             raise InputError(f"mean = {self.mean}: a mean gap is finite and not below 0, for instance 5e-6 m")
         if not (math.isfinite(self.rms) and self.rms > 0):
@@ -49,11 +49,11 @@ class GaussianGaps:
 
     @property
     def contact_fraction(self) -> float:
-        """Share phi of the area that touches, A_real/A0: the part of the Gaussian at or below 0."""
+        """Share phi = A_real/A0 of the area in contact [1]: the part of the Gaussian at or below 0."""
         return 0.5 * math.erfc(self.mean / (self.rms * math.sqrt(2)))
 
     def density(self, gap: ArrayLike) -> NDArray[np.float64]:
-        """Share of the area for each length of gap [1/m] at gaps [m] above 0."""
+        """Return the probability density of the gap [1/m] at gaps [m] above 0."""
         away = (np.asarray(gap, dtype=float) - self.mean) / self.rms
         spread: NDArray[np.float64] = np.exp(-(away**2) / 2) / (math.sqrt(2 * math.pi) * self.rms)
         return spread
@@ -61,21 +61,23 @@ class GaussianGaps:
     def rule(
         self, near: ArrayLike, *, count: int = NODES, reach: float = REACH
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Gaps above 0 and shares of the area that stand for all of them in an average.
+        """Return nodes and weights of a quadrature over the gaps above 0.
 
         Parameters
         ----------
         near : float or array_like
-            Gap [m], above 0, over which what is averaged changes near contact: the electrical thickness.
+            Gap [m], above 0, over which the integrand changes near contact: the electrical thickness.
         count : int
-            How many gaps.
+            Number of nodes.
         reach : float
-            How many rms gaps around the mean count.
+            Half width of the integration in rms gaps.
 
         Returns
         -------
-        gaps, shares : ndarray, shape (..., count)
-            m and 1; the shares add up to 1 - `contact_fraction`.
+        gaps : ndarray, shape (..., count)
+            Gaps [m].
+        shares : ndarray, shape (..., count)
+            Share of the area of each gap [1]; they add up to 1 - `contact_fraction`.
 
         Notes
         -----
@@ -94,14 +96,14 @@ class GaussianGaps:
 
 @dataclass(frozen=True)
 class Pull:
-    """Attraction per area of the whole contact, in its two parts.
+    """Attraction per area of the whole contact, in two parts.
 
     Parameters
     ----------
     spots : float or ndarray
-        What the spots that touch contribute [Pa of the whole area].
+        Contribution of the contact spots, over the whole area [Pa].
     gaps : float or ndarray
-        What all other places contribute [Pa of the whole area].
+        Contribution of all other places, over the whole area [Pa].
     """
 
     spots: NDArray[np.float64]
@@ -116,21 +118,21 @@ class Pull:
 def local_pull(
     voltage: ArrayLike, *, electrical_thickness: ArrayLike, gap: ArrayLike = 0.0
 ) -> NDArray[np.float64]:
-    """Attraction per area where the gap is the same everywhere.
+    """Return the attraction per area where the gap is the same everywhere.
 
     Parameters
     ----------
     voltage : float or array_like
-        Across layers and gap [V]: held, or the root mean square of a sine, its amplitude over sqrt(2).
+        Voltage across layers and gap [V]: constant, or the root mean square of a sine, its amplitude over sqrt(2).
     electrical_thickness : complex or array_like
-        Sum of T/eps* over the layers [m]; complex at a frequency where they lose.
+        Sum of T/eps* over the layers [m]; complex at a frequency at which they are lossy.
     gap : float or array_like
-        m, 0 or more.
+        Gap [m], 0 or more.
 
     Returns
     -------
-    float or ndarray
-        Pa; for a sine the mean over time.
+    attraction : float or ndarray
+        Attraction per area [Pa]; for a sine the mean over time.
 
     Notes
     -----
@@ -149,30 +151,30 @@ def mean_pull(
     spots: ContactSpots,
     frequency: ArrayLike = 0.0,
 ) -> Pull:
-    """Attraction per area averaged over the gaps of a rough contact, with its contact part.
+    """Return the attraction per area of a rough contact, averaged over gaps and contact spots.
 
     Parameters
     ----------
     voltage : float or array_like
-        Across layers and gap [V]: held, or the root mean square of a sine.
+        Voltage across layers and gap [V]: constant, or the root mean square of a sine.
     electrical_thickness : complex or array_like
         Sum of T/eps* over the layers [m], not 0.
     gaps : GaussianGaps
-        From which both parts are taken.
+        Distribution of the gaps, from which both parts follow.
     spots : ContactSpots
-        What the voltage does where the gap is 0.
+        Share of the field at contact spots.
     frequency : float or array_like
-        Of the sine [Hz]; 0 for a held voltage.
+        Frequency of the sine [Hz]; 0 for a constant voltage.
 
     Returns
     -------
     Pull
-        Pa, arrays of the common shape of the arguments.
+        Both parts [Pa], arrays of the common shape of the arguments.
 
     Notes
     -----
     eps0 V^2/2 [phi |share|^2/|h0|^2 + integral over u > 0 of P(u)/|u + h0|^2 du], phi = A_real/A0 the contact
-    fraction of the same P. Valid for roughness long along the surface against 2 pi T_i.
+    fraction of the same P. Valid for roughness of wavelengths that are long compared with 2 pi T_i.
     """
     thickness = np.asarray(electrical_thickness, dtype=complex)
     places, shares = gaps.rule(np.abs(thickness))

@@ -1,4 +1,4 @@
-"""What pulls where rough skin touches the plate."""
+"""Field and conduction at the spots where rough skin touches the plate."""
 
 from __future__ import annotations
 
@@ -15,62 +15,62 @@ from electrovib.core.quantity import Number, Quantity
 
 
 class ContactSpots(Model, family=True):
-    """What the voltage does where skin and plate touch."""
+    """Field between skin and plate at the spots where they touch."""
 
     @property
     @abstractmethod
     def leak(self) -> float | None:
-        """Conductivity of what is between the faces of a spot [S/m]; None where there is no field at all."""
+        """Conductivity of the medium between the faces of a spot [S/m]; None where there is no field."""
 
     @abstractmethod
     def field_share(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Field at a spot over that at one that insulates.
+        """Return the field at a spot over that at an insulating spot.
 
         Parameters
         ----------
         frequency : float or ndarray
-            Hz, 0 or more; 0 is a voltage held for ever. NaN gives NaN.
+            Frequency [Hz], 0 or more; 0 for a constant voltage. NaN gives NaN.
 
         Returns
         -------
-        complex or ndarray
-            1, same shape.
+        share : complex or ndarray, same shape
+            Complex ratio of the fields [1].
         """
 
 
 class PullingSpots(ContactSpots):
-    """Spots that insulate: the whole field of a vanishing gap pulls."""
+    """Insulating spots, which attract with the whole field of a vanishing gap."""
 
     equation: ClassVar[Mapping[str, str]] = {"field_share": "1"}
 
     @property
     def leak(self) -> float:
-        """Conduct nothing [S/m]."""
+        """0 S/m: the spots do not conduct."""
         return 0.0
 
     def field_share(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Give 1, NaN where the frequency is NaN."""
+        """Return 1; NaN where the frequency is NaN."""
         return _shared(1.0, frequency)
 
 
 class IdleSpots(ContactSpots):
-    """Spots without a field between the faces, bridged for instance by sweat: they touch and do not pull."""
+    """Spots without a field between the faces, bridged for instance by sweat, which do not attract."""
 
     @property
     def leak(self) -> None:
-        """Give nothing: there is no field to conduct in."""
+        """None: there is no field between the faces that could drive a current."""
 
     def field_share(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Give 0, NaN where the frequency is NaN."""
+        """Return 0; NaN where the frequency is NaN."""
         return _shared(0.0, frequency)
 
 
 class LeakingSpots(ContactSpots):
-    """Spots that conduct: charge crosses to the plate's surface, so a held voltage ends up not pulling there.
+    """Conducting spots: charge crosses to the surface of the plate, and the attraction of a held voltage decays.
 
     Notes
     -----
-    A gap that vanishes and leaks is a high pass of time constant eps0 rho, while the charge that has crossed
+    A vanishing gap that leaks is a high-pass with the time constant eps0 rho, as long as the charge that has crossed
     does not spread along the surface of the insulator.
     """
 
@@ -80,18 +80,18 @@ class LeakingSpots(ContactSpots):
     example: ClassVar[Mapping[str, Any]] = {"resistivity": 1e8}
 
     resistivity: Annotated[
-        Number, Quantity("ohm m", 1e-3, 1e18, "resistivity of what is between the faces of a spot")
+        Number, Quantity("ohm m", 1e-3, 1e18, "resistivity of the medium between the faces of a spot")
     ]
 
     @property
     def leak(self) -> float:
-        """Conductivity [S/m]."""
+        """Conductivity [S/m], the reciprocal of the resistivity."""
         return 1 / self.resistivity
 
     def field_share(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Give the high pass."""
+        """Return the response of the high-pass [1]."""
         phase = 2j * np.pi * np.asarray(frequency, dtype=float) * eps0 * self.resistivity
-        with np.errstate(invalid="ignore"):  # a NaN is handed on
+        with np.errstate(invalid="ignore"):  # NaN gives NaN
             share: NDArray[np.complex128] = phase / (1 + phase)
         return share
 

@@ -1,4 +1,4 @@
-"""Share of rough elastic skin that touches, by Persson's theory."""
+"""Real contact of rough elastic skin after Persson's theory."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def contact_fraction(pressure: ArrayLike, *, modulus: float, slope: float) -> NDArray[np.float64]:
-    """Share of the nominal area in real contact when a rough elastic body is pressed on a plate.
+    """Return the share of the nominal area in real contact when a rough elastic body is pressed on a plate.
 
     Parameters
     ----------
@@ -22,13 +22,13 @@ def contact_fraction(pressure: ArrayLike, *, modulus: float, slope: float) -> ND
 
     Returns
     -------
-    float or ndarray
-        A_real/A0, from 0 to 1.
+    share : float or ndarray
+        Real over nominal contact area [1], from 0 to 1.
 
     Notes
     -----
-    erf(sqrt(2) p/(E* h')): recalled from Persson's contact mechanics, not read. Its limits are checked: 1.596
-    p/(E* h') for small pressures, 1 for large ones.
+    erf(sqrt(2) p/(E* h')) from Persson's contact mechanics, cited from memory, unverified. Its limits are checked:
+    1.596 p/(E* h') for small pressures, 1 for large ones.
     """
     from scipy.special import erf
 
@@ -37,7 +37,7 @@ def contact_fraction(pressure: ArrayLike, *, modulus: float, slope: float) -> ND
 
 
 def contact_growth(*, pressure: float, modulus: float, slope: float) -> float:
-    """Rate at which `contact_fraction` grows with pressure.
+    """Return the derivative of `contact_fraction` with pressure.
 
     Parameters
     ----------
@@ -50,8 +50,8 @@ def contact_growth(*, pressure: float, modulus: float, slope: float) -> float:
 
     Returns
     -------
-    float
-        1/Pa.
+    growth : float
+        Derivative of the share in contact [1/Pa].
     """
     reduced = pressure / (modulus * slope)
     return math.sqrt(8 / math.pi) / (modulus * slope) * math.exp(-2 * reduced**2)

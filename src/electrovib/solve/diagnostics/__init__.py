@@ -1,4 +1,4 @@
-"""How far a result can be believed: what is judged against which limit, and what could not be judged."""
+"""Validity of a result: the diagnostics, each with its value and limit, or why it could not be evaluated."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from electrovib.physics.motion import Distance
 from electrovib.scenario import PeriodicState
 from electrovib.scenario.moisture import moisture_diagnostic
 from electrovib.solve.choice import chosen, solve, solve_fields
+from electrovib.solve.diagnostics.evaluation_times import evaluation_times, shows_every_sample
 from electrovib.solve.diagnostics.judge import (
     circuit_diagnostics,
-    jumps,
+    discontinuities,
     return_path_diagnostics,
     stack_diagnostics,
 )
-from electrovib.solve.diagnostics.looks import looks, shows_every_sample
 from electrovib.solve.diagnostics.peaks import PeakRecord, refined
 from electrovib.solve.diagnostics.touch import contact_diagnostics
 from electrovib.solve.diagnostics.vanishing_gap import negative_attraction, vanishing_gap
@@ -32,43 +32,43 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.section import ModalSection
 
 SQUEEZED = 8
-"""Times the frequency of a finger that moves: its field, over the gap, has sharper peaks than the motion."""
+"""Multiple of the frequency of a moving gap that is resolved: the field, which varies as 1/gap, has sharper peaks."""
 
 
 def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solution, PeakRecord]:
-    """Compute the electrical answer, and look at it between the output times too.
+    """Compute the electrical response at the output times, and its largest values between them.
 
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        Experiment to solve.
     section : ModalSection
-        Its stack as modes.
+        Its stack as relaxation modes.
     times : ndarray, shape (n,)
         Output times, increasing, >= 0 [s].
 
     Returns
     -------
     answer : Solution
-        At the output times.
+        Response at the output times.
     record : PeakRecord
-        What is judged, from time 0 to the last output time.
+        Quantities with limits, from time 0 to the last output time.
 
     Raises
     ------
     NotCausalError
-        If the force law has no response in time but the drive is not one sine in its steady state.
+        If the force law has no response in time and the drive is not a single sine in its steady state.
     InputError
-        If models do not go together.
+        If models cannot be combined.
 
     Notes
     -----
-    A closed form is asked again at other times. A march gives all of them on its way.
+    A solver in closed form is evaluated again at further times; a time-stepping solver returns all times of one run.
     """
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     distance = scenario.motion.distance
     moved = SQUEEZED * distance.fastest if isinstance(distance, Distance) else 0.0
-    wanted = looks(scenario.drive, end=float(times[-1]), settled=settled, beside=moved, seen=times)
+    wanted = evaluation_times(scenario.drive, end=float(times[-1]), settled=settled, beside=moved, seen=times)
     if chosen(scenario).method.is_marched:
         both = np.union1d(times, wanted)
         whole = solve(scenario, section, both)
@@ -87,23 +87,23 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solu
 
 
 def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Solution) -> PeakRecord:
-    """Give what is judged of an answer whose times are close to each other.
+    """Return the quantities with limits, from a response at closely spaced times.
 
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        Experiment.
     section : ModalSection
-        Its stack as modes.
+        Its stack as relaxation modes.
     times : ndarray, shape (n,)
         Increasing, >= 0 [s], with the corners of the drive among them.
     answer : Solution
-        At these times.
+        Response at these times.
 
     Returns
     -------
     PeakRecord
-        A closed form is asked again around each largest value that its neighbours do not show clearly.
+        Refined, for a solver in closed form, around each largest value that its neighbours do not resolve.
     """
     record = PeakRecord.of(scenario, times, answer.found)
     if chosen(scenario).method.is_marched:
@@ -117,16 +117,16 @@ def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Solu
 def judge_run(
     scenario: Scenario, section: ModalSection, record: PeakRecord, times: Real, variables: dict[str, Any]
 ) -> list[Diagnostic]:
-    """Judge a result before it is handed out.
+    """Return the diagnostics of a run.
 
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        Experiment.
     section : ModalSection
-        Its stack as modes.
+        Its stack as relaxation modes.
     record : PeakRecord
-        Of the whole solution, as from `solved`.
+        Quantities with limits over the whole run, as from `solved`.
     times : ndarray, shape (n,)
         Output times [s].
     variables : dict
@@ -135,19 +135,19 @@ def judge_run(
     Returns
     -------
     list of Diagnostic
-        Law, materials, layers from plate to finger, circuit, contact, motion.
+        Of force law, materials, layers from plate to finger, circuit, contact and motion, in this order.
     """
     layers = scenario.stack.layers
-    spoken = [
+    found = [
         *scenario.force.diagnostics(layers),
         *([] if scenario.drive.quantity == "voltage" else [caveat()]),
     ]
     moist = moisture_diagnostic(scenario)
-    spoken += [] if moist is None else [moist]
+    found += [] if moist is None else [moist]
     for name, layer in layers.items():
-        spoken += layer.material.diagnostics(name)
+        found += layer.material.diagnostics(name)
     return [
-        *spoken,
+        *found,
         *stack_diagnostics(scenario, record),
         *circuit_diagnostics(scenario, record, _running(scenario, section, record)),
         *return_path_diagnostics(scenario),
@@ -159,18 +159,19 @@ def judge_run(
 
 
 def _running(scenario: Scenario, section: ModalSection, record: PeakRecord) -> dict[str, float] | None:
-    """Largest currents without what the jump at time 0 alone brings [A]; None where there is none, or in a march.
+    """Return the largest currents apart from the response to the step of the drive at time 0 [A].
 
-    Of a repeating drive they are those of the periodic state, of another those beside the response to that jump.
+    For a periodic drive they are those of the periodic state, for any other those of the response minus the response to
+    that step. None without such a step, with a time-stepping solver, and where these responses cannot be computed.
     """
     end, drive = float(record.times[-1]), scenario.drive
-    if chosen(scenario).method.is_marched or not jumps(scenario, end=end)[0]:
+    if chosen(scenario).method.is_marched or not discontinuities(scenario, end=end)[0]:
         return None
     names = ("current", "body_current")
     try:
         if drive.period is not None:
             periodic = scenario.replace({"time.initial_state": {"model": "PeriodicState"}})
-            wanted = looks(drive, end=end, settled=True)
+            wanted = evaluation_times(drive, end=end, settled=True)
             repeated = PeakRecord.of(periodic, wanted, solve_fields(periodic, section, wanted).found).peaks()
             return {name: repeated[name] for name in names}
         step = {"drive": {"model": "Step", "level": float(drive.voltage(0.0))}}
@@ -193,7 +194,7 @@ def _running(scenario: Scenario, section: ModalSection, record: PeakRecord) -> d
 
 
 def _moving_gap(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
-    """Say what the declared thickness of a gap that moves is used for."""
+    """Return the range of a moving gap, and what its declared thickness is used for."""
     if "gap" not in variables:
         return []
     low, high = (
@@ -201,6 +202,7 @@ def _moving_gap(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnosti
     )
     declared = format_quantity(scenario.stack.layers[str(scenario.stack.gap_name)].thickness, "m")
     text = (
-        f"the gap is {low} to {high} over time; over frequency, and as drawn, it is the declared {declared}"
+        f"the gap varies from {low} to {high} in time; quantities over frequency and the drawing of the stack use the"
+        f" declared {declared}"
     )
     return [Diagnostic("moving gap", "ok", text)]

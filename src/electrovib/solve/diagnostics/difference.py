@@ -14,21 +14,15 @@ if TYPE_CHECKING:
 
 
 POLES_PER_DECADE: Final = 10
-
-
+"""Relaxation rates of the fit of D."""
 ROWS_PER_DECADE: Final = 16
-
-
+"""Frequencies at which D is fitted."""
 BEYOND: Final = 10.0
-"""How far beyond the band, on both sides, relaxations of D may lie."""
-
-
+"""Factor by which the relaxation rates of D extend beyond the band on both sides."""
 POWERS: Final = (0.0, -0.5, -1.0, 0.5, 1.0)
-"""Powers of the frequency by which a quantity may fall: the fit of D is weighted by the one that suits best."""
-
-
+"""Powers of the frequency by which a quantity may fall; the fit of D is weighted by the one with the least residual."""
 AT_REST: Final = 1e-60
-"""A frequency that stands for 0 [Hz], where a power law has no value."""
+"""Frequency that replaces 0, where a power law has no value [Hz]."""
 
 
 class _DifferenceFit:
@@ -39,9 +33,9 @@ class _DifferenceFit:
     low, high : float
         Band [Hz].
     steady : bool
-        Follow D at zero frequency as well.
+        Whether D is fitted at zero frequency as well.
     smallest : float
-        Singular value over the largest that counts.
+        Smallest singular value over the largest that is kept [1].
     """
 
     def __init__(self, low: float, high: float, *, steady: bool, smallest: float) -> None:
@@ -60,11 +54,11 @@ class _DifferenceFit:
     @staticmethod
     @functools.lru_cache(maxsize=16)
     def over(low: float, high: float, *, steady: bool, smallest: float) -> _DifferenceFit:
-        """Give the fit over a band, the same object for the same band."""
+        """Return the fit over a band: the same object for the same band."""
         return _DifferenceFit(low, high, steady=steady, smallest=smallest)
 
     def of(self, declared: Complex, reduced: Complex, *, unasked: bool = False) -> tuple[Transfer, float]:
-        """Fit one D; the largest residual is told over the quantity's own size there; its value at rest may be unasked."""
+        """Return the fit of one D and its largest residual over the quantity; with `unasked` without zero frequency."""
         difference, size = declared - reduced, np.maximum(np.abs(declared), np.abs(reduced))
         if unasked and self.frequency[0] == AT_REST:
             difference[0], size[0] = difference[1], size[1]
@@ -82,7 +76,7 @@ class _DifferenceFit:
 
 
 def _inverse(columns: Real, weights: Real, smallest: float) -> Real:
-    """Pseudo-inverse of weighted rows; columns count alike, and none is added to cancel another."""
+    """Return the pseudo-inverse of weighted rows, with columns scaled to equal norms."""
     weighted = columns * weights[:, None]
     sizes = np.linalg.norm(weighted, axis=0)
     return np.asarray(np.linalg.pinv(weighted / sizes, rcond=smallest) / sizes[:, None] * weights)

@@ -1,4 +1,4 @@
-"""From the largest values of a solution to what they mean for films, air, skin, sweat and the declared limits."""
+"""Diagnostics of the largest values of a solution: of films, air, skin, sweat and the declared limits."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ if TYPE_CHECKING:
 from electrovib.solve.diagnostics.peaks import PeakRecord
 
 _ROUNDED = 1e-9
-"""Height of a jump over the largest value of the drive, below which it is rounding."""
+"""Height of a discontinuity over the largest value of the drive, below which it is rounding."""
 
 
 def stack_diagnostics(scenario: Scenario, record: PeakRecord) -> list[Diagnostic]:
-    """Judge every layer, the interface and the sweat between.
+    """Return the diagnostics of every layer, of the interface and of the sweat in it.
 
     Parameters
     ----------
     scenario : Scenario
-        Stack.
+        With the stack.
     record : PeakRecord
-        Of the whole solution.
+        Quantities with limits over the whole run.
 
     Returns
     -------
@@ -62,18 +62,18 @@ def layer_diagnostics(
     nearest: tuple[float, float] | None,
     across: float,
 ) -> list[Diagnostic]:
-    """Judge layers, interface and sweat by their largest values.
+    """Return the diagnostics of layers, interface and sweat for given largest values.
 
     Parameters
     ----------
     scenario : Scenario
-        Stack.
+        With the stack.
     fields : mapping of str to float
         Largest absolute field in each layer [V/m].
     interface : float
-        In the gap, or in a vanishing one [V/m].
+        Largest absolute field in the gap, or in the limit of a vanishing gap [V/m].
     nearest : tuple of float or None
-        Field [V/m] and gap [m] when the gap is nearest to Paschen's breakdown; None without a gap.
+        Field [V/m] and gap [m] at the time nearest to breakdown by Paschen's law; None without a gap.
     across : float
         Largest absolute voltage across the stack [V].
 
@@ -105,21 +105,21 @@ def _permittivity(layer: Layer) -> float:
 def circuit_diagnostics(
     scenario: Scenario, record: PeakRecord, running: Mapping[str, float] | None
 ) -> list[Diagnostic]:
-    """Judge voltage, current, charge and energy against what is declared, and tell of jumps.
+    """Return the diagnostics of voltage, current, charge and energy, and of discontinuities of the drive.
 
     Parameters
     ----------
     scenario : Scenario
         Drive, circuit and limits.
     record : PeakRecord
-        Of the whole solution.
+        Quantities with limits over the whole run.
     running : mapping of str to float or None
-        Largest currents without what the jump at time 0 alone brings [A]; None where that is not known.
+        Largest currents apart from the response to the step of the drive at time 0 [A]; None where they are not known.
 
     Returns
     -------
     list of Diagnostic
-        Only of limits that are declared.
+        One for each declared limit, and one where the drive is discontinuous.
     """
     drive, circuit = scenario.drive, scenario.circuit
     end = float(record.times[-1])
@@ -129,7 +129,7 @@ def circuit_diagnostics(
     }
     if drive.quantity == "voltage" and circuit.amplifier is None:
         reached["voltage"] = drive.largest(end)
-    first, later = jumps(scenario, end=end)
+    first, later = discontinuities(scenario, end=end)
     if circuit.element().resistance == 0 and (first or later):
         endless = dict.fromkeys(("current", "body_current"), math.inf)
         reached |= endless if later else {f"{name}{SWITCH_ON}": math.inf for name in endless}
@@ -139,12 +139,12 @@ def circuit_diagnostics(
     amplified = circuit.amplifier is not None
     return [
         *limit_diagnostics(reached, scenario.limits, amplified=amplified),
-        *_jump(scenario, reached, first=first, later=later),
+        *_discontinuity(scenario, reached, first=first, later=later),
     ]
 
 
-def jumps(scenario: Scenario, *, end: float) -> tuple[float, float]:
-    """Give the heights of the jumps that the current feels.
+def discontinuities(scenario: Scenario, *, end: float) -> tuple[float, float]:
+    """Return the heights of the discontinuities of the voltage that reach the stack.
 
     Parameters
     ----------
@@ -156,7 +156,8 @@ def jumps(scenario: Scenario, *, end: float) -> tuple[float, float]:
     Returns
     -------
     first, later : float
-        At time 0 and the largest after it [V]; 0 for none, and where an amplifier takes its time.
+        Height at time 0 and largest height after it [V]; 0 without one, behind an amplifier with a bandwidth or a limit,
+        and for a current drive.
     """
     drive, amplifier = scenario.drive, scenario.circuit.amplifier
     if drive.quantity == "current" or (
@@ -171,37 +172,36 @@ def jumps(scenario: Scenario, *, end: float) -> tuple[float, float]:
     return first * (first > smallest), later * (later > smallest)
 
 
-def _jump(
+def _discontinuity(
     scenario: Scenario, reached: Mapping[str, float], *, first: float, later: float
 ) -> list[Diagnostic]:
     if not first and not later:
         return []
     resistance = scenario.circuit.element().resistance
-    when = "at time 0 alone" if not later else "after time 0" if not first else "at time 0 and later"
+    when = "at time 0 only" if not later else "after time 0" if not first else "at time 0 and later"
     height = format_quantity(max(first, later), "V", digits=3)
-    text = f"the drive jumps by up to {height}, {when}: right after a jump the current"
+    text = f"the drive has a discontinuity of up to {height}, {when}: right after it the current"
     if resistance == 0:
-        text += " has no bound, because nothing is in series"
+        text += " has no bound, because there is no series resistance"
     else:
         shown = {
             name: format_quantity(value, "A", digits=3)
             for name, value in reached.items()
             if "current" in name
         }
-        told = shown["current"]
+        largest = shown["current"]
         if (switched := shown.get(f"current{SWITCH_ON}")) is not None:
-            told = f"{switched} at time 0, {told} apart from that"
-        text += f" is bounded by the {format_quantity(resistance, 'ohm')} in series alone ({told})"
-    return [
-        Diagnostic(
-            "jump", "warning", f"{text}; give the drive an edge time or a start at 0 V, as a real one has"
+            largest = f"{switched} at time 0, {largest} apart from that"
+        text += (
+            f" is bounded only by the series resistance of {format_quantity(resistance, 'ohm')} ({largest})"
         )
-    ]
+    text += "; give the drive the edge time of the real source, or let it start at 0 V"
+    return [Diagnostic("discontinuity", "warning", text)]
 
 
 def return_path_diagnostics(scenario: Scenario) -> list[Diagnostic]:
-    """Warn of a body that is not grounded."""
+    """Return a warning where the body is not grounded."""
     if type(scenario.circuit.return_path).__name__ != "Floating":
         return []
-    text = "the body is not grounded: part of the voltage drops between body and ground"
+    text = "the body is not grounded: part of the voltage drops across the return path from body to ground"
     return [Diagnostic("return path", "warning", text)]

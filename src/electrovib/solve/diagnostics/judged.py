@@ -1,4 +1,4 @@
-"""A bound of an error, known at some times, held against a quantity at all of them."""
+"""Comparison of an error bound, known at some times, with a quantity at all output times."""
 
 from __future__ import annotations
 
@@ -12,26 +12,27 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
 
 TAIL: Final = 1e-4
-"""Share of the peak down to which an error is told against the value at that time."""
+"""Share of the peak down to which an error is relative to the value at that time."""
 LARGEST: Final = 0.01
-"""Error, of what is left of a quantity, from which on it counts as not known."""
+"""Error over the remaining amplitude of a quantity, above which the quantity counts as unknown."""
 LOOKING_BACK: Final = 0.9
+"""Fraction of a time from which on the remaining amplitude at that time is taken."""
 _MANY: Final = 20_000
-"""Output times beyond which the smallest and largest values between probes are looked at first."""
+"""Number of output times above which the smallest and largest values between probes are tried first."""
 _AT_ONCE: Final = 1 << 15
 
 
 class Judged(NamedTuple):
-    """How far a quantity is off in time.
+    """Relative error of a quantity over time.
 
     Parameters
     ----------
     error : float
-        Largest error over the value at that time, 1, while that is above `TAIL` of the peak.
+        Largest error over the value at the same time [1], where that value exceeds `TAIL` of the peak.
     share : float
-        Largest error over the largest value from `LOOKING_BACK` of that time on, 1: of an oscillation its size.
+        Largest error over the remaining amplitude [1], the largest value from `LOOKING_BACK` of that time on.
     lost : float
-        From when on that is above `LARGEST` [s]; infinite if never.
+        First time at which that share exceeds `LARGEST` [s]; infinite if it never does.
     """
 
     error: float
@@ -40,7 +41,7 @@ class Judged(NamedTuple):
 
 
 def judge(row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]) -> Judged:
-    """Hold a bound at the probes against a quantity at all output times.
+    """Compare an error bound at the probes with a quantity at all output times.
 
     Parameters
     ----------
@@ -49,16 +50,16 @@ def judge(row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged:
     times : ndarray, shape (n,)
         Increasing [s].
     probes : ndarray of int, shape (m,)
-        Places at which the bound is known, increasing; between two of them the larger one counts.
+        Indices of the times at which the bound is known, increasing; between two of them the larger bound counts.
     bound : ndarray, shape (m,)
-        How far the quantity may be off there, in its unit.
+        Largest error of the quantity there, in its unit.
     judged : ndarray of bool, shape (n,)
         Times that count, between the first probe and the last.
 
     Returns
     -------
     Judged
-        Against the quantity itself.
+        Error relative to the quantity itself.
     """
     if not np.any(judged):
         return Judged(0.0, 0.0, np.inf)
@@ -70,27 +71,27 @@ def judge(row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged:
     after = np.minimum(np.searchsorted(probes, places), len(probes) - 1)
     larger = np.where(probes[after] == places, bound[after], np.maximum(bound[after], bound[after - 1]))
     left = np.maximum.accumulate(sizes[::-1])[::-1][np.searchsorted(times, LOOKING_BACK * times)]
-    told, peak = sizes > TAIL * np.max(sizes), TAIL * np.max(sizes)
+    large, peak = sizes > TAIL * np.max(sizes), TAIL * np.max(sizes)
     shares = np.where(judged & (left > peak), larger / np.maximum(left, peak or 1.0), 0.0)
     lost = times[shares > LARGEST]
     return Judged(
-        error=float(np.max(larger[told] / sizes[told], initial=0.0)),
+        error=float(np.max(larger[large] / sizes[large], initial=0.0)),
         share=float(np.max(shares, initial=0.0)),
         lost=float(lost[0]) if len(lost) else np.inf,
     )
 
 
 def judge_repeating(rows: Real, times: Real, bounds: Real) -> list[Judged]:
-    """Do what `judge` does, for many cases that repeat: what is left of a quantity is always its largest value.
+    """Return the results of `judge` for many periodic cases, whose remaining amplitude is always the largest value.
 
     Parameters
     ----------
     rows : ndarray, shape (cases, n)
         The quantity in every case, over a period.
     times : ndarray, shape (cases, n)
-        Increasing, less than a tenth of the first apart [s].
+        Increasing; all within a tenth of the first time [s].
     bounds : ndarray, shape (cases, n)
-        How far it may be off at each time, in its unit.
+        Largest error at each time, in the unit of the quantity.
 
     Returns
     -------
@@ -99,8 +100,8 @@ def judge_repeating(rows: Real, times: Real, bounds: Real) -> list[Judged]:
     """
     sizes = np.abs(rows)
     largest = np.max(sizes, axis=1)[:, None]
-    told = sizes > TAIL * largest
-    errors = np.max(np.where(told, bounds / np.where(told, sizes, 1.0), 0.0), axis=1)
+    large = sizes > TAIL * largest
+    errors = np.max(np.where(large, bounds / np.where(large, sizes, 1.0), 0.0), axis=1)
     shares = np.where(largest > 0, bounds / np.where(largest > 0, largest, 1.0), 0.0)
     beyond = shares > LARGEST
     lost = np.where(np.any(beyond, axis=1), times[np.arange(len(times)), np.argmax(beyond, axis=1)], np.inf)
@@ -111,10 +112,10 @@ def judge_repeating(rows: Real, times: Real, bounds: Real) -> list[Judged]:
 def _judge_by_stretches(
     row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]
 ) -> Judged | None:
-    """Do what `judge` does, from the smallest and largest value between probes; None where these do not tell.
+    """Return the result of `judge` from the smallest and largest values between probes; None where these do not suffice.
 
-    Between two probes the bound is one number, so the smallest value decides on the error. What is left of a quantity
-    never grows, so the share is largest at the end of a stretch.
+    Between two probes the bound is constant, so the smallest value has the largest relative error. The remaining
+    amplitude never grows, so the share is largest at the end of an interval.
     """
     if not np.all(judged[probes[0] : probes[-1] + 1]):
         return None
@@ -140,12 +141,12 @@ def _judge_by_stretches(
     shares = larger / left
     if not (np.all(left > peak) and np.all(shares <= LARGEST)):
         return None
-    told = high > peak
-    return Judged(float(np.max(larger[told] / low[told], initial=0.0)), float(np.max(shares)), np.inf)
+    large = high > peak
+    return Judged(float(np.max(larger[large] / low[large], initial=0.0)), float(np.max(shares)), np.inf)
 
 
 def _between(row: Real, marks: NDArray[np.intp]) -> tuple[Real, Real]:
-    """Smallest and largest absolute value from each mark to the next; the first is 0."""
+    """Return the smallest and largest absolute values from each mark to the next; the first mark is 0."""
     lows, highs = np.empty(len(marks)), np.empty(len(marks))
     ends = np.append(marks[1:], len(row))
     first = 0

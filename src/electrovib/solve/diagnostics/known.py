@@ -1,4 +1,4 @@
-"""How well an answer is known as far as materials go, and from when on it is not."""
+"""Diagnostics of the error that the representation of materials causes, and of the time from which a result is unknown."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 
 
 def known_band(scenario: Scenario) -> tuple[float, float]:
-    """Give the lowest and the highest frequency at which all materials are known [Hz].
+    """Return the band in which the permittivities of all layers are known.
 
     Parameters
     ----------
     scenario : Scenario
-        Its layers; a formula is known everywhere, a table between its ends.
+        With the stack; a formula is known at all frequencies, a table between its ends.
 
     Returns
     -------
-    tuple of float
-        Hz.
+    low, high : float
+        Lowest and highest frequency of that band [Hz]; 0 and infinite where no layer limits it.
     """
     bands = [layer.material.band for layer in scenario.stack.layers.values()]
     return max(low for low, _ in bands), min(high for _, high in bands)
@@ -48,12 +48,12 @@ def memory_diagnostics(
     known: tuple[float, float],
     method: Method,
 ) -> list[Diagnostic]:
-    """Say how far an answer in time is off because materials were reduced, and from when on it is not known.
+    """Return the error of a response in time due to the Debye sums of materials, and the time from which it is unknown.
 
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        Experiment.
     errors : mapping of Key to Judged
         From `answer_errors`.
     times : ndarray, shape (n,)
@@ -61,12 +61,12 @@ def memory_diagnostics(
     known : tuple of float
         Lowest and highest frequency at which all materials are known [Hz].
     method : Method
-        By which it was answered.
+        Electrical solver of the response.
 
     Returns
     -------
     list of Diagnostic
-        None where every layer is a sum of Debye terms as declared.
+        Empty where every layer is declared as a sum of Debye terms.
     """
     layers = scenario.stack.layers
     reduced = [name for name, layer in layers.items() if layer.material.debye() is None]
@@ -76,7 +76,7 @@ def memory_diagnostics(
 
 
 def worst_of(errors: Mapping[Key, Judged]) -> float:
-    """Give the largest error of what pulls and of what stands across the layers; the current is told apart."""
+    """Return the largest relative error of fields, voltages and attraction [1]; that of the current is reported apart."""
     return max((found.error for name, found in errors.items() if name != CURRENT), default=0.0)
 
 
@@ -84,27 +84,28 @@ def _of_error(reduced: list[str], errors: Mapping[Key, Judged], method: Method) 
     if not errors:
         return []
     names, worst = " and ".join(f"'{name}'" for name in reduced), worst_of(errors)
-    told = {"fields and voltages": worst}
-    told |= {
+    largest = {"fields and voltages": worst}
+    largest |= {
         what: errors[name].error
         for name, what in ((FORCE, "the attraction"), (CURRENT, "the current"))
         if name in errors
     }
-    parts = ", ".join(f"{what} by at most {100 * error:.2g} %" for what, error in told.items())
-    change = f"{parts}, of the value at that time while that is above {TAIL:g} of its peak"
-    if not method.by_modes:  # else the error found bounds the answer, which is linear in the drive
+    parts = ", ".join(f"{what} by at most {100 * error:.2g} %" for what, error in largest.items())
+    change = f"{parts}, relative to the value at that time where it exceeds {TAIL:g} of its peak"
+    stands = f"{names} {'is' if len(reduced) == 1 else 'are'} represented by a sum of Debye relaxations"
+    if not method.by_modes:  # else the error found bounds the response, which is linear in the drive
         text = (
-            f"{names} stands as a sum of relaxations: without leak, motion, limits and renewal that changes {change};"
-            f" what it does to the answer of the solver '{method.name}' is not known"
+            f"{stands}: without leak, motion, limits and renewal that changes {change};"
+            f" its effect on the result of the solver '{method.name}' is not known"
         )
         return [Diagnostic("memory", "unknown", text)]
-    text = f"{names} stands as a sum of relaxations, which changes {change}"
+    text = f"{stands}, which changes {change}"
     judged = {name: found for name, found in errors.items() if name != CURRENT}
     share, lost = max(found.share for found in judged.values()), min(found.lost for found in judged.values())
     if np.isfinite(lost):
         first = next(name for name, found in judged.items() if found.lost == lost)
         text += (
-            f"; '{first}' is not known to {100 * LARGEST:g} % of what is left of it from"
+            f"; '{first}' is not known to {100 * LARGEST:g} % of its remaining amplitude from"
             f" {format_quantity(lost, 's', digits=3)} on"
         )
     state = "warning" if np.isfinite(lost) else "ok"
@@ -112,23 +113,24 @@ def _of_error(reduced: list[str], errors: Mapping[Key, Judged], method: Method) 
 
 
 def _beyond_tables(scenario: Scenario, times: Real, known: tuple[float, float]) -> list[Diagnostic]:
-    """Say which part of an answer rests on frequencies that no table holds."""
+    """Return which times of a response depend on frequencies outside the tables of materials."""
     (low, high), said = known, []
     last = 1 / (2 * np.pi * low) if low else np.inf
     first = 1 / (2 * np.pi * high)
     if isinstance(scenario.time.initial_state, PeriodicState):
         slowest = lowest_frequency(scenario)
         if slowest < low * (1 - SAME):
-            said.append(f"the drive has {format_quantity(slowest, 'Hz', digits=3)}, below the table")
+            said.append(f"the drive contains {format_quantity(slowest, 'Hz', digits=3)}, below the table")
     elif times[-1] > last:
-        said.append(f"the answer is not known from {format_quantity(last, 's', digits=3)} on")
+        said.append(f"the response is not known from {format_quantity(last, 's', digits=3)} on")
     if shortest_time(scenario, times) < first * (1 - SAME):
-        said.append(f"nor is it within {format_quantity(first, 's', digits=3)} after a corner of the drive")
+        moment = format_quantity(first, "s", digits=3)
+        said.append(f"the response is not known within {moment} after a corner of the drive")
     if not said:
         return []
     tables = " and ".join(
         f"'{name}'" for name, layer in scenario.stack.layers.items() if np.isfinite(layer.material.band[1])
     )
     ends = " to ".join(format_quantity(end, "Hz", digits=3) for end in known)
-    text = f"{tables} is measured from {ends} only: {', '.join(said).removeprefix('nor is it')}"
+    text = f"{tables} is measured from {ends} only: {', and '.join(said)}"
     return [Diagnostic("measured band", "unknown", text, value=float(times[-1]), limit=last, unit="s")]

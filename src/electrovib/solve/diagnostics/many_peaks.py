@@ -1,4 +1,4 @@
-"""The largest values of many solutions at once, by the steps of `PeakRecord` and `refined`, in arrays over all cases."""
+"""Largest values of many solutions at once, by the method of `PeakRecord` and `refined` in arrays over all cases."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def many_peaks(
     times: Real, rows: dict[Key, Real], look: Callable[[Indices, Real], dict[Key, Real]]
 ) -> list[PeakRecord]:
-    """Find the largest value of every quantity in every case, and look closer where its neighbours do not show it.
+    """Return the largest values of every quantity in every case, refined where their neighbours do not resolve them.
 
     Parameters
     ----------
@@ -29,12 +29,12 @@ def many_peaks(
     rows : dict of Key to ndarray, shape (cases, n)
         As in a `PeakRecord`, in their units.
     look : callable
-        Gives the same, shape (k,), for k numbers of cases and k times [s].
+        Returns the same quantities, shape (k,), for k indices of cases and k times [s].
 
     Returns
     -------
     list of PeakRecord
-        One for each case, as `refined` would give it.
+        For each case, what `refined` returns.
     """
     names = list(rows)
     values = np.array([rows[name] for name in names])
@@ -66,7 +66,7 @@ def many_peaks(
 
 
 def _around(times: Real, place: Indices, unclear: NDArray[np.bool_], case: int) -> Real:
-    """Times around largest values of a case that a parabola does not show [s], other than those that are there."""
+    """Return new times around the largest values of a case that a parabola does not resolve [s]."""
     if not np.any(unclear):
         return np.zeros(0)
     moments = times[case]
@@ -76,7 +76,7 @@ def _around(times: Real, place: Indices, unclear: NDArray[np.bool_], case: int) 
 
 
 def _joined(times: Real, values: Real, wanted: list[Real], more: Real) -> tuple[Real, Real]:
-    """Add times and values to every case; cases with fewer end in infinite times and values of 0."""
+    """Add times and values to every case; cases with fewer times are padded with infinite times and values of 0."""
     longest = max(len(each) for each in wanted)
     moments = np.full((len(times), longest), np.inf)
     rows = np.zeros((*values.shape[:2], longest))
@@ -92,7 +92,7 @@ def _joined(times: Real, values: Real, wanted: list[Real], more: Real) -> tuple[
 
 
 def _neighbours(times: Real, place: Indices) -> tuple[Indices, Indices]:
-    """Places of the times before and after some, other than by rounding; shapes (cases, n), (cases, k)."""
+    """Return the indices of the times before and after some, apart from rounding; shapes (cases, n), (cases, k)."""
     last = np.max(np.where(np.isfinite(times), times, 0.0), axis=1)[:, None]
     here = np.take_along_axis(times, place, axis=1)
     left = np.sum(times[:, None] < (here - ROUNDED * last)[..., None], axis=2) - 1
@@ -100,7 +100,7 @@ def _neighbours(times: Real, place: Indices) -> tuple[Indices, Indices]:
 
 
 def _peaks(times: Real, values: Real) -> tuple[Real, Indices, Real]:
-    """Largest absolute value, where, and how far its neighbours lie below; each of shape (quantities, cases)."""
+    """Return largest absolute value, its index, and the drop of its neighbours; each of shape (quantities, cases)."""
     size = np.abs(values)
     finite = np.isfinite(size)
     place = np.argmax(np.where(finite, size, -1.0), axis=2)

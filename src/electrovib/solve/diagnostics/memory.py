@@ -1,9 +1,9 @@
-"""How far an answer in time is off because materials were reduced to Debye terms.
+"""Error of a response in time due to the reduction of materials to Debye sums.
 
-What a reduction changes in a linear quantity is itself linear in the drive: D = declared - reduced, the one from
-impedances at each frequency, the other from modes. D is fitted by signed relaxations on a fixed dense grid of
-rates, a linear least-squares problem, and the drive is sent through that fit. Nothing of it rests on the fit of
-the material.
+The change of a linear quantity is itself linear in the drive: D = declared - reduced, the first from impedances at
+each frequency, the second from modes. D is fitted by signed relaxations on a fixed dense grid of rates, a linear
+least-squares problem, and the response of that fit to the drive is the error. It does not depend on the fit of the
+material.
 """
 
 from __future__ import annotations
@@ -42,42 +42,42 @@ if TYPE_CHECKING:
 FORCE: Final = "force"
 CURRENT: Final = "current"
 SAFETY: Final = 1.5
-"""On the error found: for what the fit of D leaves out, and for what lies between two probes."""
+"""Factor on the error found: for what the fit of D omits, and for what lies between two probes."""
 SPREAD: Final = 3.0
-"""On the largest relative residual of the fit of D: what it may become in time."""
+"""Factor on the largest relative residual of the fit of D: what it may amount to in time."""
 SMALLEST: Final = 1e-10
-"""Singular value over the largest below which a combination of relaxations is left out of the fit of D."""
+"""Singular value over the largest below which a combination of relaxations is omitted from the fit of D."""
 MEASURED: Final = 1e-4
-"""The same where a law is a measured table, whose noise no relaxations follow."""
+"""The same where a material is a measured table, whose noise relaxations cannot follow."""
 PROBES: Final = 400
-"""Output times at which D is evaluated; between two of them the larger one counts."""
+"""Output times at which the response of D is evaluated; between two of them the larger value counts."""
 _GOLDEN: Final = 0.6180339887498949
 
 
 def answer_errors(
     scenario: Scenario, section: ModalSection, answer: Solution, times: Real, *, known: tuple[float, float]
 ) -> dict[Key, Judged]:
-    """Bound what the reduction of materials does to the answer in time.
+    """Bound the error of a response in time due to the reduction of materials.
 
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        Experiment.
     section : ModalSection
-        Its stack as modes.
+        Its stack as relaxation modes.
     answer : Solution
-        The answer at the output times.
+        Response at the output times.
     times : ndarray, shape (n,)
         Output times [s].
     known : tuple of float
-        Lowest and highest frequency at which all materials are known [Hz]; the answer is judged up to
+        Lowest and highest frequency at which all materials are known [Hz]; the response is judged up to
         1/(2 pi low).
 
     Returns
     -------
     dict of Key to Judged
-        Of each linear quantity and of ``force``. Empty where nothing is known. The moments of jumps of the drive
-        are left out: their values are limits of infinite frequency.
+        Error of each linear quantity and of ``force``; empty where nothing is known. The instants of discontinuities of
+        the drive are omitted: the values there are limits of infinite frequency.
 
     Notes
     -----
@@ -123,27 +123,27 @@ def errors_of_sines(
     known: tuple[float, float],
     respond: Callable[[dict[Key, Transfer]], dict[Key, Real]],
 ) -> list[dict[Key, Judged]]:
-    """Bound what the reduction of materials does to many answers of one stack, each to a sine in its periodic state.
+    """Bound the error of many responses of one stack, each to a sine in its periodic state.
 
     Parameters
     ----------
     members : sequence of Scenario
-        They differ in their sine alone, and share the band over which materials are reduced.
+        They differ only in their sine, and share the band over which materials are reduced.
     section : ModalSection
-        Their stack as modes.
+        Their stack as relaxation modes.
     answer : Solution
-        One case after the other, cases times n values.
+        Responses of one case after the other, cases times n values.
     times : ndarray, shape (cases, n)
-        s; no more than `PROBES` of them, within a period.
+        Output times within a period, at most `PROBES` in each case [s].
     known : tuple of float
         As for `answer_errors`.
     respond : callable
-        Sends all sines through linear quantities.
+        Returns the responses of linear quantities to all sines.
 
     Returns
     -------
     list of dict of Key to Judged
-        As `answer_errors` gives them, one for each case.
+        For each case, what `answer_errors` returns.
     """
     scenario = members[0]
     low, high = run_band(scenario, times[0])
@@ -177,7 +177,7 @@ def errors_of_sines(
 
 
 def _at_corner(drive: Drive, times: Real, *, bends: bool) -> NDArray[np.bool_]:
-    """Tell the output times at which the drive jumps, or bends as well."""
+    """Return which output times are at a discontinuity of the drive, or with `bends` at any of its corners."""
     if bends and any(isinstance(part, Linear) and part.begins_with(times) for part in drive.parts()):
         return np.ones(len(times), bool)
     marks, heights = drive.corners(float(times[-1]))
@@ -196,12 +196,12 @@ def _at_corner(drive: Drive, times: Real, *, bends: bool) -> NDArray[np.bool_]:
 
 
 def _probes(count: int) -> NDArray[np.intp]:
-    """Choose output times: all of few; of many some, nearly even but never in step with a drive that repeats."""
+    """Return indices of output times: all of few; of many a nearly even choice that is in step with no periodic drive."""
     if count <= PROBES:
         return np.arange(count)
     share = np.arange(PROBES)
     spread = (share + (share * _GOLDEN) % 1) / PROBES
-    slow = np.geomspace(1, count - 1, PROBES // 5)  # a tail, and what follows the beginning
+    slow = np.geomspace(1, count - 1, PROBES // 5)  # the decay at the end, and the times after the beginning
     places = np.concatenate([[0, count - 1], np.floor(spread * count), slow])
     return np.unique(places.astype(np.intp))
 
@@ -229,7 +229,7 @@ def _of_force(
 def _respond(
     scenario: Scenario, transfers: dict[Key, Transfer], times: Real, *, settled: bool
 ) -> dict[Key, Real]:
-    """Send the drive through linear quantities, past leaks, limits and motion."""
+    """Return the responses of linear quantities to the drive, without leaks, limits and motion."""
     amplifier, drive = scenario.circuit.amplifier, scenario.drive
     if amplifier is None or drive.quantity == "current":
         return transient(transfers, drive, times, settled=settled)
@@ -244,10 +244,10 @@ def _respond(
 def _differences(
     scenario: Scenario, section: ModalSection, fit: _DifferenceFit, *, settled: bool
 ) -> tuple[dict[Key, Transfer], dict[Key, float]]:
-    """Fit declared - reduced of every linear quantity; relative residuals beside."""
+    """Return the fits of declared - reduced of every linear quantity, and their relative residuals."""
     declared = linear_quantities(scenario, phasors(scenario, fit.frequency, leaks=False))
     reduced = linear_quantities(scenario, section)
-    reduced.pop("stack_voltage")  # the sum of the layers', and nothing under a drive of 0 V
+    reduced.pop("stack_voltage")  # the sum of the layer voltages, and 0 under a drive of 0 V
     transfers, residuals = {}, {}
     for name in reduced:
         # a current is the rate of change of its charge, which varies far less over frequency
@@ -267,7 +267,7 @@ def _differences(
 
 
 def _slope(transfer: Transfer) -> Transfer:
-    """Give the rate of change of a quantity: s times its transfer."""
+    """Return the transfer function of the rate of change of a quantity: s times that of the quantity."""
     weights = transfer.gains * transfer.rates
     return Transfer(
         rates=transfer.rates, gains=-weights, direct=float(np.sum(weights)), slope=transfer.direct, static=0.0

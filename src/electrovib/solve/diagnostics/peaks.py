@@ -1,4 +1,4 @@
-"""The largest values of a solution, between the times that were asked for too."""
+"""Largest values of a solution, at the output times and between them."""
 
 from __future__ import annotations
 
@@ -20,24 +20,26 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.keys import Key
 
 REFINEMENTS = 3
-"""Each divides the time around a largest value by `DIVISIONS`/2."""
+"""Number of refinements; each divides the interval around a largest value by `DIVISIONS`/2."""
 CLEAR = 1e-2
-"""Drop of the neighbours of a largest value, relative, below which a parabola through the three is right to 1e-5."""
+"""Relative drop of the neighbours of a largest value, below which a parabola through the three is accurate to 1e-5."""
 DIVISIONS = 12
+"""Intervals into which the time between the neighbours of a largest value is divided."""
 _MANY = 100_000
-"""Times beyond which only those that decide on the largest values are kept beside the looks between them."""
+"""Number of times above which only those around the largest values and next to further evaluation times are kept."""
 _BESIDE = 2
 """Times on both sides of a largest value that are kept."""
 _JUST = 1e-6
-"""How close to a largest value it is looked at again, as a share of the time to its neighbour."""
+"""Distance from a largest value at which it is evaluated again, as a share of the time to its neighbour."""
 ROUNDED = 1e-13
+"""Share of the last time below which two times are equal by rounding."""
 AT_A_CORNER = 1e-4
-"""Ratio of the times to both neighbours, below which the largest value is at a corner, not between looks."""
+"""Ratio of the times to both neighbours, below which the largest value is at a corner, not between two times."""
 
 
 @dataclass(frozen=True)
 class PeakRecord:
-    """Judged quantities over time.
+    """Quantities with limits, over time.
 
     Parameters
     ----------
@@ -45,9 +47,9 @@ class PeakRecord:
         Increasing [s].
     rows : dict of Key to ndarray, shape (n,)
         Field of each layer [V/m], ``interface`` [V/m], ``gap`` [m] and ``breakdown`` [1] where there is a gap,
-        ``across`` [V] (the stack), and what the names of `Limits` say.
+        ``across`` (voltage of the stack) [V], and the quantities that `Limits` names.
     whole : PeakRecord or None
-        The record at all times of which this one holds those that decide on the largest values.
+        Record at all times, where this one holds only those that determine the largest values.
     """
 
     times: Real
@@ -56,7 +58,7 @@ class PeakRecord:
 
     @classmethod
     def of(cls, scenario: Scenario, times: Real, found: dict[Key, Real]) -> PeakRecord:
-        """Take what is judged from what a solver found.
+        """Return the quantities with limits from the quantities that a solver found.
 
         Parameters
         ----------
@@ -70,7 +72,7 @@ class PeakRecord:
         Returns
         -------
         PeakRecord
-            At these times.
+            The quantities at these times.
         """
         around, layers = Surroundings.of(scenario), scenario.stack.layers
         gap = scenario.stack.gap_name
@@ -96,17 +98,17 @@ class PeakRecord:
         return cls(times, rows)
 
     def among(self, moments: Real) -> PeakRecord:
-        """Leave out of very many times those that are neither near a largest value nor beside some other moments.
+        """Omit, of very many times, those that are neither near a largest value nor next to given further times.
 
         Parameters
         ----------
         moments : ndarray
-            Increasing, at which another record will join this one [s].
+            Times of a record that this one will be joined with, increasing [s].
 
         Returns
         -------
         PeakRecord
-            With the same largest values, also after it has been joined.
+            With the same largest values, also after the two are joined.
         """
         if len(self.times) <= _MANY:
             return self
@@ -118,7 +120,7 @@ class PeakRecord:
         return PeakRecord(self.times[kept], {name: row[kept] for name, row in self.rows.items()}, self)
 
     def just_before(self) -> Real:
-        """Times just before and just after each largest value, which tell a corner from a crest [s]."""
+        """Return times just before and just after each largest value, which distinguish a corner from a crest [s]."""
         places = np.array(list(self._places.values()))
         inner = places[(places > 0) & (places < len(self.times) - 1)]
         before = self.times[inner] - _JUST * (self.times[inner] - self.times[inner - 1])
@@ -126,7 +128,7 @@ class PeakRecord:
         return np.unique(np.concatenate([before, after]))
 
     def joined(self, other: PeakRecord) -> PeakRecord:
-        """Put two records of one solution together; where both have a time, this one counts."""
+        """Return the union of two records of one solution; at a time of both, the values of this one."""
         times = np.concatenate([self.times, other.times])
         times, places = np.unique(times, return_index=True)
         rows = {name: np.concatenate([row, other.rows[name]])[places] for name, row in self.rows.items()}
@@ -141,16 +143,16 @@ class PeakRecord:
         return {name: self._peak(row, self._places[name]) for name, row in self.rows.items()}
 
     def knowing(self, peaks: dict[Key, tuple[float, int, float]]) -> PeakRecord:
-        """Take over largest values, places and drops that were found elsewhere; gives this record."""
+        """Store largest values, indices and drops that were computed elsewhere, and return this record."""
         self.__dict__["_peaks"] = peaks  # where the cached property keeps them
         return self
 
     def peaks(self) -> dict[Key, float]:
-        """Largest absolute value of each quantity, between its times by a parabola; NaN for what is not known."""
+        """Return the largest absolute value of each quantity, by a parabola between its times; NaN where it is unknown."""
         return {name: value for name, (value, _, _) in self._peaks.items()}
 
     def unclear(self) -> Real:
-        """Times around largest values whose neighbours are too far below them for a parabola [s]."""
+        """Return times around the largest values whose neighbours are too far below them for a parabola [s]."""
         found = [np.zeros(0)]
         for value, place, drop in self._peaks.values():
             if drop > CLEAR * value:
@@ -159,13 +161,13 @@ class PeakRecord:
         return np.unique(np.concatenate(found))
 
     def _neighbours(self, place: int) -> list[int]:
-        """Places of the times before and after one, other than by rounding."""
+        """Return the indices of the times before and after one, which differ from it by more than rounding."""
         apart = ROUNDED * self.times[-1]
         left = int(np.searchsorted(self.times, self.times[place] - apart, side="left")) - 1
         return [left, int(np.searchsorted(self.times, self.times[place] + apart, side="right"))]
 
     def _peak(self, row: Real, place: int) -> tuple[float, int, float]:
-        """Largest absolute value, where, and how far its neighbours lie below where it may be between them."""
+        """Return the largest absolute value, its index, and how far its neighbours lie below it (0 at an end or a corner)."""
         value = float(abs(row[place]))
         left, right = self._neighbours(place)
         if left < 0 or right >= len(row):
@@ -183,7 +185,7 @@ class PeakRecord:
         return value + float(min(above, drop / 2)), place, drop
 
     def nearest_to_breakdown(self) -> tuple[float, float]:
-        """Field [V/m] and gap [m] when the gap is nearest to Paschen's breakdown."""
+        """Return field [V/m] and gap [m] at the time that is nearest to breakdown by Paschen's law."""
         share, place, _ = self._peaks["breakdown"]
         gap = float(self.rows["gap"][place])
         if share == 0:
@@ -192,9 +194,9 @@ class PeakRecord:
 
 
 def _largest(row: Real) -> int:
-    """Place of the largest absolute finite value."""
+    """Return the index of the largest absolute finite value."""
     high, low = int(np.argmax(row)), int(np.argmin(row))
-    if np.isfinite(row[high]) and np.isfinite(row[low]):  # neither meets a NaN, which both would find first
+    if np.isfinite(row[high]) and np.isfinite(row[low]):  # there is no NaN, which both would return first
         first, second = sorted((high, low))
         return second if abs(row[second]) > abs(row[first]) else first
     size = np.abs(row)
@@ -202,19 +204,19 @@ def _largest(row: Real) -> int:
 
 
 def refined(record: PeakRecord, look: Callable[[Real], PeakRecord]) -> PeakRecord:
-    """Look closer around each largest value that its neighbours do not show clearly.
+    """Add evaluation times around each largest value that its neighbours do not resolve.
 
     Parameters
     ----------
     record : PeakRecord
-        Of a closed form.
+        Of a solver in closed form.
     look : callable
-        The same at other times [s].
+        Returns the record of the same solution at other times [s].
 
     Returns
     -------
     PeakRecord
-        With more times.
+        With the times added.
     """
     for _ in range(REFINEMENTS):
         wanted = np.setdiff1d(record.unclear(), record.times)

@@ -1,4 +1,4 @@
-"""Whether the times at which a result is wanted are close enough to show it."""
+"""Diagnostic of output times that are too far apart to show the drive."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.base import Drive
 
 FEWEST: Final = 8
-"""Samples a cycle of the drive below which a curve misleads: the force has two cycles in it."""
+"""Samples in a cycle of the drive below which a curve is misleading: the force has two cycles in that time."""
 MISSED: Final = 1 / 3
-"""Area between straight pieces and a line through the times, over that between them and their mean, above which the
-line misleads: a pulse that no time meets has 1, a square with 8 samples a period a quarter."""
+"""Limit of the area between the drive and a line through its samples, over the area between the drive and its mean.
+Above it the line is misleading: a pulse between two samples has 1, a square wave with 8 samples a period 1/4."""
 ROUNDING: Final = 1e-9
-"""Share by which a step may be too long."""
+"""Relative excess of a time step that counts as rounding."""
 MOST: Final = 4_000_000
 """Samples beyond which no number of even times is advised."""
 
 
 def sampling(drive: Drive, times: Real) -> list[Diagnostic]:
-    """Warn where a result is exact at its times but a line through them is not the result.
+    """Return a warning where output values are exact but a line through them does not follow the result.
 
     Parameters
     ----------
     drive : Drive
-        What oscillates.
+        Drive of the scenario.
     times : ndarray, shape (n,)
-        When the result is wanted, increasing [s].
+        Output times, increasing [s].
 
     Returns
     -------
     list of Diagnostic
-        One warning with the number of samples that would do, or none.
+        One warning with the number of samples that suffices, or none.
     """
     if len(times) < 2 or _shows(drive, times):
         return []
@@ -49,23 +49,23 @@ def sampling(drive: Drive, times: Real) -> list[Diagnostic]:
     needed = max(len(times), math.ceil(FEWEST * fastest * (end - start)) + 1)
     while needed <= MOST and not _shows(drive, np.linspace(start, end, needed)):
         needed = 2 * needed - 1
-    changes = f"changes with {format_quantity(fastest, 'Hz')}"
+    changes = f"varies at {format_quantity(fastest, 'Hz')}"
     if step * fastest * FEWEST <= 1 + ROUNDING:
         changes = "has pieces that lie between them"
     advice = f"time.samples = {needed} would show it"
     if drive.time_stamps is not None:
-        advice = "leave time.samples away: the times of the measured drive show it"
+        advice = "omit time.samples: the times of the measured drive show it"
     elif needed > MOST:
-        advice = f"more than {MOST} samples would be needed: ask for numbers with --quantity, or a shorter time.duration"
+        advice = f"more than {MOST} samples would be needed: request numbers with --quantity, or a shorter time.duration"
     text = (
-        f"the times are {format_quantity(step, 's')} apart, but the drive {changes}: right at each of them, misleading"
-        f" between them; {advice}"
+        f"the output times are {format_quantity(step, 's')} apart, but the drive {changes}: the values are exact at each"
+        f" time, and a line between them is misleading; {advice}"
     )
     return [Diagnostic("sampling", "warning", text, float(needed), float(len(times)), "1")]
 
 
 def _shows(drive: Drive, times: Real) -> bool:
-    """Tell whether a line through these times [s] shows oscillations and straight pieces of a drive."""
+    """Return whether a line through these times [s] shows oscillations and straight pieces of a drive."""
     step = float(np.max(np.diff(times)))
     if step * _fastest(drive) * FEWEST > 1 + ROUNDING:
         return False
@@ -74,7 +74,7 @@ def _shows(drive: Drive, times: Real) -> bool:
 
 
 def _missed(part: Linear, times: Real) -> float:
-    """Area between straight pieces and a line through these times [s], over that between them and their mean."""
+    """Return the area between straight pieces and a line through these times [s], over that to their mean [1]."""
     if part.begins_with(times) and np.array_equal(part.before[1 : len(times)], part.after[1 : len(times)]):
         return 0.0
     corners = part.corners(float(times[-1]))[0]
@@ -90,7 +90,7 @@ def _missed(part: Linear, times: Real) -> float:
 
 
 def _fastest(drive: Drive) -> float:
-    """Give the highest frequency of the parts [Hz]; of straight pieces, how often the whole of them passes."""
+    """Return the highest frequency of the parts [Hz]; for straight pieces, one over the duration of all of them."""
     return max((_fastest_of(part) for part in drive.parts()), default=0.0)
 
 

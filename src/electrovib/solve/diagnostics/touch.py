@@ -1,4 +1,4 @@
-"""What contact and friction leave open: off the plate, at rest, and where a contact has several states."""
+"""Diagnostics of contact and friction: off the plate, at rest, and where a contact has several states."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def contact_diagnostics(scenario: Scenario, variables: dict[str, Any], times: Real) -> list[Diagnostic]:
-    """Say what is not known of contact and friction.
+    """Return the diagnostics of contact and friction.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def contact_diagnostics(scenario: Scenario, variables: dict[str, Any], times: Re
     Returns
     -------
     list of Diagnostic
-        Off the plate, at rest, and of a contact that grows.
+        Off the plate, at rest, and of a contact area that depends on the load.
     """
     return [
         *_off_the_plate(scenario, times),
@@ -45,7 +45,7 @@ def contact_diagnostics(scenario: Scenario, variables: dict[str, Any], times: Re
 
 
 def _off_the_plate(scenario: Scenario, times: Real) -> list[Diagnostic]:
-    """Say that nothing rubs off the plate, and warn of a load there."""
+    """Return that there is no friction off the plate, and a warning of a load there."""
     off = ~scenario.motion.touches(times)
     if not np.any(off):
         return []
@@ -57,24 +57,27 @@ def _off_the_plate(scenario: Scenario, times: Real) -> list[Diagnostic]:
         )
     ]
     if np.any(scenario.load.forces(times)[off] > 0):
-        text = "presses while the finger is held off the plate, where nothing bears it: set it to 0, or give load.time_profile"
-        found.append(Diagnostic("load off the plate", "warning", f"load.normal_force {text}"))
+        text = (
+            "load.normal_force is above 0 while the finger is off the plate, where no contact carries it: set it to 0 at"
+            " these times with load.time_profile"
+        )
+        found.append(Diagnostic("load off the plate", "warning", text))
     return found
 
 
 def _at_rest(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
-    """Say what is not known of friction and lateral reading, or what stands for it, where the finger rests."""
+    """Return which friction and lateral reading are unknown where the finger rests, or what determines them."""
     motion, spans = scenario.motion, resting(scenario.motion)
     if not spans:
         return []
     still = "motion.speed = 0" if not motion.speed else "motion.time_profile gives a speed of 0"
     if isinstance(scenario.friction, BristleFriction):
-        text = f"the finger rests ({still}): the friction is what its bristles hold"
+        text = f"the finger rests ({still}): the friction is the force that the bristles of the friction law hold"
         return [Diagnostic("friction at rest", "ok", text)]
     if scenario.finger is not None:
         text = (
-            f"the finger rests ({still}): the friction is what the spring of the skin holds, none where it has not slid"
-            " before; mass and damper of the skin are left out of that"
+            f"the finger rests ({still}): the friction is the force that the spring of the skin holds, 0 before the first"
+            " sliding; mass and damper of the skin are neglected there"
         )
         return [Diagnostic("friction at rest", "ok", text)]
     missing = [
@@ -85,15 +88,15 @@ def _at_rest(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
     if not missing:
         return []
     text = (
-        f"not known: {' and '.join(missing)}. The finger rests ({still}), where friction is not determined by a law of"
-        " sliding, and a memory behind it has to forget that first. Give it a finger, whose spring tells it, a friction"
-        " of bristles, or another motion.speed"
+        f"not known: {' and '.join(missing)}. The finger rests ({still}), where a law of sliding friction does not determine"
+        " the friction, and the output of a filter behind it stays unknown until the effect of the rest has decayed. Declare a"
+        " finger, whose spring determines the friction, a friction with bristles, or another motion.speed"
     )
     return [Diagnostic("friction at rest", "unknown", text)]
 
 
 def _contact(scenario: Scenario, variables: dict[str, Any], times: Real) -> list[Diagnostic]:
-    """Say which area a contact that grows has, which one the circuit saw, and whether there are other states."""
+    """Return the area of a contact that depends on the load, the area of the circuit, and any other states."""
     contact, circuit = scenario.contact, scenario.contact_area
     if isinstance(contact, FixedArea):
         return []
@@ -101,8 +104,8 @@ def _contact(scenario: Scenario, variables: dict[str, Any], times: Real) -> list
     low, high = (format_quantity(float(edge), "m2", digits=4) for edge in (np.min(area), np.max(area)))
     ratio = float(np.max(area)) / circuit
     text = (
-        f"load and attraction make an outline of {low} to {high} together; charge and current are those of the"
-        f" {format_quantity(circuit, 'm2', digits=4)} under the full load alone"
+        f"under load and attraction the gross contact area is {low} to {high}; charge and current are computed with"
+        f" the {format_quantity(circuit, 'm2', digits=4)} under the full load alone"
     )
     found = [Diagnostic("contact area", "ok" if 0.99 < ratio < 1.01 else "unknown", text, ratio, 1.01, "1")]
     force = variables["electrostatic_force"][1]
@@ -118,7 +121,8 @@ def _contact(scenario: Scenario, variables: dict[str, Any], times: Real) -> list
         )
         text = (
             f"at {format_quantity(float(times[worst]), 's')} load and attraction balance in {len(states)} states, with an"
-            f" attraction of {listed}; used is the first, which a slowly rising attraction reaches from the load alone"
+            f" attraction of {listed}; the result uses the first, which a slowly rising attraction reaches from the load"
+            " alone"
         )
         found.append(Diagnostic("contact states", "unknown", text))
     return found

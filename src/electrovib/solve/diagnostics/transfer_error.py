@@ -1,4 +1,4 @@
-"""How far a law's amplitudes are off over frequency because materials were reduced, and the time since a corner."""
+"""Error of a law's amplitudes over frequency due to the Debye sums of materials, and the time since a corner."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def since_corners(corners: Real, times: Real) -> Real:
-    """Time since the last corner; infinite before the first.
+    """Return the time since the last corner.
 
     Parameters
     ----------
@@ -23,8 +23,8 @@ def since_corners(corners: Real, times: Real) -> Real:
 
     Returns
     -------
-    ndarray, shape (n,)
-        s.
+    since : ndarray, shape (n,)
+        Time since the last corner, infinite before the first [s].
     """
     last = np.append(-np.inf, corners)[np.searchsorted(corners, times, side="right")]
     return np.asarray(times - last)
@@ -33,23 +33,23 @@ def since_corners(corners: Real, times: Real) -> Real:
 def transfer_error(
     law: ForceLaw, section: ModalSection, exact: PhasorSection, known: tuple[float, float]
 ) -> float:
-    """Largest error of the law's amplitudes after reduction, over their largest magnitude, where known.
+    """Return the largest error of a law's amplitudes over frequency, with materials as sums of Debye terms.
 
     Parameters
     ----------
     law : ForceLaw
-        With a response in time.
+        Law that has a response in time.
     section : ModalSection
-        The stack with reduced materials.
+        The stack with materials as sums of Debye terms.
     exact : PhasorSection
-        The same as declared, over frequency.
+        The stack with materials as declared, over frequency.
     known : tuple of float
         Lowest and highest frequency at which all materials are known [Hz].
 
     Returns
     -------
-    float
-        1; NaN if nothing is known.
+    error : float
+        Largest error over the largest magnitude of the same amplitude, dimensionless; NaN if no frequency is known.
     """
     reduced, declared = law.amplitudes(section), law.amplitudes(exact)
     inside = (exact.frequency >= known[0]) & (exact.frequency <= known[1])

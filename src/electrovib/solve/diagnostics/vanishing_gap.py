@@ -1,4 +1,4 @@
-"""Whether any real gap is small enough for the limit of a vanishing one, and why an attraction may be negative."""
+"""Diagnostics of the limit of a vanishing gap, and of a negative attraction."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 SMALLEST_GAP: Final = 1e-9
-"""Smallest gap that one may mean [m]: about the roughness of the smoothest plates; a choice."""
+"""Smallest real gap considered [m]: about the roughness of the smoothest plates; a choice."""
 LARGEST_SHARE: Final = 0.01
-"""Share of the voltage across that gap from which on the limit does not describe it; a choice."""
+"""Share of the voltage across that gap above which the limit does not describe it; a choice."""
 _ROUNDING = 1e-9
-"""Negative attraction over the largest, below which it is rounding."""
+"""Negative attraction over the largest absolute one, below which it is rounding."""
 
 
 def vanishing_gap(scenario: Scenario, times: Real, variables: dict[str, Any]) -> list[Diagnostic]:
-    """Judge whether the limit of a vanishing gap stands for the smallest real one.
+    """Return whether the limit of a vanishing gap describes the smallest real gap.
 
     Parameters
     ----------
     scenario : Scenario
-        Stack and law.
+        With stack and force law.
     times : ndarray, shape (n,)
         Output times [s].
     variables : dict
@@ -36,44 +36,44 @@ def vanishing_gap(scenario: Scenario, times: Real, variables: dict[str, Any]) ->
     Returns
     -------
     list of Diagnostic
-        None if the stack has a gap, or the law reads no field at the interface.
+        Empty if the stack has a gap, or the law does not read the field at the interface.
 
     Notes
     -----
-    A gap g holds the voltage E g. While that is a small share of the whole voltage, closing the gap further
-    changes nothing; over a plate that conducts E grows as long as the voltage is held.
+    A gap g has the voltage E g across it. While that is a small share of the whole voltage, a smaller gap has the same
+    field; over a conducting plate E grows as long as the voltage is held.
     """
     if scenario.stack.gap_name is not None or scenario.force.evaluation_surface != "gap":
         return []
     name, gap = "vanishing gap", format_quantity(SMALLEST_GAP, "m")
-    add = "give the stack a layer with role = 'gap', for instance stack.gap.thickness = '1 um'"
+    add = "add a layer with role = 'gap' to the stack, for instance stack.gap.thickness = '1 um'"
     if "interface_field" not in variables:
-        text = f"the field of a vanishing gap is not known, so no gap of {gap} could be judged: {add}"
+        text = f"the field of a vanishing gap is not known, so the limit was not compared with a gap of {gap}: {add}"
         return [Diagnostic(name, "unknown", text)]
     field, voltage = (np.abs(variables[each][1]) for each in ("interface_field", "stack_voltage"))
     reached = np.maximum.accumulate(voltage)
     share = np.divide(field * SMALLEST_GAP, reached, out=np.zeros_like(field), where=reached > 0)
     worst = float(np.max(share, initial=0.0))
     beyond = np.flatnonzero(share > LARGEST_SHARE)
-    said = f"a gap of {gap} would hold {100 * worst:.3g} % of the voltage"
+    said = f"a gap of {gap} would have {100 * worst:.3g} % of the voltage across it"
     if len(beyond):
         since = format_quantity(float(times[beyond[0]]), "s", digits=3)
         text = (
-            f"{said}, from {since} on more than {100 * LARGEST_SHARE:g} %: from then on the force is larger than that of any"
-            f" real gap; {add}"
+            f"{said}, and more than {100 * LARGEST_SHARE:g} % from {since} on: from then on the force is larger than that of"
+            f" any real gap; {add}"
         )
         return [Diagnostic(name, "warning", text, worst, LARGEST_SHARE, "1")]
-    text = f"the stack has no gap: the force is the limit of a vanishing one; {said} at most"
+    text = f"the stack has no gap: the force is the limit of a vanishing gap; {said} at most"
     return [Diagnostic(name, "ok", text, worst, LARGEST_SHARE, "1")]
 
 
 def negative_attraction(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
-    """Say why an attraction is negative, where it is.
+    """Return a warning where the attraction is negative, with the reason that the force law declares.
 
     Parameters
     ----------
     scenario : Scenario
-        With its law.
+        With its force law.
     variables : dict
         Dimensions and values of the signals of the Trace.
 
@@ -87,6 +87,6 @@ def negative_attraction(scenario: Scenario, variables: dict[str, Any]) -> list[D
     if not lowest < -_ROUNDING * largest:
         return []
     law = scenario.force
-    why = law.negative or f"{type(law).__name__} does not say why its pressure may be negative"
+    why = law.negative or f"{type(law).__name__} does not declare why its pressure may be negative"
     text = f"the attraction falls to {format_quantity(lowest, 'N', digits=3)}: {why}"
     return [Diagnostic("negative attraction", "warning", text, -lowest, 0.0, "N")]

@@ -1,4 +1,4 @@
-"""The attraction that a force law makes of fields, on the area that load and attraction make together."""
+"""Electrostatic attraction from the pressure of a force law and the contact area under load and attraction."""
 
 from __future__ import annotations
 
@@ -16,23 +16,24 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.section import PhasorSection
 
 PHASES = 32
-"""Points of a period over which a force is averaged: exact for a pressure of second degree on an area that stays."""
+"""Points per period of the average of a force: exact for a pressure of second degree on a constant area."""
 
 
 def total_pull(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
-    """Attraction over the area of the first contact; a second contact carries the same current through its own area.
+    """Compute the attraction per area of the first contact, that of a second contact in series included.
 
     Parameters
     ----------
     scenario : Scenario
         Law, contact and circuit.
     amplitudes : dict of str to ndarray
-        What the law's pressure takes, in its units.
+        Arguments of the law's pressure, in its units.
 
     Returns
     -------
-    ndarray
-        Pa.
+    pull : ndarray
+        Attraction of both contacts over the area of the first [Pa]. The second contact carries the same current through
+        its own area.
     """
     second = Surroundings.of(scenario).second
     total = scenario.force.pressure(**amplitudes)
@@ -43,7 +44,7 @@ def total_pull(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
 
 
 def attraction(scenario: Scenario, pull: Real, times: Real | None = None) -> Real:
-    """Force of an attraction per area, on the area that load and attraction make together.
+    """Compute the force of an attraction per area on the contact area under load and attraction together.
 
     Parameters
     ----------
@@ -52,12 +53,13 @@ def attraction(scenario: Scenario, pull: Real, times: Real | None = None) -> Rea
     pull : ndarray, shape (..., n)
         Attraction per area [Pa].
     times : ndarray, shape (n,), optional
-        When [s]; by default under the full load, in touch.
+        Times of `pull` [s]; by default the finger touches the plate under the full load.
 
     Returns
     -------
-    ndarray, shape (..., n)
-        N. Off the plate a hand holds against the attraction: the area is that under the load alone.
+    force : ndarray, shape (..., n)
+        Attraction [N]. While the finger is held off the plate the attraction does not press on the contact, and the area
+        is that under the load alone.
 
     Raises
     ------
@@ -75,21 +77,21 @@ def attraction(scenario: Scenario, pull: Real, times: Real | None = None) -> Rea
 
 
 def mean_force(scenario: Scenario, section: PhasorSection, *, amplitude: float) -> Real:
-    """Time mean of the attraction under one sine.
+    """Compute the time mean of the attraction under one sine.
 
     Parameters
     ----------
     scenario : Scenario
         Law, contact and circuit.
     section : PhasorSection
-        The stack over frequency.
+        The stack over frequency, per unit of the drive.
     amplitude : float
         Peak of the drive [V, or A].
 
     Returns
     -------
-    ndarray, shape (frequencies,)
-        N.
+    force : ndarray, shape (frequencies,)
+        Mean attraction at each frequency [N].
     """
     count = PHASES if isinstance(scenario.contact, FixedArea) else 16 * PHASES
     turns = np.exp(2j * np.pi * np.arange(count) / count)[:, None]

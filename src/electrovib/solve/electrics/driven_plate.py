@@ -1,4 +1,4 @@
-"""Voltage of the plate behind an amplifier without limits, within the steps of a march."""
+"""Voltage of the plate behind an amplifier without limits, within the steps of a time integration."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class DrivenPlate:
         return None if band is None else 2 * np.pi * band
 
     def within(self, grid: Real) -> tuple[Real, Real]:
-        """Give the voltage and its rate at the nodes of each step, up to just before its end.
+        """Return the voltage and its rate at the nodes of each step; at the end of a step, the values just before it.
 
         Parameters
         ----------
@@ -49,7 +49,7 @@ class DrivenPlate:
         Returns
         -------
         voltage, slope : ndarray, shape (steps, 3)
-            V; V/s.
+            Voltage [V] and its time derivative [V/s].
         """
         begins, steps = grid[:-1, None], np.diff(grid)[:, None]
         times, middle = begins + steps * NODES, begins + steps / 2
@@ -69,17 +69,17 @@ class DrivenPlate:
         return plate, self.corner * (self.gain * value - plate)
 
     def at(self, times: Real) -> tuple[Real, Real]:
-        """Give the voltage and its rate just after some times.
+        """Return the voltage and its rate just after some times.
 
         Parameters
         ----------
         times : ndarray, shape (n,)
-            s.
+            Times [s].
 
         Returns
         -------
         voltage, slope : ndarray, shape (n,)
-            V; V/s.
+            Voltage [V] and its time derivative [V/s].
         """
         value = self.gain * self.drive.voltage(times)
         if self.corner is None:
@@ -88,17 +88,17 @@ class DrivenPlate:
         return plate, self.corner * (value - plate)
 
     def jumps(self, grid: Real) -> Real:
-        """Give the heights of the jumps at the ends of steps, that of switching on included.
+        """Return the heights of the voltage steps at the ends of time steps, that of switching on included.
 
         Parameters
         ----------
         grid : ndarray, shape (n,)
-            Ends of the steps, the first 0 [s].
+            Ends of the time steps, the first 0 [s].
 
         Returns
         -------
-        ndarray, shape (n,)
-            V.
+        heights : ndarray, shape (n,)
+            Height of the discontinuity of the plate's voltage [V]; 0 behind an amplifier with a pole.
         """
         if self.corner is not None:
             return np.zeros(len(grid))
@@ -107,7 +107,7 @@ class DrivenPlate:
         return self.gain * heights
 
     def lagging(self, times: Real) -> Real:
-        """Give the voltage behind the amplifier's pole.
+        """Return the voltage behind the amplifier's pole.
 
         Parameters
         ----------
@@ -116,8 +116,8 @@ class DrivenPlate:
 
         Returns
         -------
-        ndarray, shape (n,)
-            V.
+        voltage : ndarray, shape (n,)
+            Voltage of the plate [V].
         """
         assert self.corner is not None
         pole = Transfer(rates=np.array([self.corner]), gains=np.array([self.gain]))

@@ -1,4 +1,4 @@
-"""The methods by which solvers come to their answers: their names in a Trace, and what their steps cost."""
+"""The methods of the electrical solvers: their names in a Trace and the cost of their steps."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PERIODIC: Final = Method(name="periodic", by_modes=True)
 CURRENT_DRIVE: Final = Method(name="current drive", by_modes=True)
 ONE_SINE: Final = Method(name="one sine", by_modes=True)
 RENEWAL: Final = Method(name="renewal")
-"""A mean over places, each of which answers by modes; not linear where it is the mean of a square."""
+"""A mean over places, each with a modal response; not linear where it is the mean of a square."""
 LEAK: Final = Method(
     name="nonlinear branch",
     march=March(name="the leaking layer", step=leak_step, at_corner=500, in_cycle=400, for_sample=7),
@@ -27,7 +27,7 @@ LIMITED: Final = Method(
         name="the amplifier with limits", step=limit_look, at_corner=75, in_cycle=64, for_sample=0, numbers=0
     ),
 )
-"""Its cost is that of as long as no limit is met; where it changes, the march counts on."""
+"""The cost holds as long as no limit is met; the time integration adds the cost of every change as it occurs."""
 NONLINEAR: Final = Method(
     name="nonlinear",
     march=March(name="the nonlinear equations", step=radau_step, at_corner=300, in_cycle=25, for_sample=0),

@@ -1,9 +1,8 @@
-"""A finger held near the plate: linear layers under a gap that is moved, with charge as the state.
+"""A finger held near the plate: linear layers under a gap of prescribed thickness, with charge as the state.
 
-Modes end where a thickness changes; charge between the layers and slow polarisation in them do not. They obey
-a linear system whose coefficients follow the gap, marched by Radau's collocation of order 5: every step is one
-linear equation, all of them solved at once. Where no layer conducts or relaxes the charges stay, and the fields
-follow from the gap in closed form. The error is measured by halving all steps, and told.
+Modes are valid for a fixed thickness only; charge between the layers and slow polarisation in them are states for any.
+They obey a linear system whose coefficients follow the gap, integrated by Radau collocation of order 5: each step is one
+linear equation. Where no layer conducts or relaxes the charges are constant, and the fields are in closed form.
 """
 
 from __future__ import annotations
@@ -31,10 +30,10 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.layer_states import StackStates
 
 TOLERANCE = 1e-8
-"""Error of the gap's field over its largest, at which the steps are fine enough."""
+"""Error of the gap's field, over its largest value, at which the steps are fine enough."""
 MOST_HALVINGS = 4
 _ORDER = 3
-"""What the error estimate counts on; the method has 5, less beneath fast modes."""
+"""Order that the error estimate assumes; the method has order 5, less under fast modes."""
 _NUMBERS_AT_ONCE = 1 << 22
 
 
@@ -46,12 +45,12 @@ def move_gap(
     motion: Distance,
     amplifier: Amplifier | None = None,
 ) -> Solution:
-    """Response from rest of linear layers beneath a gap that is moved.
+    """Compute the response from rest of linear layers under a gap of prescribed thickness.
 
     Parameters
     ----------
     space : StackStates
-        Layers without leaks, one of them moving, and series elements.
+        Layers without leaks, one of them of changing thickness, and series elements.
     drive : Drive
         A voltage, off before time 0.
     time : ndarray, shape (n,)
@@ -65,18 +64,18 @@ def move_gap(
     -------
     Solution
         `drive_voltage`, `plate_voltage`, `stack_voltage`, `current`, `amplifier_current`, `gap`, and each
-        layer's field and displacement; at a jump of the drive the value after it. ``step_error`` is that of the gap's field
-        over its largest, by halving all steps; there are no steps where the charges stay.
+        layer's field and displacement; at a discontinuity of the drive, the value after it. ``step_error`` is the error of
+        the gap's field over its largest value, by halving all steps; there are no steps where the charges are constant.
 
     Raises
     ------
     InputError
-        If a layer leaks out of proportion, the amplifier has limits, or the drive prescribes the current.
+        If a layer has a non-ohmic leak, the amplifier has limits, or the drive prescribes the current.
 
     Notes
     -----
-    E_k = (D_1 + Q_k - P_k)/(eps0 high_k) with D_1 from the sum of all voltages, dq/dt = J_k - J_(k+1). Steps are
-    halved until the error is below `TOLERANCE`, `MOST_HALVINGS` times at most.
+    E_k = (D_1 + Q_k - P_k)/(eps0 high_k), where D_1 follows from the sum of all voltages and dq/dt = J_k - J_(k+1).
+    Steps are halved until the error is below `TOLERANCE`, `MOST_HALVINGS` times at most.
     """
     _refuse(space, drive, amplifier)
     plate = DrivenPlate(drive, amplifier)
@@ -98,17 +97,17 @@ def move_gap(
 
 
 def _moved(found: dict[Key, Real], motion: Distance, steps: int, error: float) -> Solution:
-    """Say why this solver ran and how well."""
-    why = f"linear layers and a gap moved by {type(motion).__name__}: charge as the state, from rest"
-    how = f"{steps} steps; by halving them the error of its field is {error:.1e} of its largest"
+    """Return the solution with the reason for this solver and its error."""
+    why = f"linear layers and a gap moved by {type(motion).__name__}: the charge is the state, from rest"
+    how = f"{steps} steps; by halving them, the error of the gap's field is {error:.1e} of its largest value"
     if steps == 0:
-        why, how = f"{why}; no layer conducts or relaxes", "so that it stays: closed form"
+        why, how = f"{why}; no layer conducts or relaxes", "so the charge is constant: closed form"
     reason = f"{why}, {how}"
     return Solution(found=found, method=MOVING_GAP, reason=reason, errors={"step_error": error}, steps=steps)
 
 
 def _fine_enough(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance) -> tuple[Real, float]:
-    """Halve all steps until the error of the gap's field is small, and tell it."""
+    """Halve all steps until the error of the gap's field is small; return the steps and that error."""
     meter = Meter("the moving gap", end=float(grid[-1]), each=gap_step(space.size), remedy=SHORTER)
     meter.expect(len(grid))
     coarse = _field(space, plate, grid, _march(space, plate, grid, motion), motion)
@@ -128,23 +127,25 @@ def _fine_enough(space: StackStates, plate: DrivenPlate, grid: Real, motion: Dis
 
 def _refuse(space: StackStates, drive: Drive, amplifier: Amplifier | None) -> None:
     if space.moving is None:
-        raise InputError("motion.distance: it needs a layer whose thickness it is; add a table stack.gap")
+        raise InputError(
+            "motion.distance: it sets the thickness of a gap, and the stack has none; add a table stack.gap"
+        )
     if drive.quantity == "current":
         raise InputError(
-            f"drive = {type(drive).__name__}: with a prescribed current the field in the gap does not depend on the gap;"
-            " leave motion.distance away"
+            f"drive = {type(drive).__name__}: with a prescribed current the field in the gap does not depend on its"
+            " thickness; omit motion.distance"
         )
     if space.leaks or (amplifier is not None and amplifier.is_limited):
-        raise InputError("motion.distance: a leak or a limit of the amplifier is for the general solver")
+        raise InputError("motion.distance: a leak or a limit of the amplifier needs the general solver")
 
 
 def _stays(space: StackStates) -> bool:
-    """Tell whether no charge can move within the stack and no voltage is left outside."""
+    """Return whether no charge can move within the stack and no voltage drops outside it."""
     return not (np.any(space.conductivities) or len(space.rates) or space.resistance)
 
 
 def _spans(motion: Distance, end: float) -> list[tuple[float, float]]:
-    """From when until when the gap changes at all, cut at the breaks of the motion."""
+    """Return the intervals [s] in which the gap changes, split at the breaks of the motion."""
     marks = [0.0, *(each for each in motion.breaks() if 0 < each < end), end]
     looks = np.linspace(0.0, 1.0, 16, endpoint=False)[1:]
     return [(a, b) for a, b in pairwise(marks) if np.any(motion.rate(a + (b - a) * looks))]
@@ -156,7 +157,7 @@ def _around(grid: Real, time: Real) -> np.ndarray[tuple[int, ...], np.dtype[np.i
 
 
 def _system(space: StackStates, gap: Real, closing: Real) -> tuple[Real, Real, Real]:
-    """Rate of the state = matrix state + column voltage, and the last state also + slope; over n gaps."""
+    """Return matrix, column and slope weight of rate = matrix state + column voltage + weight slope, over n gaps."""
     count, size, interfaces = len(gap), space.size, len(space.charges)
     weights = (space.repeats / space.permittivities)[:, None] * space.with_gap(gap)
     elastance = weights.sum(axis=0)
@@ -191,7 +192,7 @@ def _system(space: StackStates, gap: Real, closing: Real) -> tuple[Real, Real, R
 
 
 def _march(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance) -> Real:
-    """States at the ends of all steps, after the drive's jumps; shape (size, len(grid))."""
+    """Return the states at the ends of all steps, after discontinuities of the drive; shape (size, len(grid))."""
     size, heights = space.size, plate.jumps(grid)
     states = np.empty((len(grid), size))
     state = space.start()
@@ -210,7 +211,7 @@ def _march(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance)
 
 
 def _carry(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance) -> tuple[Real, Real]:
-    """Matrix and vector that carry the state over each step."""
+    """Return the matrix and the vector that advance the state over each step."""
     size, steps = space.size, np.diff(grid)
     times = (grid[:-1, None] + steps[:, None] * NODES).ravel()
     matrix, column, sloped = _system(space, motion.gap(times), motion.rate(times))

@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 
 
 def _loudest_tone(scenario: Scenario) -> tuple[Real, complex]:
-    """Frequency [Hz] and amplitude of a drive of one harmonic; the others are there with no amplitude."""
+    """Return frequency [Hz] and complex amplitude of a drive of one harmonic; its other harmonics have no amplitude."""
     frequencies, tones = spectrum(scenario.drive, harmonics=1)
     loudest = int(np.argmax(np.abs(tones)))
     return frequencies[loudest : loudest + 1], tones[loudest]
 
 
 def refuse_more_than_one_sine(scenario: Scenario) -> None:
-    """Refuse what a law without a time-domain form does not answer.
+    """Refuse a drive for which a law without a time-domain form has no response.
 
     Parameters
     ----------
     scenario : Scenario
-        Of such a law.
+        With such a law.
 
     Raises
     ------
@@ -54,19 +54,19 @@ def refuse_more_than_one_sine(scenario: Scenario) -> None:
 
 
 def one_sine(question: Question, fields: Solution) -> Solution:
-    """Answer to one sine in its steady state by magnitudes, for a law without a time-domain form.
+    """Compute the steady response to one sine by magnitudes, for a law without a time-domain form.
 
     Parameters
     ----------
     question : Question
-        Of a scenario that `refuse_more_than_one_sine` lets through.
+        Of a scenario that `refuse_more_than_one_sine` accepts.
     fields : Solution
         Voltages, currents and fields, by the solver of the stack.
 
     Returns
     -------
     Solution
-        With what the law makes of magnitudes.
+        The same, with the attraction of the law's magnitudes.
     """
     scenario, times = question.scenario, question.times
     law, (frequency, tone) = scenario.force, _loudest_tone(scenario)
@@ -80,17 +80,17 @@ def one_sine(question: Question, fields: Solution) -> Solution:
     return Solution(
         found=found,
         method=ONE_SINE,
-        reason=f"{type(law).__name__} gives magnitudes at one frequency only: one sine in its steady state",
+        reason=f"{type(law).__name__} is defined by magnitudes at one frequency: one sine in its steady state",
         pull=total_pull(scenario, given),
     )
 
 
 def _refusal(law: ForceLaw, drive: str, *, settled: bool) -> str:
-    """Say why a law without a causal form cannot answer, and what to use instead."""
+    """Return the message that a law has no causal form, and what to use instead."""
     what = f"the harmonics of a {drive}" if settled else f"a {drive} from rest"
     return (
-        f"force = {type(law).__name__}: it gives the size of a response at one frequency and is not causal: with a"
-        f" dispersive skin it would answer {what} before the drive begins. Use"
+        f"force = {type(law).__name__}: it gives the magnitude of a response at one frequency and is not causal: with a"
+        f" dispersive skin its response to {what} would begin before the drive. Use"
         f" {law.instead or 'a causal law'}, or drive it with one Sine from"
         ' time.initial_state = { model = "PeriodicState" }'
     )

@@ -1,4 +1,4 @@
-"""What a Trace tells over frequency: gains, impedance, permittivities and the mean force of a sine."""
+"""Signals of a Trace over frequency: gains, impedance, permittivities and the mean force of a sine."""
 
 from __future__ import annotations
 
@@ -16,19 +16,20 @@ if TYPE_CHECKING:
 
 
 def over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any]:
-    """Name the signals over frequency.
+    """Compute the signals over frequency.
 
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        The experiment.
     section : PhasorSection
         Its stack per unit of the drive, over the scenario's frequencies.
 
     Returns
     -------
-    dict
-        Dimensions and values of each signal; the mean force is that of one sine as large as the drive.
+    signals : dict of str to tuple
+        Dimensions and values of each signal. The mean force is that of one sine whose amplitude is the largest value of
+        the drive.
     """
     area = scenario.contact_area
     plate = per_volt_of(scenario, section.frequency)

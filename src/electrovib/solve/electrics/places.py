@@ -1,4 +1,4 @@
-"""Places of a film under a sliding finger: where one looks, and when each of them came under it."""
+"""Places of a film under a sliding finger: where the response is evaluated, and when each place came into contact."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 PANELS = 16
-"""Even panels of the contact: a quarter of a turn of a sine fits in one."""
+"""Equal panels of the contact, each short enough for a quarter period of a sine."""
 
 
 HALVINGS = 20
@@ -50,14 +50,14 @@ _KRONROD = np.array(
 
 @dataclass(frozen=True)
 class Renewal:
-    """Where on the contact one looks, and how much of it each place stands for.
+    """Quadrature over the contact: where the response is evaluated, and the weight of each place.
 
     Parameters
     ----------
     places : ndarray, shape (places,)
         Distance from the leading edge [m].
     weights, coarse : ndarray, shape (places,)
-        Share of the contact's length, by Kronrod's rule of 15 points in each panel, and by that of Gauss on 7 of
+        Share of the contact's length, by Kronrod's rule of 15 points in each panel, and by Gauss's rule on 7 of
         them; each adds up to 1.
     """
 
@@ -79,40 +79,40 @@ class Renewal:
 
 
 def entered(motion: Motion, time: Real, places: Real) -> Real:
-    """When each place under the finger came under its leading edge.
+    """Compute when each place under the finger came under its leading edge.
 
     Parameters
     ----------
     motion : Motion
         Sliding speed over time.
     time : ndarray, shape (n,)
-        s, 0 or more.
+        Times, 0 or more [s].
     places : ndarray, shape (places,)
         Distance from the leading edge [m].
 
     Returns
     -------
-    ndarray, shape (places, n)
-        s; 0 for a place that has been there since time 0.
+    entry : ndarray, shape (places, n)
+        Time of entry [s]; 0 for a place that has been under the finger since time 0.
 
     Notes
     -----
-    The way is a square between corners of the speed, so the time is the root of a square.
+    The sliding distance is a quadratic function of time between corners of the speed, so the time is its root.
     """
     corners = np.array([t for t, _ in motion.time_profile.corners()])
     marks = np.unique(np.concatenate([[0.0], corners[corners > 0], [max(float(np.max(time)), 1e-300)]]))
     speeds = motion.speeds(marks)
-    ways = np.append(0.0, np.cumsum(np.diff(marks) * (speeds[1:] + speeds[:-1]) / 2))
+    paths = np.append(0.0, np.cumsum(np.diff(marks) * (speeds[1:] + speeds[:-1]) / 2))
     gains = np.append(np.diff(speeds) / np.diff(marks), 0.0)
 
-    def way(at: Real) -> Real:
+    def path(at: Real) -> Real:
         index = np.clip(np.searchsorted(marks, at, side="right") - 1, 0, len(marks) - 1)
         since = at - marks[index]
-        return np.asarray(ways[index] + since * (speeds[index] + gains[index] * since / 2))
+        return np.asarray(paths[index] + since * (speeds[index] + gains[index] * since / 2))
 
-    wanted = np.maximum(way(time)[None, :] - places[:, None], 0.0)
-    index = np.clip(np.searchsorted(ways, wanted, side="left") - 1, 0, len(marks) - 1)
-    left = wanted - ways[index]
+    wanted = np.maximum(path(time)[None, :] - places[:, None], 0.0)
+    index = np.clip(np.searchsorted(paths, wanted, side="left") - 1, 0, len(marks) - 1)
+    left = wanted - paths[index]
     root = np.sqrt(np.maximum(speeds[index] ** 2 + 2 * gains[index] * left, 0.0))
     since = np.divide(2 * left, speeds[index] + root, out=np.zeros_like(left), where=left > 0)
     return np.asarray(np.minimum(np.where(wanted > 0, marks[index] + since, 0.0), time[None, :]))

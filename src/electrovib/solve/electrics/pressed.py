@@ -1,4 +1,4 @@
-"""A contact that grows: load, attraction and area of one equilibrium, and all states that there are."""
+"""A contact whose area grows with the force: load, attraction and area in equilibrium, and all equilibrium states."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ if TYPE_CHECKING:
 LARGEST = 10.0
 """Area [m2] beyond which a contact counts as growing without bound."""
 FAR, NEAR = 4.0, 1 + 1 / 64
-"""Ratio of the forces between which a state is looked for: where there can be one only, and where there may be more."""
+"""Ratio of the forces between which a state is sought: where there can be only one, and where there may be several."""
 LOOKS = 256
-"""Forces at which is asked whether the contact presses back the more the more it is pressed."""
+"""Forces at which it is checked that the mean contact pressure rises with the force."""
 SMALLEST = 1e-200
 """Share of the load below which a repelled contact counts as lifted."""
 MOST_STEPS, HALVED = 200, 12
-"""Steps to a root at most, and every how many of them halve the range, should straight lines stall."""
+"""Largest number of steps to a root, and the number of steps after which one bisects, should straight lines stall."""
 
 
 def pressed(contact: Contact, load: Real, pull: Real) -> Real:
-    """Force with which skin and plate are pressed together when the area under it carries the attraction.
+    """Compute the total contact force W = load + pull area(W), load and attraction on the area under that force.
 
     Parameters
     ----------
     contact : Contact
         Area under a force.
     load : ndarray
-        With which the finger is pressed [N], 0 or more.
+        Normal force of the finger [N], 0 or more.
     pull : ndarray, same shape
         Attraction per area [Pa]; it may be negative; NaN gives NaN.
 
     Returns
     -------
-    ndarray, same shape
-        W [N] with W = load + pull area(W); 0 where there is no load.
+    force : ndarray, same shape
+        Total contact force W [N]; 0 where there is no load.
 
     Raises
     ------
@@ -52,8 +52,8 @@ def pressed(contact: Contact, load: Real, pull: Real) -> Real:
 
     Notes
     -----
-    Of several states it is the one with the least force: that is where a slowly rising attraction leads from the load
-    alone. There is one only where the mean pressure rises with the force.
+    Of several states it is the one with the least force, which a slowly rising attraction reaches from the load alone.
+    Where the mean pressure rises with the force there is only one state.
     """
     load, pull = np.broadcast_arrays(np.asarray(load, dtype=float), np.asarray(pull, dtype=float))
     if isinstance(contact, FixedArea):
@@ -66,7 +66,7 @@ def pressed(contact: Contact, load: Real, pull: Real) -> Real:
 
 
 def _least(contact: Contact, load: Real, pull: Real) -> Real:
-    """Least force above the load where the attraction draws, below it where it repels."""
+    """Return the least force: above the load where the pull is positive, below it where it is negative."""
 
     def lacking(whole: Real, which: Any = slice(None)) -> Real:
         return np.asarray(whole - load[which] - pull[which] * contact.outline(whole))
@@ -91,13 +91,13 @@ def _least(contact: Contact, load: Real, pull: Real) -> Real:
 
 
 def _one_state(contact: Contact, least: float, most: float) -> bool:
-    """Tell whether a contact presses back the more the more it is pressed, between two forces [N]."""
+    """Return whether the mean contact pressure rises with the force between two forces [N]."""
     forces = np.geomspace(least, max(most, 2 * least), LOOKS)
     return bool(np.all(np.diff(contact.mean_pressure(forces)) >= 0))
 
 
 def _bracketed(function: Callable[[Real, Any], Real], low: Real, high: Real) -> Real:
-    """Root of a function that is below 0 at `low` and not below at `high`, by straight lines (Anderson and Bjoerck)."""
+    """Return the root of a function that is < 0 at `low` and >= 0 at `high`, by secants (Anderson and Bjoerck)."""
     root, left = np.array(high), np.arange(len(high))
     at_low, at_high = function(low, left), function(high, left)
     for step in range(MOST_STEPS):
@@ -123,26 +123,26 @@ def _bracketed(function: Callable[[Real, Any], Real], low: Real, high: Real) -> 
 
 
 def pressed_states(contact: Contact, *, load: float, pull: float) -> tuple[tuple[float, bool], ...]:
-    """All forces with which a contact may be pressed under one load and one attraction.
+    """Return all total contact forces in equilibrium under one load and one attraction.
 
     Parameters
     ----------
     contact : Contact
         Area under a force.
     load : float
-        N, above 0.
+        Normal force of the finger [N], above 0.
     pull : float
         Attraction per area [Pa].
 
     Returns
     -------
-    tuple of (float, bool)
-        W [N] and whether the state is stable, from the least force to the largest; none where the area grows without
-        bound.
+    states : tuple of (float, bool)
+        Total contact force W [N] and whether the state is stable, from the least force to the largest; none where the
+        area grows without bound.
 
     Notes
     -----
-    Looked for in steps of a 64th of the force: two states closer than that are missed.
+    States are sought in steps of a 64th of the force; two states closer than that are missed.
     """
     if pull <= 0 or isinstance(contact, FixedArea):
         return ((float(pressed(contact, np.array([load]), np.array([pull]))[0]), True),)
@@ -154,19 +154,19 @@ def pressed_states(contact: Contact, *, load: float, pull: float) -> tuple[tuple
 
 
 def crossed(lacking: Callable[[Real], Real], *, least: float, most: float) -> tuple[tuple[float, bool], ...]:
-    """Forces at which a function changes its sign, and whether it rises there.
+    """Return the forces at which a function changes its sign, and whether it rises there.
 
     Parameters
     ----------
     lacking : callable
-        Of forces [N]: what of them neither load nor attraction makes.
+        Of forces [N]: the part of each force that neither load nor attraction provides [N].
     least, most : float
-        Where it is looked for [N], the first above 0.
+        Range of the search [N], the first above 0.
 
     Returns
     -------
-    tuple of (float, bool)
-        In rising order.
+    states : tuple of (float, bool)
+        Force [N] and whether the function rises there, in rising order of the force.
     """
     count = max(2, int(np.ceil(np.log(most / least) / np.log(NEAR))) + 1)
     forces = np.geomspace(least, most, count)
@@ -183,7 +183,7 @@ def crossed(lacking: Callable[[Real], Real], *, least: float, most: float) -> tu
 
 
 def without_bound(contact: Contact, *, pull: float) -> InputError:
-    """Say that an attraction lets the area of a contact grow without bound.
+    """Return the error that an attraction lets the area of a contact grow without bound.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def without_bound(contact: Contact, *, pull: float) -> InputError:
         To be raised.
     """
     return InputError(
-        f"contact = {type(contact).__name__}: an attraction of {format_quantity(pull, 'Pa', digits=4)} lets the contact grow"
-        f" beyond {LARGEST:g} m2, without bound for any finger: more area attracts more, and the contact presses back with"
-        " too little for each area. Lower the voltage, or contact.exponent (at 1 the pressure does not rise with the area)"
+        f"contact = {type(contact).__name__}: under an attraction of {format_quantity(pull, 'Pa', digits=4)} the contact area"
+        f" grows beyond {LARGEST:g} m2, that is without bound: the attraction grows with the area, and the mean contact"
+        " pressure does not balance it. Lower the voltage, or contact.exponent (at 1 the pressure does not rise with the area)"
     )

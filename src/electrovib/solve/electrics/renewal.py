@@ -1,7 +1,7 @@
-"""Charge carried away by sliding: fresh film comes under the leading edge, and takes what leaked onto it away.
+"""Charge carried away by sliding: fresh film enters under the leading edge, and the charge leaked onto it leaves with it.
 
-In the finger's frame de/dt + u de/dx = dV/dt - e/tau. Along a place of the film it is an ordinary response that
-begins when the place comes under the finger; so each place needs only the modes at that moment.
+In the finger's frame de/dt + u de/dx = dV/dt - e/tau. For a fixed place of the film this is an ordinary response that
+begins when the place comes under the finger, so each place needs only the modes at that time.
 """
 
 from __future__ import annotations
@@ -36,22 +36,22 @@ if TYPE_CHECKING:
     from electrovib.solve.electrics.solution import Question
     from electrovib.solve.stack.keys import Key
 
-REASON = "each place of the film answers from when it comes under the finger"
+REASON = "the response of each place of the film begins when it comes under the finger"
 PULL = "pull"
 """Attraction per area, among the means."""
 _AT_ONCE = 1 << 18
-"""Places times moments that are held at once."""
+"""Largest number of places times output times in memory."""
 
 
 def renewed(
     transfers: Mapping[Any, Transfer], drive: Drive, time: Real, *, motion: Motion, renewal: Renewal
 ) -> dict[Any, Real]:
-    """Response of linear quantities at every place under a sliding finger.
+    """Compute the response of linear quantities at every place under a sliding finger.
 
     Parameters
     ----------
     transfers : mapping of Key to Transfer
-        What to compute, all of one stack.
+        Quantities to compute, all of one stack.
     drive : Drive
         Off before time 0.
     time : ndarray, shape (n,)
@@ -63,16 +63,16 @@ def renewed(
 
     Returns
     -------
-    dict of Key to ndarray, shape (places, n)
+    responses : dict of Key to ndarray, shape (places, n)
         In the unit of each quantity.
 
     Notes
     -----
-    A place that came under the finger at t0 has no memory of before: its modes are x(t) - x(t0) exp(-rate (t -
-    t0)), and the free part, what its layers' initial charge does, begins at t0. The whole column is fresh, the
-    skin's own polarisation too, and what is in series with the stack counts for each place as if it were alone:
-    right where the film blocks and the series impedance takes little of the voltage. The current of a place is
-    what charges it while it is under the finger; what it takes away or gives back as it leaves is not in it.
+    A place that came under the finger at t0 has no memory of earlier times: its modes are x(t) - x(t0) exp(-rate (t -
+    t0)), and the free part, which the initial charge of its layers drives, begins at t0. The whole column is fresh,
+    the polarisation of the skin included. The series impedance acts on each place as if that place were alone, which
+    is correct where the film blocks and the series impedance takes little of the voltage. The current of a place
+    charges it while it is under the finger; charge that leaves with the place is not part of it.
     """
     whole = transient(transfers, drive, time)
     began = entered(motion, time, renewal.places)
@@ -100,27 +100,27 @@ def mean_over_contact(
     length: float,
     read: Callable[[dict[Any, Real]], dict[Any, Real]],
 ) -> Solution:
-    """Mean over the contact of what every place under a sliding finger does.
+    """Compute the mean response over all places under a sliding finger.
 
     Parameters
     ----------
     transfers, drive, time, motion
-        As for `renewed`; Hz and s as there.
+        As for `renewed`.
     length : float
-        Of the contact along the way [m].
+        Length of the contact along the sliding direction [m].
     read : callable
-        From the answers of the places to the quantities that are averaged, which need not be linear in them.
+        From the responses of the places to the quantities that are averaged, which need not be linear in them.
 
     Returns
     -------
     Solution
-        By Kronrod's rule; ``quadrature_error``, the largest difference to that of Gauss over the largest value of a
-        quantity.
+        Mean by Kronrod's rule. ``quadrature_error`` is the largest difference from Gauss's rule, over the largest value
+        of the quantity.
 
     Notes
     -----
-    A place that came under the finger at a jump of the drive is the end of a step along the contact, which
-    either rule meets within a panel: then the error is some thousandths, and told.
+    A place that came under the finger at a discontinuity of the drive is the edge of a step along the contact. Where
+    that edge lies within a panel, the error is some thousandths, and reported.
     """
     over = Renewal.over(length)
     many = max(1, _AT_ONCE // len(over.places))
@@ -136,24 +136,24 @@ def mean_over_contact(
     ]
     found = {name: fine for name, (fine, _) in both.items()}
     why = (
-        f"linear layers under a finger that slides over fresh film: real modes from rest, {REASON}; by two rules of"
-        f" quadrature the error of the mean over the contact is {max(apart):.1e} of the largest value"
+        f"linear layers under a finger that slides over fresh film: real modes from rest; {REASON}. By two quadrature"
+        f" rules, the error of the mean over the contact is {max(apart):.1e} of the largest value"
     )
     return Solution(found=found, method=RENEWAL, reason=why, errors={"quadrature_error": max(apart)})
 
 
 def answer_on_fresh_film(question: Question) -> Solution:
-    """Answer at every place under the sliding finger, and give the mean over them.
+    """Compute the mean response over all places under the sliding finger.
 
     Parameters
     ----------
     question : Question
-        Of a scenario that `refuse_renewal` lets through.
+        Of a scenario that `refuse_renewal` accepts.
 
     Returns
     -------
     Solution
-        With the error of the mean.
+        The mean, with the error of its quadrature.
     """
     scenario = question.scenario
 
@@ -185,7 +185,7 @@ class _Memory:
         self.state = functools.cache(self._state)
 
     def _state(self, rate: float) -> Real:
-        """Mode of this rate at the moments of entry, 0 at time 0."""
+        """Return the mode of this rate at the moments of entry, 0 at time 0."""
         mode = Transfer(rates=np.array([rate]), gains=np.array([1.0]))
         found = transient({"mode": mode}, self._drive, self._times)["mode"]
         found = np.where(self._times > 0, found, 0.0)
@@ -193,7 +193,7 @@ class _Memory:
 
 
 def refuse_renewal(scenario: Scenario) -> None:
-    """Refuse what renewal does not go together with.
+    """Refuse parts of a scenario that cannot be combined with sliding over fresh film.
 
     Parameters
     ----------
@@ -203,24 +203,25 @@ def refuse_renewal(scenario: Scenario) -> None:
     Raises
     ------
     InputError
-        With what to do instead.
+        If the periodic state is asked for, the current is prescribed, a layer leaks, the gap follows the force, or there
+        is an amplifier or a return path other than Grounded.
     """
     leak = leaking_layer(scenario.stack.layers, second=Surroundings.of(scenario).second)
     refuse_gaps_of_a_law(scenario, leak)
     reasons = {
-        "time.initial_state = PeriodicState: start AtRest and look at a late period": isinstance(
+        "time.initial_state = PeriodicState: start AtRest and evaluate a late period": isinstance(
             scenario.time.initial_state, PeriodicState
         ),
-        "a drive that prescribes the current: the places share it; use a voltage drive": (
+        "a drive that prescribes the current, which all places share: use a voltage drive": (
             scenario.drive.quantity == "current"
         ),
         f"stack.{leak}.leak: give the layer a material that conducts": leak is not None,
-        "circuit.amplifier: leave it away": scenario.circuit.amplifier is not None,
-        "contact.closing: leave it away": scenario.contact.closing is not None,
-        "this circuit.return_path: the places share its voltage; use Grounded": not isinstance(
+        "circuit.amplifier: omit it": scenario.circuit.amplifier is not None,
+        "contact.closing: omit it": scenario.contact.closing is not None,
+        "this circuit.return_path, whose voltage all places share: use Grounded": not isinstance(
             scenario.circuit.return_path, Grounded
         ),
     }
     found = [text for text, applies in reasons.items() if applies]
     if found:
-        raise InputError([f"motion.renews_film does not go with {text}" for text in found])
+        raise InputError([f"motion.renews_film cannot be combined with {text}" for text in found])

@@ -1,4 +1,4 @@
-"""What a solver found of the stack over time, and by which method."""
+"""The response of a stack over time, and the method that computed it."""
 
 from __future__ import annotations
 
@@ -30,21 +30,21 @@ ACROSS = (
     "current",
     "gap",
 )
-"""Signals of one number at a time that a solver may give."""
+"""Signals with one number at each time that a solver may compute."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Method:
-    """How a solver comes to its answer.
+    """The method of a solver.
 
     Parameters
     ----------
     name : str
-        As the Trace tells it.
+        Name in the Trace.
     by_modes : bool
-        Whether the answer at any time follows from the modes of the stack for little, and is linear in the drive.
+        Whether the response at any time follows from the modes of the stack at little cost, and is linear in the drive.
     march : March, optional
-        What its steps cost, of one that goes from step to step; a second look then costs as much as the first.
+        Cost of the steps of a time integration; a second evaluation then costs as much as the first.
     """
 
     name: str
@@ -53,24 +53,24 @@ class Method:
 
     @property
     def is_marched(self) -> bool:
-        """Whether it goes from step to step."""
+        """Whether the method integrates over time steps."""
         return self.march is not None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Question:
-    """What is asked of a solver.
+    """The input of an electrical solver.
 
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        The experiment.
     section : ModalSection
         Its stack per unit of the drive, without leaks.
     times : ndarray, shape (n,)
         Increasing, >= 0 [s].
     wanted : callable
-        Names the quantities of a section that are linear in the drive, ``stack_voltage`` among them.
+        Returns the wanted quantities of a section that are linear in the drive, ``stack_voltage`` among them.
     """
 
     scenario: Scenario
@@ -86,26 +86,26 @@ class Question:
 
 @dataclass(frozen=True, kw_only=True)
 class Solution:
-    """What a drive does to the stack over time.
+    """Response of the stack to a drive over time.
 
     Parameters
     ----------
     found : dict of Key to ndarray, shape (n,)
         Voltages, currents, fields, displacements, and amplitudes of the law, each in its unit.
     method : Method
-        How.
+        The method of the solver.
     reason : str
-        Why this solver ran, and how well.
+        Why this solver ran, and its accuracy.
     force : ndarray, shape (n,), optional
         Attraction [N], where it was asked for.
     pull : ndarray, shape (n,), optional
-        Attraction per area [Pa], where it is not that of the amplitudes found: a mean over places.
+        Attraction per area [Pa], where it does not follow from the amplitudes in `found`: a mean over places.
     errors : mapping of str to float
-        Estimated errors [1], and numbers of events, by the name under which the Trace states them.
+        Estimated errors [1] and numbers of events, by their names in the Trace.
     events : tuple of float
-        Moments [s] that were located: an amplifier at a limit, a gap at a kink.
+        Located times [s]: an amplifier reaches a limit, a gap a kink.
     steps : int
-        Of the finest march.
+        Number of steps of the finest time integration.
     """
 
     found: dict[Any, Real]
@@ -131,20 +131,20 @@ class Solution:
         return self.force
 
     def amplitudes(self) -> dict[str, Real]:
-        """Give what the law's pressure takes."""
+        """Return the arguments of the law's pressure."""
         return {key.name: row for key, row in self.found.items() if isinstance(key, AmplitudeOf)}
 
     def at(self, places: Indices) -> Solution:
-        """Give the answer at some of its times alone."""
+        """Return the response at some of its times."""
         found = {key: row[..., places] for key, row in self.found.items()}
         return replace(self, found=found, force=self.attraction[places])
 
     def how(self) -> dict[str, Any]:
-        """Name solver, reason and errors as attributes of a Trace."""
+        """Return solver, reason and errors as attributes of a Trace."""
         return {"solver": self.method.name, "solver_reason": self.reason, **self.errors}
 
     def signals(self, names: tuple[str, ...]) -> dict[str, Any]:
-        """Name what was found as signals of a Trace.
+        """Return the computed quantities as signals of a Trace.
 
         Parameters
         ----------
@@ -153,8 +153,8 @@ class Solution:
 
         Returns
         -------
-        dict
-            Dimensions and values of what was asked for.
+        signals : dict of str to tuple
+            Dimensions and values of each signal that was asked for.
         """
         signals: dict[str, Any] = {
             name: (("time",), self.found[name]) for name in ACROSS if name in self.found

@@ -1,4 +1,4 @@
-"""What is wanted of a stack: everything in a result that is linear in the drive, by key."""
+"""The wanted quantities of a stack: everything in a result that is linear in the drive, by key."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def linear_quantities(scenario: Scenario, section: Any) -> dict[Key, Any]:
-    """Name everything in a result that is linear in the drive.
+    """Return everything in a result that is linear in the drive.
 
     Parameters
     ----------
@@ -30,8 +30,8 @@ def linear_quantities(scenario: Scenario, section: Any) -> dict[Key, Any]:
 
     Returns
     -------
-    dict of Key to Transfer or ndarray
-        Voltages, current, fields and displacements, and what a causal law makes of them.
+    quantities : dict of Key to Transfer or ndarray
+        Voltages, current, fields, displacements, and the amplitudes of a causal law.
     """
     found = fields(scenario, section)
     if not scenario.force.causal:
@@ -43,12 +43,12 @@ def linear_quantities(scenario: Scenario, section: Any) -> dict[Key, Any]:
 
 
 def amplitudes(scenario: Scenario, section: Any) -> dict[Key, Any]:
-    """Name what the law's pressure takes, and nothing else."""
+    """Return the arguments of the law's pressure."""
     return {AmplitudeOf(name): value for name, value in scenario.force.amplitudes(section).items()}
 
 
 def fields(scenario: Scenario, section: Any) -> dict[Key, Any]:
-    """Name voltage, current, fields and displacements, and nothing that belongs to the law."""
+    """Return voltage, current, fields and displacements, without quantities of the law."""
     wanted: dict[Key, Any] = {
         "stack_voltage": section.voltage,
         "current": section.current_density * Surroundings.of(scenario).area,
@@ -64,20 +64,20 @@ def fields(scenario: Scenario, section: Any) -> dict[Key, Any]:
 
 
 def _grown_without_end(scenario: Scenario, displacement: Transfer) -> bool:
-    """Tell whether charge has flown to the interface for ever: a mean voltage over layers that all conduct."""
+    """Return whether the interface charge is unbounded: a mean voltage over conducting layers in the periodic state."""
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     return settled and bool(integral_weight(displacement)) and bool(drive_mean(scenario.drive))
 
 
 def name_interface(scenario: Scenario, found: dict[Key, Real]) -> None:
-    """Give the field at the interface the name of its signal, where it was found.
+    """Store the field at the interface under the name of its signal, where it was computed.
 
     Parameters
     ----------
     scenario : Scenario
-        Its stack.
+        The experiment, of which the stack is used.
     found : dict of Key to ndarray, shape (n,)
-        Fields [V/m] and others; gains ``interface_field``.
+        Fields [V/m] and others; ``interface_field`` is added.
     """
     name = FieldOf(scenario.stack.gap_name or INTERFACE)
     if name in found:

@@ -1,4 +1,4 @@
-"""What fixed modes do not hold: a gap that moves or yields, several leaks, an amplifier before a leak."""
+"""Stacks without fixed modes: a gap that moves or follows the forces, several leaks, an amplifier before a leak."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def why_no_modes(scenario: Scenario) -> str:
-    """Say what of a scenario no solver with fixed modes takes; empty if nothing."""
+    """Return the parts of a scenario that no solver with fixed modes accepts, in words; empty if there are none."""
     amplifier, contact = scenario.circuit.amplifier, scenario.contact
     leaks = [name for name, layer in scenario.stack.layers.items() if layer.leak is not None]
     said = []
@@ -45,7 +45,7 @@ def why_no_modes(scenario: Scenario) -> str:
 
 
 def moves_alone(scenario: Scenario) -> bool:
-    """Tell whether a gap that is moved is all that modes do not hold, so that the rest is linear."""
+    """Return whether a gap of prescribed motion is the only part without fixed modes, so that the rest is linear."""
     amplifier = scenario.circuit.amplifier
     return (
         scenario.motion.moved_gap is not None
@@ -56,17 +56,17 @@ def moves_alone(scenario: Scenario) -> bool:
 
 
 def follow_moving_gap(question: Question) -> Solution:
-    """Solve linear layers beneath a gap that is moved.
+    """Compute the response of linear layers under a gap of prescribed thickness.
 
     Parameters
     ----------
     question : Question
-        Of a scenario that `moves_alone` takes.
+        Of a scenario that `moves_alone` accepts.
 
     Returns
     -------
     Solution
-        With the error of its march.
+        With the error of its time integration.
     """
     from electrovib.solve.electrics.moving_gap import move_gap
 
@@ -78,12 +78,12 @@ def follow_moving_gap(question: Question) -> Solution:
 
 
 def follow_all(question: Question) -> Solution:
-    """Solve any stack by the general reference.
+    """Compute the response of any stack by the general nonlinear solver.
 
     Parameters
     ----------
     question : Question
-        Of a scenario that `refuse_without_modes` lets through.
+        Of a scenario that `refuse_without_modes` accepts.
 
     Returns
     -------
@@ -107,7 +107,7 @@ def follow_all(question: Question) -> Solution:
 
 
 def _states(question: Question) -> StackStates:
-    """Give the stack as physical states, with the layer that moves."""
+    """Return the stack as physical states, with the layer that moves."""
     from electrovib.solve.stack.state_space import stack_states
 
     scenario = question.scenario
@@ -124,7 +124,7 @@ def _states(question: Question) -> StackStates:
 
 
 def _with_law(scenario: Scenario, solution: Solution) -> Solution:
-    """Show a record to the force law, and leave out what is the amplifier's where there is none."""
+    """Add the amplitudes of the force law to a solution, and omit signals of the amplifier where there is none."""
     found = dict(solution.found)
     if scenario.circuit.amplifier is None:
         for name in ("plate_voltage", "amplifier_current"):
@@ -138,7 +138,7 @@ def _with_law(scenario: Scenario, solution: Solution) -> Solution:
 
 
 def _over_time(scenario: Scenario, found: dict[Key, Real]) -> TimeSection:
-    """Give the stack over time, as a force law sees it."""
+    """Return the stack over time in the form that a force law takes."""
     gap = scenario.stack.gap_name
     layers = {
         name: TimeLayer(
@@ -160,75 +160,75 @@ def _over_time(scenario: Scenario, found: dict[Key, Real]) -> TimeSection:
 
 
 def _moving(scenario: Scenario) -> str:
-    """Name the layer whose thickness changes."""
+    """Return the name of the layer whose thickness changes."""
     name = scenario.stack.gap_name
     if name is None:
         path = "contact.closing" if scenario.motion.distance is None else "motion.distance"
         raise InputError(
-            f"{path}: it moves the gap, and the stack has {', '.join(scenario.stack.layers)} only; add a table stack.gap, or"
+            f"{path}: it moves the gap, and the stack only has {', '.join(scenario.stack.layers)}; add a table stack.gap, or"
             " another layer with role = 'gap'"
         )
     return name
 
 
 def refuse_without_modes(scenario: Scenario) -> None:
-    """Refuse what does not go with a stack without modes.
+    """Refuse parts of a scenario that cannot be combined with a stack without modes.
 
     Parameters
     ----------
     scenario : Scenario
-        One that `why_no_modes` says something about.
+        One for which `why_no_modes` is not empty.
 
     Raises
     ------
     InputError
-        If models do not go together.
+        If models of the scenario cannot be combined.
     """
     why, drive = why_no_modes(scenario), scenario.drive
     if drive.quantity == "current":
         raise InputError(
-            f"drive = {type(drive).__name__}: {why} is solved under a voltage; with a fixed gap and at most one leak a"
-            " current drive has its own solver"
+            f"drive = {type(drive).__name__}: a stack with {why} needs a voltage drive; a current drive is solved with a"
+            " fixed gap and at most one leak"
         )
     if isinstance(scenario.time.initial_state, PeriodicState):
         raise InputError(
-            f"time.initial_state = PeriodicState: {why}: the periodic state is not known beforehand. Start AtRest and look"
-            " at a late period"
+            f"time.initial_state = PeriodicState: for a stack with {why} the periodic state is not known beforehand. Start"
+            " AtRest and evaluate a late period"
         )
     if getattr(type(scenario.force), "replaces", ()):
         raise InputError(
-            f"force = {type(scenario.force).__name__}: its gaps are no layers of the stack, and {why} is not followed into"
-            " them. Give the stack a layer 'gap' and use force.model = MaxwellStressInGap"
+            f"force = {type(scenario.force).__name__}: its gaps are no layers of the stack, and their response to {why} is"
+            " not modelled. Give the stack a layer 'gap' and use force.model = MaxwellStressInGap"
         )
     law = type(scenario.force)
     if scenario.contact.closing is not None and (
         law.pressure is not MaxwellStressInGap.pressure or law.amplitudes is not MaxwellStressInGap.amplitudes
     ):
         raise InputError(
-            f"contact.closing: the gap follows the attraction in the plane of the gap, eps0 E^2/2, and force = {law.__name__}"
-            f" gives another one (plane: {law.evaluation_surface}); use force.model = MaxwellStressInGap, or leave"
-            " contact.closing away"
+            "contact.closing: the gap follows the Maxwell stress in the gap, eps0 E^2/2, and"
+            f" force = {law.__name__} gives another attraction (evaluation surface: {law.evaluation_surface}); use"
+            " force.model = MaxwellStressInGap, or omit contact.closing"
         )
     if scenario.contact.closing is not None and scenario.motion.distance is not None:
         raise InputError(
-            "contact.closing and motion.distance: one of them says where the gap is; leave one away"
+            "contact.closing and motion.distance: either sets the thickness of the gap; omit one of them"
         )
     if scenario.contact.closing is not None and scenario.circuit.return_path.second_contact(1.0):
         raise InputError(
-            "contact.closing: under a SecondElectrode either contact closes by its own pull and its share of the load; use"
-            " Grounded or Floating"
+            "contact.closing: under a SecondElectrode each contact would close by its own pull and its share of the load;"
+            " use Grounded or Floating"
         )
     if scenario.motion.distance is not None or scenario.contact.closing is not None:
         _moving(scenario)
     if scenario.contact.closing is not None and scenario.contact.surface is None:
         raise InputError(
-            "contact.closing needs contact.surface, the surface topography that the gap closes against, for instance"
+            "contact.closing needs contact.surface, the surface topography against which the gap closes, for instance"
             ' contact.surface = { model = "LinearSpring", ... }'
         )
 
 
 def _yielding(scenario: Scenario) -> Yielding:
-    """Give the gap that follows the forces; it begins where the surface topography carries the load, else as declared."""
+    """Return the gap that follows the forces; its first value carries the load alone, or is as declared without a load."""
     from electrovib.solve.nonlinear.yielding import Yielding
 
     contact = scenario.contact
@@ -243,7 +243,7 @@ def _yielding(scenario: Scenario) -> Yielding:
         return float(contact.mean_pressure(pressed(contact, scenario.load.forces(time), np.asarray(pull))))
 
     start = float(surface.gap(np.asarray(load(0.0))))
-    if not np.isfinite(start):  # without a load such a surface topography is endlessly far
+    if not np.isfinite(start):  # without a load the gap of such a surface topography is infinite
         start = scenario.stack.layers[_moving(scenario)].thickness
     if not start > 0:
         raise InputError(

@@ -1,4 +1,4 @@
-"""Every equilibrium of contact area, surface topography, load and attraction, stable or not, and its path over voltage."""
+"""All equilibria of contact area, surface topography, load and attraction, stable or not, and their path over voltage."""
 
 from electrovib.physics.contact.surface import pull_in_voltage
 from electrovib.solve.equilibrium.of_scenario import Balance, equilibrium

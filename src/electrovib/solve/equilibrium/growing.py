@@ -1,4 +1,4 @@
-"""States of a gap whose surface topography, load and attraction balance on an area that grows with both."""
+"""Equilibria of surface topography, load and attraction on a contact area that grows with load and attraction."""
 
 from __future__ import annotations
 
@@ -21,40 +21,40 @@ if TYPE_CHECKING:
 def growing_states(
     contact: Contact, surface: Surface, attraction_on: Callable[[float], Attraction], *, load: float
 ) -> tuple[tuple[Equilibrium, ...], tuple[float, ...]]:
-    """Find the states of a gap under a held voltage, on an area that load and attraction make together.
+    """Return the equilibria of a gap under a constant voltage, on the area under load and attraction together.
 
     Parameters
     ----------
     contact : Contact
         Area under a force.
     surface : Surface
-        What repels.
+        Repulsive pressure of the surface topography as a function of the gap.
     attraction_on : callable
-        Gross area [m2] to attraction.
+        Returns the attraction for a gross area [m2].
     load : float
-        N, above 0.
+        Normal force of the finger [N], above 0.
 
     Returns
     -------
     states : tuple of Equilibrium
-        From the smallest gap to the largest.
+        Equilibria from the smallest gap to the largest.
     areas : tuple of float
-        Gross area in each [m2].
+        Gross area in each state [m2].
 
     Raises
     ------
     InputError
-        If the attraction lets the area grow without bound.
+        If the load alone leaves an infinite gap, or the attraction lets the area grow without bound.
 
     Notes
     -----
-    For each whole force W the surface topography, pressed with W over area(W), keeps a gap, and what the voltage draws across it
-    has to be W - load. Looked for in steps of a 64th of the force: two states closer than that are missed.
+    The gap follows from the pressure W/area(W) of each total force W, and the attraction across it has to be W - load.
+    States are sought in steps of a 64th of the force; two states closer than that are missed.
     """
     least = float(surface.gap(np.asarray(contact.mean_pressure(np.asarray(load)))))
     if not math.isfinite(least):
         raise InputError(
-            "contact.surface: under this load the surface topography keeps no gap; give load.normal_force above 0"
+            "contact.surface: without a load the gap of the surface topography is infinite; give load.normal_force above 0"
         )
 
     def gap(whole: float) -> float:

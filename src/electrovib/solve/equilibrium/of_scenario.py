@@ -1,4 +1,4 @@
-"""The states that a scenario's finger can be in under a held voltage, and the force in each."""
+"""The equilibria of a scenario's finger under a constant voltage, and the force in each."""
 
 from __future__ import annotations
 
@@ -26,31 +26,31 @@ from electrovib.solve.equilibrium.states import Equilibrium, balance
 
 @dataclass(frozen=True, kw_only=True)
 class Balance:
-    """Every state of a finger under a held voltage, and what they were computed from.
+    """All equilibria of a finger under a constant voltage, and the quantities from which they were computed.
 
     Parameters
     ----------
     states : tuple of Equilibrium
-        From the smallest gap to the largest.
+        Equilibria from the smallest gap to the largest.
     force : tuple of float
         Attraction in each state [N].
     areas : tuple of float
         Gross area in each state [m2]: that under load and attraction together.
     voltage : float
-        Across everything [V].
+        Voltage across stack and return path [V].
     pressure : float
         Load over the gross area under the load alone [Pa].
     area : float
-        That area [m2].
+        Gross area under the load alone [m2].
     electrical_thickness : float
-        Of what blocks [m], seen from the gap; a return path counts with that area.
+        Thickness of the blocking parts over their permittivity, times that of the gap [m], at the area under the load.
     blocking : tuple of str
-        The layers that block, and ``return_path`` where it does.
+        Names of the layers that block, and ``return_path`` where it blocks.
     beyond : bool
-        With spots: the attraction would also hold the surface topography flatter than a Gaussian of gaps describes, more
-        than half in contact; that state is not among these.
+        With spots: there is a further state in which the surface topography is flatter than a Gaussian distribution of
+        gaps describes, with more than half of it in contact; that state is not included.
     diagnostics : tuple of Diagnostic
-        Films and air judged in the state whose field is largest, and the declared limits.
+        Films and air in the state with the largest field, and the declared limits.
     """
 
     states: tuple[Equilibrium, ...]
@@ -66,7 +66,7 @@ class Balance:
 
     @property
     def stable(self) -> tuple[Equilibrium, ...]:
-        """The states that a small push does not end; two of them are a hysteresis, not a failure."""
+        """The states that are stable against a small displacement; with two of them there is a hysteresis."""
         return tuple(state for state in self.states if state.stable)
 
 
@@ -76,18 +76,17 @@ def equilibrium(
     voltage: float | None = None,
     spots: ContactSpots | None = None,
 ) -> Balance:
-    """Gap and attraction of a finger whose surface topography, load and attraction balance under a held voltage.
+    """Compute gap and attraction of a finger in equilibrium of surface topography, load and attraction.
 
     Parameters
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
-        As for `electrovib.load`, with ``contact.surface`` and a gap that does not conduct; the thickness of that layer is what
-        is found, so its own number does not count.
+        As for `electrovib.load`, with ``contact.surface`` and a gap that does not conduct. The thickness of the gap is
+        computed; the declared one has no effect.
     voltage : float, optional
-        V; by default the largest that the drive reaches. Of a fast sine give its root mean square.
+        Constant voltage [V]; by default the largest voltage of the drive. For a fast sine give its root mean square.
     spots : ContactSpots, optional
-        Averages over the gaps of a rough surface, with these spots where it touches; by default the gap is the
-        same everywhere.
+        Averages over the gaps of a rough surface with these contact spots; by default the gap is the same everywhere.
 
     Returns
     -------
@@ -97,14 +96,14 @@ def equilibrium(
     Raises
     ------
     InputError
-        If surface or gap is missing, if the gap conducts, if nothing blocks, or for a second contact.
+        If surface or gap is missing, the gap conducts, nothing blocks, or there is a second contact.
 
     Notes
     -----
-    A held voltage lies across what does not conduct: the layers whose material has conductivity 0 and that
-    have no leak, the gap, and a floating body that nothing discharges. K = eps_gap (sum T/eps + eps0 A/C) over
-    them, with the permittivity at the lowest frequency of the scenario's grid. The stress is that of the gap
-    plane, eps0 E^2/2, whatever the scenario's force law. Load, attraction and gross area are of one equilibrium.
+    A constant voltage drops across the parts that do not conduct: layers with conductivity 0 and without a leak, the gap,
+    and a floating body that nothing discharges. K = eps_gap (sum T/eps + eps0 A/C) over them, with the permittivity at
+    the lowest frequency of the scenario's grid. The attraction is the Maxwell stress in the gap, eps0 E^2/2, whatever the
+    scenario's force law. Load, attraction and gross area belong to the same equilibrium.
     """
     known = read_scenario(scenario)
     surface, gap = _surface(known), _gap(known)
@@ -116,7 +115,7 @@ def equilibrium(
     pressure = known.load.normal_force / area
 
     def attraction_on(area: float) -> Attraction:
-        """Attraction with the return path as thick as it is for an area [m2]."""
+        """Return the attraction with the electrical thickness of the return path for an area [m2]."""
         seen = filling * sum(_blocking(known, area).values())
         return (
             PlateAttraction(held, seen)
@@ -134,8 +133,8 @@ def equilibrium(
     beyond = low > 0 and float(surface.pressure(np.asarray(low))) < pressure + attraction.pressure(low)
     if not states:
         raise InputError(
-            "contact.surface: the attraction flattens the surface topography further than a Gaussian of gaps describes; lower the"
-            " voltage, or leave 'spots' out for one gap with the plate as its stop"
+            "contact.surface: the attraction flattens the surface topography further than a Gaussian distribution of gaps"
+            " describes; lower the voltage, or omit 'spots' for one gap everywhere that ends at the plate"
         )
     force = tuple(state.attraction * each for state, each in zip(states, areas, strict=True))
     diagnostics = _diagnostics(known, states, areas, held=held, filling=filling)
@@ -161,7 +160,7 @@ def _diagnostics(
     held: float,
     filling: float,
 ) -> tuple[Diagnostic, ...]:
-    """Judge films and air in every state, and the declared limits; of each the worst."""
+    """Return the diagnostics of films, air and declared limits, each for the worst of all states."""
     layers, gap = scenario.stack.layers, str(scenario.stack.gap_name)
     stray = 0.0 if scenario.circuit.amplifier is None else scenario.circuit.amplifier.stray_capacitance
     of_gaps = np.array([[math.sqrt(2 * state.attraction / eps0), state.gap] for state in states])
@@ -185,9 +184,8 @@ def _diagnostics(
 def _surface(scenario: Scenario) -> Surface:
     if scenario.contact.surface is None:
         raise InputError(
-            "contact.surface is not given: the gap is found from how the skin's surface topography answers a pressure,"
-            " for instance"
-            ' contact.surface = { model = "LinearSpring", stiffness = "1 GPa/m", free_gap = "10 um" }'
+            "contact.surface is not given: the gap follows from the repulsive pressure of the skin's surface topography, for"
+            ' instance contact.surface = { model = "LinearSpring", stiffness = "1 GPa/m", free_gap = "10 um" }'
         )
     return scenario.contact.surface
 
@@ -197,22 +195,22 @@ def _gap(scenario: Scenario) -> Layer:
     name = scenario.stack.gap_name
     if name is None:
         raise InputError(
-            "stack: no gap to find the thickness of; add [stack.gap] with any thickness, for instance '1 um'"
+            "stack: there is no gap whose thickness could be computed; add [stack.gap] with any thickness, for instance '1 um'"
         )
     charged = [name for name, layer in layers.items() if layer.initial_charge]
     if charged:
         raise InputError(
-            f"stack.{charged[0]}.initial_charge: a charge on the layers is not counted in the equilibrium; set it to 0"
+            f"stack.{charged[0]}.initial_charge: the equilibrium does not include charge on the layers; set it to 0"
         )
     if not _blocks(layers[name]):
         raise InputError(
-            f"stack.{name} conducts: a held voltage leaves no field in it once charge has crossed, so nothing attracts. Take"
-            " material.conductivity 0 and no leak, or `simulate` for what happens before"
+            f"stack.{name} conducts: under a constant voltage its field, and the attraction, vanish once charge has crossed."
+            " Set material.conductivity = 0 without a leak, or use `simulate` for the time before"
         )
     if scenario.circuit.return_path.second_contact(1.0):
         raise InputError(
-            "circuit.return_path: under a second electrode the gap is another one; equilibrium takes one contact, for"
-            ' instance return_path = { model = "Grounded" }'
+            "circuit.return_path: a second electrode has a gap of its own; equilibrium takes one contact, for instance"
+            ' return_path = { model = "Grounded" }'
         )
     return layers[name]
 
@@ -226,7 +224,7 @@ def _permittivity(layer: Layer, scenario: Scenario) -> float:
 
 
 def _blocking(scenario: Scenario, area: float) -> dict[str, float]:
-    """Electrical thickness of everything that blocks, apart from the gap [m]."""
+    """Return the thickness over permittivity of all blocking parts except the gap [m]."""
     parts = {
         name: layer.thickness / _permittivity(layer, scenario)
         for name, layer in scenario.stack.layers.items()
@@ -234,8 +232,8 @@ def _blocking(scenario: Scenario, area: float) -> dict[str, float]:
     }
     if not parts:
         raise InputError(
-            "stack: no layer blocks beside the gap, so the attraction of a closing gap has no bound; equilibrium needs a"
-            " layer whose material has conductivity 0 and that has no leak, for instance stack.insulator"
+            "stack: no layer blocks besides the gap, so the attraction of a closing gap has no bound; equilibrium needs a"
+            " layer with conductivity 0 and without a leak, for instance stack.insulator"
         )
     element = scenario.circuit.element()
     if element.elastance > 0 and element.rate == 0:
@@ -246,6 +244,6 @@ def _blocking(scenario: Scenario, area: float) -> dict[str, float]:
 def _largest(scenario: Scenario) -> float:
     if scenario.drive.quantity == "current":
         raise InputError(
-            "drive: it prescribes a current; give the voltage, equilibrium(scenario, voltage=100.0)"
+            "drive: it prescribes a current; give the voltage, for instance equilibrium(scenario, voltage=100.0)"
         )
     return scenario.drive.largest()

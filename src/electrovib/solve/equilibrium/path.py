@@ -1,4 +1,4 @@
-"""The gap over a voltage that slowly rises and falls: along a branch of states until it ends, then on to the next."""
+"""The gap under a voltage that rises and falls slowly: along a branch of states up to its end, then on the next branch."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from electrovib.physics.roughness import ContactSpots
 from electrovib.solve.equilibrium.states import Equilibrium, balance
 
 SAME = 1e-9
-"""Relative distance below which a state is the one of the step before."""
+"""Relative distance below which a state counts as that of the previous step."""
 BETWEEN = 65
-"""Gaps between two steps at which is asked whether a branch ends there."""
+"""Number of gaps between two steps at which the stability of the branch is checked."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Path:
-    """Gaps along a course of voltages.
+    """Gaps along a sequence of voltages.
 
     Parameters
     ----------
     voltage, gap, attraction : ndarray, shape (n,)
-        V, m and Pa.
+        Voltage [V], gap [m] and attraction per area [Pa].
     jump : ndarray of bool, shape (n,)
-        Between the step before and this one the branch ended.
+        Whether a branch ended between the previous voltage and this one.
     states : tuple of Equilibrium
-        One for each voltage.
+        The state at each voltage.
     """
 
     voltage: Real
@@ -58,31 +58,31 @@ def hysteresis(
     electrical_thickness: float,
     spots: ContactSpots | None = None,
 ) -> Hysteresis:
-    """Follow the gap while the voltage slowly rises, and falls again.
+    """Compute the gap under a voltage that rises and then falls slowly.
 
     Parameters
     ----------
     voltages : array_like, shape (n,)
-        V, held or root mean square, rising.
+        Constant or root-mean-square voltages [V], rising.
     surface : Surface
-        What repels.
+        Repulsive pressure of the surface topography as a function of the gap.
     pressure : float
-        Of the load [Pa].
+        Pressure of the load [Pa].
     electrical_thickness : float
         K, the sum of T/eps over the layers that block [m], above 0.
     spots : ContactSpots, optional
-        Averages the attraction over the gaps of the surface, with these spots where it touches; otherwise the
+        Averages the attraction over the gaps of the surface, with these spots where it touches; by default the
         gap is the same everywhere.
 
     Returns
     -------
     Hysteresis
-        ``up`` in the order of the voltages, ``down`` in the reverse.
+        ``up`` in the order of the voltages, ``down`` in reverse order.
 
     Raises
     ------
     InputError
-        If the voltages do not rise, or a state lies outside what the surface describes.
+        If the voltages do not rise, or a state is outside the range of the surface model.
     """
     course = np.asarray(voltages, dtype=float)
     if course.ndim != 1 or len(course) < 1 or not np.all(np.diff(course) > 0):
@@ -108,18 +108,18 @@ def follow(
     pressure: float,
     start: float | None = None,
 ) -> Path:
-    """Follow the gap along a slow course of voltages.
+    """Compute the gap along a slow sequence of voltages.
 
     Parameters
     ----------
     voltages : ndarray, shape (n,)
-        V, in the order in which they are passed.
+        Voltages in the order of the sequence [V].
     attraction : callable
-        Voltage [V] to attraction; in proportion to the square of the voltage.
+        Returns the attraction, proportional to the square of the voltage, for a voltage [V].
     surface : Surface
-        What repels.
+        Repulsive pressure of the surface topography as a function of the gap.
     pressure : float
-        Of the load [Pa].
+        Pressure of the load [Pa].
     start : float, optional
         Gap before the first voltage [m]; by default the gap under the load alone.
 
@@ -131,13 +131,13 @@ def follow(
     Raises
     ------
     InputError
-        If there is no state on the way.
+        If the gap reaches no equilibrium at one of the voltages.
 
     Notes
     -----
-    At each voltage the gap moves the way that surface topography, load and attraction push it, to the first balance it
-    meets. All states lie on one curve V^2(g) = (repulsion - pressure)/(attraction of 1 V); a branch has ended
-    where that curve turns between two steps.
+    At each voltage the gap moves in the direction of the net pressure of surface topography, load and attraction, to the
+    first equilibrium. All states lie on one curve V^2(g) = (repulsion - pressure)/(attraction of 1 V); a branch ends
+    where that curve has an extremum.
     """
     gap = float(surface.gap(np.asarray(pressure))) if start is None else start
     states, jumps = [], []
@@ -165,20 +165,22 @@ def _next(gap: float, surface: Surface, attraction: Attraction, pressure: float)
     net = float(surface.pressure(np.asarray(gap))) - pressure - attraction.pressure(gap)
     ahead = [state for state in states if (state.gap > gap if net > 0 else state.gap < gap)]
     if not ahead:
-        way = "opens beyond every balance" if net > 0 else "closes further than the surface describes"
+        end = (
+            "opens beyond every equilibrium" if net > 0 else "closes further than the surface model describes"
+        )
         raise InputError(
-            f"surface: from a gap of {gap:.3g} m the contact {way}; lower the voltage, or leave 'spots' out"
+            f"surface: from a gap of {gap:.3g} m the contact {end}; lower the voltage, or omit 'spots'"
         )
     return min(ahead, key=lambda state: abs(state.gap - gap))
 
 
 def _branch_ends(start: float, end: float, surface: Surface, one_volt: Attraction, pressure: float) -> bool:
-    """Tell whether a gap between two states would not be stable under the voltage that balances it."""
+    """Return whether a gap between two states would not be stable under the voltage that balances it."""
     if start == end:
         return False
     for gap in np.linspace(start, end, BETWEEN)[1:-1]:
-        borne = float(surface.pressure(gap)) - pressure
-        squared = borne / one_volt.pressure(float(gap))
+        net = float(surface.pressure(gap)) - pressure
+        squared = net / one_volt.pressure(float(gap))
         if float(surface.slope(gap)) > squared * one_volt.slope(float(gap)):
             return True
     return False

@@ -1,4 +1,4 @@
-"""All crossings of two smooth curves: branch and bound, with bounds from slopes that only rise or only fall."""
+"""All crossings of two smooth curves by branch and bound, with bounds from monotonic slopes."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from itertools import pairwise
 from electrovib.core.errors import ElectrovibError
 
 NOISE = 64 * 2.0**-52
-"""Relative rounding of a value or slope of either curve: differences below it have no sign."""
+"""Relative rounding of a value or slope of either curve; the sign of a difference below it is not known."""
 MOST_INTERVALS = 20_000
-"""More have never been needed; curves that are not smooth might ask for them."""
+"""Largest number of intervals; only curves that are not smooth may need more."""
 
 Curve = Callable[[float], tuple[float, float]]
 """Value and slope at a place."""
@@ -24,11 +24,11 @@ class Crossing:
     Parameters
     ----------
     place : float
-        Where.
+        Abscissa of the crossing.
     fold : bool
-        The curves touch within rounding, or cross twice closer than rounding tells.
+        Whether the curves touch within rounding, or cross twice within rounding.
     iterations : int
-        Halvings of the range and steps of the bracketing that led to it.
+        Number of halvings of the range and of steps of the bracketing.
     """
 
     place: float
@@ -65,35 +65,35 @@ class _Interval:
 def crossings(
     first: Curve, second: Curve, *, low: float, high: float, parts: int = 1
 ) -> tuple[Crossing, ...]:
-    """Find every place where two curves meet.
+    """Return all crossings of two curves.
 
     Parameters
     ----------
     first, second : callable
-        Place to value and slope.
+        Value and slope of each curve as functions of the abscissa.
     low, high : float
         Range, both ends included.
     parts : int
-        Equal parts of the range on each of which the slope of either curve only rises or only falls.
+        Number of equal parts of the range on each of which the slopes of both curves are monotonic.
 
     Returns
     -------
-    tuple of Crossing
-        In rising order.
+    crossings : tuple of Crossing
+        Crossings in rising order.
 
     Raises
     ------
     ElectrovibError
-        If the bounds do not close.
+        If the search does not end within `MOST_INTERVALS` intervals.
 
     Notes
     -----
-    Where its slope only rises or falls a curve lies between its chord and its tangents at the ends, and its
-    slope between those at the ends. So the difference is bounded, and an interval left out where the bounds
-    exclude 0; where the slopes exclude a turning point a change of sign is solved by bracketing; otherwise it is
-    halved, until the difference is below rounding everywhere in it: there the curves touch, reported once.
-    Convex curves need one part, and nothing is missed. Of others a pair of crossings may be missed in a part
-    that holds a point of inflection.
+    Where its slope is monotonic a curve lies between its chord and its tangents at the ends, and its slope between
+    those at the ends. The difference is therefore bounded, and an interval is discarded where the bounds exclude 0.
+    Where the slopes exclude an extremum, a change of sign is solved by bracketing. Otherwise the interval is halved,
+    until the difference is below rounding everywhere in it: there the curves touch, which is reported once. Convex
+    curves need one part, and no crossing is missed. For other curves a pair of crossings may be missed in a part that
+    contains a point of inflection.
     """
     points = [_point(first, second, low + (high - low) * k / parts) for k in range(parts)]
     points.append(_point(first, second, high))
@@ -110,7 +110,7 @@ def _point(first: Curve, second: Curve, x: float) -> _Point:
 
 
 _Part = tuple[float, float, Crossing]
-"""Both ends of the interval in which something was found, and what."""
+"""Both ends of an interval, and the crossing in it."""
 
 
 def _search(first: Curve, second: Curve, whole: _Interval) -> Iterator[_Part]:
@@ -119,7 +119,8 @@ def _search(first: Curve, second: Curve, whole: _Interval) -> Iterator[_Part]:
         part, opened = waiting.pop(), opened + 1
         if opened > MOST_INTERVALS:
             raise ElectrovibError(
-                "equilibrium: the bounds do not close; are repulsion and attraction smooth over the whole range of gaps?"
+                "equilibrium: the search for states does not end; repulsion and attraction have to be smooth over the whole"
+                " range of gaps"
             )
         left, right, noise = part.left, part.right, max(part.left.noise, part.right.noise)
         below, above = _bounds(part)
@@ -140,7 +141,7 @@ def _search(first: Curve, second: Curve, whole: _Interval) -> Iterator[_Part]:
 
 
 def _bounds(part: _Interval) -> tuple[float, float]:
-    """Give the least and the most that the difference can be: the bounds are straight between kinks."""
+    """Return lower and upper bounds of the difference; both are straight between kinks."""
     a, b = part.left, part.right
     ends = min(a.difference, b.difference), max(a.difference, b.difference)
     if b.x <= a.x:
@@ -156,7 +157,7 @@ def _bounds(part: _Interval) -> tuple[float, float]:
 
 @dataclass(frozen=True, kw_only=True)
 class _Bent:
-    """A curve on an interval where its slope only rises or only falls."""
+    """A curve on an interval where its slope is monotonic."""
 
     a: float
     at_a: float
@@ -167,7 +168,7 @@ class _Bent:
 
     @property
     def kink(self) -> float:
-        """Place where the tangents at both ends meet."""
+        """Abscissa at which the tangents at both ends intersect."""
         bend = self.slope_b - self.slope_a
         if bend == 0:
             return self.a
@@ -175,7 +176,7 @@ class _Bent:
         return min(max(x, self.a), self.b)
 
     def between(self, x: float) -> tuple[float, float]:
-        """Give the least and the most that the curve can be at a place."""
+        """Return lower and upper bounds of the curve at a place."""
         chord = self.at_a + (self.at_b - self.at_a) * ((x - self.a) / (self.b - self.a))
         tangents = self.at_a + self.slope_a * (x - self.a), self.at_b - self.slope_b * (self.b - x)
         if self.slope_b >= self.slope_a:
@@ -184,7 +185,7 @@ class _Bent:
 
 
 def _turns_nowhere(part: _Interval) -> bool:
-    """Tell whether the slope of the difference cannot be 0."""
+    """Return whether the slope of the difference cannot be 0."""
     a, b = part.left, part.right
     upper, lower = (a.upper_slope, b.upper_slope), (a.lower_slope, b.lower_slope)
     noise = NOISE * (max(map(abs, upper)) + max(map(abs, lower)))
@@ -197,7 +198,7 @@ def _bracketed(first: Curve, second: Curve, part: _Interval) -> tuple[float, int
     for end in (part.left, part.right):
         if end.difference == 0:
             return end.x, 0
-    place, told = brentq(
+    place, result = brentq(
         lambda x: first(x)[0] - second(x)[0],
         part.left.x,
         part.right.x,
@@ -206,11 +207,11 @@ def _bracketed(first: Curve, second: Curve, part: _Interval) -> tuple[float, int
         maxiter=500,
         full_output=True,
     )
-    return float(place), int(told.iterations)
+    return float(place), int(result.iterations)
 
 
 def _merged(found: list[_Part], ends: tuple[_Point, _Point]) -> Iterator[Crossing]:
-    """Report once what neighbouring intervals share: a crossing on their common end, the parts of a fold."""
+    """Yield each crossing once: neighbouring intervals may share a crossing at their common end, or parts of a fold."""
     scale = max(abs(end.x) for end in ends)
     groups: list[list[_Part]] = []
     for part in found:

@@ -1,4 +1,4 @@
-"""States in which surface topography, load and attraction balance."""
+"""Equilibrium states of surface topography, load and attraction."""
 
 from __future__ import annotations
 
@@ -13,33 +13,34 @@ from electrovib.physics.contact.surface import Surface
 from electrovib.solve.equilibrium.roots import NOISE, Crossing, crossings
 
 BEYOND = 1e-6
-"""How far past the gap under the load alone is searched, as a share of it: without voltage it is the state."""
+"""Extension of the range beyond the gap under the load alone, as a share of it; without voltage that gap is the state."""
 PARTS = 64
-"""Parts of the range for an attraction that is not convex."""
+"""Number of parts of the range for an attraction that is not convex."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Equilibrium:
-    """One state in which the pressures balance.
+    """One equilibrium state.
 
     Parameters
     ----------
     gap : float
         Mean gap [m].
     stable : bool
-        A small push is taken back. A fold, where a stable and an unstable state meet, is not stable.
+        Whether the state is stable against a small displacement. A fold, where a stable and an unstable state meet, is
+        not stable.
     touching : bool
-        The gap is closed and the plate itself bears a part.
+        Whether the gap is closed and the plate itself supports a part of the pressure.
     fold : bool
-        Two states closer than rounding tells, where a branch ends.
+        Whether two states coincide within rounding, where a branch ends.
     repulsion, attraction : float
-        Of the surface topography and of the voltage at this gap [Pa].
+        Pressures of the surface topography and of the voltage at this gap [Pa].
     stop : float
-        What the plate itself bears [Pa]; 0 where the surface topography is not flat.
+        Pressure that the plate itself supports [Pa]; 0 where the gap is open.
     residual : float
         repulsion + stop - load - attraction [Pa].
     iterations : int
-        Halvings and steps that led to it.
+        Number of halvings and steps of the solution.
     """
 
     gap: float
@@ -61,36 +62,36 @@ def equilibria(
     electrical_thickness: float,
     gaps: tuple[float, float] | None = None,
 ) -> tuple[Equilibrium, ...]:
-    """Gaps at which surface topography, load and the attraction of plates balance: all of them.
+    """Return all equilibria of surface topography, load and the attraction of parallel plates.
 
     Parameters
     ----------
     surface : Surface
-        What repels.
+        Repulsive pressure of the surface topography as a function of the gap.
     pressure : float
-        Of the load [Pa].
+        Pressure of the load [Pa].
     voltage : float
-        Held [V], or the root mean square of a sine.
+        Constant voltage, or the root mean square of a sine [V].
     electrical_thickness : float
         K, the sum of T/eps over the layers that block [m], above 0.
     gaps : (float, float), optional
-        Range searched [m]; by default from closed to the gap under the load alone, which holds every state.
+        Range of gaps to search [m]; by default from 0 to the gap under the load alone, which contains every state.
 
     Returns
     -------
-    tuple of Equilibrium
-        From the smallest gap to the largest, the closed state first if there is one.
+    states : tuple of Equilibrium
+        Equilibria from the smallest gap to the largest, the closed state first if there is one.
 
     Raises
     ------
     InputError
-        If the range is none, or infinite because nothing presses.
+        If the range is empty, or infinite because there is no load.
 
     Notes
     -----
-    repulsion(g) = pressure + eps0 V^2/(2 (K + g)^2). With the plate as a stop at gap 0 the closed state is one
-    more where the surface topography bears less there than presses. A surface topography that stiffens has one
-    state, or two stable ones with an unstable one between.
+    repulsion(g) = pressure + eps0 V^2/(2 (K + g)^2). The plate is a stop at gap 0; the closed state is an additional one
+    where the surface topography supports less there than load and attraction. A stiffening surface topography has one
+    state, or two stable states with an unstable one between.
     """
     return balance(surface, PlateAttraction(voltage, electrical_thickness), pressure=pressure, gaps=gaps)
 
@@ -102,37 +103,39 @@ def balance(
     pressure: float,
     gaps: tuple[float, float] | None = None,
 ) -> tuple[Equilibrium, ...]:
-    """Gaps at which surface topography, load and any attraction balance.
+    """Return the equilibria of surface topography, load and any attraction.
 
     Parameters
     ----------
     surface : Surface
-        What repels.
+        Repulsive pressure of the surface topography as a function of the gap.
     attraction : Attraction
-        For instance that of a rough skin with its spots, `RoughAttraction`.
+        Attraction as a function of the gap, for instance that of a rough skin with its spots, `RoughAttraction`.
     pressure : float
-        Of the load [Pa].
+        Pressure of the load [Pa].
     gaps : (float, float), optional
-        Range searched [m]; by default as far as the attraction is defined.
+        Range of gaps to search [m]; by default the range for which the attraction is defined.
 
     Returns
     -------
-    tuple of Equilibrium
-        From the smallest gap to the largest. The closed state is looked for where the range begins at 0.
+    states : tuple of Equilibrium
+        Equilibria from the smallest gap to the largest; the closed state is sought where the range begins at 0.
 
     Raises
     ------
     InputError
-        If the range is none, or infinite because nothing presses.
+        If the range is empty, or infinite because there is no load.
 
     Notes
     -----
-    All states of a convex attraction are found for certain. Of another, two states closer than a 64th of the
-    range may be missed where the attraction has a point of inflection.
+    All states of a convex attraction are found with certainty. For other attractions two states closer than a 64th of
+    the range may be missed where the attraction has a point of inflection.
     """
     low, high = _range(surface, attraction, pressure) if gaps is None else gaps
     if not (0 <= low <= high and math.isfinite(high)):
-        raise InputError(f"gaps = ({low}, {high}): two finite lengths in m, 0 or more and the smaller first")
+        raise InputError(
+            f"gaps = ({low}, {high}): expected two finite lengths in m, 0 or more, the smaller first"
+        )
 
     def repels(gap: float) -> tuple[float, float]:
         at = np.asarray(gap)
@@ -181,7 +184,7 @@ def _state(
 
 
 def _range(surface: Surface, attraction: Attraction, pressure: float) -> tuple[float, float]:
-    """Every state bears at least the load: its gap is at most the one under the load alone."""
+    """Return the range that contains every state: the largest gap is that under the load alone."""
     high = float(surface.gap(np.asarray(pressure))) * (1 + BEYOND)
     if not math.isfinite(high):
         raise InputError(

@@ -1,1 +1,1 @@
-"""From the attraction to friction, skin, contact and what the sensors of a rig read."""
+"""Friction, skin, contact and sensor readings under the attraction."""

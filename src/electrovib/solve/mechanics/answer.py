@@ -1,4 +1,4 @@
-"""What the mechanics does over time."""
+"""Results of the mechanics over time."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ if TYPE_CHECKING:
 
 @dataclass
 class Mechanics:
-    """What the mechanics does over time.
+    """Results of the mechanics over time.
 
     Parameters
     ----------
     signals : dict
         Dimensions and values of every signal.
     how : dict
-        Errors and events, for the Trace.
+        Errors and events, for the attributes of the Trace.
     diagnostics : list of Diagnostic
-        What a user should know.
+        Diagnostics of the mechanics.
     """
 
     signals: dict[str, Any] = field(default_factory=dict)
@@ -30,7 +30,7 @@ class Mechanics:
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
     def add(self, rows: dict[str, Real]) -> None:
-        """Take signals over time.
+        """Add signals over time.
 
         Parameters
         ----------

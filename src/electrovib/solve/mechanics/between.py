@@ -1,4 +1,4 @@
-"""A force that is costly to ask for, as cubics between its corners: smooth where it is smooth."""
+"""Interpolation of a force that is costly to evaluate, by cubics between its corners."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
 
 KNOTS = 2000
-"""Even times, besides those asked for, at which the force is looked at first."""
+"""Even times at which the force is evaluated first, besides the output times."""
 PER_CHANGE = 4
-"""Even times in the shortest time in which it changes."""
+"""Even times in the shortest time in which the force changes."""
 MOST = 4_000_000
-"""Times at which it is looked at in all."""
+"""Largest number of evaluations."""
 TOLERANCE = 1e-6
-"""What a cubic may miss in its middle, over the largest force."""
+"""Largest error of a cubic in its middle, over the largest force."""
 MOST_HALVINGS = 40
 _SINCE_CORNER = np.geomspace(1e-5, 0.5, 40)
-"""Shares of a stretch after a corner, in which a force may fade quickly, at which a force that is asked once is asked."""
+"""Times after a corner, over the time to the next, added where the force is evaluated only once and may decay quickly."""
 _BEFORE = 1e-6
-"""How long before a corner the force before it is looked up, as a share of the stretch that ends there."""
+"""Time before a corner at which the force before it is evaluated, over the time since the previous corner."""
 _SOON = 1e-9
-"""The same, as a share of the whole time: the longest."""
+"""Upper limit of the same time, over the whole time."""
 _ROUNDING = 64 * float(np.finfo(float).eps)
-"""Corners nearer to each other than this share of the whole time, or rather sixteen times as much, are one."""
+"""Relative rounding of times; corners nearer to each other than 16 times this share of the whole time are one."""
 
 
 class Cubics(NamedTuple):
-    """Cubics over intervals; at a corner two knots meet, one for the force before it and one for that after it.
+    """Cubics over intervals; at a corner two knots coincide, with the force before it and the force after it.
 
     Parameters
     ----------
     knots, values, slopes : ndarray, shape (n,)
-        s, N, N/s.
+        Times of the knots [s], force there [N] and its rate of change [N/s].
     """
 
     knots: Real
@@ -51,7 +51,7 @@ class Cubics(NamedTuple):
     slopes: Real
 
     def at(self, place: Any, time: Any) -> Any:
-        """Force [N] in the interval behind a knot, at a time [s]; many of both, or one."""
+        """Return the force in the interval after a knot, at a time [s]; for one of both or many [N]."""
         start, length = self.knots[place], self.knots[place + 1] - self.knots[place]
         share = (time - start) / length
         rise = self.values[place + 1] - self.values[place]
@@ -60,26 +60,26 @@ class Cubics(NamedTuple):
 
 
 class Between:
-    """A force as cubics between its corners, where it may bend or jump; right-continuous there.
+    """A force as cubics between its corners, where it or its slope may be discontinuous; right-continuous there.
 
     Parameters
     ----------
     force_at : callable
-        Force [N] at increasing times [s], at a jump the value after it.
+        Force [N] at increasing times [s]; at a discontinuity the value after it.
     times : ndarray, shape (n,)
-        Where it has to be right [s], the last one the end.
+        Times at which the force is evaluated exactly, the last one the end [s].
     corners : ndarray
-        Where it may bend or jump [s].
+        Times at which the force or its slope may be discontinuous [s].
     shortest : float
-        Shortest time in which it changes [s].
+        Shortest time in which the force changes [s].
     once : bool
-        Whether it is asked once, at even times, as a march is; else intervals are halved until the force in their
-        middle is met within `TOLERANCE`.
+        Whether it is evaluated only once, at even times, as a time-stepping solver requires; else intervals are halved
+        until the error in their middle is below `TOLERANCE`.
 
     Raises
     ------
     InputError
-        If a look at every change and every corner takes more than `MOST` times.
+        If resolving every change and every corner takes more than `MOST` times.
     """
 
     def __init__(
@@ -104,8 +104,8 @@ class Between:
             changes = f"changes {end / shortest:.4g} times and " if end / shortest > 1 else ""
             raise InputError(
                 f"time.duration = {format_quantity(end, 's')}: in that time the force on the finger {changes}has"
-                f" {len(inside)} corners, and what is marched with it has to look at it at {needed} times, more than {MOST}."
-                " Ask for a shorter time, or a slower drive"
+                f" {len(inside)} corners, and has to be evaluated at {needed} times, more than {MOST}. Choose a shorter"
+                " time.duration, or a slower drive"
             )
         even = np.linspace(0.0, end, count + 1)
         soon = (self.ends[:-1, np.newaxis] + lengths[:, np.newaxis] * _SINCE_CORNER).ravel()
@@ -127,11 +127,11 @@ class Between:
 
     @property
     def pieces(self) -> Cubics:
-        """The cubics."""
+        """Cubics of the force."""
         return self._pieces
 
     def __call__(self, time: Any) -> Any:
-        """Force [N] at times [s], scalar or array."""
+        """Return the force at times [s], scalar or array [N]."""
         pieces = self._pieces
         if np.ndim(time) == 0:
             if self._listed is None:
@@ -140,7 +140,7 @@ class Between:
         return pieces.at(self._place(np.asarray(time)), np.asarray(time))
 
     def error(self) -> float:
-        """What the cubics miss, over the largest force."""
+        """Return the estimated error of the cubics over the largest force [1]."""
         return self._missed / self._scale
 
     @property
@@ -148,7 +148,7 @@ class Between:
         return float(np.max(np.abs(self._force))) or 1.0
 
     def _place(self, time: Real) -> Any:
-        """Knot before each time, of the interval that holds it."""
+        """Return the index of the knot at the start of the interval that contains each time."""
         last = len(self._pieces.knots) - 2
         return np.clip(np.searchsorted(self._pieces.knots, time, side="right") - 1, 0, last)
 
@@ -157,7 +157,7 @@ class Between:
         return times, np.asarray(force_at(times), dtype=float)
 
     def _every_other(self) -> float:
-        """Error of cubics through all knots [N]: a fifteenth of what those through every other miss."""
+        """Return the error of cubics through all knots [N]: a fifteenth of that of cubics through every other knot."""
         kept = np.zeros(len(self._asked), bool)
         kept[::2] = True
         kept |= np.isin(self._asked, np.concatenate([self.ends, self._just]))
@@ -166,7 +166,7 @@ class Between:
         return float(np.max(np.abs(coarse - self._force), initial=0.0)) / 15
 
     def _halve(self, force_at: Callable[[Real], Real]) -> None:
-        """Look at the force in the middle of intervals, until it is met there or `MOST` times are used up."""
+        """Halve intervals until the cubics agree with the force in their middle, or `MOST` times are used."""
         if not np.all(np.isfinite(self._force)):
             return
         unmet = 0.0
@@ -194,7 +194,7 @@ class Between:
         self._missed = max(self._missed, unmet)
 
     def _cubics(self, kept: NDArray[np.bool_]) -> Cubics:
-        """Lay cubics with continuous curvature between the corners; the last value before a corner holds up to it."""
+        """Return cubics with continuous curvature between the corners; the last value before a corner extends to it."""
         from scipy.linalg import solve_banded
 
         knots, values = self._asked[kept], self._force[kept]
@@ -204,7 +204,9 @@ class Between:
         lengths, size = np.diff(knots), len(knots)
         jump = np.zeros(size - 1, bool)
         jump[last[:-1]] = True
-        lengths = np.where(jump, 1.0, lengths)  # between two knots of one corner: in no equation
+        lengths = np.where(
+            jump, 1.0, lengths
+        )  # between two knots of one corner, which is used in no equation
         rise = np.diff(values) / lengths
         before, after = np.append(1.0, lengths), np.append(lengths, 1.0)
         band = np.zeros((3, size))
@@ -231,7 +233,7 @@ class Between:
 
 
 def _one(pieces: tuple[list[float], ...], time: float) -> float:
-    """The same as `Cubics.at`, for one time in plain numbers: many times quicker than with an array."""
+    """Return what `Cubics.at` returns, for one time in plain numbers: many times faster than with an array."""
     knots, values, slopes = pieces
     place = min(max(bisect_right(knots, time) - 1, 0), len(knots) - 2)
     length = knots[place + 1] - knots[place]

@@ -1,4 +1,4 @@
-"""A skin with bristles under the attraction of a scenario."""
+"""Skin with a bristle friction under the attraction of a scenario."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def slide(
     scenario: Scenario, law: BristleFriction, times: Real, force_at: Callable[[Real], Real], corners: Real
 ) -> tuple[Slide, Callable[[Real], Slide], dict[str, Any]]:
-    """March the skin of a scenario over the plate.
+    """Solve the motion of the skin of a scenario over the plate by time stepping.
 
     Parameters
     ----------
@@ -38,21 +38,21 @@ def slide(
     force_at : callable
         Steady friction [N] at times [s].
     corners : ndarray
-        Where it may bend or jump [s].
+        Times at which it or its slope may be discontinuous [s].
 
     Returns
     -------
     slide : Slide
-        At these times, and at time 0 before them.
+        Motion at these times, preceded by time 0.
     march : callable
-        The same at other such times.
+        Returns the motion at other such times.
     how : dict
-        Solver, residual of the energy, number of events and error of the strength in between, for the Trace.
+        Solver, energy residual, number of events and error of the interpolated strength, for the Trace.
 
     Raises
     ------
     InputError
-        If there is no speed, or the finger is none that the solver knows.
+        If there is no speed, or the solver does not support the finger.
 
     Notes
     -----
@@ -101,7 +101,7 @@ def slide(
 
 
 def refuse_unslid(scenario: Scenario) -> None:
-    """Refuse what does not go with a friction of bristles.
+    """Refuse a scenario that cannot be solved with a bristle friction.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def refuse_unslid(scenario: Scenario) -> None:
     Raises
     ------
     InputError
-        If there is no speed, a periodic state is asked for, or the finger is none that the solver knows.
+        If there is no speed, a periodic state is requested, or the solver does not support the finger.
     """
     motion, finger = scenario.motion, scenario.finger
     name = type(scenario.friction).__name__
@@ -119,8 +119,8 @@ def refuse_unslid(scenario: Scenario) -> None:
         raise InputError(f"friction = {name} needs motion.speed, for instance motion.speed = '30 mm/s'")
     if isinstance(scenario.time.initial_state, PeriodicState):
         raise InputError(
-            f"time.initial_state = PeriodicState: friction = {name} sticks and slips in its own time. Start AtRest and look"
-            " at a late period"
+            f"time.initial_state = PeriodicState: the stick-slip of friction = {name} does not have the period of the drive."
+            " Start AtRest and evaluate a late period"
         )
     if finger is not None and not isinstance(finger, MassSpringDamper):
         raise InputError(

@@ -1,4 +1,4 @@
-"""From the steady friction of a scenario to its friction, its skin and its sensors."""
+"""Friction, skin and sensors of a scenario, from its steady friction."""
 
 from __future__ import annotations
 
@@ -34,14 +34,15 @@ if TYPE_CHECKING:
     from electrovib.solve.electrics.solution import Solution
 
 MOST = 4_000_000
-"""Pieces of the finest grid on which the mechanics is followed."""
+"""Pieces of the finest grid on which the mechanics is computed."""
 FORGOTTEN = 25.0
-"""Time constants after which a beginning counts as forgotten: 1e-11 of it is left."""
+"""Time constants after which an initial state counts as decayed: 1e-11 of it remains."""
 MOST_PERIODS = 3000
+"""Largest number of periods of the drive that are computed to reach the periodic state."""
 
 
 class FrictionChain:
-    """The linear mechanics of a scenario behind the force of a steady friction."""
+    """Linear mechanics of a scenario behind the force of a steady friction."""
 
     def __init__(
         self, scenario: Scenario, times: Real, answer: Solution, at: Callable[[Real], Solution]
@@ -54,19 +55,19 @@ class FrictionChain:
         self.prepared = answer.method.by_modes
 
     def steady(self, times: Real, force: Real) -> Real:
-        """Friction that load and attraction would have, were the finger sliding without memory.
+        """Return the friction under load and attraction if the finger slides and the law has no memory.
 
         Parameters
         ----------
         times : ndarray, shape (n,)
-            s; before 0 the load is that of time 0.
+            Times [s]; before 0 the load is that of time 0.
         force : ndarray, shape (n,)
             Attraction [N].
 
         Returns
         -------
-        ndarray, shape (n,)
-            N; 0 off the plate.
+        lateral : ndarray, shape (n,)
+            Friction, 0 off the plate [N].
         """
         motion, law = self.scenario.motion, self.scenario.friction.without_memory()
         normal = self.scenario.load.forces(np.maximum(times, 0.0))
@@ -75,38 +76,38 @@ class FrictionChain:
         return lateral if motion.distance is None else np.where(motion.touches(times), lateral, 0.0)
 
     def pressing(self, times: Real, force: Real) -> Real:
-        """Attraction that presses skin and plate together: none where a hand holds against it.
+        """Return the attraction that presses skin and plate together.
 
         Parameters
         ----------
         times : ndarray, shape (n,)
-            s.
+            Times [s].
         force : ndarray, shape (n,)
             Attraction [N].
 
         Returns
         -------
-        ndarray, shape (n,)
-            N.
+        pressing : ndarray, shape (n,)
+            Attraction in contact, 0 off the plate, where the hand balances it [N].
         """
         motion = self.scenario.motion
         return force if motion.distance is None else np.where(motion.touches(times), force, 0.0)
 
     def real_area(self, force: Real) -> Real:
-        """Area that touches [m2] under a whole normal force [N]; NaN where the contact does not tell."""
+        """Return the real contact area under load and attraction [N]; NaN where the contact does not define it [m2]."""
         contact = self.scenario.contact
         if contact.surface is None and not self.scenario.friction.without_memory().needs_real_area:
             return np.full(len(force), np.nan)
         return np.asarray(contact.real_area(force))
 
     def comes_and_goes(self) -> bool:
-        """Tell whether the friction has to be marched along the motion: no filter from the steady friction gives it."""
+        """Return whether the friction has to be stepped along the motion, because it is no linear filter of the steady one."""
         scenario, rests = self.scenario, bool(self.rests)
         lifts = scenario.motion.distance is not None and not isinstance(scenario.friction, SteadyFriction)
         return lifts or memory_changes(scenario) or (rests and scenario.finger is not None)
 
     def prepare(self) -> None:
-        """March an attraction once that has no closed form, before it is asked for many times."""
+        """Interpolate an attraction without closed form, so that it is solved once only."""
         if not self.prepared:
             at, answer = self.at, self.answer
             shortest = shortest_time(self.scenario.drive)
@@ -117,28 +118,28 @@ class FrictionChain:
             self.prepared = True
 
     def filters(self) -> dict[str, Filter]:
-        """Name what follows the steady friction: the friction itself, and the skin."""
+        """Return the filters from the steady friction to the friction and to the skin, by signal."""
         found = {"lateral_force": friction_filter(self.scenario)}
         return found | {name: cascade(found["lateral_force"], each) for name, each in self.skin().items()}
 
     def skin(self) -> dict[str, Filter]:
-        """Name what follows the friction in the skin."""
+        """Return the filters from the friction to the skin, by signal."""
         finger, speed = self.scenario.finger, self.scenario.motion.speed
         return {} if finger is None else finger_filters(_at_speed(finger, speed))
 
     def along(self, moved: Mechanics) -> float:
-        """March a friction along the motion, and follow the skin behind it; give the error.
+        """Compute the friction along the motion and the skin behind it, and return the relative error [1].
 
         Raises
         ------
         InputError
-            If a periodic state is asked for and the motion happens only once.
+            If a periodic state is requested and the motion occurs only once.
         """
         scenario = self.scenario
         if self.settled and len(scenario.motion.breaks()) > 1:
             raise InputError(
                 f"time.initial_state = PeriodicState: motion.time_profile = {type(scenario.motion.time_profile).__name__}"
-                " happens once, and the friction remembers it. Start AtRest"
+                " occurs once, and the friction depends on it. Start AtRest"
             )
         self.prepare()
         stiffness = None
@@ -154,19 +155,19 @@ class FrictionChain:
         return error
 
     def known(self, lateral: Real, filter_: Filter | None = None) -> Real:
-        """Put NaN where a friction is not determined: at rest, and as long as a filter before it remembers that.
+        """Return the friction with NaN where it is not determined: at rest, and until a filter before it has decayed.
 
         Parameters
         ----------
         lateral : ndarray, shape (n,)
             Friction at the output times [N].
         filter_ : Filter, optional
-            That it came through.
+            Filter that it is the output of.
 
         Returns
         -------
-        ndarray, shape (n,)
-            N.
+        lateral : ndarray, shape (n,)
+            Friction, NaN where it is unknown [N].
         """
         if not self.rests:
             return lateral
@@ -176,24 +177,24 @@ class FrictionChain:
         return np.where(unknown, np.nan, lateral)
 
     def unknown(self, filter_: Filter, times: Real) -> Any:
-        """Tell when more of a filter's output than counts stands on a friction that is not determined.
+        """Return when the output of a filter depends on a friction that is not determined.
 
         Parameters
         ----------
         filter_ : Filter
-            Behind that friction.
+            Filter of the friction.
         times : ndarray, shape (n,)
-            s.
+            Times [s].
 
         Returns
         -------
-        ndarray of bool, shape (n,)
-            True where it does.
+        unknown : ndarray of bool, shape (n,)
+            True where the weight of unknown friction exceeds `COUNTS`.
         """
         return not_known(filter_, self.rests, times) > COUNTS
 
     def slip(self, moved: Mechanics) -> float:
-        """March a skin with bristles, which no filter describes; give the error of the attraction in between."""
+        """Compute a skin with bristles by time stepping, and return the relative error of the interpolated attraction [1]."""
         from electrovib.solve.mechanics.bristles import slide
 
         self.prepare()
@@ -210,7 +211,7 @@ class FrictionChain:
         return error
 
     def follow(self, wanted: dict[str, Filter]) -> tuple[dict[str, Real], float]:
-        """Run filters behind the steady friction."""
+        """Return the outputs of filters of the steady friction, and their relative error."""
         self.prepare()
         began = self._before(min(_slowest(each) for each in wanted.values()))
         asked = np.append(-began, self.times) if began else self.times
@@ -218,11 +219,11 @@ class FrictionChain:
         return {name: row[len(row) - len(self.times) :] for name, row in rows.items()}, error
 
     def _force(self, times: Real) -> Real:
-        """Steady friction at any times, before the beginning that of the load alone."""
+        """Return the steady friction at any times [s], before time 0 that of the load alone [N]."""
         return self.steady(times, self.attraction(times))
 
     def attraction(self, times: Real) -> Real:
-        """Attraction [N] at any times [s]: none before the beginning, or in the periodic state as ever."""
+        """Return the attraction at any times [s]: before time 0 it is 0, or periodic in the periodic state [N]."""
         wrapped = np.mod(times, self._period) if self.settled else np.maximum(times, 0.0)
         order = np.argsort(wrapped, kind="stable")
         force = np.empty(len(wrapped))
@@ -234,7 +235,7 @@ class FrictionChain:
         return self.scenario.drive.period or 1.0
 
     def _before(self, slow: float) -> float:
-        """How early to begin [s]: in the periodic state so that a rate [1/s] is forgotten, else before a jump at 0."""
+        """Return the time before 0 to start from [s]: enough for a rate [1/s] to decay, or just before a step at 0."""
         if self.settled:
             return self._settling(slow)
         if len(self.times) > 1:
@@ -244,18 +245,18 @@ class FrictionChain:
         return 0.0
 
     def _settling(self, slow: float) -> float:
-        """Whole periods of the drive [s] in which a rate [1/s] forgets; a press happens once and has none."""
+        """Return the duration of whole periods of the drive in which a memory of a rate [1/s] decays [s]."""
         time_profile = self.scenario.load.time_profile
         if not isinstance(time_profile, Steady):
             raise InputError(
-                f"time.initial_state = PeriodicState: load.time_profile = {type(time_profile).__name__} happens once."
+                f"time.initial_state = PeriodicState: load.time_profile = {type(time_profile).__name__} occurs once."
                 " Start AtRest"
             )
         periods = math.ceil(FORGOTTEN / (slow * self._period))
         if periods > MOST_PERIODS:
             raise InputError(
                 f"time.initial_state = PeriodicState: the mechanics needs {periods} periods of the drive to settle;"
-                " start AtRest and look at a late period"
+                " start AtRest and evaluate a late period"
             )
         self.run_in = periods * self._period
         return self.run_in
@@ -264,7 +265,7 @@ class FrictionChain:
         return {"most": MOST, "jumps": self._corners(), "shortest": shortest_time(self.scenario.drive)}
 
     def _corners(self) -> Real:
-        """Times at which the attraction, the load or the contact may bend or jump."""
+        """Return the times at which attraction, load or contact, or their slopes, may be discontinuous [s]."""
         end = float(self.times[-1])
         load = np.array([time for time, _ in self.scenario.load.time_profile.corners()])
         moves = np.array([time for time in self.scenario.motion.breaks() if time >= 0])
@@ -276,20 +277,20 @@ class FrictionChain:
         return corners[corners <= end]
 
     def _normal(self, times: Real) -> Real:
-        """Force on the sensor under the plate: the load, off the plate less the pull."""
+        """Return the force on the sensor under the plate: the load; off the plate the load minus the attraction [N]."""
         load = self.scenario.load.forces(np.maximum(times, 0.0))
         if self.scenario.motion.distance is None:
             return load
         return np.where(self.scenario.motion.touches(times), load, load - self.attraction(times))
 
     def measured(self) -> Measured:
-        """Read load and friction through the rig."""
+        """Return the readings of load and friction by the sensors of the rig."""
         rig, scenario = self.scenario.rig, self.scenario
         assert rig is not None
 
         normal: Any = self._normal
         if scenario.motion.distance is None and isinstance(scenario.load.time_profile, Steady):
-            normal = scenario.load.forces(self.times)  # samples of what is held are exact
+            normal = scenario.load.forces(self.times)  # samples of a constant force are exact
         sensor = of_stages(rig.lateral_stages())
         options = self._options()
         if self.lateral_at is None:
@@ -303,12 +304,12 @@ class FrictionChain:
 
 
 def _slowest(filter_: Filter) -> float:
-    """Slowest rate of a filter [1/s]; infinite if it has no memory."""
+    """Return the slowest rate of a filter [1/s]; infinite without memory."""
     return float(np.min(-filter_.poles.real)) if len(filter_.poles) else math.inf
 
 
 def _at_speed(finger: Finger, speed: float | None) -> Finger:
-    """Give the fingertip at the full sliding speed [m/s]."""
+    """Return the fingertip at the full sliding speed [m/s]."""
     if not isinstance(finger, MassSpringDamper) or finger.growth is None:
         return finger
     if speed is None:

@@ -1,4 +1,4 @@
-"""Friction behind the force that a law without memory would give: a filter, or a march along the motion."""
+"""Friction with memory: a filter of the steady friction, or its solution by time stepping along the motion."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ if TYPE_CHECKING:
     from electrovib.solve.mechanics.unknown import Spans
 
 STEPS = 4000
-"""Steps of a march that there are at least, besides the output times."""
+"""Smallest number of time steps, besides the output times."""
 TOLERANCE = 1e-6
 MOST_HALVINGS = 8
 JUST = 1e-13
-"""How long before a corner the force before it is looked up, as a share of the whole time."""
+"""Time before a corner at which the force before it is evaluated, over the whole time."""
 
 
 def friction_filter(scenario: Scenario) -> Filter:
-    """Filter from the steady friction to the friction.
+    """Return the filter from the steady friction to the friction.
 
     Parameters
     ----------
@@ -43,12 +43,12 @@ def friction_filter(scenario: Scenario) -> Filter:
     Returns
     -------
     Filter
-        Without dimension.
+        Dimensionless.
 
     Raises
     ------
     InputError
-        If a memory needs a speed, or its rate is not above 0 at it.
+        If a memory needs a speed, or its rate at that speed is not above 0.
     """
     speed = scenario.motion.speed
     parts = _memory(scenario, np.array([math.nan if speed is None else speed]))
@@ -57,7 +57,7 @@ def friction_filter(scenario: Scenario) -> Filter:
 
 
 def _memory(scenario: Scenario, speeds: Real) -> tuple[tuple[float, Real], ...]:
-    """Parts of the friction that follow, with their rates [1/s] at speeds [m/s]; none of a law without memory."""
+    """Return the shares of the friction with memory, and their rates [1/s] at speeds [m/s]; empty without memory."""
     friction, path = scenario.friction, f"friction = {type(scenario.friction).__name__}"
     if not isinstance(friction, FollowingFriction):
         return ()
@@ -68,14 +68,14 @@ def _memory(scenario: Scenario, speeds: Real) -> tuple[tuple[float, Real], ...]:
     if np.any(rates <= 0):
         slowest = ", the slowest speed of motion.time_profile" if len(speeds) > 1 else ""
         raise InputError(
-            f"{path}: its memory has a rate of {np.min(rates):.4g} 1/s, which must be above 0, at"
-            f" {np.min(speeds):.4g} m/s{slowest}; of a FirstOrderLag give friction.cut_off at a speed nearer to it"
+            f"{path}: its memory has a rate of {np.min(rates):.4g} 1/s at {np.min(speeds):.4g} m/s{slowest}, and must be"
+            " above 0; for a FirstOrderLag give friction.cut_off at a speed nearer to it"
         )
     return parts
 
 
 def memory_changes(scenario: Scenario) -> bool:
-    """Tell whether the rates of a memory change in time, as they may with the sliding speed."""
+    """Return whether the rates of a memory change in time, as they may with the sliding speed."""
     motion = scenario.motion
     if motion.speed is None or not isinstance(scenario.friction, FollowingFriction):
         return False
@@ -90,11 +90,11 @@ class Lateral:
     Parameters
     ----------
     force : callable
-        N at times [s] up to the last, also where it is not known.
+        Friction [N] at times [s] up to the last, with a finite value also where it is unknown.
     unknown : tuple of (float, float)
-        When it is not known [s].
+        Spans in which it is unknown [s].
     error : float
-        Largest change by the last halving of the steps, relative.
+        Largest change by the last halving of the steps, over the largest friction [1].
     """
 
     force: Callable[[Real], Real]
@@ -110,38 +110,38 @@ def along_the_motion(
     *,
     stiffness: float | None,
 ) -> Lateral:
-    """Friction along a motion that stops, lifts off, or changes how fast the friction follows.
+    """Compute the friction along a motion that stops, lifts off, or changes the rate of the memory.
 
     Parameters
     ----------
     scenario : Scenario
         Its friction and motion.
     steady_at : callable
-        Friction without memory, were the finger sliding [N], at increasing times [s]; 0 off the plate.
+        Friction of the sliding finger without memory [N] at increasing times [s]; 0 off the plate.
     times : ndarray, shape (n,)
         Increasing, >= 0 [s].
     corners : ndarray
-        Where that may bend or jump [s].
+        Times at which that friction or its slope may be discontinuous [s].
     stiffness : float, optional
-        Of the skin against the bone [N/m]: at rest the friction is what its spring holds.
+        Stiffness of the skin against the bone [N/m]; at rest the friction is the force that its spring holds.
 
     Returns
     -------
     Lateral
-        Force, when it is not known, and error.
+        Force, spans in which it is unknown, and error.
 
     Raises
     ------
     InputError
-        If the rate of a memory is not above 0 at some speed that the time profile passes.
+        If the rate of a memory is not above 0 at some speed of the time profile.
 
     Notes
     -----
     In the time theta = integral of rate dt each part of a memory has a constant rate of 1, so that the exact recursion
-    of unequal steps follows it. What a new contact remembers begins at 0. With a skin: at rest its spring keeps the
-    force of the stop as long as that is below the friction of sliding, and gives way to that where it falls; when the
-    bone sets out again the spring is stretched by its way until the skin slides. A skin that begins at rest is not
-    stretched. Mass and damper of the skin are left out of that.
+    of unequal steps applies. The memory of a new contact starts from 0. With a skin, its spring keeps at rest the force
+    of the stop as long as that is below the sliding friction, and follows the sliding friction where that falls below;
+    when the bone moves again, the spring is stretched by the distance of the bone until the skin slides. A skin that
+    starts at rest is not stretched. Mass and damper of the skin are neglected there.
     """
     end, motion = float(times[-1]), scenario.motion
     bends = np.array([time for time in motion.breaks() if 0 < time < end])
@@ -167,7 +167,7 @@ def along_the_motion(
 
 
 def _followed(scenario: Scenario, steady_at: Callable[[Real], Real], grid: Real) -> tuple[Real, Real]:
-    """Friction behind its memory [N], were the finger sliding, and the weight of the rest in it, at times [s]."""
+    """Return the friction of a sliding finger with memory [N] at times [s], and the weight of the rest in it [1]."""
     motion, force = scenario.motion, steady_at(grid)
     parts = _memory(scenario, motion.speeds(grid)) if motion.speed is not None else _unstated(scenario, grid)
     start = steady_at(np.array([-1.0]))
@@ -194,22 +194,22 @@ def _followed(scenario: Scenario, steady_at: Callable[[Real], Real], grid: Real)
 
 
 def _unstated(scenario: Scenario, grid: Real) -> tuple[tuple[float, Real], ...]:
-    """Memory at a speed that is not stated, at times [s]."""
+    """Return the memory at times [s] where no speed is declared."""
     return _memory(scenario, np.full(len(grid), math.nan))
 
 
 def _contacts(motion: Motion, grid: Real) -> list[tuple[int, int]]:
-    """First and behind the last place of each contact on a grid [s]."""
+    """Return the first index of each contact on a grid [s], and the index after its last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], motion.touches(grid), [False]]).astype(int)))
     pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
     return [(first, last) for first, last in pairs if last - first > 1]
 
 
 def _held_by_the_skin(motion: Motion, grid: Real, sliding: Real, stiffness: float) -> Real:
-    """Friction where the spring of the skin [N/m] decides at rest and after it, else that of sliding [N]."""
+    """Return the friction with the force of the skin's spring [N/m] at rest and until sliding resumes [N]."""
     touches, rests = motion.touches(grid), motion.rests(grid)
     speeds = motion.speeds(grid)
-    way = np.append(0.0, np.cumsum(np.diff(grid) * (speeds[1:] + speeds[:-1]) / 2))
+    distance = np.append(0.0, np.cumsum(np.diff(grid) * (speeds[1:] + speeds[:-1]) / 2))
     kinds = np.where(touches, np.where(rests, 1, 2), 0)  # off, at rest, sliding
     edges = [0, *(np.flatnonzero(np.diff(kinds)) + 1).tolist(), len(grid)]
     output, held, was_at_rest = np.array(sliding), 0.0, bool(motion.rests(np.array(-1.0)))
@@ -221,7 +221,7 @@ def _held_by_the_skin(motion: Motion, grid: Real, sliding: Real, stiffness: floa
         if kinds[first] == 1:
             output[part] = np.minimum(np.minimum.accumulate(sliding[part]), held)
         elif was_at_rest:
-            pulled = held + stiffness * (way[part] - way[first])
+            pulled = held + stiffness * (distance[part] - distance[first])
             slips = np.maximum.accumulate(pulled >= sliding[part])
             output[part] = np.where(slips, sliding[part], pulled)
         held, was_at_rest = float(output[last - 1]), bool(kinds[first] == 1)
@@ -229,6 +229,6 @@ def _held_by_the_skin(motion: Motion, grid: Real, sliding: Real, stiffness: floa
 
 
 def shortest_time(drive: Drive) -> float:
-    """Shortest time in which the attraction under a drive changes [s]: half a period of its fastest oscillation."""
+    """Return the shortest time in which the attraction changes [s]: half a period of the drive's fastest oscillation."""
     fastest = drive.highest_frequency
     return 1 / (2 * fastest) if fastest else math.inf

@@ -1,4 +1,4 @@
-"""From the attraction over time to what finger and rig make of it: load, area, friction, skin, sensors."""
+"""Response of finger and rig to the attraction over time: load, area, friction, skin, sensors."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def mechanical(
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        Experiment.
     times : ndarray, shape (n,)
         Increasing, >= 0 [s].
     answer : Solution
-        Attraction at these times.
+        Electrical response at these times.
     at : callable
-        Attraction at other times.
+        Returns the electrical response at other times.
 
     Returns
     -------
@@ -46,15 +46,15 @@ def mechanical(
     Raises
     ------
     InputError
-        If models do not go together.
+        If models cannot be combined.
 
     Notes
     -----
-    The friction is that of load and attraction together, where the finger slides. Off the plate there is none. At
-    rest it is not determined, NaN, unless the finger has a skin whose spring tells it, or the friction is one of
-    bristles; behind a memory it is not known until that has forgotten the rest. The sensor under the plate reads the
-    load alone while the finger touches: the attraction is balanced by the contact that it presses. Off the plate a
-    hand holds against the attraction: it presses nothing, and the sensor reads the pull.
+    Where the finger slides, the friction is that of load and attraction together. Off the plate it is 0. At rest it is
+    not determined, NaN, unless the spring of a skin or the bristles of the friction law determine it; behind a memory it
+    is unknown until the memory of the rest has decayed. The sensor under the plate reads the load alone while the finger
+    touches: the attraction is balanced by the contact pressure that it causes. Off the plate the hand balances the
+    attraction: there is no contact pressure, and the sensor reads the attraction.
     """
     chain = FrictionChain(scenario, times, answer, at)
     moved = Mechanics()
@@ -72,19 +72,19 @@ def mechanical(
 
 
 def refuse_unsolved_mechanics(scenario: Scenario, *, end: float) -> None:
-    """Build what the mechanics is made of, so that what does not go together is told before any work.
+    """Refuse mechanical models that cannot be combined, before any computation.
 
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        Experiment.
     end : float
         Last output time [s].
 
     Raises
     ------
     InputError
-        If models do not go together.
+        If models cannot be combined.
     """
     chain = _without_attraction(scenario)
     chain.real_area(scenario.load.forces(np.zeros(1)))
@@ -100,17 +100,17 @@ def refuse_unsolved_mechanics(scenario: Scenario, *, end: float) -> None:
 
 
 def slowest_rates(scenario: Scenario) -> list[float]:
-    """Slowest rate [1/s] of friction and skin, each of them that has a memory.
+    """Return the slowest rates of friction and skin, of each that has a memory.
 
     Parameters
     ----------
     scenario : Scenario
-        One that `refuse_unsolved_mechanics` lets through.
+        Scenario that `refuse_unsolved_mechanics` accepts.
 
     Returns
     -------
-    list of float
-        Above 0; empty where the friction follows at once and there is no skin.
+    rates : list of float
+        Slowest rates, above 0 [1/s]; empty where the friction has no memory and there is no skin.
     """
     chain = _without_attraction(scenario)
     filters = chain.skin() if chain.comes_and_goes() else chain.filters()
@@ -118,13 +118,13 @@ def slowest_rates(scenario: Scenario) -> list[float]:
 
 
 def _without_attraction(scenario: Scenario) -> FrictionChain:
-    """Give the mechanics of a scenario at time 0, before anything is solved."""
+    """Return the mechanics of a scenario at time 0, before anything is solved."""
     nothing = Solution(found={}, method=TRANSIENT, reason="", force=np.zeros(1))
     return FrictionChain(scenario, np.zeros(1), nothing, lambda _: nothing)
 
 
 def _given(chain: FrictionChain) -> dict[str, Real]:
-    """Load, speed and areas, which only load and attraction decide on."""
+    """Return load, speed and contact areas, which depend only on load and attraction."""
     scenario, times = chain.scenario, chain.times
     rows = {"normal_force": scenario.load.forces(times)}
     if scenario.motion.speed is not None:
@@ -140,14 +140,14 @@ def _given(chain: FrictionChain) -> dict[str, Real]:
 
 
 def _friction(chain: FrictionChain, moved: Mechanics) -> float:
-    """Friction and skin, by the way that the friction asks for; gives the error."""
+    """Compute friction and skin by the method of the friction's family, and return the relative error [1]."""
     friction = chain.scenario.friction
     if isinstance(friction, BristleFriction):
         return chain.slip(moved)
     if not isinstance(friction, (SteadyFriction, FollowingFriction)):
         raise InputError(
-            f"friction = {type(friction).__name__}: it belongs to none of the families that the mechanics follows; make it"
-            " a SteadyFriction, a FollowingFriction or a BristleFriction"
+            f"friction = {type(friction).__name__}: no solver for its family; derive it from SteadyFriction,"
+            " FollowingFriction or BristleFriction"
         )
     if chain.comes_and_goes():
         return chain.along(moved)

@@ -1,4 +1,4 @@
-"""What is not known of a friction: at rest, and behind a memory until that has forgotten the rest."""
+"""Times at which a friction is unknown: at rest, and behind a memory until the memory has decayed."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from electrovib.solve.mechanics.filters.filter import Filter
 
 Spans: TypeAlias = "tuple[tuple[float, float], ...]"
-"""Begins and ends [s], the first perhaps minus infinity; the end is outside."""
+"""Begin and end of each span [s], the first begin may be minus infinity; the end is excluded."""
 COUNTS = 1e-6
-"""Share of an output that may stand on what is not known: as far as the mechanics is followed."""
+"""Largest weight of unknown input in a known output [1]: the tolerance of the mechanics."""
 
 
 def resting(motion: Motion) -> Spans:
-    """Find when a finger touches and does not move.
+    """Return the spans in which a finger touches the plate and does not move.
 
     Parameters
     ----------
@@ -29,8 +29,8 @@ def resting(motion: Motion) -> Spans:
 
     Returns
     -------
-    tuple of (float, float)
-        Spans of rest [s], from before time 0 on.
+    spans : tuple of (float, float)
+        Begin and end of each rest [s], also before time 0.
     """
     breaks = np.array(motion.breaks())
     begins, ends = np.append(-np.inf, breaks), np.append(breaks, np.inf)
@@ -45,21 +45,22 @@ def resting(motion: Motion) -> Spans:
 
 
 def not_known(filter_: Filter, spans: Spans, times: Real) -> Real:
-    """Share of a filter's output that stands on an input that is not known.
+    """Return the weight of an unknown input in the output of a filter.
 
     Parameters
     ----------
     filter_ : Filter
-        What the input goes through.
+        Filter of the input.
     spans : tuple of (float, float)
-        When the input is not known [s].
+        Spans in which the input is unknown [s].
     times : ndarray, shape (n,)
-        s.
+        Times of the output [s].
 
     Returns
     -------
-    ndarray, shape (n,)
-        Largest weight of the unknown input over the response to a constant one: 0 for all known, 1 or more for none.
+    weight : ndarray, shape (n,)
+        Largest weight of the unknown input over the response to a constant one [1]: 0 where all of the input is known, 1
+        or more where none is.
     """
     share = abs(filter_.direct) * np.any([(times >= begin) & (times < end) for begin, end in spans], axis=0)
     for pole, gain in zip(filter_.poles, filter_.gains, strict=True):
@@ -71,19 +72,19 @@ def not_known(filter_: Filter, spans: Spans, times: Real) -> Real:
 
 
 def remembered(times: Real, spans: list[tuple[float, float]]) -> Real:
-    """Weight that spans have in a memory of rate 1.
+    """Return the weight of spans in an exponential memory.
 
     Parameters
     ----------
     times : ndarray, shape (n,)
-        In units of the memory's time constant.
+        Times over the time constant of the memory [1].
     spans : list of (float, float)
-        Begins and ends in the same unit.
+        Begin and end of each span in the same unit.
 
     Returns
     -------
-    ndarray, shape (n,)
-        From 0 to 1.
+    weight : ndarray, shape (n,)
+        Weight of the spans at each time, from 0 to 1 [1].
     """
     weight = np.zeros(np.shape(times))
     for begin, end in spans:
@@ -94,19 +95,19 @@ def remembered(times: Real, spans: list[tuple[float, float]]) -> Real:
 
 
 def spans_of(times: Real, wrong: NDArray[np.bool_]) -> Spans:
-    """Collect the times at which something holds to spans.
+    """Return the spans in which a condition holds.
 
     Parameters
     ----------
     times : ndarray, shape (n,)
         Increasing [s].
     wrong : ndarray of bool, shape (n,)
-        Whether it holds from each time until the next.
+        Whether the condition holds from each time until the next.
 
     Returns
     -------
-    tuple of (float, float)
-        Spans [s]; what holds at the first time has always held.
+    spans : tuple of (float, float)
+        Begin and end of each span [s]; a condition that holds at the first time has always held.
     """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], wrong, [False]]).astype(int)))
     stamps = np.append(times, np.inf)

@@ -1,1 +1,1 @@
-"""The general reference: one stiff system of charges, gap, contact and mechanics, implicit, with located events."""
+"""The general solver: one stiff system of charges, gap, contact and mechanics, implicit, with located events."""

@@ -1,4 +1,4 @@
-"""One step of Radau's implicit method, solved to rounding: what fixed steps and landings on events are made of."""
+"""One step of Radau's implicit method, solved to rounding, for fixed steps and for steps that end at an event."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class Piece:
     Parameters
     ----------
     start, size : float
-        Where the step begins and its length [s].
+        Beginning and length of the step [s].
     before, stages : ndarray
-        State at the beginning; what the three stages add to it, shape (3, states).
+        State at the beginning, shape (states,), and the increments of the three stages, shape (3, states).
     """
 
     start: float
@@ -42,7 +42,7 @@ class Piece:
 
     @property
     def end(self) -> float:
-        """Where the step ends [s]."""
+        """End of the step [s]."""
         return self.start + self.size
 
     @property
@@ -51,7 +51,7 @@ class Piece:
         return np.asarray(self.before + self.stages[-1])
 
     def __call__(self, time: Real) -> Real:
-        """State at times [s], shape (states,) or (states, n)."""
+        """Return the state at times [s], shape (states,) or (states, n)."""
         place = (np.asarray(time) - self.start) / self.size
         powers = place ** np.arange(1, STAGES + 1).reshape(-1, *[1] * place.ndim)
         added = np.tensordot(self.stages.T @ COEFFICIENTS.T, powers, axes=1)
@@ -59,7 +59,7 @@ class Piece:
 
 
 def factor(matrix: Any) -> tuple[Any, Any]:
-    """Triangular factors of a small real or complex matrix."""
+    """Return the triangular factors of a small real or complex matrix."""
     from scipy.linalg.lapack import dgetrf, zgetrf
 
     return (zgetrf if np.iscomplexobj(matrix) else dgetrf)(matrix)[:2]  # type: ignore[no-any-return]
@@ -81,27 +81,27 @@ def march(
     scale: Real,
     halvings: int = 0,
 ) -> tuple[Piece, ...] | None:
-    """Step once, in halves where one step has no solution that iteration finds.
+    """Advance the state by one step, which is halved where Newton's iteration does not converge.
 
     Parameters
     ----------
     rate : callable
-        Of time [s] and state.
+        Rate of change of the state, a function of time [s] and state.
     start : float
-        Beginning [s].
+        Beginning of the step [s].
     state : ndarray, shape (states,)
-        There.
+        State at the beginning.
     size : float
-        Step [s].
+        Length of the step [s].
     scale : ndarray, shape (states,)
-        Size of each state, above 0.
+        Magnitude of each state, above 0.
     halvings : int
         How often the step has been halved already.
 
     Returns
     -------
-    tuple of Piece or None
-        One after the other; None where halving does not help.
+    pieces : tuple of Piece or None
+        Successive steps; None where the iteration does not converge after all halvings.
     """
     piece = _collocate(rate, start, state, size, scale)
     if piece is not None or halvings >= _MOST_HALVINGS:
@@ -118,7 +118,7 @@ def march(
 def _collocate(
     rate: Callable[[float, Real], Real], start: float, state: Real, size: float, scale: Real
 ) -> Piece | None:
-    """Newton's iteration on all stages at once, with a Jacobian renewed as long as it converges slowly."""
+    """Solve all stages by Newton's iteration with a Jacobian that is renewed where it converges slowly."""
     times = start + size * NODES
     stages = np.zeros((STAGES, len(state)))
     at = state
@@ -143,21 +143,21 @@ def _collocate(
 
 
 def jacobian(rate: Callable[[float, Real], Real], state: Real, *, time: float, scale: Real) -> Real:
-    """Jacobian of a rate, by differences forward.
+    """Compute the Jacobian of a rate by forward differences.
 
     Parameters
     ----------
     rate : callable
-        Of time [s] and state.
+        Rate of change of the state, a function of time [s] and state.
     time : float
-        s.
+        Time [s].
     state, scale : ndarray, shape (states,)
-        Where, and the size of each state.
+        State at which it is evaluated, and the magnitude of each state.
 
     Returns
     -------
-    ndarray, shape (states, states)
-        Of half the digits.
+    jacobian : ndarray, shape (states, states)
+        Derivative of each rate by each state, accurate to half the digits.
     """
     steps = np.sqrt(np.finfo(float).eps) * np.maximum(scale, np.abs(state))
     base = rate(time, state)
@@ -172,26 +172,26 @@ def jacobian(rate: Callable[[float, Real], Real], state: Real, *, time: float, s
 def steps_to(
     rate: Callable[[float, Real], Real], state: Real, *, start: float, size: float, scale: Real
 ) -> tuple[Piece, ...]:
-    """March one step, which must succeed.
+    """Advance the state by one step, or raise an error.
 
     Parameters
     ----------
     rate : callable
-        Of time [s] and state.
+        Rate of change of the state, a function of time [s] and state.
     start, size : float
-        Beginning and length [s].
+        Beginning and length of the step [s].
     state, scale : ndarray, shape (states,)
-        At the beginning, and the size of each state.
+        State at the beginning, and the magnitude of each state.
 
     Returns
     -------
-    tuple of Piece
-        One, or its halves.
+    pieces : tuple of Piece
+        The step, or its parts where it was halved.
 
     Raises
     ------
     ElectrovibError
-        If halving does not help.
+        If the iteration does not converge after all halvings.
     """
     pieces = march(rate, state, start=start, size=size, scale=scale)
     if pieces is None:
@@ -208,16 +208,16 @@ def adaptive_steps(
     scale: Real,
     tolerance: float,
 ) -> Iterator[tuple[float, Real, Callable[[Real], Real]]]:
-    """Steps whose length follows from the error: each one's end, the state there, and its polynomial.
+    """Yield steps whose length follows from the error: the end of each, the state there, and its polynomial.
 
     Parameters
     ----------
     rate : callable
-        Of time [s] and state.
+        Rate of change of the state, a function of time [s] and state.
     start, stop : float
         Beginning and end [s].
     state, scale : ndarray, shape (states,)
-        At the beginning, and the size of each state.
+        State at the beginning, and the magnitude of each state.
     tolerance : float
         Local error of a step: relative, and absolute against the scale.
 
@@ -245,7 +245,7 @@ def adaptive_steps(
     solver.lu, solver.solve_lu = (
         factor,
         solve,
-    )  # scipy's own take several times longer than the small systems do
+    )  # the checks of scipy's own take several times longer than a small system
     while solver.status == "running":
         message = solver.step()
         if solver.status == "failed":
@@ -256,18 +256,18 @@ def adaptive_steps(
 def even_steps(
     rate: Callable[[float, Real], Real], state: Real, *, start: float, stop: float, scale: Real, step: float
 ) -> Iterator[tuple[float, Real, Callable[[Real], Real]]]:
-    """Steps of one length, the given one or a little less, without control of the error.
+    """Yield steps of one length, the given one or slightly less, without control of the error.
 
     Parameters
     ----------
     rate : callable
-        Of time [s] and state.
+        Rate of change of the state, a function of time [s] and state.
     start, stop : float
         Beginning and end [s].
     state, scale : ndarray, shape (states,)
-        At the beginning, and the size of each state.
+        State at the beginning, and the magnitude of each state.
     step : float
-        s.
+        Largest length of a step [s].
 
     Yields
     ------

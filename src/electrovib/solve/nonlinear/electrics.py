@@ -1,9 +1,9 @@
-"""Amplifier, series elements, charge and polarisation of a stack as states that stand beside others.
+"""Amplifier, series elements, charge and polarisation of a stack as states of a larger system.
 
 `Electrics` keeps its states in one slice of a state vector and its signs in one slice of the mode: `rate`,
-`switches` and `jump` take that slice, with the gap and its rate of change, whoever moves it. `attraction` gives
-the pressure across the gap, for whoever holds against it. A system that composes them tells `jump` of every
-break in order of time, because the drive is smooth only from one break to the next, and the stretch is kept.
+`switches` and `jump` take that slice, with the gap and its rate of change, whatever moves it. `attraction` returns
+the pressure across the gap for the mechanics. A system that contains `Electrics` calls `jump` at every break in order of
+time, because the drive is smooth only from one break to the next, and the current interval is stored.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.layer_states import Moment, StackStates
 
 SLACK = 1e-9
-"""How far, over its scale, a field or a voltage passes its kink before the side changes: noise shall not."""
+"""Distance beyond its kink, over its scale, at which a field or a voltage changes the mode, so that noise does not."""
 _SLOWEST = 1e-6
-"""Scale of the voltage across a series resistance over that of the drive, at least."""
+"""Least ratio of the scale of the voltage across a series resistance to that of the drive."""
 
 
 class Electrics(System):
@@ -42,13 +42,13 @@ class Electrics(System):
     end : float
         Last time [s].
     amplifier : Amplifier, optional
-        Between drive and plate; the drive itself if absent.
+        Amplifier between drive and plate; by default the drive is the plate's voltage.
 
     Notes
     -----
-    States: those of `space`, and the plate's voltage where the amplifier cannot follow at once. Mode: on which
-    side of its largest voltage the aim is; whether the amplifier gives its lowest (-1) or highest (1) current or
-    its voltage (0); the sign of the field of each leak with a kink.
+    States: those of `space`, and the plate's voltage where the amplifier cannot follow at once. Mode: the side of the
+    largest voltage on which the target voltage is; whether the amplifier supplies its lowest (-1) or highest (1)
+    current or its voltage (0); the sign of the field of each leak with a kink.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class Electrics(System):
 
     @property
     def scale(self) -> Real:
-        """Size of each state."""
+        """Magnitude of each state."""
         space = self.space
         weights = space.repeats * space.thicknesses / space.permittivities
         elastance = float(np.sum(weights))
@@ -89,7 +89,7 @@ class Electrics(System):
         return sizes
 
     def begin(self, gap: float | None = None) -> tuple[Real, Mode]:
-        """State before time 0, and the mode after it.
+        """Return the state before time 0 and the mode after it.
 
         Parameters
         ----------
@@ -99,9 +99,9 @@ class Electrics(System):
         Returns
         -------
         state : ndarray, shape (size,)
-            Charge in its place, nothing polarised, the plate at 0 V.
+            Initial charge present, nothing polarised, the plate at 0 V.
         mode : Mode
-            That begins.
+            Mode just after time 0.
         """
         state = np.concatenate([self.space.start(), np.zeros(self.size - self.space.size)])
         self._stretch = Stretch(start=0.0, level=0.0, slope=0.0)
@@ -114,11 +114,11 @@ class Electrics(System):
         return state, (clipped, 0, *signs)
 
     def breaks(self, end: float) -> list[float]:
-        """Times of breaks of the drive up to an end [s]."""
+        """Return the times of breaks of the drive up to an end [s]."""
         return [time for time in self._breaks if time <= end]
 
     def jump(self, state: Real, *, time: float) -> Real:
-        """State just after a break [s], and from now on the drive's next stretch."""
+        """Return the state just after a break [s], and store the drive's next smooth interval."""
         before = self._stretch.voltage(time)[0]
         if time == 0 or time in self._breaks:
             beyond = self._end if time < self._end else 1.001 * time
@@ -133,7 +133,7 @@ class Electrics(System):
         if self.follows:
             state[place] += new - old
         elif self.limited and self._stray == 0 and (self._corner is None or time == 0):
-            # the plate jumps, until the resistance takes the largest current
+            # the plate's voltage is discontinuous, up to the largest current through the resistance
             across = state[-1] - state[place]
             wanted = new if self._corner is None else state[-1]
             lowest, highest = (self.space.resistance * limit for limit in self._limits)
@@ -144,7 +144,7 @@ class Electrics(System):
     def rate(
         self, state: Real, mode: Mode, *, time: float, gap: float | None = None, closing: float = 0.0
     ) -> Real:
-        """Rate of change of each state [its unit/s]."""
+        """Return the rate of change of each state [its unit/s]."""
         _, slope, moment = self._supplied(time, state, mode, gap, closing)
         own = self.space.rate(state[: self.space.size], moment, slope=slope)
         return own if self.follows else np.append(own, slope)
@@ -152,7 +152,7 @@ class Electrics(System):
     def switches(
         self, state: Real, mode: Mode, *, time: float, gap: float | None = None, closing: float = 0.0
     ) -> Real:
-        """Values that stay above 0 as long as the mode holds."""
+        """Return values that stay above 0 as long as the mode holds."""
         return np.array([value for value, _ in self._watched(time, state, mode, gap, closing)])
 
     def following(
@@ -165,27 +165,27 @@ class Electrics(System):
         gap: float | None = None,
         closing: float = 0.0,
     ) -> Mode:
-        """Mode after the switch of this index has fallen through zero."""
+        """Return the mode after the switching function of this index has fallen through zero."""
         return self._watched(time, state, mode, gap, closing)[index][1]
 
     def attraction(self, state: Real, mode: Mode, *, time: float, gap: float | None = None) -> float:
-        """Pressure with which the field at the interface pulls, eps0 E^2/2.
+        """Compute the Maxwell stress in the gap, eps0 E^2/2.
 
         Parameters
         ----------
         time : float
-            s.
+            Time [s].
         state : ndarray, shape (size,)
-            Of this slice.
+            States of this slice.
         mode : Mode
-            Of this slice.
+            Mode of this slice.
         gap : float, optional
             Thickness of the moving layer [m].
 
         Returns
         -------
-        float
-            Pa.
+        pull : float
+            Attraction per area [Pa].
         """
         moment = self._supplied(time, state, mode, gap, 0.0)[2]
         field = float(moment.field[self.space.interface])
@@ -195,7 +195,7 @@ class Electrics(System):
         return voltage if self.amplifier is None else float(self.amplifier.aim(voltage))
 
     def _aim(self, time: float, side: int) -> tuple[float, float]:
-        """Voltage aimed at and its rate of change, on one side of the largest voltage."""
+        """Return the target voltage [V] and its rate of change [V/s], on one side of the largest voltage."""
         if side and self._saturation is not None:
             return side * self._saturation, 0.0
         voltage, slope = self._stretch.voltage(time)
@@ -204,7 +204,7 @@ class Electrics(System):
     def _supplied(
         self, time: float, state: Real, mode: Mode, gap: float | None, closing: float
     ) -> tuple[float, float, Moment]:
-        """Voltage of the plate, its rate of change, and what that does to the stack."""
+        """Return the voltage of the plate [V], its rate of change [V/s], and the fields of the stack under it."""
         own = state[: self.space.size]
         signs = dict(zip(self.space.polarities, mode[2:], strict=True)) if len(mode) > 2 else None
         voltage, slope = self._aim(time, mode[0])
@@ -217,7 +217,7 @@ class Electrics(System):
         return voltage, slope, moment
 
     def _held(self, own: Real, current: float | Real, moment: Moment) -> Real:
-        """Rate of change of the plate's voltage under a given current."""
+        """Return the rate of change of the plate's voltage [V/s] under a given current."""
         area, stray = self.space.area, self._stray
         if self.space.resistance == 0:
             fixed = current - area * moment.loss / moment.elastance
@@ -229,7 +229,7 @@ class Electrics(System):
     def _watched(
         self, time: float, state: Real, mode: Mode, gap: float | None, closing: float
     ) -> list[tuple[float, Mode]]:
-        """Collect what must stay above 0, and the mode that follows where it does not."""
+        """Return the switching functions, above 0 as long as the mode holds, and the mode that follows each."""
         _, slope, moment = self._supplied(time, state, mode, gap, closing)
         found: list[tuple[float, Mode]] = []
         clipped, held, *signs = mode
@@ -262,7 +262,7 @@ class Electrics(System):
         spare = [side * (self._limits[side > 0] - current) / self._limits[1] for side in (-1, 1)]
         if self._corner is None:
             slack = SLACK * self.volts
-            if abs(behind) > slack:  # the aim has jumped: the plate is on its way to it, whatever else flows
+            if abs(behind) > slack:  # after a discontinuity of the target the current stays at its limit
                 spare = [1.0, 1.0]
             spare += [slack - side * behind for side in (-1, 1)]
         modes = [(clipped, side, *signs) for side in (-1, 1)]
@@ -271,20 +271,20 @@ class Electrics(System):
     def signals(
         self, times: Real, states: Real, *, gap: Real | None, closing: Real | float
     ) -> dict[Key, Real]:
-        """What happens at output times, from the states alone.
+        """Compute the signals at output times from the states alone.
 
         Parameters
         ----------
         times : ndarray, shape (n,)
-            s.
+            Output times [s].
         states : ndarray, shape (size, n)
-            Of this slice; at a jump those after it.
+            States of this slice; at a discontinuity those after it.
         gap, closing : ndarray, shape (n,)
-            m, m/s.
+            Thickness of the moving layer [m] and its rate of change [m/s].
 
         Returns
         -------
-        dict of str to ndarray, shape (n,)
+        signals : dict of str to ndarray, shape (n,)
             Voltages, currents, and each layer's field and bound displacement, by the names of the signals.
         """
         own, drive = states[: self.space.size], self.drive.voltage(times)
@@ -300,7 +300,7 @@ class Electrics(System):
         density = self.space.density(own, moment, slope=slope)
         if self.limited:
             current = self._stray * slope + self.space.area * density
-            if self._corner is None:  # a plate that is behind is on its way with the largest current
+            if self._corner is None:  # a plate that lags behind its target takes the largest current
                 current = np.where(voltage < aim, np.inf, np.where(voltage > aim, -np.inf, current))
             held = np.clip(current, *self._limits)
             slope = np.where(held == current, slope, self._held(own, held, moment))

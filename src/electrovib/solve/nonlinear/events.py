@@ -1,4 +1,4 @@
-"""Where a switch falls through zero inside a step, and the step that ends there."""
+"""Location of the time at which a switching function falls through zero inside a step, and the step that ends there."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from electrovib.solve.nonlinear.system import Mode, System
 
 _LOOKS = np.array([0.2, 0.4, 0.6, 0.8])
-"""Where inside a step the switches are looked at, besides its end."""
+"""Shares of a step at which the switching functions are evaluated, besides its end."""
 _MOST_CORRECTIONS = 8
 _ENOUGH = 1e-13
-"""Correction over the time at which a landing is done."""
+"""Relative correction of the time at which the iteration ends."""
 
 
 def land(
@@ -32,36 +32,36 @@ def land(
     when: float,
     after: float,
 ) -> tuple[Piece, ...]:
-    """Solve the shortened step again, and correct its length until its own end is the root.
+    """Solve the step again, with its length corrected until it ends at the event.
 
     Parameters
     ----------
     rate : callable
-        Of time [s] and state, in this mode.
+        Rate of change of the state in this mode, a function of time [s] and state.
     system : System
-        Switches and scale.
+        Switching functions and scale.
     before, after : float
         Beginning and end of the whole step [s].
     state : ndarray, shape (states,)
-        At its beginning.
+        State at the beginning of the step.
     when : float
-        Root on the whole step's polynomial [s].
+        Root on the polynomial of the whole step [s].
     index : int
-        Switch that falls.
+        Index of the switching function that falls.
     mode : Mode
-        That ends.
+        The mode that ends.
 
     Returns
     -------
-    tuple of Piece
-        One after the other; the last ends at the event.
+    pieces : tuple of Piece
+        Successive steps; the last ends at the event.
     """
     for _ in range(_MOST_CORRECTIONS):
         landed = steps_to(rate, state, start=before, size=when - before, scale=system.scale)
         last = landed[-1]
         value = float(system.switches(last.state, mode, time=last.end)[index])
         early = last.start + 0.875 * last.size
-        if early >= last.end:  # no time can be told from another in so short a step
+        if early >= last.end:  # the step is too short to distinguish times in it
             break
         slope = (value - float(system.switches(last(np.asarray(early)), mode, time=early)[index])) / (
             last.end - early
@@ -78,25 +78,25 @@ def land(
 def first_fall(
     system: System, piece: Callable[[Real], Real], state: Real, mode: Mode, *, before: float, after: float
 ) -> tuple[float, int] | None:
-    """Find when the first switch falls through zero in a step, and which; it may have risen again by the end.
+    """Return when the first switching function falls through zero in a step; it may have risen again by the end.
 
     Parameters
     ----------
     system : System
-        Switches.
+        Switching functions.
     piece : callable
-        Polynomial of the step, of times [s].
+        Polynomial of the step, a function of times [s].
     before, after : float
         Beginning and end of the step [s].
     state : ndarray, shape (states,)
-        At the end.
+        State at the end.
     mode : Mode
-        That holds at the beginning.
+        Mode at the beginning.
 
     Returns
     -------
-    tuple of (float, int) or None
-        When [s] which switch falls; None if none does.
+    fall : tuple of (float, int) or None
+        Time of the root [s], and index of the switching function; None if there is no root.
     """
     from scipy.optimize import brentq
 

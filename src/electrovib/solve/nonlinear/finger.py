@@ -1,7 +1,7 @@
-"""General reference for a finger over a plate: any leaks, a gap that changes, an amplifier with limits.
+"""General solver for a finger over a plate: any leaks, a gap that changes, an amplifier with limits.
 
-Slow and general: one stiff system of charges, polarisations, plate voltage and gap, implicit and adaptive, with
-every kink located. The fast solvers are tested against it.
+It is slow and general: one stiff system of charges, polarisations, plate voltage and gap, solved by an implicit method
+with adaptive steps that locates every kink. The fast solvers are tested against it.
 """
 
 from __future__ import annotations
@@ -32,22 +32,22 @@ if TYPE_CHECKING:
 
 
 CLOSED = 1e-6
-"""Share of its thickness at time 0 below which a gap that follows forces has closed."""
+"""Ratio to the gap at time 0 below which a gap that follows the forces counts as closed."""
 
 
 Gap: TypeAlias = Distance | Yielding | None
-"""What moves the layer `gap`: a hand that holds against everything, forces, or nothing."""
+"""Motion of the layer `gap`: prescribed whatever the forces, following the forces, or none."""
 
 
 class FingerOverPlate(System):
-    """A stack whose gap stays, is moved, or yields; a `System` for `integrate`.
+    """A stack whose gap is constant, prescribed, or follows the forces; a `System` for `integrate`.
 
     Parameters
     ----------
     electrics : Electrics
-        Its states come first.
+        Electrical part of the system, whose states come first.
     motion : Distance, Yielding or None
-        Of the layer that `electrics.space` has as moving.
+        Motion of the moving layer of `electrics.space`.
     """
 
     def __init__(self, electrics: Electrics, motion: Gap = None) -> None:
@@ -55,12 +55,12 @@ class FingerOverPlate(System):
 
     @property
     def mechanical(self) -> int:
-        """How many states the gap has."""
+        """Number of states of the gap."""
         return (1 + (self.motion.mass > 0)) if isinstance(self.motion, Yielding) else 0
 
     @property
     def scale(self) -> Real:
-        """Size of each state."""
+        """Magnitude of each state."""
         sizes = self.electrics.scale
         if isinstance(self.motion, Yielding):
             start = self.motion.start
@@ -70,24 +70,24 @@ class FingerOverPlate(System):
         return sizes
 
     def begin(self) -> tuple[Real, Mode]:
-        """State before time 0, and the mode after it."""
+        """Return the state before time 0 and the mode after it."""
         gap = self.motion.start if isinstance(self.motion, Yielding) else self._gap(0.0, np.zeros(0))[0]
         state, mode = self.electrics.begin(gap)
         return (np.append(state, [gap, 0.0][: self.mechanical]) if gap is not None else state), mode
 
     def breaks(self, end: float) -> list[float]:
-        """Breaks of the drive and of the motion, up to an end [s]."""
+        """Return the breaks of the drive and of the motion, up to an end [s]."""
         bends = self.motion.breaks() if isinstance(self.motion, Distance) else ()
         return sorted({*self.electrics.breaks(end), *(bend for bend in bends if 0 < bend < end)})
 
     def jump(self, state: Real, *, time: float) -> Real:
-        """State just after a break [s]."""
+        """Return the state just after a break [s]."""
         count = self.electrics.size
         own = self.electrics.jump(state[:count], time=time)
         return np.concatenate([own, state[count:]])
 
     def rate(self, state: Real, mode: Mode, *, time: float) -> Real:
-        """Rate of change of each state [its unit/s]."""
+        """Return the rate of change of each state [its unit/s]."""
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
         found = self.electrics.rate(own, mode, time=time, gap=gap, closing=closing)
         if not isinstance(self.motion, Yielding):
@@ -98,7 +98,7 @@ class FingerOverPlate(System):
         return np.append(found, closing)
 
     def switches(self, state: Real, mode: Mode, *, time: float) -> Real:
-        """Values that stay above 0 as long as the mode holds."""
+        """Return values that stay above 0 as long as the mode holds."""
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
         found = self.electrics.switches(own, mode, time=time, gap=gap, closing=closing)
         if isinstance(self.motion, Yielding):
@@ -106,12 +106,12 @@ class FingerOverPlate(System):
         return found
 
     def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
-        """Mode after the switch of this index has fallen through zero.
+        """Return the mode after the switching function of this index has fallen through zero.
 
         Raises
         ------
         InputError
-            If the gap has closed: the equations end there.
+            If the gap has closed: the equations describe an open gap only.
         """
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
         if index == len(self.electrics.switches(own, mode, time=time, gap=gap, closing=closing)):
@@ -119,7 +119,7 @@ class FingerOverPlate(System):
         return self.electrics.following(index, own, mode, time=time, gap=gap, closing=closing)
 
     def _closed(self, time: float, state: Real, mode: Mode) -> str:
-        """Say that the gap has closed: when, under which voltage, and what the user may do."""
+        """Return the message that the gap has closed: when, under which voltage, and what the user may do."""
         assert isinstance(self.motion, Yielding)
         electrics, topography = self.electrics, type(self.motion.surface).__name__
         count = electrics.size
@@ -130,15 +130,13 @@ class FingerOverPlate(System):
         return (
             f"contact.closing: the layer '{electrics.space.names[electrics.space.moving or 0]}' closes at {time:.6g} s, under a"
             f" drive of {float(electrics.drive.voltage(np.array(time))):.4g} V: load and attraction press with"
-            f" {self._pressing(time, pull):.4g} Pa, and contact.surface = {topography} holds {held:.4g} Pa at most"
-            " (pull-in). What a"
-            " closed gap does is not followed: choose a lower drive voltage, a stiffer surface topography or a shorter"
-            " time.duration;"
-            " 'electrovib equilibrium' tells the gap at a voltage"
+            f" {self._pressing(time, pull):.4g} Pa, and contact.surface = {topography} supports at most {held:.4g} Pa (pull-in)."
+            " A closed gap is not modelled: choose a lower drive voltage, a stiffer surface topography or a shorter"
+            " time.duration; 'electrovib equilibrium' shows the gap at a voltage"
         )
 
     def _push(self, time: float, state: Real, mode: Mode) -> float:
-        """Pressure that opens the gap: of the surface, less load and attraction."""
+        """Return the pressure that opens the gap [Pa]: that of the surface, less load and attraction."""
         assert isinstance(self.motion, Yielding)
         count = self.electrics.size
         gap = float(state[count])
@@ -146,7 +144,7 @@ class FingerOverPlate(System):
         return float(self.motion.surface.pressure(gap)) - self._pressing(time, pull)
 
     def _gap(self, time: float, state: Real, mode: Mode | None = None) -> tuple[float | None, float]:
-        """Gap [m] and its rate of change [m/s]."""
+        """Return the gap [m] and its rate of change [m/s]."""
         if self.motion is None:
             return None, 0.0
         if isinstance(self.motion, Distance):
@@ -158,19 +156,19 @@ class FingerOverPlate(System):
         return gap, 0.0 if mode is None else self._push(time, state, mode) / self.motion.damping
 
     def signals(self, times: Real, solved: Solved) -> dict[Key, Real]:
-        """Signals at the output times, as `Electrics.signals`, and the gap.
+        """Compute the signals at the output times, as `Electrics.signals`, and the gap.
 
         Parameters
         ----------
         times : ndarray, shape (n,)
-            s.
+            Output times [s].
         solved : Solved
-            States and modes there.
+            States and modes at these times.
 
         Returns
         -------
-        dict of Key to ndarray, shape (n,)
-            In SI.
+        signals : dict of Key to ndarray, shape (n,)
+            Signals in SI units.
         """
         if self.motion is None:
             return self.electrics.signals(times, solved.states, gap=None, closing=0.0)
@@ -179,7 +177,7 @@ class FingerOverPlate(System):
         return self.electrics.signals(times, own, gap=gap, closing=closing) | {"gap": gap}
 
     def _gaps(self, times: Real, states: Real) -> tuple[Real, Real]:
-        """Gap [m] and its rate of change [m/s] at the output times, from the states alone."""
+        """Return the gap [m] and its rate of change [m/s] at the output times, from the states alone."""
         if not isinstance(self.motion, Yielding):
             assert self.motion is not None
             return self.motion.gap(times), self.motion.rate(times)
@@ -189,13 +187,15 @@ class FingerOverPlate(System):
         if self.motion.mass > 0:
             return gap, states[count + 1]
         found = self.electrics.signals(times, states[:count], gap=gap, closing=0.0)
-        field = found[FieldOf(self.electrics.space.names[moving])]  # whatever the gap's rate of change is
+        field = found[
+            FieldOf(self.electrics.space.names[moving])
+        ]  # does not depend on the gap's rate of change
         pulls = self.motion.pulling * eps0 * field**2 / 2
         pressing = [self._pressing(*each) for each in zip(times.tolist(), pulls.tolist(), strict=True)]
         return gap, (self.motion.surface.pressure(gap) - np.array(pressing)) / self.motion.damping
 
     def _pressing(self, time: float, pull: float) -> float:
-        """Pressure of load and attraction together [Pa]."""
+        """Return the pressure of load and attraction together [Pa]."""
         assert isinstance(self.motion, Yielding)
         together = self.motion.together
         return self.motion.load(time) + pull if together is None else together(time, pull)
@@ -210,28 +210,28 @@ def follow_finger(
     motion: Gap = None,
     tolerance: float = TOLERANCE,
 ) -> Solution:
-    """Solve a finger over a plate from rest by the general reference.
+    """Compute the response of a finger over a plate from rest by the general solver.
 
     Parameters
     ----------
     space : StackStates
-        Layers, with any leaks, and series elements; its moving layer if there is a motion.
+        Layers, with any leaks, and series elements; one layer is the moving one if there is a motion.
     drive : Drive
         A voltage, off before time 0.
     times : ndarray, shape (n,)
         Increasing, from 0 on [s].
     amplifier : Amplifier, optional
-        Between drive and plate.
+        Amplifier between drive and plate.
     motion : Distance, Yielding or None
-        Of the moving layer.
+        Motion of the moving layer.
     tolerance : float
-        Local error of a step.
+        Local error of a step, relative, and absolute with respect to the scale of each state.
 
     Returns
     -------
     Solution
         `drive_voltage`, `plate_voltage`, `stack_voltage`, `current`, `amplifier_current`, each layer's
-        field and displacement, and `gap` where it moves; at a jump the value after it.
+        field and displacement, and `gap` where it moves; at a discontinuity, the value after it.
 
     Raises
     ------
@@ -240,8 +240,8 @@ def follow_finger(
     """
     if drive.quantity == "current":
         raise InputError(
-            f"drive = {type(drive).__name__}: the general solver takes a voltage; with fixed gap and at most one leak"
-            " a current drive has its own solver"
+            f"drive = {type(drive).__name__}: the general solver takes a voltage drive; a current drive is solved with a"
+            " fixed gap and at most one leak"
         )
     if (motion is not None) != (space.moving is not None):
         raise InputError("motion.distance: it needs the layer 'gap', and moves nothing else")
@@ -250,7 +250,7 @@ def follow_finger(
     outputs = snapped(times, system.breaks(float(times[-1])))
     solved = integrate(system, state, mode, outputs, tolerance=tolerance)
     why = (
-        "charges, polarisations and what moves as one stiff system from rest, Radau's method of order 5,"
+        "charges, polarisations and the moving gap as one stiff system from rest, Radau's method of order 5,"
         f" {solved.steps} steps, {len(solved.events)} events located"
     )
     events = tuple(moment for moment, _ in solved.events)

@@ -1,4 +1,4 @@
-"""March a stiff system whose right-hand side has kinks: implicit, adaptive, every kink located."""
+"""Implicit adaptive integration of a stiff system whose right-hand side has kinks, each of which is located."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 
 TOLERANCE = 1e-9
-"""Local error of a step, relative, and absolute against the scale of each state."""
+"""Local error of a step, relative, and absolute with respect to the scale of each state."""
 MOST_EVENTS = 100_000
 _APART = 1e-13
-"""Events nearer to each other than this share of the whole time count as one."""
+"""Least time between two events, as a share of the whole time."""
 
 
 def integrate(
@@ -36,20 +36,20 @@ def integrate(
     tolerance: float = TOLERANCE,
     step: float | None = None,
 ) -> Solved:
-    """Follow a system from time 0 by Radau's implicit method of fifth order.
+    """Integrate a system from time 0 by Radau's implicit method of fifth order.
 
     Parameters
     ----------
     system : System
-        Rates, breaks and switches.
+        Rates, breaks and switching functions.
     state : ndarray, shape (states,)
-        At time 0, before a jump of time 0.
+        State at time 0, before a discontinuity at time 0.
     mode : Mode
-        That holds from time 0 on.
+        Mode from time 0 on.
     times : ndarray, shape (n,)
-        When the states are wanted, increasing, from 0 on [s].
+        Output times, increasing, from 0 on [s].
     tolerance : float
-        Local error of a step: relative, and absolute against the system's scale.
+        Local error of a step: relative, and absolute with respect to the system's scale.
     step : float, optional
         Fixed steps [s] without control of the error, to measure the order of convergence.
 
@@ -61,16 +61,16 @@ def integrate(
     Raises
     ------
     ElectrovibError
-        If a step cannot be made small enough, or events do not end.
+        If no step is small enough, or there are more than `MOST_EVENTS` events.
     BudgetError
-        If the steps take longer than is allowed.
+        If the steps take longer than the budget allows.
 
     Notes
     -----
-    Radau IIA of three stages: order 5 where the rate is smooth (`collocation.ORDER`). Breaks are ends of steps,
-    and up to a break the rate is asked for times before it. An event ends the step at its root: it is found on
-    the collocation polynomial, the shortened step is solved again, and its length corrected until its own end
-    is the root, so that kinks cost no order. A mode that does not hold after a jump ends there at once.
+    Radau IIA with three stages is of order 5 where the rate is smooth (`radau.ORDER`). Breaks are ends of steps, and
+    up to a break the rate is evaluated at times before it. An event ends the step at its root: the root is found on
+    the collocation polynomial, the shortened step is solved again, and its length is corrected until it ends at the
+    root, so that kinks do not reduce the order. A mode that does not hold after a discontinuity ends there at once.
     """
     end = float(times[-1])
     states, modes = np.empty((len(state), len(times))), [mode] * len(times)
@@ -96,7 +96,9 @@ def integrate(
                 events.append((now, leg.event))
                 mode = system.following(leg.event, state, mode, time=now)
                 if len(events) > MOST_EVENTS:
-                    raise ElectrovibError(f"more than {MOST_EVENTS} events before {now} s: it chatters")
+                    raise ElectrovibError(
+                        f"more than {MOST_EVENTS} events before {now} s: the system chatters"
+                    )
         state = system.jump(state, time=stop)
     states[:, filled:] = state[:, None]
     modes[filled:] = [mode] * (len(times) - filled)
@@ -108,7 +110,7 @@ def integrate(
 def _mode_after_jump(
     system: System, now: float, state: Real, mode: Mode, events: list[tuple[float, int]]
 ) -> Mode:
-    """Change the mode until it holds, once for each switch at most."""
+    """Return a mode that holds after a discontinuity, with at most one change for each switching function."""
     for _ in range(len(system.switches(state, mode, time=now))):
         fallen = np.flatnonzero(system.switches(state, mode, time=now) < 0)
         if not len(fallen):
@@ -120,7 +122,7 @@ def _mode_after_jump(
 
 @dataclass(frozen=True, kw_only=True)
 class _Leg:
-    """One smooth stretch: up to a break or an event."""
+    """One smooth interval, which ends at a break or an event."""
 
     end: float
     state: Real
@@ -131,7 +133,7 @@ class _Leg:
     evaluations: int
 
     def at(self, times: Real) -> Real:
-        """States at increasing times of this stretch, from the collocation polynomials."""
+        """Return the states at increasing times of this interval, from the collocation polynomials."""
         found = np.empty((len(self.state), len(times)))
         edges = np.searchsorted(times, self.bounds, side="right")
         edges[0], edges[-1] = 0, len(times)
@@ -152,7 +154,7 @@ def _leg(
     tolerance: float,
     step: float | None,
 ) -> _Leg:
-    """Integrate until a break or the first event."""
+    """Integrate up to a break or the first event."""
     asked, latest = 0, np.nextafter(stop, start)
 
     def rate(time: float, now: Real) -> Real:

@@ -1,4 +1,4 @@
-"""Radau's collocation of three stages: nodes and weights."""
+"""Radau collocation with three stages: nodes and weights."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 STAGES = 3
 ORDER = 2 * STAGES - 1
-"""Declared order of convergence where the rate is smooth."""
+"""Order of convergence where the rate is smooth."""
 _ROOT = np.sqrt(6.0)
 NODES = np.array([(4 - _ROOT) / 10, (4 + _ROOT) / 10, 1.0])
 """Radau IIA, three stages: zeros of x^2 (x - 1)^3 differentiated twice (Hairer and Wanner 1996, IV.5)."""
@@ -19,4 +19,4 @@ WEIGHTS = np.array(
 )
 """Integral of each stage's polynomial from the beginning to each node, as a share of the step (the same place)."""
 COEFFICIENTS = np.linalg.inv(NODES[:, None] ** np.arange(1, STAGES + 1))
-"""Powers of the share of a step from what the stages add."""
+"""Matrix from the increments of the stages to coefficients of powers of the share of a step."""

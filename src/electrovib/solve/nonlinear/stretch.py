@@ -1,4 +1,4 @@
-"""The drive from one of its breaks to the next, where it is smooth up to both ends."""
+"""The drive between two neighbouring breaks, smooth up to both ends."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.parts import Smooth
 
 _SLACK = 16 * float(np.finfo(float).eps)
-"""Breaks nearer to each other than this against the time are one."""
+"""Relative difference of times up to which an output time counts as equal to a break."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stretch:
-    """Voltage of a drive that is smooth: a straight line, tones and formulas.
+    """Voltage of a drive within an interval where it is smooth: a straight line, tones and formulas.
 
     Parameters
     ----------
     start, level, slope : float
-        Beginning [s], and the straight line from there [V, V/s].
+        Beginning [s], and level [V] and slope [V/s] of the straight line from there.
     parts : tuple of Tones or Smooth
-        Those that are on.
+        Parts of the drive that are on.
     """
 
     start: float
@@ -37,7 +37,7 @@ class Stretch:
     parts: tuple[Tones | Smooth, ...] = ()
 
     def voltage(self, time: float) -> tuple[float, float]:
-        """Voltage [V] and its rate of change [V/s], also just before the break that ends the stretch."""
+        """Return the voltage [V] and its rate of change [V/s], also just before the break that ends the interval."""
         value, rate = self.level + self.slope * (time - self.start), self.slope
         for part in self.parts:
             if isinstance(part, Tones):
@@ -51,19 +51,19 @@ class Stretch:
 
 
 def snapped(times: Real, breaks: list[float]) -> Real:
-    """Put output times that meet a break but for rounding on the break, as the drive itself reads them.
+    """Set output times that equal a break within rounding to the time of the break, as the drive itself does.
 
     Parameters
     ----------
     times : ndarray, shape (n,)
-        s.
+        Output times [s].
     breaks : list of float
-        Increasing [s].
+        Times of the breaks, increasing [s].
 
     Returns
     -------
-    ndarray, shape (n,)
-        s.
+    times : ndarray, shape (n,)
+        Output times [s].
     """
     if not breaks:
         return times
@@ -76,19 +76,19 @@ def snapped(times: Real, breaks: list[float]) -> Real:
 
 
 def stretch_after(drive: Drive, *, time: float, following: float) -> Stretch:
-    """Give the drive as it is between two neighbouring breaks.
+    """Return the drive between two neighbouring breaks.
 
     Parameters
     ----------
     drive : Drive
         Off before time 0.
     time, following : float
-        The breaks [s].
+        Times of the breaks [s].
 
     Returns
     -------
     Stretch
-        Beginning at the first of them.
+        The drive from the first break on.
     """
     level, slope = 0.0, 0.0
     kept: list[Tones | Smooth] = []

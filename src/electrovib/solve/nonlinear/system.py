@@ -1,4 +1,4 @@
-"""What a stiff system with kinks has to tell, and what its march gives."""
+"""Interface of a stiff system with kinks, and the result of its integration."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 Mode: TypeAlias = tuple[int, ...]
-"""On which side of each of its kinks a system is: the signs and states that hold until the next event."""
+"""The side of each kink on which a system is: signs and states that hold until the next event."""
 
 
 class System(Protocol):
@@ -20,104 +20,104 @@ class System(Protocol):
 
     Notes
     -----
-    Between two breaks and two events `rate` is smooth in time and state. A mode ends when one of `switches`
-    falls through zero; `following` then says which begins.
+    Between two breaks and two events `rate` is smooth in time and state. A mode ends when one of the switching functions
+    `switches` falls through zero; `following` then returns the next mode.
     """
 
     @property
     def scale(self) -> Real:
-        """Size of each state, above 0: what counts as small against it."""
+        """Magnitude of each state, above 0, which sets the absolute tolerance."""
 
     def breaks(self, end: float) -> Sequence[float]:
-        """Times up to `end` [s] at which the rate is not smooth in time, or the state jumps."""
+        """Return the times up to `end` [s] at which the rate is not smooth in time, or the state is discontinuous."""
 
     def jump(self, state: Real, *, time: float) -> Real:
-        """State just after a break.
+        """Return the state just after a break.
 
         Parameters
         ----------
         time : float
-            Of the break [s].
+            Time of the break [s].
         state : ndarray, shape (states,)
-            Just before it.
+            State just before the break.
 
         Returns
         -------
-        ndarray, shape (states,)
-            Just after it.
+        state : ndarray, shape (states,)
+            State just after the break.
         """
 
     def rate(self, state: Real, mode: Mode, *, time: float) -> Real:
-        """Rate of change of each state.
+        """Return the rate of change of each state.
 
         Parameters
         ----------
         time : float
-            s.
+            Time [s].
         state : ndarray, shape (states,)
-            There.
+            State at that time.
         mode : Mode
-            That holds.
+            Mode at that time.
 
         Returns
         -------
-        ndarray, shape (states,)
-            Unit of each state per second.
+        rate : ndarray, shape (states,)
+            Rate of change, in the unit of each state per second.
         """
 
     def switches(self, state: Real, mode: Mode, *, time: float) -> Real:
-        """Values that stay above 0 as long as the mode holds.
+        """Return the switching functions, which stay above 0 as long as the mode holds.
 
         Parameters
         ----------
         time : float
-            s.
+            Time [s].
         state : ndarray, shape (states,)
-            There.
+            State at that time.
         mode : Mode
-            That holds.
+            Mode at that time.
 
         Returns
         -------
-        ndarray, shape (switches,)
-            In any unit.
+        values : ndarray, shape (switches,)
+            Value of each switching function, in any unit.
         """
 
     def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
-        """Mode after a switch has fallen through zero.
+        """Return the mode after a switching function has fallen through zero.
 
         Parameters
         ----------
         index : int
-            Which switch.
+            Index of the switching function.
         time : float
-            When [s].
+            Time of the event [s].
         state : ndarray, shape (states,)
-            There.
+            State at that time.
         mode : Mode
-            That has ended.
+            The mode that has ended.
 
         Returns
         -------
         Mode
-            That begins.
+            The mode that begins.
         """
 
 
 @dataclass(frozen=True, kw_only=True)
 class Solved:
-    """What an integration found.
+    """Result of an integration.
 
     Parameters
     ----------
     states : ndarray, shape (states, n)
-        At the output times; at a jump the value after it.
+        States at the output times; at a discontinuity, the value after it.
     modes : tuple of Mode
-        At the output times.
+        Modes at the output times.
     events : tuple of (float, int)
-        When [s] which switch fell through zero.
+        Time [s] of each event, and index of the switching function that fell through zero.
     steps, evaluations : int
-        Of the integrator, and of the rate.
+        Number of steps of the integrator, and of evaluations of the rate.
     """
 
     states: Real

@@ -1,4 +1,4 @@
-"""A gap that follows load, attraction and the surfaces' resistance."""
+"""A gap that follows load, attraction and the repulsion of the surfaces."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ if TYPE_CHECKING:
 
 
 class Repelling(Protocol):
-    """What holds the finger off the plate."""
+    """Repulsive pressure between finger and plate."""
 
     def pressure(self, gap: Any) -> Any:
-        """Pressure [Pa] at a gap [m], falling with it."""
+        """Return the pressure [Pa] at a gap [m]; it decreases with the gap."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Yielding:
-    """A gap that follows load, attraction and the surfaces' resistance to being pressed together.
+    """A gap that follows load, attraction and the repulsive pressure of the surfaces.
 
     Parameters
     ----------
     surface : Repelling
-        Pressure over gap.
+        Repulsive pressure as a function of the gap.
     load : callable
-        Pressure that presses the finger down [Pa] at a time [s].
+        Pressure of the load [Pa] at a time [s].
     start : float
         Gap at time 0, at rest [m].
     damping : float
-        Per area [Pa s/m], above 0 unless there is a mass.
+        Damping per area [Pa s/m], above 0 unless there is a mass.
     mass : float
-        Per area [kg/m2]; 0 for a gap that only creeps.
+        Mass per area [kg/m2]; 0 for overdamped motion.
     pulling : float
-        Share of the area on which the field of the gap pulls.
+        Share of the area on which the field of the gap attracts.
     together : callable, optional
         Pressure of load and attraction together [Pa] at a time [s] and a pressure of attraction [Pa], on an area that
         grows with both; by default their sum.
@@ -50,6 +50,6 @@ class Yielding:
     together: Callable[[float, float], float] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a gap that nothing slows down."""
+        """Refuse a gap without damping and mass."""
         if self.damping <= 0 and self.mass <= 0:
             raise InputError("damping = 0 and mass = 0: nothing slows the gap down; give one of them")

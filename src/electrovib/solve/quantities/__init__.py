@@ -1,4 +1,4 @@
-"""Numbers that answer a question about one scenario, chosen by name."""
+"""Quantities of a scenario, requested by name."""
 
 from electrovib.solve.quantities.answer import Answer, answer, of_record
 from electrovib.solve.quantities.names import DEFAULTS, Named, read_name

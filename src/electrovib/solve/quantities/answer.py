@@ -1,4 +1,4 @@
-"""What is asked of a solution, as numbers, with the checks that say how far to believe them."""
+"""Quantities of a solution as numbers, with their diagnostics."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ if TYPE_CHECKING:
 READINGS: Final = ("normal_force_measured", "lateral_force_measured")
 """Signals that a digitiser holds between its readings."""
 UNRESOLVED: Final = 1e-6
-"""Share of a signal's largest value that its pieces may miss in the mean without a word."""
+"""Error of the mean over the signal's largest value [1] above which a warning is returned."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Numbers of one scenario.
+    """Quantities of one scenario.
 
     Parameters
     ----------
     values : dict of str to float
-        By the name of the quantity, in the unit of its signal; NaN where the signal is not known all the time.
+        By the name of the quantity, in the unit of its signal; NaN where the signal is unknown during part of the time.
     errors : dict of str to float
-        What the looking itself may have missed of each signal, as a share of its largest value.
+        Error of the polynomials of each signal, over its largest value [1].
     how : dict
-        Solver, its reason, events, and the errors of solver and reduction.
+        Solver, reason for its choice, events, and the errors of solver and reduction.
     diagnostics : list of Diagnostic
-        How far to believe the solution.
+        Diagnostics of the solution.
     """
 
     values: dict[str, float]
@@ -49,14 +49,14 @@ class Answer:
 
 
 def answer(expanded: Expanded, names: Sequence[Named]) -> Answer:
-    """Take numbers from a solution.
+    """Compute quantities of a scenario, with their diagnostics.
 
     Parameters
     ----------
     expanded : Expanded
-        Of a scenario.
+        Prepared scenario.
     names : sequence of Named
-        What is asked.
+        Requested quantities.
 
     Returns
     -------
@@ -66,18 +66,19 @@ def answer(expanded: Expanded, names: Sequence[Named]) -> Answer:
     Raises
     ------
     InputError
-        If the scenario does not have a signal, or models do not go together.
+        If the scenario does not have a signal, or models cannot be combined.
 
     Notes
     -----
     Between the corners of drive, load and motion each signal is a polynomial of degree 15 on pieces that are halved
     until its last coefficients are below 1e-10 of the signal's largest value; mean, square and extremes are those of
-    the polynomial, so that no output grid enters. A solver that marches keeps the error of its march, which it states.
+    the polynomial, so that they are independent of the output grid. The error of a time-stepping solver remains, and is
+    stated.
     """
     values, found, held = numbers(expanded, names)
     errors = {each.name: found.error(each.key) for each in names if each not in held}
-    spoken, stated = expanded.judge(found.record)
-    diagnostics = [*spoken, *doubts(values, errors)]
+    judged, stated = expanded.judge(found.record)
+    diagnostics = [*judged, *doubts(values, errors)]
     how = found.record.how | stated
     return Answer(values, errors, how, diagnostics)
 
@@ -85,7 +86,7 @@ def answer(expanded: Expanded, names: Sequence[Named]) -> Answer:
 def numbers(
     expanded: Expanded, names: Sequence[Named], *, alone: bool = False
 ) -> tuple[dict[str, float], Resolved, list[Named]]:
-    """Take numbers from a solution, without a judgement.
+    """Compute quantities of a scenario, without diagnostics.
 
     Parameters
     ----------
@@ -97,16 +98,16 @@ def numbers(
     Returns
     -------
     values : dict of str to float
-        By name, in the order asked.
+        Values by name, in the order of `names`.
     found : Resolved
         Polynomials of the signals.
     held : list of Named
-        Those that are taken from a digitiser's readings.
+        Quantities taken from a digitiser's readings.
 
     Raises
     ------
     InputError
-        If the scenario does not have a signal, or models do not go together.
+        If the scenario does not have a signal, or models cannot be combined.
     """
     rig = expanded.scenario.rig
     held = [each for each in names if each.signal in READINGS and rig is not None and rig.digitiser]
@@ -120,12 +121,12 @@ def numbers(
 
 
 def _taken(found: Resolved, name: Named) -> float:
-    """Take one number from the polynomials of a signal."""
+    """Return one quantity from the polynomials of its signal."""
     return taken_from(name.taken, found.mesh, found.series[name.key])
 
 
 def _readings(expanded: Expanded, held: Sequence[Named]) -> dict[str, float]:
-    """Take numbers from what a digitiser reads, at the times of its readings."""
+    """Return quantities from the readings of a digitiser."""
     rig = expanded.scenario.rig
     if not held or rig is None or rig.digitiser is None:
         return {}
@@ -136,7 +137,7 @@ def _readings(expanded: Expanded, held: Sequence[Named]) -> dict[str, float]:
 
 
 def of_record(taken: str, times: Real, values: Real) -> float:
-    """Take a number from a record, straight between its samples.
+    """Return a quantity of a sampled signal, with linear interpolation between its samples.
 
     Parameters
     ----------
@@ -149,8 +150,8 @@ def of_record(taken: str, times: Real, values: Real) -> float:
 
     Returns
     -------
-    float
-        In that unit; NaN if a value is NaN.
+    value : float
+        The quantity, in the same unit; NaN if a sample is NaN.
     """
     if not np.all(np.isfinite(values)):
         return math.nan
@@ -171,36 +172,36 @@ def _absent(expanded: Expanded, signal: str) -> str:
 
 
 def doubts(values: dict[str, float], errors: dict[str, float]) -> list[Diagnostic]:
-    """Say which numbers are not known, and which were not followed closely.
+    """Return which quantities are unknown, and which signals were not resolved.
 
     Parameters
     ----------
     values, errors : dict of str to float
-        As of an `Answer`.
+        Those of an `Answer`.
 
     Returns
     -------
     list of Diagnostic
-        None where all is well.
+        Empty where all are known and resolved.
     """
     return [*_unknown(values), *_unresolved(errors)]
 
 
 def _unknown(values: dict[str, float]) -> list[Diagnostic]:
-    """Say which numbers are not known because their signal is not."""
+    """Return which quantities are unknown because their signal is."""
     lost = [name for name, value in values.items() if math.isnan(value)]
     text = f"{', '.join(lost)}: not known, because the signal is not known during part of the time"
     return [Diagnostic("quantities", "unknown", text)] if lost else []
 
 
 def _unresolved(errors: dict[str, float]) -> list[Diagnostic]:
-    """Warn where a signal changes faster than it could be followed."""
+    """Return a warning where a signal varies faster than it could be resolved."""
     missed = {name: error for name, error in errors.items() if error > UNRESOLVED}
     if not missed:
         return []
     worst = max(missed, key=lambda name: missed[name])
     text = (
-        f"{', '.join(missed)}: the signal changes too often to be followed closely; about {missed[worst]:.1g} of its largest"
-        " value may be missed in the mean. A shorter time.duration shows more of it"
+        f"{', '.join(missed)}: the signal varies too often to be resolved; the error of its mean may be about"
+        f" {missed[worst]:.1g} of its largest value. A shorter time.duration resolves it better"
     )
     return [Diagnostic("resolution", "warning", text, missed[worst], UNRESOLVED, "1")]

@@ -16,19 +16,19 @@ if TYPE_CHECKING:
 
 
 MOST_NODES: Final = 16
-"""Chebyshev nodes of a piece, unless there are very many pieces."""
+"""Chebyshev nodes in a piece, unless there are very many pieces."""
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """Pieces of time with Chebyshev nodes inside, so that a jump at an end belongs to neither side.
+    """Pieces of time with Chebyshev nodes inside, so that a discontinuity at an end belongs to neither side.
 
     Parameters
     ----------
     edges : ndarray, shape (pieces + 1,)
         Ends of the pieces [s], increasing.
     nodes : int
-        In each piece.
+        Number of nodes in each piece.
     """
 
     edges: Real
@@ -36,32 +36,32 @@ class Mesh:
 
     @property
     def lengths(self) -> Real:
-        """How long each piece lasts [s]."""
+        """Duration of each piece [s]."""
         return np.diff(self.edges)
 
     @property
     def span(self) -> float:
-        """From the first edge to the last [s]."""
+        """Time from the first edge to the last [s]."""
         return float(self.edges[-1] - self.edges[0])
 
     def times(self) -> Real:
-        """Give all edges and nodes [s], increasing: a piece's first edge, its nodes, and last the end."""
+        """Return all edges and nodes [s], increasing: a piece's first edge, its nodes, and last the end."""
         inside = (1 + _points(self.nodes)) / 2
         rows = self.edges[:-1, None] + self.lengths[:, None] * np.append(0.0, inside)
         return np.append(rows.ravel(), self.edges[-1])
 
     def series(self, values: Real) -> Real:
-        """Give the Chebyshev coefficients of a signal in each piece.
+        """Return the Chebyshev coefficients of a signal in each piece.
 
         Parameters
         ----------
         values : ndarray, shape (n,)
-            At `times`, in the signal's unit.
+            Signal at `times`, in its unit.
 
         Returns
         -------
-        ndarray, shape (pieces, nodes)
-            In the same unit.
+        coefficients : ndarray, shape (pieces, nodes)
+            Chebyshev coefficients, in the same unit.
         """
         inside = values[:-1].reshape(len(self.lengths), self.nodes + 1)[:, 1:]
         coefficients: Real = inside @ _transform(self.nodes).T
@@ -73,12 +73,12 @@ class Mesh:
         Parameters
         ----------
         chosen : ndarray of bool, shape (pieces,)
-            Which.
+            Pieces to halve.
 
         Returns
         -------
         Mesh
-            With as many nodes in each piece.
+            With the same number of nodes in each piece.
         """
         middles = (self.edges[:-1] + self.edges[1:])[chosen] / 2
         return Mesh(np.union1d(self.edges, middles), self.nodes)
@@ -86,13 +86,13 @@ class Mesh:
 
 @functools.cache
 def _points(nodes: int) -> Real:
-    """Chebyshev points of the first kind, increasing, from -1 to 1 without the ends."""
+    """Return the Chebyshev points of the first kind, increasing, from -1 to 1 without the ends."""
     return np.asarray(-np.cos(np.pi * (np.arange(nodes) + 0.5) / nodes))
 
 
 @functools.cache
 def _transform(nodes: int) -> Real:
-    """Matrix from values at the nodes to coefficients."""
+    """Return the matrix from values at the nodes to Chebyshev coefficients."""
     weights = 2 / nodes * chebyshev.chebvander(_points(nodes), nodes - 1).T
     weights[0] /= 2
     return np.asarray(weights)

@@ -1,4 +1,4 @@
-"""Names of the numbers that one may ask of a solution: what is taken of which signal."""
+"""Names of the quantities of a solution: a statistic of a signal."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ TAKEN: Final = {
     "swing": "largest less smallest value",
     "mean": "mean over time",
     "rms": "root of the mean square over time",
-    "final": "value at the end, before a jump that falls there",
+    "final": "value at the end, before a discontinuity at that time",
 }
-"""What may be taken of a signal."""
+"""Statistics of a signal, with their meanings."""
 DEFAULTS: Final = (
     "peak electrostatic_force",
     "mean electrostatic_force",
     "swing lateral_force",
     "peak current",
 )
-"""What is answered if nothing is asked."""
+"""Quantities that are returned if none is named."""
 
 
 @dataclass(frozen=True)
 class Named:
-    """A quantity by its name.
+    """A quantity, by statistic, signal and layer.
 
     Parameters
     ----------
     taken : str
-        One of `TAKEN`.
+        Statistic, one of `TAKEN`.
     signal : str
-        A signal over time.
+        Signal over time.
     layer : str
-        Of a signal that layers have; else empty.
+        Layer of a signal that each layer has; else empty.
     """
 
     taken: str
@@ -50,7 +50,7 @@ class Named:
 
     @property
     def name(self) -> str:
-        """As it is asked for and written: ``mean electrostatic_force``, ``peak field in gap``."""
+        """Name as typed and printed: ``mean electrostatic_force``, ``peak field in gap``."""
         return f"{self.taken} {self.signal}" + (f" in {self.layer}" if self.layer else "")
 
     @property
@@ -60,7 +60,7 @@ class Named:
 
     @property
     def meaning(self) -> str:
-        """In words."""
+        """Meaning in words."""
         where = f" '{self.layer}'" if self.layer else ""
         return f"{TAKEN[self.taken]}: {SIGNALS[self.signal].doc}{where}"
 
@@ -71,7 +71,7 @@ class Named:
 
 
 def signals_over_time() -> list[str]:
-    """List the signals of which a quantity can be taken."""
+    """Return the names of the signals over time, of which quantities can be taken."""
     return [name for name, known in SIGNALS.items() if "time" in known.dims]
 
 
@@ -81,22 +81,22 @@ def read_name(text: str, layers: tuple[str, ...], *, others: Iterable[str] = ())
     Parameters
     ----------
     text : str
-        What is taken, a signal, and of a field or displacement the layer: ``"peak field in gap"``. Words of a signal
-        may be joined by blanks.
+        Statistic, signal, and for a field or displacement the layer: ``"peak field in gap"``. The words of a signal may
+        be separated by blanks.
     layers : tuple of str
-        There are.
+        Names of the layers of the stack.
     others : iterable of str
-        Quantities that are known elsewhere, for the message.
+        Quantities that are defined elsewhere, for the message.
 
     Returns
     -------
     Named
-        Of a signal that the nomenclature has.
+        The quantity.
 
     Raises
     ------
     InputError
-        With the nearest name.
+        If there is no such quantity; with the nearest name.
     """
     head, _, where = text.strip().partition(" in ")
     taken, *rest = head.split() or [""]
@@ -105,11 +105,11 @@ def read_name(text: str, layers: tuple[str, ...], *, others: Iterable[str] = ())
         raise InputError(f"quantity '{text}': {_begin(text, taken, signal, others)}")
     if signal not in signals_over_time():
         raise InputError(
-            f"quantity '{text}': '{signal}' is no signal over time.{nearest(signal, signals_over_time())}"
+            f"quantity '{text}': '{signal}' is not a signal over time.{nearest(signal, signals_over_time())}"
         )
     layered = "layer" in SIGNALS[signal].dims
     if layered != bool(layer) or (layer and layer not in layers):
-        why = f"'{signal}' has no layers: leave 'in {layer}' away"
+        why = f"'{signal}' is not a signal of layers: omit 'in {layer}'"
         if layered:
             why = f"name one layer, '{taken} {signal} in {layers[0]}'.{nearest(layer, layers)}"
         raise InputError(f"quantity '{text}': {why}")
@@ -117,7 +117,7 @@ def read_name(text: str, layers: tuple[str, ...], *, others: Iterable[str] = ())
 
 
 def _begin(text: str, taken: str, signal: str, others: Iterable[str]) -> str:
-    """Say how the name of a quantity begins, and which is meant."""
+    """Return how the name of a quantity begins, and the nearest one."""
     meant = closest(text, others)
     if meant is None:
         known = next(
@@ -125,7 +125,7 @@ def _begin(text: str, taken: str, signal: str, others: Iterable[str]) -> str:
         )
         meant = f"{closest(taken, TAKEN) or 'peak'} {known}" if known else closest(text, _every())
     if meant is not None:
-        return f"it begins with none of {', '.join(TAKEN)}. Did you mean '{meant}'?"
+        return f"it does not begin with one of {', '.join(TAKEN)}. Did you mean '{meant}'?"
     listed = ", ".join(f"{name} ({words})" for name, words in TAKEN.items())
     return f"expected one of {listed}, and a signal, for instance '{DEFAULTS[1]}'"
 

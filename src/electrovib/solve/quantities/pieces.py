@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 _BEST_PIECES: Final = 4
 _NEWTON_STEPS: Final = 4
 _LAST: Final = 3
-"""Coefficients at the end of a series that tell how far it is resolved: an even and an odd one among them."""
+"""Coefficients at the end of a series that measure its resolution: even and odd ones among them."""
 
 
 def tails(series: Real) -> Real:
-    """Give the size of the last coefficients: what a polynomial of this degree may miss.
+    """Return the size of the last coefficients, an estimate of the truncation error of the polynomials.
 
     Parameters
     ----------
@@ -31,16 +31,16 @@ def tails(series: Real) -> Real:
 
     Returns
     -------
-    ndarray, shape (pieces,)
-        In the same unit.
+    sizes : ndarray, shape (pieces,)
+        Largest of the last coefficients of each piece, in the same unit.
     """
     sizes = np.abs(series)
-    few = series.shape[1] <= 2 * _LAST  # there the last but one is not small yet
+    few = series.shape[1] <= 2 * _LAST  # for so few nodes the last but one is not small yet
     return np.asarray(sizes[:, -1] if few else np.max(sizes[:, -_LAST:], axis=1))
 
 
 def mean(mesh: Mesh, series: Real) -> float:
-    """Mean over the pieces.
+    """Return the mean over the pieces.
 
     Parameters
     ----------
@@ -51,14 +51,14 @@ def mean(mesh: Mesh, series: Real) -> float:
 
     Returns
     -------
-    float
-        In the same unit.
+    mean : float
+        Mean over time, in the same unit.
     """
     return float(mesh.lengths @ (series @ _integrals(series.shape[1])) / (2 * mesh.span))
 
 
 def mean_square(mesh: Mesh, series: Real) -> float:
-    """Mean of the square over the pieces.
+    """Return the mean of the square over the pieces.
 
     Parameters
     ----------
@@ -67,15 +67,15 @@ def mean_square(mesh: Mesh, series: Real) -> float:
 
     Returns
     -------
-    float
-        In the square of the unit.
+    mean_square : float
+        Mean of the square over time, in the square of the unit.
     """
     squares = np.sum((series @ _products(series.shape[1])) * series, axis=1)
     return float(mesh.lengths @ squares / (2 * mesh.span))
 
 
 def taken_from(taken: str, mesh: Mesh, series: Real) -> float:
-    """Take a number from the polynomials of a signal.
+    """Return a quantity from the polynomials of a signal.
 
     Parameters
     ----------
@@ -86,8 +86,8 @@ def taken_from(taken: str, mesh: Mesh, series: Real) -> float:
 
     Returns
     -------
-    float
-        In the same unit.
+    value : float
+        The quantity, in the same unit.
     """
     if taken == "mean":
         return mean(mesh, series)
@@ -99,21 +99,21 @@ def taken_from(taken: str, mesh: Mesh, series: Real) -> float:
 
 
 def taken_of_many(taken: str, meshes: Sequence[Mesh], series: Real) -> list[float]:
-    """Take the same number from the polynomials of a signal in many cases.
+    """Return the same quantity from the polynomials of a signal in many cases.
 
     Parameters
     ----------
     taken : str
         As for `taken_from`.
     meshes : sequence of Mesh
-        Of every case.
+        Pieces of every case.
     series : ndarray, shape (cases, pieces, nodes)
-        Finite, in the signal's unit.
+        Chebyshev coefficients, finite, in the signal's unit.
 
     Returns
     -------
-    list of float
-        In the same unit.
+    values : list of float
+        The quantity of every case, in the same unit.
     """
     if taken in {"mean", "rms", "final"}:
         return [taken_from(taken, mesh, each) for mesh, each in zip(meshes, series, strict=True)]
@@ -122,25 +122,25 @@ def taken_of_many(taken: str, meshes: Sequence[Mesh], series: Real) -> list[floa
 
 
 def of_extremes(taken: str, low: float, high: float) -> float:
-    """Give a number that follows from smallest and largest value.
+    """Return a quantity that follows from the smallest and the largest value.
 
     Parameters
     ----------
     taken : str
         ``peak``, ``maximum``, ``minimum`` or ``swing``.
     low, high : float
-        In the signal's unit.
+        Smallest and largest value, in the signal's unit.
 
     Returns
     -------
-    float
-        In the same unit.
+    value : float
+        The quantity, in the same unit.
     """
     return {"peak": max(abs(low), abs(high)), "maximum": high, "minimum": low, "swing": high - low}[taken]
 
 
 def extremes(series: Real) -> tuple[float, float]:
-    """Smallest and largest value over the pieces, both sides of every jump included.
+    """Return the smallest and the largest value over the pieces, with both sides of every discontinuity.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def extremes(series: Real) -> tuple[float, float]:
 
 
 def _largest(series: Real) -> Real:
-    """Largest value of each case: looked for at close points, then where the derivative of the best pieces is 0."""
+    """Return the largest value of each case, from close points and the zero of the derivative in the best pieces."""
     degree = series.shape[-1]
     angles, values = _close_points(degree)
     seen = series @ values.T
@@ -167,7 +167,7 @@ def _largest(series: Real) -> Real:
     rows = np.take_along_axis(series, best, axis=1)
     angle = angles[np.argmax(np.take_along_axis(seen, best, axis=1), axis=-1)]
     orders = np.arange(degree)
-    for _ in range(_NEWTON_STEPS):  # of sum c cos(k angle): its derivatives are sums of the same kind
+    for _ in range(_NEWTON_STEPS):  # on sum c cos(k angle), whose derivatives are sums of the same kind
         turned = angle[..., None] * orders
         slope = np.sum(rows * orders * np.sin(turned), axis=-1)
         bend = np.sum(rows * orders**2 * np.cos(turned), axis=-1)
@@ -179,18 +179,18 @@ def _largest(series: Real) -> Real:
 
 @functools.cache
 def _close_points(degree: int) -> tuple[Real, Real]:
-    """Angles close to each other from 0 to pi, and all polynomials there."""
+    """Return closely spaced angles from 0 to pi, and all polynomials there."""
     angles = np.pi * np.arange(4 * degree + 1) / (4 * degree)
     return angles, _polynomials(angles, degree)
 
 
 def _polynomials(angles: Real, degree: int) -> Real:
-    """Chebyshev polynomials of cos(angle), shape (..., degree)."""
+    """Return the Chebyshev polynomials of cos(angle), shape (..., degree)."""
     return np.asarray(np.cos(angles[..., None] * np.arange(degree)))
 
 
 def last_value(series: Real) -> float:
-    """Give the value at the end of the last piece, before a jump that falls there.
+    """Return the value at the end of the last piece, before a discontinuity at that time.
 
     Parameters
     ----------
@@ -199,15 +199,15 @@ def last_value(series: Real) -> float:
 
     Returns
     -------
-    float
-        In the same unit.
+    value : float
+        Value at the end, in the same unit.
     """
     return float(np.sum(series[-1]))
 
 
 @functools.cache
 def _integrals(nodes: int) -> Real:
-    """Integral of every Chebyshev polynomial from -1 to 1."""
+    """Return the integral of every Chebyshev polynomial from -1 to 1."""
     orders = np.arange(nodes)
     even = np.where(orders % 2 == 0, orders, 0)
     return np.asarray(np.where(orders % 2 == 0, 2 / (1.0 - even**2), 0.0))
@@ -215,7 +215,7 @@ def _integrals(nodes: int) -> Real:
 
 @functools.cache
 def _products(nodes: int) -> Real:
-    """Integral of every product of two Chebyshev polynomials from -1 to 1."""
+    """Return the integral of every product of two Chebyshev polynomials from -1 to 1."""
     whole, orders = _integrals(2 * nodes), np.arange(nodes)
     sums, differences = orders[:, None] + orders, np.abs(orders[:, None] - orders)
     return np.asarray((whole[sums] + whole[differences]) / 2)

@@ -1,4 +1,4 @@
-"""How a solution is looked at so that a number taken from it does not depend on when one looked."""
+"""Signals of a solution as polynomials, so that its quantities are independent of the evaluation times."""
 
 from __future__ import annotations
 
@@ -23,34 +23,35 @@ if TYPE_CHECKING:
     from electrovib.solve.record import Record
 
 TOLERANCE: Final = 1e-10
-"""Last coefficients of a piece, as a share of the signal's largest value, at which it counts as resolved."""
+"""Last coefficients of a piece over the signal's largest value, below which the piece counts as resolved."""
 PIECES_PER_CYCLE: Final = 5
-"""Of the fastest sine of the drive: the force has two cycles in one of the drive."""
+"""Pieces in a cycle of the fastest sine of the drive; the force has two cycles in that time."""
 GRADING: Final = 2.0
 """Ratio of neighbouring pieces after a corner, down to the fastest rate of the stack."""
 FEW_CORNERS: Final = 200
-"""Up to so many corners of a drive, each gets graded pieces after it."""
+"""Number of corners of a drive up to which each is followed by graded pieces."""
 MOST_VALUES: Final = 1 << 19
-"""Times at which a solution is looked at, at most."""
+"""Largest number of evaluation times."""
 MOST_ROUNDS: Final = 40
+"""Largest number of rounds of halving."""
 MARCHED_ROUNDS: Final = 4
-"""Rounds of halving where every round is a march."""
+"""The same for a time-stepping solver, which solves the scenario again in every round."""
 _STALLED: Final = 1e-6
-"""A piece whose halves are no better resolved, and whose tail is this small, has met rounding or a march's error."""
+"""Tail below which a piece whose halves are no better resolved is limited by rounding or by the time stepping."""
 
 
 @dataclass(frozen=True)
 class Resolved:
-    """Signals as polynomials over the time that quantities are taken over.
+    """Signals as polynomials over the time window of the quantities.
 
     Parameters
     ----------
     mesh : Mesh
         Pieces of time.
     record : Record
-        The solution at the times of the mesh.
+        Solution at the times of the mesh.
     series : dict of str to ndarray, shape (pieces, nodes)
-        Chebyshev coefficients by the key that was asked for, in the unit of the signal.
+        Chebyshev coefficients by requested key, in the unit of the signal.
     """
 
     mesh: Mesh
@@ -58,12 +59,12 @@ class Resolved:
     series: dict[tuple[str, str], Real]
 
     def error(self, key: tuple[str, str]) -> float:
-        """Give the mean of what the pieces of a signal may miss, as a share of its largest value; NaN where it is NaN."""
+        """Return the error of a signal's mean over its largest value [1]; NaN where the signal is NaN."""
         return missed(self.mesh, self.series[key])
 
 
 def missed(mesh: Mesh, series: Real) -> float:
-    """Give the mean of what the pieces of a signal may miss, as a share of its largest value.
+    """Return the estimated error of a signal's mean, from the last coefficients of its pieces.
 
     Parameters
     ----------
@@ -74,8 +75,8 @@ def missed(mesh: Mesh, series: Real) -> float:
 
     Returns
     -------
-    float
-        1; NaN where the signal is NaN.
+    error : float
+        Error over the largest value of the signal, dimensionless; NaN where the signal is NaN.
     """
     largest = float(np.max(np.abs(series).sum(axis=1)))
     off = float(mesh.lengths @ tails(series)) / mesh.span
@@ -83,7 +84,7 @@ def missed(mesh: Mesh, series: Real) -> float:
 
 
 def window(scenario: Scenario) -> tuple[float, str]:
-    """Find the time over which a quantity is taken.
+    """Return the time window of the quantities.
 
     Parameters
     ----------
@@ -93,9 +94,9 @@ def window(scenario: Scenario) -> tuple[float, str]:
     Returns
     -------
     end : float
-        It begins at time 0 and lasts until then [s].
+        End of the window, which begins at time 0 [s].
     words : str
-        The same for people.
+        The window in words.
     """
     period = scenario.drive.period
     if isinstance(scenario.time.initial_state, PeriodicState) and period is not None:
@@ -105,21 +106,21 @@ def window(scenario: Scenario) -> tuple[float, str]:
 
 
 def times_of_window(scenario: Scenario) -> Real:
-    """Give times from whose span and step the band of the materials follows [s]."""
+    """Return times whose span and step determine the band over which materials are reduced [s]."""
     return np.linspace(0.0, window(scenario)[0], FORMULA_SAMPLES)
 
 
 def solved(scenario: Scenario, *, before: Expanded | None = None, mechanics: bool = True) -> Expanded:
-    """Solve a scenario for quantities: the band of its materials follows from the window, not from output times.
+    """Prepare a scenario for quantities, with the band of its materials from the time window, not from output times.
 
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        Experiment.
     before : Expanded, optional
-        Of a scenario that shares parts with this one.
+        That of a scenario which shares parts with this one.
     mechanics : bool
-        Whether signals of friction, finger or rig will be asked for.
+        Whether signals of friction, finger or rig will be requested.
 
     Returns
     -------
@@ -130,26 +131,26 @@ def solved(scenario: Scenario, *, before: Expanded | None = None, mechanics: boo
 
 
 def resolve(expanded: Expanded, wanted: Iterable[tuple[str, str]], *, alone: bool = False) -> Resolved:
-    """Look at a solution closely enough.
+    """Evaluate a scenario at times that resolve the requested signals.
 
     Parameters
     ----------
     expanded : Expanded
-        Of a scenario.
+        Prepared scenario.
     wanted : iterable of (str, str)
         Signal and layer; the layer is empty for a signal that has none.
     alone : bool
-        Leave out of the record what these signals do not need; it cannot be judged then.
+        Whether quantities that these signals do not need are omitted from the record, which then has no diagnostics.
 
     Returns
     -------
     Resolved
-        Every wanted signal, resolved to `TOLERANCE` where the solver is in closed form.
+        Every requested signal, resolved to `TOLERANCE` where the solver is in closed form.
 
     Raises
     ------
     InputError
-        If models do not go together.
+        If models cannot be combined.
     KeyError
         If the scenario does not have a signal.
     """
@@ -174,7 +175,7 @@ def resolve(expanded: Expanded, wanted: Iterable[tuple[str, str]], *, alone: boo
 
 
 def values_of(record: Record, expanded: Expanded, key: tuple[str, str]) -> Real:
-    """Pick one signal of a record, of one layer where it has layers."""
+    """Return one signal of a record, of one layer where each layer has it."""
     name, layer = key
     dims, values = record.signals[name]
     row: Any = values[list(expanded.section.names).index(layer)] if "layer" in dims else values
@@ -182,7 +183,7 @@ def values_of(record: Record, expanded: Expanded, key: tuple[str, str]) -> Real:
 
 
 def _relative_tails(series: dict[tuple[str, str], Real]) -> Real:
-    """Largest tail of each piece among the signals, each as a share of its largest value; NaN counts as resolved."""
+    """Return the largest tail of each piece among the signals, over their largest values; NaN counts as resolved."""
     found: Any = 0.0
     for each in series.values():
         finite = np.all(np.isfinite(each), axis=1)
@@ -193,7 +194,7 @@ def _relative_tails(series: dict[tuple[str, str], Real]) -> Real:
 
 
 def _parents(mesh: Mesh, before: dict[float, float]) -> Real:
-    """Tail that the piece from which each one was halved had; infinite in the first round."""
+    """Return the tail of the piece from which each one was halved; infinite in the first round."""
     if not before:
         return np.full(len(mesh.lengths), np.inf)
     starts = np.array(sorted(before))
@@ -202,19 +203,19 @@ def _parents(mesh: Mesh, before: dict[float, float]) -> Real:
 
 
 def first_mesh(expanded: Expanded, member: Scenario | None = None) -> Mesh:
-    """Lay the pieces to begin with: between corners, shares of a cycle, graded after each corner.
+    """Return the initial pieces: between corners, fractions of a cycle, graded after each corner.
 
     Parameters
     ----------
     expanded : Expanded
-        Of a scenario.
+        Prepared scenario.
     member : Scenario, optional
-        Another one with the same stack.
+        Another scenario with the same stack.
 
     Returns
     -------
     Mesh
-        From time 0 to the end of what quantities are taken over.
+        Pieces from time 0 to the end of the time window.
     """
     scenario = member or expanded.scenario
     end = window(scenario)[0]
@@ -240,7 +241,7 @@ def first_mesh(expanded: Expanded, member: Scenario | None = None) -> Mesh:
 
 
 def _only_tones(scenario: Scenario) -> bool:
-    """Tell whether nothing begins or bends: sines that have been on for ever."""
+    """Return whether the drive is smooth at all times: sines in their periodic state."""
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     return settled and all(isinstance(part, Tones) for part in scenario.drive.parts())
 
@@ -250,13 +251,13 @@ def _stretches(corners: Real) -> list[tuple[float, float]]:
 
 
 def _graded(length: float, rate: float) -> Real:
-    """Times after a corner [s] that grow from a time constant to the next corner."""
+    """Return times after a corner that grow from the shortest time constant to the next corner [s]."""
     count = 1 + int(np.ceil(np.log(max(length * rate, 1.0)) / np.log(GRADING)))
     return np.asarray(length * GRADING ** -np.arange(1.0, count + 1))
 
 
 def _corners(scenario: Scenario, end: float) -> Real:
-    """Times from 0 to the end at which drive, load, speed or distance is not smooth [s]."""
+    """Return the times from 0 to the end at which drive, load, speed or distance is not smooth [s]."""
     found = [0.0, end, *(time for time, _ in scenario.load.time_profile.corners())]
     found += [time for time, _ in scenario.motion.time_profile.corners()]
     found += scenario.motion.distance.breaks() if scenario.motion.distance else ()

@@ -1,4 +1,4 @@
-"""Numbers of one stack under many sines in their periodic state, as arrays over all of them."""
+"""Quantities of one stack under many sines in their periodic state, as arrays over all cases."""
 
 from __future__ import annotations
 
@@ -46,21 +46,22 @@ if TYPE_CHECKING:
 
 
 def is_of_sines(scenario: Scenario) -> bool:
-    """Tell whether `answers` knows a scenario: linear layers in the periodic state of a sine, mechanics without memory.
+    """Return whether `answers` applies: linear layers in the periodic state of a sine, and mechanics without memory.
 
     Parameters
     ----------
     scenario : Scenario
-        Everything.
+        Experiment.
 
     Returns
     -------
     bool
-        Whether all its signals repeat with the sine and follow from it at once.
+        Whether all its signals have the period of the sine and depend on its instantaneous phase alone.
     """
     motion, friction = scenario.motion, scenario.friction
     return (
         type(scenario.drive) is Sine
+        and not scenario.drive.offset
         and isinstance(scenario.time.initial_state, PeriodicState)
         and chosen(scenario).method is PERIODIC
         and scenario.circuit.amplifier is None
@@ -76,26 +77,26 @@ def is_of_sines(scenario: Scenario) -> bool:
 
 
 def answers(expanded: Expanded, members: Sequence[Scenario], names: Sequence[Named]) -> list[Answer] | None:
-    """Take numbers from the solutions of scenarios that differ in the amplitude, frequency or phase of their sine.
+    """Compute quantities of scenarios that differ in the amplitude, frequency or phase of their sine.
 
     Parameters
     ----------
     expanded : Expanded
-        Of the first of them, one that `is_of_sines` knows.
+        First of the scenarios, to which `is_of_sines` applies.
     members : sequence of Scenario
         All of them; they share its other parts, and the band over which materials are reduced.
     names : sequence of Named
-        What is asked.
+        Requested quantities.
 
     Returns
     -------
     list of Answer or None
-        As `answer` gives them, one for each; None where something does not fit, and each has to be answered alone.
+        For each scenario, what `answer` returns; None where the scenarios have to be computed separately.
 
     Raises
     ------
     InputError
-        If models do not go together.
+        If models cannot be combined.
     """
     scenario, section = expanded.scenario, expanded.section
     transfers = linear_quantities(scenario, section)
@@ -104,7 +105,10 @@ def answers(expanded: Expanded, members: Sequence[Scenario], names: Sequence[Nam
     meshes = [first_mesh(expanded, each) for each in members]
     if len({len(mesh.edges) for mesh in meshes}) > 1:
         return None
-    tones = [part for each in members for part in each.drive.parts() if isinstance(part, Tones)]
+    parts = [part for each in members for part in each.drive.parts()]
+    tones = [part for part in parts if isinstance(part, Tones)]
+    if len(tones) < len(parts):  # an offset
+        return None
     sines = Sines(
         np.concatenate([tone.frequencies for tone in tones]),
         np.concatenate([tone.amplitudes for tone in tones]),
@@ -121,7 +125,7 @@ def answers(expanded: Expanded, members: Sequence[Scenario], names: Sequence[Nam
 
 @dataclass(frozen=True)
 class _Group:
-    """Cases of one stack, each under its own sine, at as many times each."""
+    """Cases of one stack, each under its own sine, with equal numbers of times."""
 
     expanded: Expanded
     members: Sequence[Scenario]
@@ -132,7 +136,7 @@ class _Group:
 
     @functools.cached_property
     def cases(self) -> Indices:
-        """Number of the case of each time."""
+        """Index of the case of each time."""
         return np.repeat(np.arange(len(self.times)), self.times.shape[1])
 
     @functools.cached_property
@@ -142,12 +146,12 @@ class _Group:
 
     @functools.cached_property
     def weights(self) -> dict[Key, Complex]:
-        """Complex amplitudes of everything that is linear in the drive."""
+        """Complex amplitudes of all quantities that are linear in the drive."""
         return self.sines.weights(self.transfers) | {"drive_voltage": self.sines.amplitude}
 
     @functools.cached_property
     def solution(self) -> Solution:
-        """What the sines do to the stack, one case after the other."""
+        """Responses of the stack to the sines, one case after the other."""
         scenario, first = self.expanded.scenario, self.times[0, :1]
         found = rows_of(self.weights, self.cases, self.waves)
         name_interface(scenario, found)
@@ -156,7 +160,7 @@ class _Group:
         return replace(solution, force=attraction(scenario, total_pull(scenario, solution.amplitudes())))
 
     def signals(self) -> dict[str, Any] | None:
-        """Name all signals, one case after the other; None where the mechanics has more to say."""
+        """Return all signals, one case after the other; None where the mechanics has diagnostics of its own."""
         moved = mechanical(self.expanded.scenario, self.times.ravel(), self.solution, lambda _: self.solution)
         if moved.diagnostics or moved.how:
             return None
@@ -165,7 +169,7 @@ class _Group:
     def numbers(
         self, signals: dict[str, Any], names: Sequence[Named]
     ) -> tuple[list[dict[str, float]], list[dict[str, float]]] | None:
-        """Take the quantities of every case, and what may be missed of them; None where closer looks are needed."""
+        """Return quantities and relative errors of every case; None where the pieces do not resolve a signal."""
         values: list[dict[str, float]] = [{} for _ in self.members]
         errors: list[dict[str, float]] = [{} for _ in self.members]
         for each in names:
@@ -191,7 +195,7 @@ class _Group:
     def judged(
         self, signals: dict[str, Any], values: list[dict[str, float]], errors: list[dict[str, float]]
     ) -> list[Answer]:
-        """Judge every case."""
+        """Return quantities and diagnostics of every case."""
         expanded, count = self.expanded, self.times.shape[1]
         scenario, known = expanded.scenario, known_band(expanded.scenario)
         later = self.times + LATER_PERIODS / self.sines.frequency[:, None]
@@ -218,7 +222,7 @@ class _Group:
         return found
 
     def _respond(self, transfers: Mapping[Key, Transfer]) -> dict[Key, Real]:
-        """Send all sines through other linear quantities."""
+        """Return the responses of other linear quantities to all sines."""
         return rows_of(self.sines.weights(transfers), self.cases, self.waves)
 
     def _split(self, rows: dict[Key, Real]) -> dict[Key, Real]:
@@ -228,7 +232,7 @@ class _Group:
         return PeakRecord.of(self.expanded.scenario, times, found).rows
 
     def _look(self, cases: Indices, times: Real) -> dict[Key, Real]:
-        """Look at some cases at other times [s]."""
+        """Return the quantities with limits of some cases at other times [s]."""
         wanted = fields(self.expanded.scenario, self.expanded.section)
         weights = {name: self.weights[name] for name in (*wanted, "drive_voltage")}
         found = rows_of(weights, cases, self.sines.waves(cases, times))

@@ -1,4 +1,4 @@
-"""Numbers of many scenarios that share parts: what follows from these parts alone is computed once."""
+"""Quantities of many scenarios that share parts; results that depend on these parts alone are computed once."""
 
 from __future__ import annotations
 
@@ -18,24 +18,25 @@ if TYPE_CHECKING:
 
 
 FEWEST: Final = 2
+"""Smallest number of scenarios that are computed at once."""
 MOST: Final = 256
-"""Scenarios that are worth answering at once, and as many as are held in memory together."""
+"""Largest number of scenarios that are held in memory together."""
 
 
 class Together:
-    """Scenarios of which the same numbers are asked.
+    """Scenarios of which the same quantities are requested.
 
     Parameters
     ----------
     members : sequence of Scenario
-        Those that differ in their drive alone share all other parts as the same objects.
+        Those that differ only in their drive share all other parts as the same objects.
     names : sequence of Named
-        What is asked of each.
+        Quantities of each.
 
     Notes
     -----
-    Scenarios that share all but a sine are answered at once, in arrays over all of them; any other one alone, with the
-    modes of another one that has the same stack.
+    Scenarios that differ only in a sine are computed at once, in arrays over all of them; any other one separately, with
+    the modes of a previous one that has the same stack.
     """
 
     def __init__(self, members: Sequence[Scenario], names: Sequence[Named]) -> None:
@@ -48,22 +49,22 @@ class Together:
         self._apart = False
 
     def answer(self, place: int) -> Answer:
-        """Give the numbers of one of the scenarios.
+        """Return the quantities of one of the scenarios.
 
         Parameters
         ----------
         place : int
-            Its number.
+            Its index.
 
         Returns
         -------
         Answer
-            With its checks.
+            Its quantities and diagnostics.
 
         Raises
         ------
         InputError
-            If models do not go together.
+            If models cannot be combined.
         """
         if place not in self._found:
             rest = _rest(self.members[place])
@@ -78,7 +79,7 @@ class Together:
         return self._found.pop(place)
 
     def _at_once(self, expanded: Expanded, group: list[int]) -> dict[int, Answer]:
-        """Answer all scenarios of a group whose materials are reduced over the band of this one, if that can be."""
+        """Return the quantities of the scenarios of a group that share the band of this one; empty where none can be."""
         if self._apart or not is_of_sines(expanded.scenario):
             return {}
         some = [place for place in group if _is_like(expanded, self.members[place])][:MOST]
@@ -87,16 +88,16 @@ class Together:
         try:
             found = answers(expanded, [self.members[place] for place in some], self.names)
         except ElectrovibError:
-            found = None  # each says for itself what is wrong
+            found = None  # computed separately, each scenario raises its own error
         self._apart = found is None
         return {} if found is None else dict(zip(some, found, strict=True))
 
 
 def _is_like(expanded: Expanded, member: Scenario) -> bool:
-    """Tell whether a scenario under another sine has the modes of an expanded one."""
+    """Return whether a scenario under another sine has the modes of an expanded one."""
     return expanded.has_stack_of(member, times_of_window(member))
 
 
 def _rest(member: Scenario) -> tuple[int, ...]:
-    """Identify all parts of a scenario but its drive."""
+    """Return the identities of all parts of a scenario except its drive."""
     return tuple(id(part) for name, part in member if name not in {"drive", "title", "sources"})

@@ -1,4 +1,4 @@
-"""Sines on one stack as numbers: what each case's drive makes of the quantities of the stack."""
+"""Responses of one stack to many sines, as arrays over all cases."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Sines:
-    """Sines that drive one stack, each for a case of its own.
+    """Sines that drive one stack, one in each case.
 
     Parameters
     ----------
     frequency : ndarray, shape (cases,)
-        Hz.
+        Frequencies [Hz].
     amplitude : ndarray of complex, shape (cases,)
-        Peak values [V] with phase.
+        Complex amplitudes: peak values with phase [V].
     """
 
     frequency: Real
     amplitude: Complex
 
     def weights(self, transfers: Mapping[Key, Transfer]) -> dict[Key, Complex]:
-        """Give complex amplitudes of linear quantities in every case, those with the same modes one after the other.
+        """Return the complex amplitudes of linear quantities in every case.
 
         Parameters
         ----------
         transfers : mapping of Key to Transfer
-            Per volt.
+            Transfer functions, per volt.
 
         Returns
         -------
-        dict of Key to ndarray of complex, shape (cases,)
-            Peak values, in the unit of each.
+        amplitudes : dict of Key to ndarray of complex, shape (cases,)
+            Peak values with phase, in the unit of each quantity.
         """
         groups: dict[bytes, list[Key]] = {}
         for name, transfer in transfers.items():
@@ -60,40 +60,40 @@ class Sines:
         return found
 
     def waves(self, cases: Indices, times: Real) -> tuple[Real, Real]:
-        """Cosine and sine of the phase of some cases at some times.
+        """Return cosine and sine of the phase of some cases at some times.
 
         Parameters
         ----------
         cases : ndarray of int, shape (n,)
-            Numbers of cases.
+            Indices of cases.
         times : ndarray, shape (n,)
-            s.
+            Times [s].
 
         Returns
         -------
         cosine, sine : ndarray, shape (n,)
-            Of 2 pi frequency time.
+            Cosine and sine of 2 pi frequency time [1].
         """
         phase = 2 * np.pi * self.frequency[cases] * times
         return np.cos(phase), np.sin(phase)
 
 
 def rows_of(weights: Mapping[Key, Complex], cases: Indices, waves: tuple[Real, Real]) -> dict[Key, Real]:
-    """Give linear quantities of some cases over time from their complex amplitudes.
+    """Return linear quantities of some cases over time from their complex amplitudes.
 
     Parameters
     ----------
     weights : mapping of Key to ndarray of complex, shape (cases,)
-        Peak values, in the unit of each.
+        Peak values with phase, in the unit of each quantity.
     cases : ndarray of int, shape (n,)
-        Numbers of cases.
+        Indices of cases.
     waves : tuple of ndarray, shape (n,)
         From `Sines.waves`.
 
     Returns
     -------
-    dict of Key to ndarray, shape (n,)
-        In their units.
+    rows : dict of Key to ndarray, shape (n,)
+        Values of each quantity over time, in its unit.
     """
     cosine, sine = waves
     return {name: each.real[cases] * cosine - each.imag[cases] * sine for name, each in weights.items()}

@@ -1,4 +1,4 @@
-"""Exact recursion of relaxing and ringing modes driven by one voltage or force of straight pieces."""
+"""Exact recursion of relaxing and oscillating modes driven by one piecewise linear voltage or force."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def march(
     keep: int = 1,
     lag: ArrayLike = False,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Follow relaxing modes through a drive of straight pieces, exactly at any step.
+    """Compute the response of relaxing modes to a piecewise linear drive, exact for any step.
 
     Parameters
     ----------
@@ -55,26 +55,26 @@ def march(
         Share of the drive itself in every output [-].
     starts, ends : array_like, (pieces,)
         Drive just after the beginning and just before the end of each piece, finite, in the unit of the
-        outputs, usually [V]. For a drive ``v`` without jumps pass ``v[:-1]`` and ``v[1:]``, views of one
-        array: it is then read once.
+        outputs, usually [V]. For a continuous drive ``v`` pass ``v[:-1]`` and ``v[1:]``, views of one array,
+        which is then read only once.
     steps : float or array_like, (pieces,)
         Duration of every piece [s], zero or positive. Durations that are all equal count as one number;
         for an even grid pass a number, since differences of time stamps are equal only up to rounding.
     initial_state : array_like, (poles,)
         State at the first point, in the unit of the drive; zeros for rest.
     keep : int
-        Every so many points one is put out, beginning with the first; what lies between is not computed.
+        Outputs are computed at every ``keep``-th point, beginning with the first.
     lag : bool or array_like of bool, (outputs,)
-        Whether an output takes ``x - v`` of every mode in the place of ``x``: what a fast mode lags behind the
-        drive, as a current does, is then no difference of two large numbers.
+        Whether an output takes ``x - v`` of every mode in the place of ``x``: the lag of a fast mode behind the
+        drive, which a current is made of, is then not the difference of two large numbers.
 
     Returns
     -------
     output : ndarray, (outputs, pieces // keep + 1)
-        Outputs at the points between the pieces and at both ends. Where the drive jumps, the value just
-        after the jump; at the last point the drive is ``ends[-1]``.
+        Outputs at the points between the pieces and at both ends. At a discontinuity of the drive, the value just
+        after it; at the last point the drive is ``ends[-1]``.
     final_state : ndarray, (poles,)
-        State at the last point, the ``initial_state`` of whatever comes next.
+        State at the last point, the ``initial_state`` of a subsequent call.
 
     Raises
     ------
@@ -84,11 +84,10 @@ def march(
     Notes
     -----
     ``x_k' = p_k (x_k - v)``, ``y = direct v + sum_k gain_k x_k``, that is
-    ``H(s) = direct + sum_k gain_k (-p_k)/(s - p_k)``. Same result as ``march_loop`` up to rounding. A value
-    of the drive that is not finite spoils outputs before it too, within its block.
+    ``H(s) = direct + sum_k gain_k (-p_k)/(s - p_k)``. The result equals that of ``march_loop`` up to rounding. A value
+    of the drive that is not finite also invalidates outputs before it, within its block.
 
-    An even grid goes through matrix products over blocks of samples, an uneven one through a scan over
-    rows of pieces.
+    An even grid is computed by matrix products over blocks of samples, an uneven one by a scan over rows of pieces.
 
     References
     ----------
@@ -114,19 +113,19 @@ def march_rows(
     lag: ArrayLike = False,
     passed: list[tuple[int, NDArray[np.float64]]] | None = None,
 ) -> list[NDArray[np.float64]]:
-    """Follow relaxing modes as `march` does, each output in an array of its own.
+    """Compute the response of relaxing modes as `march` does, each output in an array of its own.
 
     Parameters
     ----------
     poles, gains, direct, starts, ends, steps, initial_state, lag : array_like
         As in ``march``.
     passed : list of (int, ndarray), optional
-        Takes points on the way and the states there, where the march has them at hand.
+        Receives intermediate points and the states there, where the recursion computes them anyway.
 
     Returns
     -------
-    list of ndarray, (pieces + 1,)
-        One for each output: memory that a system gives, and takes back, more readily than one large array.
+    outputs : list of ndarray, (pieces + 1,)
+        One array for each output, which an operating system allocates and frees more readily than one large array.
 
     Raises
     ------
@@ -150,19 +149,19 @@ def states_at(
     initial_state: ArrayLike,
     places: Indices,
 ) -> NDArray[np.float64]:
-    """Give the states of relaxing modes at some points of a drive of straight pieces, and at no other.
+    """Return the states of relaxing modes at some points of a piecewise linear drive.
 
     Parameters
     ----------
     poles, starts, ends, steps, initial_state : array_like
         As in ``march``.
     places : ndarray of int, (n,)
-        Which points between the pieces, increasing: 0 is the first, the number of pieces the last.
+        Indices of points between the pieces, increasing: 0 is the first, the number of pieces the last.
 
     Returns
     -------
-    ndarray, (poles, n)
-        In the unit of the drive.
+    states : ndarray, (poles, n)
+        States of the modes, in the unit of the drive.
 
     Raises
     ------
@@ -188,19 +187,19 @@ def march_pairs(
     *,
     keep: int = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
-    """Follow ringing modes through a drive of straight pieces, exactly at any step.
+    """Compute the response of oscillating modes to a piecewise linear drive, exact for any step.
 
     Parameters
     ----------
     poles : array_like of complex, (poles,)
-        Real ones, and of each conjugate pair the one with the positive imaginary part [1/s]; real parts
+        Real poles, and of each conjugate pair the one with the positive imaginary part [1/s]; real parts
         negative.
     gains : array_like of complex, (outputs, poles)
-        Share of every mode in every output [-]; the conjugate mode has the conjugate gain and is not given.
+        Share of every mode in every output [-]; the conjugate mode has the conjugate gain and is implied.
     direct, starts, ends, steps, keep : array_like
         As in ``march``.
     initial_state : array_like of complex, (poles,)
-        State at the first point, in the unit of the drive; zeros for rest, the drive itself for steadiness.
+        State at the first point, in the unit of the drive; zeros for rest, the drive itself for the steady state.
 
     Returns
     -------

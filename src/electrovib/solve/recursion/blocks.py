@@ -18,22 +18,22 @@ if TYPE_CHECKING:
     from electrovib.solve.recursion.inputs import Inputs
     from electrovib.solve.recursion.record import Modes, StraightDrive
 
-_BLOCK = 32  # samples; shorter costs more in states, longer costs more in the empty half of the triangle
-_LONG = 64  # the same where the states at some samples alone are wanted
-_HELD = 1 << 17  # numbers of modes before blocks held at once: they stay in the second cache
+_BLOCK = 32  # samples: a shorter block needs more states, a longer one multiplies more zeros of the triangle
+_LONG = 64  # the same where only the states at some samples are wanted
+_HELD = 1 << 17  # states before blocks in memory together: they fit in the second-level cache
 # Multiplications in one product: OpenBLAS keeps these on one thread. More threads gain a quarter on idle
-# cores, and lose up to a hundredfold when another process holds one of them.
+# cores, and lose up to a hundredfold when another process uses one of them.
 PRODUCT = 4 * 65536
 
 
 class BlockWeights(NamedTuple):
-    """What the samples of a block and the state before it give to its output and to the next state.
+    """Weights of the samples of a block and of the state before it in its outputs and in the next state.
 
     Parameters
     ----------
     onto_output : ndarray, (outputs, signals * used + numbers, kept)
         Upper triangles of the impulse responses, then the free decay of every mode. Samples after the last
-        one kept are not used.
+        output of a block are not used.
     onto_state : ndarray, (signals, block, numbers)
         Share of every sample in the state before the next block.
 
@@ -50,7 +50,7 @@ class BlockWeights(NamedTuple):
 def march_even(
     modes: Modes, drive: StraightDrive, state: Numbers, keep: int, output: Sequence[Real]
 ) -> Numbers:
-    """Follow relaxing or ringing modes through a drive whose pieces last equally long.
+    """Compute the response of relaxing or oscillating modes to a drive with pieces of equal duration.
 
     Parameters
     ----------
@@ -61,19 +61,19 @@ def march_even(
     state : ndarray, (poles,)
         State at the first point.
     keep : int
-        Every so many points one is put out; what lies between is not computed.
+        Outputs are computed at every ``keep``-th point.
     output : sequence of ndarray, (pieces // keep + 1,)
-        One for each output, overwritten by it, as in ``march``.
+        One array for each output, which is written into it, as in ``march``.
 
     Returns
     -------
-    ndarray, (poles,)
+    final_state : ndarray, (poles,)
         State at the last point.
 
     Notes
     -----
-    Within a block the output is a triangle of the impulse response times the samples, plus the free decay of
-    what is followed (``Inputs``) from the beginning of the block.
+    Within a block the output is a triangular matrix of the impulse response times the samples, plus the free decay of
+    the recursion's states (``Inputs``) from the beginning of the block.
     """
     final = None
     z = modes.poles * drive.steps
@@ -100,7 +100,7 @@ def _put_out(
     drive: StraightDrive,
     keep: int,
 ) -> Numbers:
-    """Write some of the outputs, and give the followed numbers at the last point with their share of the drive."""
+    """Write some of the outputs, and return the states at the last point, the share of the drive included."""
     block = keep * max(1, _BLOCK // keep)
     gains, direct = modes.gains[chosen], np.where(modes.lag, 0.0, modes.direct)[chosen]
     weights = block_weights(gains, direct, inputs, z, block, keep)
@@ -128,19 +128,19 @@ def _put_out(
 
 
 def even_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indices) -> Numbers:
-    """Give the states at some points of a drive whose pieces last equally long.
+    """Return the states at some points of a drive with pieces of equal duration.
 
     Parameters
     ----------
     modes, drive, state
         As for `march_even`.
     places : ndarray of int, (n,)
-        Increasing, from 0 to the number of pieces.
+        Indices of points, increasing, from 0 to the number of pieces.
 
     Returns
     -------
-    ndarray, (poles, n)
-        In the unit of the drive.
+    states : ndarray, (poles, n)
+        States of the modes, in the unit of the drive.
     """
     z = modes.poles * drive.steps
     inputs = of_values(drive, z)
@@ -164,7 +164,7 @@ def even_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indi
 
 
 def _add_samples(found: Numbers, places: Indices, inputs: Inputs, onto_state: Real) -> None:
-    """Add to what was followed before the blocks of some points what the samples from there to the points add."""
+    """Add the response to the samples between the beginnings of blocks and some points to the states there."""
     block, many = onto_state.shape[1], max(1, _HELD // onto_state.shape[1])
     for first in range(0, len(places), many):
         some = slice(first, first + many)
@@ -181,7 +181,7 @@ def _add_samples(found: Numbers, places: Indices, inputs: Inputs, onto_state: Re
 def block_weights(
     gains: Numbers, direct: Real, inputs: Inputs, z: Numbers, block: int, keep: int
 ) -> BlockWeights:
-    """Spread the one-step weights over a block, for each signal of the drive.
+    """Compute the weights of a block from those of one step, for each signal of the drive.
 
     Parameters
     ----------
@@ -190,20 +190,22 @@ def block_weights(
     direct : ndarray, (outputs,)
         Share of the first signal itself in every output [-].
     inputs : Inputs
-        What pushes the modes.
+        Signals that drive the modes, and their weights.
     z : ndarray, (poles,)
         Poles times step [-].
     block : int
         Samples in a block.
     keep : int
-        Every so many samples of a block one is put out.
+        Outputs are computed at every ``keep``-th sample of a block.
 
     Returns
     -------
     BlockWeights
-        What a block gives [-].
+        Weights of samples and state [-].
     """
-    powers = np.exp(np.multiply.outer(np.arange(block + 1), z))  # not decay**n: slow modes lose digits
+    powers = np.exp(
+        np.multiply.outer(np.arange(block + 1), z)
+    )  # not decay**n, in which slow modes lose digits
     after = inputs.later[:, np.newaxis] * powers[:-1]
     kernels = np.concatenate([inputs.now[:, np.newaxis], after], axis=1)  # (signals, samples since, poles)
     responses = np.einsum("ok,snk->osn", gains, kernels).real
@@ -218,39 +220,39 @@ def block_weights(
 
 
 def numbers(modes: Numbers) -> Real:
-    """Lay real and imaginary parts side by side, or leave real modes as they are.
+    """Return the real and imaginary parts of modes side by side; real modes are returned as they are.
 
     Parameters
     ----------
     modes : ndarray, (..., poles)
-        float64 or complex128.
+        Modes, float64 or complex128.
 
     Returns
     -------
-    ndarray, (..., numbers)
-        float64, in the unit of the modes.
+    parts : ndarray, (..., numbers)
+        Real numbers (float64), in the unit of the modes.
     """
     return np.ascontiguousarray(modes).view(np.float64)
 
 
 def block_states(whole: Sequence[Real], onto_state: Real, z: Numbers, state: Numbers) -> Real:
-    """Give the state before every whole block and after the last.
+    """Return the state before every whole block and after the last.
 
     Parameters
     ----------
     whole : sequence of ndarray, (blocks, block)
-        Drive, and its jumps if there are any.
+        Drive, and its discontinuities if there are any.
     onto_state : ndarray, (signals, block, numbers)
-        From ``block_weights``.
+        Weights from ``block_weights``.
     z : ndarray, (poles,)
         Poles times step [-].
     state : ndarray, (poles,)
-        Before the first block, as ``w`` of ``march_even``.
+        State ``w`` of ``Inputs`` before the first block.
 
     Returns
     -------
-    ndarray, (blocks + 1, numbers)
-        ``w``, in the unit of the drive.
+    states : ndarray, (blocks + 1, numbers)
+        States ``w``, in the unit of the drive.
     """
     blocks, block, width = len(whole[0]), *onto_state.shape[1:]
     columns, rows = fold_length(blocks + 1)
@@ -275,7 +277,7 @@ def _fill(records: Sequence[Real], whole: Sequence[Real], states: Real, onto_out
 
 
 def _tiles(blocks: int, weights: Real) -> Iterator[slice]:
-    """Cut the blocks into tiles whose product with the weights stays on one thread."""
+    """Yield slices of the blocks whose product with the weights stays on one thread."""
     height = max(1, PRODUCT // max(1, weights.size))  # no poles, no weights
     for begin in range(0, blocks, height):
         yield slice(begin, min(begin + height, blocks))

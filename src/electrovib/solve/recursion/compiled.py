@@ -1,4 +1,4 @@
-"""One compiled pass over unequal pieces: what `one_pass` calls for each stretch."""
+"""One compiled pass over pieces of unequal duration, called by `one_pass` for each interval."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ if TYPE_CHECKING:
 
 
 SHORT: Final = 0.3
-"""Share of the longest piece, below which means of quick modes are no differences from 1."""
+"""Share of the longest piece below which the decays of fast modes are not read from the table."""
 
 
 def _inner(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that compiled ones call."""
+    """Compile a function that compiled functions call."""
     from numba import njit
 
-    # without the doors for Python; contract: a product and a sum are rounded once, nothing is put in another order
+    # without wrappers for Python; contract: a product and a sum are rounded once, the order of operations is kept
     options: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "fastmath": {"contract"}}
     return njit(function, error_model="numpy", **options)  # type: ignore[no-any-return]
 
 
 def _outer(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that Python calls, and keep it on disk where numba finds a folder to write to."""
+    """Compile a function that Python calls, and cache it on disk where numba finds a folder to write to."""
     from numba import njit
 
     options: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "fastmath": {"contract"}}
@@ -35,14 +35,14 @@ def _outer(function: Callable[..., Any]) -> Callable[..., Any]:
         return njit(function, nogil=True, **options)  # type: ignore[no-any-return]
 
 
-# Arrays are handed on whole, with the first mode and the one after the last: a view costs more than a piece.
+# Whole arrays are passed with the index of the first mode and of the one after the last: a view costs more than a piece.
 
 
 @_inner
 def _follow_slowest(
     first: Any, last: Any, rates: Any, t: Any, s: Any, step: Any, start: Any, rise: Any, state: Any
 ) -> Any:
-    """Take modes through one piece with polynomials of degree 4 in s."""
+    """Advance modes by one piece with polynomials of degree 4 in s."""
     for mode in range(first, last):
         fall, at = rates[mode] * step, mode - first
         later = t[0, at] + s * (t[1, at] + s * (t[2, at] + s * (t[3, at] + s * t[4, at])))
@@ -53,7 +53,7 @@ def _follow_slowest(
 def _follow_slow(
     first: Any, last: Any, rates: Any, t: Any, s: Any, step: Any, start: Any, rise: Any, state: Any
 ) -> Any:
-    """Take modes through one piece with polynomials of degree 10 in s."""
+    """Advance modes by one piece with polynomials of degree 10 in s."""
     for mode in range(first, last):
         fall, at = rates[mode] * step, mode - first
         later = t[6, at] + s * (t[7, at] + s * (t[8, at] + s * (t[9, at] + s * t[10, at])))
@@ -64,7 +64,7 @@ def _follow_slow(
 
 @_inner
 def _follow_far(last: Any, rates: Any, step: Any, start: Any, rise: Any, state: Any) -> Any:
-    """Take modes through one piece that lasts longer than the polynomials hold."""
+    """Advance modes by one piece that is longer than the range of the polynomials."""
     for mode in range(last):
         fall = rates[mode] * step
         if fall < 1:
@@ -89,17 +89,17 @@ def _follow_lags_near(
     drop: Any,
     lags: Any,
 ) -> Any:
-    """Do what `_follow_lags` does, from the decays in a time that is a little off the piece's."""
+    """Advance lags as `_follow_lags` does, from tabulated decays at a duration near that of the piece."""
     for mode in range(first, last):
         fall, by = rates[mode] * step, rates[mode] * off
-        change = by / 4 * (1 - by / 5)  # what is left out is below rounding of what is left of a lag
+        change = by / 4 * (1 - by / 5)  # the truncation error is below rounding of the lag
         decay = decays[place, mode - first] * (1 - by * (1 - by / 2 * (1 - by / 3 * (1 - change))))
         lags[mode] = decay * lags[mode] - (1 - decay) / fall * rise - drop
 
 
 @_inner
 def _follow_lags(first: Any, last: Any, rates: Any, step: Any, rise: Any, drop: Any, lags: Any) -> Any:
-    """Take what quick modes lag behind the drive through one piece and the jump after it."""
+    """Advance the lags of fast modes behind the drive by one piece and the discontinuity after it."""
     for mode in range(first, last):
         fall = rates[mode] * step
         if fall > 0.5:
@@ -126,15 +126,15 @@ def follow(
     state: Any,
     table: Any,
 ) -> Any:
-    """Follow modes through some pieces.
+    """Advance modes through some pieces.
 
-    Of `rates` the first `counts[0]` have the polynomials `few` of degree 4 and the next `counts[1]` those `more` of
-    degree 10, which give (1 - mean)/fall, where mean = (1 - exp(-fall))/fall; they are followed by themselves. The
-    others are followed as what they lag behind the drive, the next `counts[2]` of them by `decays` in evenly many
-    times up to the longest, the last by their exponentials. `state` becomes that after the last
-    piece; where `table` has rows, they become the states before each piece.
+    Of `rates` the first `counts[0]` use the polynomials `few` of degree 4 and the next `counts[1]` the polynomials
+    `more` of degree 10, which give (1 - mean)/fall, where mean = (1 - exp(-fall))/fall; the states of these modes are
+    advanced. Of the other modes the lag behind the drive is advanced: for the next `counts[2]` of them by `decays` at
+    evenly spaced durations up to the longest, for the last by their exponentials. `state` is overwritten by that after
+    the last piece; where `table` has rows, they are overwritten by the states before each piece.
     """
-    # unsigned: places that could be counted from the end keep loops from being done in vectors
+    # unsigned: indices that could be negative prevent vectorised loops
     slowest, slow, count = np.uint64(counts[0]), np.uint64(counts[0] + counts[1]), np.uint64(len(rates))
     near, width, zero = slow + np.uint64(counts[2]), longest / len(decays), np.uint64(0)
     for piece in range(len(steps)):

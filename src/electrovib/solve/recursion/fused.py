@@ -1,4 +1,4 @@
-"""Two linear systems with a formula between them, without ever holding what lies between."""
+"""Two linear systems in series with a formula between them, without storing the intermediate signals."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
     System = tuple[ArrayLike, ArrayLike, float]
 
-_BLOCK, _SHORTEST = 64, 16  # samples of the first system in a block, at most and at least
-_PRODUCTS = 4  # of the first system before the formula: some 20 000 samples, which stay in the second cache
+_BLOCK, _SHORTEST = 64, 16  # largest and smallest number of samples of the first system in a block
+_PRODUCTS = 4  # products of the first system before the formula: some 20 000 samples, which fit in the second-level cache
 
 
 def march_chain(
@@ -36,41 +36,41 @@ def march_chain(
     keep: int,
     settled: bool = False,
 ) -> NDArray[np.float64]:
-    """Follow relaxing modes, a formula of their output, and ringing modes driven by that, at every k-th sample.
+    """Compute relaxing modes, a formula of their output, and oscillating modes driven by it, at every k-th sample.
 
     Parameters
     ----------
     first : tuple of poles, gains and direct
         One output of relaxing modes, as for ``march``: (poles,), (poles,), number; from rest.
     formula : callable
-        Turns an array of outputs of the first system into inputs of the second, in place, each on its own; for
-        instance a voltage [V] into the friction it causes [N].
+        Converts an array of outputs of the first system into inputs of the second, in place and element by element;
+        for instance a voltage [V] into the friction it causes [N].
     second : tuple of poles, gains and direct
-        One output of ringing modes, as for ``march_pairs``.
+        One output of oscillating modes, as for ``march_pairs``.
     samples : array_like, (n,)
         Drive of the first system at even times, straight between them, finite, at least two.
     step : float
         Time between samples [s].
     keep : int
-        Every so many samples an output of the second system is put out.
+        Outputs of the second system are computed at every ``keep``-th sample.
     settled : bool
         The second system begins in steady state under its first input; otherwise from rest.
 
     Returns
     -------
-    ndarray, (ceil(n / keep),)
-        Outputs of the second system.
+    output : ndarray, (ceil(n / keep),)
+        Outputs of the second system, in the unit of the formula's result times that of its gains.
 
     Raises
     ------
     InputError
-        As ``march`` and ``march_pairs``; or if there are less than two samples.
+        As ``march`` and ``march_pairs``; or if there are fewer than two samples.
 
     Notes
     -----
-    The same as ``march``, the formula and ``march_pairs`` with ``keep``, up to rounding. What lies between is
-    made in tiles that stay in the cache, and of the second system only the state at every k-th sample. Where
-    ``keep`` has no divisor from 16 to 64, one whole record is made after the other.
+    The result equals that of ``march``, the formula and ``march_pairs`` with ``keep``, up to rounding. Intermediate
+    signals are computed in tiles that stay in the cache, and of the second system only the state at every k-th sample.
+    Where ``keep`` has no divisor from 16 to 64, whole records are computed one after the other.
     """
     values = np.ascontiguousarray(samples, np.float64)
     if values.size < 2:
@@ -117,9 +117,9 @@ def _between(
     block: int,
     state: Numbers,
 ) -> Iterator[tuple[slice, Real]]:
-    """Give what the second system sees, some rows of ``keep`` samples at a time, then the first of what is left.
+    """Yield the input of the second system, some rows of ``keep`` samples at a time, then the first remaining sample.
 
-    Every array given is used up before the next one is made, in the same memory.
+    The arrays share their memory: each has to be used before the next one is requested.
     """
     z, rows = front.poles * step, (values.size - 1) // keep
     inputs = of_values(StraightDrive(values[:-1], values[1:], np.asarray(step)), z)

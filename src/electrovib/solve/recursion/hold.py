@@ -1,4 +1,4 @@
-"""Weights that carry a relaxing or ringing mode exactly across one straight piece of drive."""
+"""Weights that advance a relaxing or oscillating mode exactly by one straight piece of drive."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _Weights: TypeAlias = "tuple[NDArray[np.complex128], NDArray[np.complex128], NDA
 
 
 def hold_weights(z: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Weigh the old state and both ends of a straight piece of drive, for a mode that relaxes towards it.
+    """Compute the weights of the old state and of both ends of a straight piece of drive for a relaxing mode.
 
     Parameters
     ----------
@@ -32,21 +32,18 @@ def hold_weights(z: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]
     last : ndarray, shape of ``z``
         Weight of the drive just before the end of the step [-], between 0 and 1.
 
-    Raises
-    ------
-    Nothing.
-        A positive ``z`` is a growing mode and gives meaningless weights; ``march`` refuses it.
-
     Notes
     -----
+    A positive ``z`` is a growing mode and gives meaningless weights; ``march`` refuses it.
+
     For ``x' = p (x - v)``, ``z = p h`` and ``u = -z`` the step is
     ``x(h) = decay x(0) + first v(0+) + last v(h-)`` with::
 
         decay = exp(-u),  first = (1 - exp(-u))/u - exp(-u),  last = 1 - (1 - exp(-u))/u
 
     Both differences cancel for small ``u``; there ``first = exp(-u) (u/2! + u^2/3! + ...)`` has positive
-    terms only and ``last`` is what is left of ``1 - exp(-u)``. Relative error about 1e-15 for every
-    ``z`` between -1e300 and -1e-300 (``decay`` itself fades into subnormal numbers below -708).
+    terms only and ``last = 1 - exp(-u) - first``. The relative error is about 1e-15 for every
+    ``z`` between -1e300 and -1e-300 (``decay`` itself becomes subnormal below -708).
 
     References
     ----------
@@ -69,7 +66,7 @@ def hold_weights(z: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]
 
 
 def hold_weights_complex(z: ArrayLike) -> _Weights:
-    """Weigh the old state and both ends of a straight piece of drive, for a mode that rings and decays.
+    """Compute the weights of the old state and of both ends of a straight piece of drive for an oscillating mode.
 
     Parameters
     ----------
@@ -83,9 +80,9 @@ def hold_weights_complex(z: ArrayLike) -> _Weights:
 
     Notes
     -----
-    The formulas of ``hold_weights``. For ``|z| < 1`` the series keeps every digit of ``first`` and ``last``.
-    Beyond, ``first = (1 - exp(-u))/u - exp(-u)`` is exact to about 1e-15 of the larger of its two terms; it
-    passes through zero near u = 2.1 + 7.5j (and further out), where that is all it can be compared with.
+    The formulas are those of ``hold_weights``. For ``|z| < 1`` the series keeps every digit of ``first`` and ``last``.
+    Beyond, ``first = (1 - exp(-u))/u - exp(-u)`` is exact to about 1e-15 of the larger of its two terms; the value
+    itself passes through zero near u = 2.1 + 7.5j (and further out).
     """
     fall = -np.asarray(z, dtype=np.complex128)
     size = np.abs(fall)
@@ -104,7 +101,7 @@ def hold_weights_complex(z: ArrayLike) -> _Weights:
 
 
 def weights_of(z: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Give the weights in the kind of number that the poles are [-].
+    """Return the weights of real or complex modes, as numbers of the type of the poles [-].
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What of a drive pushes the modes in each step: its values, or how much it rises."""
+"""The signals of a drive that enter the recursion in each step: its values, or its rises."""
 
 from __future__ import annotations
 
@@ -14,24 +14,25 @@ if TYPE_CHECKING:
 
 
 class Inputs(NamedTuple):
-    """One number of each signal a step, and what the modes take of it.
+    """One number of each signal per step, and its weights in the recursion.
 
     Parameters
     ----------
     signals : tuple of ndarray, (pieces,)
-        Values of the drive or its rises, and its drops at the beginning of each piece if it jumps.
+        Values of the drive or its rises, and its drops at the beginning of each piece if it is discontinuous.
     now, later : ndarray, (signals, poles)
-        What a number adds to the modes at once, and what one step later.
+        Weight of a sample in the recursion's state at once, and one step later.
     shift : ndarray, (poles,)
-        Share of the drive that stands in a mode beside the followed number.
+        Share of the drive that is added to the recursion's state to obtain the mode.
     at_end : ndarray, (signals,)
-        The number of each signal at the last point.
+        Value of each signal at the last point.
 
     Notes
     -----
-    Of values ``w = x - last v`` is followed, ``w' = decay w + (decay last + first) v``: a drive without jumps enters
-    once, and not as starts and ends. Of rises ``x - v`` itself, which becomes ``decay (x - v) - (1 - last) rise``: what
-    is left of a drive that a mode follows closely is then no difference of two large numbers.
+    With values, the recursion's state is ``w = x - last v``, ``w' = decay w + (decay last + first) v``: a continuous
+    drive enters once, and not as starts and ends. With rises it is ``x - v`` itself, which becomes
+    ``decay (x - v) - (1 - last) rise``: the small lag of a mode that follows the drive closely is then not the
+    difference of two large numbers.
     """
 
     signals: tuple[Real, ...]
@@ -42,7 +43,7 @@ class Inputs(NamedTuple):
 
 
 def of_values(drive: StraightDrive, z: Numbers) -> Inputs:
-    """Let the values of a drive push the modes.
+    """Return the values of a drive as the signals of the recursion.
 
     Parameters
     ----------
@@ -54,7 +55,7 @@ def of_values(drive: StraightDrive, z: Numbers) -> Inputs:
     Returns
     -------
     Inputs
-        The drive, and its drops if it jumps.
+        Values of the drive, and its drops if it is discontinuous.
     """
     decay, first, last = weights_of(z)
     jumps = drive.jumps()
@@ -65,7 +66,7 @@ def of_values(drive: StraightDrive, z: Numbers) -> Inputs:
 
 
 def of_rises(drive: StraightDrive, z: Numbers) -> Inputs:
-    """Let the rises of a drive push what modes lag behind it.
+    """Return the rises of a drive as the signals of the recursion, whose states are lags behind the drive.
 
     Parameters
     ----------
@@ -77,7 +78,7 @@ def of_rises(drive: StraightDrive, z: Numbers) -> Inputs:
     Returns
     -------
     Inputs
-        Rises in each piece, and drops between them if it jumps.
+        Rises in each piece, and drops between pieces if the drive is discontinuous.
     """
     decay, _, last = weights_of(z)
     jumps, rises = drive.jumps(), drive.ends - drive.starts

@@ -19,24 +19,24 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Indices, Numbers, Real
     from electrovib.solve.recursion.record import Modes
 
-_HELD = 1 << 19  # numbers of modes and pieces held at once; fewer cost calls, more cost memory
-_SLOW = ((0.0, 0.03), (0.03, 1.0))  # rate times longest step, from above one to at most the other
-_DEGREE = (6, 13)  # of the polynomials in the step that are exact to rounding there
+_HELD = 1 << 19  # modes times pieces in memory together: fewer need more calls, more need more memory
+_SLOW = ((0.0, 0.03), (0.03, 1.0))  # ranges of rate times longest step, the lower end excluded
+_DEGREE = (6, 13)  # degree of the polynomials in the step that are exact to rounding there
 _GRADED = 1e-4  # shortest piece over the longest
-_FEW = 16  # pieces for each place from which on the compiled pass stops at every place
+_FEW = 16  # pieces per place from which the compiled pass stops at every place
 
 
 class _Family(NamedTuple):
-    """Modes that are followed in the same way.
+    """Modes that are advanced by the same method.
 
     Parameters
     ----------
     chosen : ndarray of int
-        Places among all modes.
+        Indices among all modes.
     degree : int
-        Of the polynomials in the step by which their weights are read; 0 for their own exponentials.
+        Degree of the polynomials in the step for their weights; 0 for exponentials of each step.
     lag : bool
-        Followed as ``x - v``.
+        Whether the lag ``x - v`` is advanced.
     """
 
     chosen: Indices
@@ -52,7 +52,7 @@ def march_jittered(
     output: Sequence[Real],
     passed: list[tuple[int, Real]] | None = None,
 ) -> Numbers:
-    """Follow relaxing modes through a drive whose pieces last unequally long.
+    """Compute the response of relaxing modes to a drive with pieces of unequal duration.
 
     Parameters
     ----------
@@ -63,22 +63,22 @@ def march_jittered(
     state : ndarray, (poles,)
         State at the first point.
     keep : int
-        Every so many points one is put out.
+        Outputs are computed at every ``keep``-th point.
     output : sequence of ndarray, (pieces // keep + 1,)
-        One for each output, overwritten by it, as in ``march``.
+        One array for each output, which is written into it, as in ``march``.
     passed : list of (int, ndarray), optional
-        Takes points and the states there from the compiled pass.
+        Receives points and the states there from the compiled pass.
 
     Returns
     -------
-    ndarray, (poles,)
+    final_state : ndarray, (poles,)
         State at the last point.
 
     Notes
     -----
-    All outputs are sums over the same states. The weights of a mode that relaxes little in the longest step of a
-    stretch are polynomials in the step, summed as one matrix product; a mode that relaxes within a step is followed as
-    its lag ``x - v``, which needs its exponential alone.
+    All outputs are sums over the same states. The weights of a mode that relaxes little in the longest step of an
+    interval are polynomials in the step, summed as one matrix product; of a mode that relaxes within a step the lag
+    ``x - v`` is advanced, which needs its exponential alone.
     """
     if keep == 1 and not _is_graded(drive) and is_worth_compiling(modes, drive):
         return march_in_one_pass(modes, drive, np.asarray(state, float), output, passed)
@@ -97,19 +97,19 @@ def march_jittered(
 
 
 def jittered_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indices) -> Numbers:
-    """Give the states at some points of a drive whose pieces last unequally long.
+    """Return the states at some points of a drive with pieces of unequal duration.
 
     Parameters
     ----------
     modes, drive, state
         As for `march_jittered`.
     places : ndarray of int, (n,)
-        Increasing, from 0 to the number of pieces.
+        Indices of points, increasing, from 0 to the number of pieces.
 
     Returns
     -------
-    ndarray, (poles, n)
-        In the unit of the drive.
+    states : ndarray, (poles, n)
+        States of the modes, in the unit of the drive.
     """
     few = _FEW * len(places) <= drive.starts.size
     if few and not _is_graded(drive) and is_worth_compiling(modes, drive):
@@ -127,7 +127,7 @@ def jittered_states(modes: Modes, drive: StraightDrive, state: Numbers, places: 
 
 
 def _chunks(modes: Modes, drive: StraightDrive) -> Iterator[tuple[int, StraightDrive, float]]:
-    """Cut a drive into stretches, each with its first piece and the drive after its end."""
+    """Yield intervals of a drive, each with the index of its first piece and the drive after its end."""
     pieces, length = drive.starts.size, max(64, _HELD // max(1, modes.poles.size))
     for begin in range(0, pieces, length):
         end = min(begin + length, pieces)
@@ -136,7 +136,7 @@ def _chunks(modes: Modes, drive: StraightDrive) -> Iterator[tuple[int, StraightD
 
 
 def _outputs(modes: Modes, drive: StraightDrive, following: float, state: Numbers) -> Real:
-    """Give the outputs before every piece of one stretch, (outputs, pieces); the state becomes that after it."""
+    """Return the outputs before every piece of one interval, (outputs, pieces), and update the state to its end."""
     columns, rows = fold_length(drive.starts.size)
     total, level = np.zeros((columns * rows, modes.direct.size)), modes.direct.copy()
     for family, table in _followed(modes, drive, following, state):
@@ -152,7 +152,7 @@ def _outputs(modes: Modes, drive: StraightDrive, following: float, state: Number
 def _followed(
     modes: Modes, drive: StraightDrive, following: float, state: Numbers
 ) -> Iterator[tuple[_Family, Numbers]]:
-    """Give, family by family, what is followed before every piece, (columns, rows, modes)."""
+    """Yield, family by family, the states or lags before every piece, (columns, rows, modes)."""
     columns, rows = fold_length(drive.starts.size)
     folded = [_fold(each, columns, rows) for each in drive]
     spans = folded[2].sum(axis=0)
@@ -172,9 +172,10 @@ def _followed(
 
 
 def _is_graded(drive: StraightDrive) -> bool:
-    """Tell whether steps grow over decades, as those of a solver: there a drive may be huge for a moment.
+    """Return whether the steps extend over decades, as those of an adaptive solver.
 
-    What a mode lags behind such a drive is rounded by the drive's size, not by its own.
+    Such a drive may be very large for a short time, and the lag of a mode behind it is then rounded by the size of the
+    drive.
     """
     lasting = drive.steps[drive.steps > 0]
     return bool(len(lasting)) and float(np.min(lasting)) < _GRADED * float(np.max(lasting))
@@ -194,7 +195,7 @@ def _families(modes: Modes, longest: float, *, graded: bool) -> list[_Family]:
 
 
 def _weights(poles: Numbers, family: _Family, folded: list[Real]) -> tuple[Numbers, Numbers]:
-    """Give what each piece leaves of the state before it, and what it adds, (pieces, modes) each."""
+    """Return the decay of the state in each piece, and the increment by the piece, (pieces, modes) each."""
     starts, ends, steps = (each.reshape(-1, 1) for each in folded)
     if family.degree:
         return _by_polynomials(poles, family.degree, starts, ends, steps)
@@ -211,9 +212,9 @@ def _weights(poles: Numbers, family: _Family, folded: list[Real]) -> tuple[Numbe
 def _by_polynomials(
     poles: Numbers, degree: int, starts: Real, ends: Real, steps: Real
 ) -> tuple[Numbers, Numbers]:
-    """Read the weights of slow modes from Chebyshev polynomials in the step, between 0 and the longest.
+    """Return decays and increments of slow modes from Chebyshev polynomials in the step, from 0 to the longest.
 
-    What a piece adds is read as a share of its step times the pole, which keeps its digits however short the step is.
+    The polynomials represent the increment over step times pole, which keeps its digits however short the step is.
     """
     longest = float(np.max(steps))
     nodes, to_coefficients = _rule(degree)
@@ -236,20 +237,20 @@ def _by_polynomials(
 
 @functools.cache
 def _rule(degree: int) -> tuple[Real, Real]:
-    """Nodes between -1 and 1, and Chebyshev's coefficients from the values there."""
+    """Return nodes between -1 and 1, and the matrix from values there to Chebyshev coefficients."""
     nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
     return nodes, np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, degree)))
 
 
 def _drop(pushes: Numbers, drive: StraightDrive, following: float, columns: int, rows: int) -> None:
-    """Take off what the drive jumps after each piece from what modes lag behind it, where it jumps."""
+    """Subtract the discontinuities of the drive after each piece from the lags, if there are any."""
     jumps = np.append(drive.starts[1:], following) - drive.ends
     if np.any(jumps):
         pushes -= _fold(jumps, columns, rows).reshape(-1, 1)
 
 
 def _fold(samples: Real, columns: int, rows: int) -> Real:
-    """Lay samples row by row into (columns, rows); the rest are pieces of no duration."""
+    """Return samples row by row in an array (columns, rows), padded with pieces of no duration."""
     padded = np.zeros(rows * columns)
     padded[: samples.size] = samples
     return np.ascontiguousarray(padded.reshape(rows, columns).T)

@@ -1,4 +1,4 @@
-"""The recursion written out step by step: the reference that the fast ways are judged by."""
+"""The recursion step by step: the reference with which the fast methods are compared."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def march_loop(
     *,
     lag: ArrayLike = False,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Follow relaxing modes through a drive of straight pieces, one piece after the other.
+    """Compute the response of relaxing modes to a piecewise linear drive, one piece after the other.
 
     Parameters
     ----------
@@ -48,9 +48,9 @@ def march_loop(
 
     Notes
     -----
-    Since ``decay = 1 - first - last``, a step is ``x + first (v_start - x) + last (v_end - x)``: a mode
-    much slower than the step keeps the digits that are lost when its decay is rounded next to 1. The lag of
-    a mode is followed by itself, ``decay (x - v) - (1 - last) (v_end - v_start)``, less what the drive jumps.
+    Since ``decay = 1 - first - last``, a step is ``x + first (v_start - x) + last (v_end - x)``: a mode much slower than
+    the step keeps the digits that are lost when a decay near 1 is rounded. The lag of a mode is advanced separately,
+    ``decay (x - v) - (1 - last) (v_end - v_start)``, less the discontinuity of the drive.
     """
     return _follow(*gather(poles, gains, direct, starts, ends, steps, initial_state, lag=lag))
 
@@ -64,7 +64,7 @@ def march_pairs_loop(
     steps: ArrayLike,
     initial_state: ArrayLike,
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
-    """Follow ringing modes through a drive of straight pieces, one piece after the other.
+    """Compute the response of oscillating modes to a piecewise linear drive, one piece after the other.
 
     Parameters
     ----------
@@ -104,6 +104,6 @@ def _follow(modes: Modes, drive: StraightDrive, state: Numbers) -> tuple[Real, N
 
 
 def _put_out(modes: Modes, level: float, state: Numbers, lag: Numbers) -> Real:
-    """Give the outputs at one point."""
+    """Return the outputs at one point."""
     modal = np.where(modes.lag, (modes.gains @ lag).real, (modes.gains @ state).real)
     return np.asarray(modes.direct * level + modal)

@@ -1,4 +1,4 @@
-"""The recursion at unequal time stamps in one compiled pass over the pieces, for very many of them."""
+"""The recursion at unequal time stamps in one compiled pass over very many pieces."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ if TYPE_CHECKING:
     from electrovib.solve.recursion.record import Modes, StraightDrive
 
 _WORTH: Final = 1_000_000
-"""Modes times pieces from which on loading what numba compiled costs less than it saves."""
+"""Modes times pieces from which loading the compiled code costs less time than it saves."""
 _AT_ONCE: Final = 1024
-"""Pieces whose states are held at once."""
+"""Pieces whose states are in memory together."""
 _DEGREES: Final = (4, 10)
 _REACH: Final = (0.015, 0.9, 100.0)
-"""Rate times longest step up to which these polynomials are exact to rounding, and then a table of decays."""
+"""Rate times longest step up to which these polynomials, and then a table of decays, are exact to rounding."""
 _TABLE: Final = 1024
-"""Times of which the decays are kept."""
+"""Number of durations in the table of decays."""
 _OUTLIER: Final = 4.0
-"""Pieces that last so many times the mean have weights of their own."""
+"""Ratio to the mean duration above which a piece has weights of its own."""
 _SOON: Final = 0.1
-"""Rate times longest step from which on a mode has forgotten after some hundred pieces."""
+"""Rate times longest step from which a state has decayed after some hundred pieces."""
 _FORGOTTEN: Final = 45.0
-"""Rate times time after which nothing is left of a state."""
+"""Rate times time after which a state has decayed below rounding."""
 
 
 class _Plan(NamedTuple):
-    """Modes in the order in which they are followed."""
+    """Modes in the order in which they are advanced."""
 
     order: Indices
     counts: tuple[int, int, int]
@@ -42,24 +42,24 @@ class _Plan(NamedTuple):
 
     @property
     def slow(self) -> int:
-        """Count the modes that are followed by themselves; the others as what they lag behind the drive."""
+        """Number of modes of which the state is advanced; of the others it is the lag behind the drive."""
         return self.counts[0] + self.counts[1]
 
 
 def is_worth_compiling(modes: Modes, drive: StraightDrive) -> bool:
-    """Tell whether so many modes and pieces go through the compiled pass.
+    """Return whether the compiled pass is faster for so many modes and pieces.
 
     Parameters
     ----------
     modes : Modes
-        Real ones can.
+        Modes; only real poles are supported.
     drive : StraightDrive
-        With one duration for each piece.
+        Pieces with one duration each.
 
     Returns
     -------
     bool
-        Never without numba.
+        Whether the compiled pass is to be used; False without numba.
     """
     many = modes.poles.size * drive.starts.size >= _WORTH
     return many and not np.iscomplexobj(modes.poles) and _kernel() is not None
@@ -72,7 +72,7 @@ def march_in_one_pass(
     output: Sequence[Real],
     passed: list[tuple[int, Real]] | None = None,
 ) -> Real:
-    """Follow relaxing modes through a drive whose pieces last unequally long, as `march_jittered` does.
+    """Compute the response of relaxing modes to a drive with pieces of unequal duration, as `march_jittered` does.
 
     Parameters
     ----------
@@ -83,18 +83,18 @@ def march_in_one_pass(
     state : ndarray, (poles,)
         State at the first point.
     output : sequence of ndarray, (pieces + 1,)
-        One for each output, overwritten by it.
+        One array for each output, which is written into it.
     passed : list of (int, ndarray), optional
-        Takes the first point of each stretch and the states there.
+        Receives the first point of each interval and the states there.
 
     Returns
     -------
-    ndarray, (poles,)
+    final_state : ndarray, (poles,)
         State at the last point.
 
     Notes
     -----
-    The states of a stretch stay in the cache; the outputs are their product with the gains.
+    The states of an interval stay in the cache; the outputs are their product with the gains.
     """
     plan, pieces = _plan(modes, drive), drive.starts.size
     gains, level = _ordered(modes, plan)
@@ -115,23 +115,23 @@ def march_in_one_pass(
 
 
 def states_in_one_pass(modes: Modes, drive: StraightDrive, state: Real, places: Indices) -> Real:
-    """Give the states at some points of a drive whose pieces last unequally long, as `jittered_states` does.
+    """Return the states at some points of a drive with pieces of unequal duration, as `jittered_states` does.
 
     Parameters
     ----------
     modes, drive, state
         As for `march_in_one_pass`.
     places : ndarray of int, (n,)
-        Increasing, from 0 to the number of pieces; few beside the pieces.
+        Indices of points, increasing, from 0 to the number of pieces; far fewer than the pieces.
 
     Returns
     -------
-    ndarray, (poles, n)
-        In the unit of the drive.
+    states : ndarray, (poles, n)
+        States of the modes, in the unit of the drive.
 
     Notes
     -----
-    Modes that forget within some hundred pieces are followed only through the pieces shortly before a place.
+    Modes that decay within some hundred pieces are advanced only through the pieces shortly before a place.
     """
     plan, reached = _plan(modes, drive), 0
     followed, found = _begun(plan, state, float(drive.starts[0])), np.empty((len(plan.order), len(places)))
@@ -159,7 +159,7 @@ def states_in_one_pass(modes: Modes, drive: StraightDrive, state: Real, places: 
 
 
 def _plan(modes: Modes, drive: StraightDrive) -> _Plan:
-    """Sort modes by how far they relax in the longest usual piece, and find their polynomials."""
+    """Sort modes by their relaxation in the longest usual piece, and compute their polynomials."""
     longest = min(float(np.max(drive.steps)), _OUTLIER * float(np.mean(drive.steps)))
     fall = -modes.poles * longest
     kinds = np.searchsorted(_REACH, fall)
@@ -175,12 +175,12 @@ def _plan(modes: Modes, drive: StraightDrive) -> _Plan:
 
 
 def _lasting(plan: _Plan) -> int:
-    """Count the modes that do not forget soon."""
+    """Return the number of modes whose states have not decayed after some hundred pieces."""
     return min(plan.slow, int(np.searchsorted(plan.rates * plan.longest, _SOON)))
 
 
 def _some(plan: _Plan, among: slice) -> _Plan:
-    """Take some of the modes that stand beside each other."""
+    """Return the plan for a range of the modes."""
     ends = np.concatenate([[0], np.cumsum(plan.counts)])
     inside = np.clip(ends, among.start, among.stop)
     begins = (inside - ends)[:-1]
@@ -193,7 +193,7 @@ def _some(plan: _Plan, among: slice) -> _Plan:
 
 
 def _terms(falls: Real, degree: int) -> Real:
-    """Give the powers of 2 share - 1 that make (1 - mean)/fall of a share of these falls, (degree + 1, modes)."""
+    """Return (1 - mean)/fall for a share of these falls as coefficients of powers of 2 share - 1, (degree + 1, modes)."""
     nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
     fall = np.multiply.outer((1 + nodes) / 2, falls)
     later = np.zeros_like(fall)
@@ -205,7 +205,7 @@ def _terms(falls: Real, degree: int) -> Real:
 
 @functools.cache
 def _rule(degree: int) -> tuple[Real, Real]:
-    """Chebyshev's coefficients from the values at his nodes, and powers from these: one matrix would lose digits."""
+    """Return the matrices from nodal values to Chebyshev coefficients and from these to powers; one would lose digits."""
     count = degree + 1
     angles = np.arccos(np.polynomial.chebyshev.chebpts1(count))
     to_chebyshev: Real = 2 / count * np.cos(np.outer(np.arange(count), angles))
@@ -216,21 +216,21 @@ def _rule(degree: int) -> tuple[Real, Real]:
 
 
 def _ordered(modes: Modes, plan: _Plan) -> tuple[Real, Real]:
-    """Gains in the order of the plan, and what each output takes of the drive beside what is followed."""
+    """Return the gains in the order of the plan, and the direct share of the drive in each output."""
     gains = np.ascontiguousarray(modes.gains[:, plan.order])
     slow, quick = gains[:, : plan.slow].sum(axis=1), gains[:, plan.slow :].sum(axis=1)
     return gains, modes.direct + np.where(modes.lag, -slow, quick)
 
 
 def _begun(plan: _Plan, state: Real, level: float) -> Real:
-    """Give what is followed, at the first point."""
+    """Return states and lags at the first point, in the order of the plan."""
     followed = np.array(state[plan.order])
     followed[plan.slow :] -= level
     return followed
 
 
 def _ended(plan: _Plan, followed: Real, level: float) -> Real:
-    """Give the states from what is followed, at the last point."""
+    """Return the states of all modes from states and lags at the last point."""
     state = np.empty_like(followed)
     state[plan.order] = followed
     state[plan.order[plan.slow :]] += level
@@ -238,7 +238,7 @@ def _ended(plan: _Plan, followed: Real, level: float) -> Real:
 
 
 def _remembered(some: _Plan, drive: StraightDrive, places: Indices) -> list[int]:
-    """Find the piece before each place from which on something is left of modes."""
+    """Return, for each place, the first piece that still affects the states of the modes there."""
     times = np.concatenate([[0.0], np.cumsum(drive.steps)])
     longest = _FORGOTTEN / float(np.min(some.rates))
     found: list[int] = np.maximum(np.searchsorted(times, times[places] - longest) - 1, 0).tolist()
@@ -248,7 +248,7 @@ def _remembered(some: _Plan, drive: StraightDrive, places: Indices) -> list[int]
 def _follow(
     plan: _Plan, drive: StraightDrive, begin: int, end: int, followed: Real, table: Real | None = None
 ) -> None:
-    """Send what is followed through some pieces; the table takes what it is before each."""
+    """Advance states and lags through some pieces, and write those before each piece into the table."""
     kernel = _kernel()
     assert kernel is not None
     following = drive.starts[end] if end < drive.starts.size else drive.ends[-1]
@@ -269,7 +269,7 @@ def _follow(
 
 @functools.cache
 def _kernel() -> Any:
-    """Load the compiled pass; None where numba is not installed."""
+    """Return the compiled pass; None where numba is not installed."""
     try:
         from electrovib.solve.recursion.compiled import follow
     except ImportError:

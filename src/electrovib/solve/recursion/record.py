@@ -1,4 +1,4 @@
-"""Modes and the drive they follow, checked once before either recursion runs."""
+"""Modes and their drive, checked once before a recursion runs."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from electrovib.core.errors import InputError
 
 
 class Modes(NamedTuple):
-    """Modes and what each of them gives to each output.
+    """Modes and their shares in each output.
 
     Parameters
     ----------
     poles : ndarray, (poles,)
         Rates [1/s]: negative, or complex with a negative real part.
     gains : ndarray, (outputs, poles)
-        Share of every mode in every output [-]; twice that of a mode that stands for a pair. The real part
-        of the sum counts.
+        Share of every mode in every output [-], doubled for a mode that represents a pair. The output is the real part
+        of the sum.
     direct : ndarray, (outputs,)
         Share of the drive itself in every output [-].
     lag : ndarray of bool, (outputs,)
-        Whether an output takes of every mode what it lags behind the drive, in place of the mode.
+        Whether an output takes the lag of every mode behind the drive in the place of the mode.
     """
 
     poles: Numbers
@@ -49,7 +49,7 @@ class StraightDrive(NamedTuple):
     steps: Real
 
     def jumps(self) -> Real | None:
-        """Give the drop of the drive at the beginning of each piece, or None when it never jumps."""
+        """Return the drop of the drive at the beginning of each piece, or None for a continuous drive."""
         before, after = self.ends[:-1], self.starts[1:]
         if _same_memory(before, after) or np.array_equal(before, after):
             return None
@@ -57,7 +57,7 @@ class StraightDrive(NamedTuple):
 
 
 def _same_memory(one: Real, other: Real) -> bool:
-    """Tell whether both views begin at the same number; both are contiguous and equally long."""
+    """Return whether both views begin at the same number; both are contiguous and equally long."""
     return bool(one.__array_interface__["data"][0] == other.__array_interface__["data"][0])
 
 
@@ -74,7 +74,7 @@ def gather(
     lag: ArrayLike = False,
     pairs: bool = False,
 ) -> tuple[Modes, StraightDrive, Numbers]:
-    """Turn the arguments of a recursion into contiguous arrays and refuse what does not fit together.
+    """Convert the arguments of a recursion into contiguous arrays and refuse arguments that disagree.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def gather(
     Raises
     ------
     InputError
-        If shapes disagree, a pole does not decay, a duration is negative or not finite, or ``keep`` is no
+        If shapes disagree, a pole does not decay, a duration is negative or not finite, or ``keep`` is not a
         positive whole number.
     """
     kind = np.complex128 if pairs else np.float64
@@ -120,7 +120,7 @@ def gather(
 
 
 def _shape_problems(modes: Modes, drive: StraightDrive, state: Numbers) -> list[str]:
-    """List every array whose shape disagrees with the poles, the outputs or the pieces of drive."""
+    """Return a message for every array whose shape disagrees with the poles, the outputs or the pieces of the drive."""
     count, outputs, pieces = modes.poles.size, modes.direct.size, drive.starts.size
     wanted = {
         "poles": (modes.poles, (count,)),
@@ -141,15 +141,15 @@ def _shape_problems(modes: Modes, drive: StraightDrive, state: Numbers) -> list[
 
 
 def _value_problems(modes: Modes, drive: StraightDrive) -> list[str]:
-    """List poles that do not relax and durations that run backwards."""
+    """Return messages for poles that do not decay and for durations that are negative or not finite."""
     found = []
     if not np.all((modes.poles.real < 0.0) & (modes.poles.imag >= 0.0)):
         found.append(
             f"march.poles = {modes.poles}: every pole must be negative; "
-            "a conserved quantity (pole 0) is integrated, not relaxed."
+            "a conserved quantity (pole 0) has to be integrated separately."
             + " Of a conjugate pair give the one with the positive imaginary part."
             * np.iscomplexobj(modes.poles)
         )
     if not np.all((drive.steps >= 0.0) & np.isfinite(drive.steps)):
-        found.append("march.steps holds a negative or not finite duration; sort the time stamps.")
+        found.append("march.steps has a negative or non-finite duration; sort the time stamps.")
     return found

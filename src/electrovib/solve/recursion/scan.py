@@ -1,4 +1,4 @@
-"""Numbers of decaying modes at many points at once, from the push that each stretch of time gives them."""
+"""States of decaying modes at many points at once, from the increment of each interval of time."""
 
 from __future__ import annotations
 
@@ -11,50 +11,48 @@ if TYPE_CHECKING:
 
 
 def fold_length(count: int) -> tuple[int, int]:
-    """Give the columns and rows of the squarest table that holds ``count`` successive stretches.
+    """Return the columns and rows of the most nearly square table for ``count`` successive intervals.
 
     Parameters
     ----------
     count : int
-        Number of stretches, at least 1.
+        Number of intervals, at least 1.
 
     Returns
     -------
     columns, rows : int
-        ``columns * rows >= count``.
+        Numbers of columns and rows; ``columns * rows >= count``.
     """
     columns = int(np.ceil(np.sqrt(count)))
     return columns, -(-count // columns)
 
 
 def states_before(pushes: Numbers, decays: Numbers, row_decays: Numbers, state: Numbers) -> Numbers:
-    """Replace the push of every stretch by the state of the modes at the beginning of that stretch.
+    """Replace the increment of every interval by the state of the modes at the beginning of that interval.
 
     Parameters
     ----------
     pushes : ndarray, (columns, rows, poles)
-        What a stretch adds to the state; stretch ``row * columns + column`` stands at ``[column, row]``.
+        Increment of the state in each interval; interval ``row * columns + column`` is at ``[column, row]``.
         Overwritten by the states.
     decays : ndarray, broadcast to the shape of ``pushes``
-        What a stretch leaves of the state it found [-].
+        Factor by which the state decays in each interval [-].
     row_decays : ndarray, broadcast to (rows, poles)
-        The same for a whole row of stretches [-].
+        The same for a whole row of intervals [-].
     state : ndarray, (poles,)
-        State before the first stretch.
+        State before the first interval.
 
     Returns
     -------
-    ndarray, (poles,)
-        State after the last stretch.
+    final_state : ndarray, (poles,)
+        State after the last interval.
 
     Notes
     -----
-    All rows run side by side from rest, then their beginnings are chained, then all rows run side by side
-    again. The chain of roundings is as long as one row plus one column, not as the record.
+    All rows are computed in parallel from rest, then their beginnings are chained, then all rows are computed in
+    parallel again. Rounding accumulates over one row plus one column, not over the whole record.
     """
-    table = np.ascontiguousarray(
-        pushes
-    )  # a column in one stretch of memory: loops over rows and poles at once
+    table = np.ascontiguousarray(pushes)  # a column is contiguous: loops over rows and poles at once
     column = np.broadcast_to(decays, pushes.shape[3 - max(2, np.ndim(decays)) :])
     decays = np.broadcast_to(np.ascontiguousarray(column), pushes.shape)
     carried = np.zeros(pushes.shape[1:], pushes.dtype)

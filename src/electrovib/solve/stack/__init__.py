@@ -1,1 +1,1 @@
-"""The stack of layers in numbers: over frequency, as relaxation modes, as physical states."""
+"""Numerical forms of the stack of layers: over frequency, as relaxation modes, as physical states."""

@@ -1,4 +1,4 @@
-"""Over which frequencies a run needs its materials: from how long it is, and how short its shortest event."""
+"""Frequency band over which a run needs its materials, from its duration and its shortest event."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 MARGIN = 10.0
-"""How far beyond 1/(2 pi time) the band goes: a relaxation of a time t acts on all times around t."""
+"""Factor by which the band extends beyond 1/(2 pi time): a relaxation of a time t acts on all times around t."""
 SAME = 1e-9
-"""Times nearer than this to a corner, over the last time, count as at it."""
+"""Distance from a corner over the last time, below which a time counts as at the corner."""
 
 
 def run_band(scenario: Scenario, times: Real) -> tuple[float, float]:
-    """Find the frequencies that the answer of a run depends on.
+    """Return the band of frequencies that the response of a run depends on.
 
     Parameters
     ----------
@@ -35,15 +35,14 @@ def run_band(scenario: Scenario, times: Real) -> tuple[float, float]:
 
     Returns
     -------
-    tuple of float
-        Lowest and highest frequency [Hz], those of the frequency grid among them.
+    low, high : float
+        Lowest and highest frequency, with those of the frequency grid inside [Hz].
 
     Notes
     -----
-    From rest the lowest is 1/(2 pi t) of the last output time t, less a margin of 10; in the periodic state
-    the lowest frequency of the drive, less the same. The highest is ten times 1/(2 pi t) of the shortest
-    straight piece and of the shortest time between a corner and the next output, and ten times the highest
-    frequency of a sine.
+    From rest the lowest is a tenth of 1/(2 pi t) of the last output time t; in the periodic state a tenth of the
+    lowest frequency of the drive. The highest is ten times 1/(2 pi t) of the shortest straight piece and of the
+    shortest time between a corner and the next output, and ten times the highest frequency of a sine.
     """
     parts, grid = scenario.drive.parts(), scenario.frequency
     fastest = [scenario.drive.highest_frequency]
@@ -61,7 +60,7 @@ def run_band(scenario: Scenario, times: Real) -> tuple[float, float]:
 
 
 def shortest_time(scenario: Scenario, times: Real) -> float:
-    """Give the shortest straight piece of the drive or time between a corner and the next output [s].
+    """Return the duration of the shortest straight piece of the drive, or of a corner to the next output if shorter.
 
     Parameters
     ----------
@@ -72,8 +71,8 @@ def shortest_time(scenario: Scenario, times: Real) -> float:
 
     Returns
     -------
-    float
-        s; infinite if the drive has no corner before an output.
+    shortest : float
+        Shortest time [s]; infinite if the drive has no corner before an output.
     """
     end, drive = float(times[-1]), scenario.drive
     if any(isinstance(part, Linear) and part.begins_with(times) for part in drive.parts()):
@@ -86,7 +85,7 @@ def shortest_time(scenario: Scenario, times: Real) -> float:
 
 
 def lowest_frequency(scenario: Scenario) -> float:
-    """Give the lowest frequency in a drive that repeats [Hz]; 0 for its mean, only where a measured layer blocks."""
+    """Return the lowest frequency of a periodic drive [Hz]; its mean, 0, counts only if a measured layer does not conduct."""
     materials = [layer.material for layer in scenario.stack.layers.values()]
     blocked = any(math.isfinite(each.band[1]) and each.conductivity == 0 for each in materials)
     frequencies, amplitudes = spectrum(scenario.drive, harmonics=1)

@@ -1,7 +1,7 @@
-"""A stack under a prescribed current: every layer answers on its own, and one that does not conduct integrates.
+"""Modes of a stack under a prescribed current.
 
-With the current given, the field of a layer is E_k = z_k J/T_k: the poles are those of the layers and not the
-zeros of their sum, and no other layer has a say in it.
+With a given current, the field of a layer is E_k = z_k J/T_k: the poles are those of each layer and not the
+zeros of their sum, and it is independent of the other layers. A layer that does not conduct is an integrator.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 
 def per_ampere(section: PhasorSection, *, area: float) -> PhasorSection:
-    """Give the stack at given frequencies per ampere of the drive.
+    """Return the stack at given frequencies per ampere of the drive.
 
     Parameters
     ----------
     section : PhasorSection
-        Per volt of the drive.
+        The stack per volt of the drive.
     area : float
         Contact area [m2].
 
@@ -54,7 +54,7 @@ def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, are
     layers : dict of str to Layer
         From the plate to the finger.
     debye : dict of str to DebyeSum
-        Their polarisations.
+        Bound permittivity of each layer as Debye terms.
     area : float
         Contact area [m2].
 
@@ -65,13 +65,13 @@ def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, are
 
     Notes
     -----
-    E_k T_k = z_k (J + Q_k), Q_k the free charge put at time 0 on the interfaces on the plate's side of layer
-    k. The plate itself carries only what the current has brought.
+    E_k T_k = z_k (J + Q_k), with Q_k the free charge at time 0 on the interfaces on the plate's side of layer
+    k. The plate itself carries only the charge delivered by the current.
     """
     slabs = slabs_of(layers, debye)
     expanded = [slab_impedance(slab) for slab in slabs]
     nodes = np.unique(np.concatenate([rates for rates, _ in expanded]))
-    rates = np.append(np.where(nodes == 0, INTEGRATING, nodes), 0.0)  # the last: charge that stays
+    rates = np.append(np.where(nodes == 0, INTEGRATING, nodes), 0.0)  # the last: trapped charge
     held = np.concatenate([[0.0], np.cumsum([slab.charge for slab in slabs])[:-1]])
     fields, displacements = [], []
     for slab, (own, residues), charge in zip(slabs, expanded, held.tolist(), strict=True):
@@ -81,7 +81,7 @@ def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, are
         fields.append(_answer(rates, field / area, field * charge))
         displacements.append(_answer(rates, displacement / area, displacement * charge))
     current = Transfer(rates=rates, gains=np.zeros(len(rates)), direct=1 / area)
-    before = np.append(held, held[-1])  # the charge on the last layer would sit on the finger: there is none
+    before = np.append(held, held[-1])  # the last layer carries no charge towards the finger
     modes = StackModes(rates, tuple(fields), tuple(displacements), current, len(nodes), before)
     return section_of(layers, debye, modes)
 
@@ -93,7 +93,7 @@ def _spread(places: Indices, values: Real, count: int) -> Real:
 
 
 def _answer(rates: Real, residues: Real, free: Real) -> Transfer:
-    """Give sum residue/(s + rate); what charge leaves at a rate of 0 stays for ever."""
+    """Return sum residue/(s + rate); the free part at a rate of 0 is constant."""
     integrates = rates[:-1] == INTEGRATING
     gains = np.append(residues / rates[:-1], 0.0)
     fading = np.append(np.where(integrates, 0.0, free), float(np.sum(free[integrates])))

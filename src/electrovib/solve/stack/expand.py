@@ -1,4 +1,4 @@
-"""A scenario's stack as something to compute with: over frequency, and as modes."""
+"""The stack of a scenario over frequency, and as relaxation modes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from electrovib.solve.stack.section import (
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What of a scenario the sections need besides the layers."""
+    """Contact area, series element and second contact of a scenario, which the sections need besides the layers."""
 
     area: float
     element: SeriesElement
@@ -36,23 +36,23 @@ class Surroundings:
 
     @classmethod
     def of(cls, scenario: Scenario) -> Surroundings:
-        """Collect contact and circuit."""
+        """Return those of a scenario."""
         area = scenario.contact_area
         second = scenario.circuit.return_path.second_contact(area)
         return cls(area, scenario.circuit.element(), second)
 
 
 def phasors(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> PhasorSection:
-    """Give the scenario's stack over frequency, exact for the materials as declared.
+    """Return the scenario's stack over frequency, exact for the materials as declared.
 
     Parameters
     ----------
     scenario : Scenario
         Stack, contact and circuit.
     frequency : ndarray, shape (n,)
-        Hz, above 0.
+        Frequencies above 0 [Hz].
     leaks : bool
-        Count a leak as the conductivity that a vanishing sine sees, or leave it out.
+        Whether a leak counts as its conductivity at vanishing amplitude, or is omitted.
 
     Returns
     -------
@@ -65,17 +65,17 @@ def phasors(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> Phaso
 
 
 def per_volt_of(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> PhasorSection:
-    """Give the scenario's stack over frequency per volt, also where the drive prescribes the current.
+    """Return the scenario's stack over frequency per volt, also where the drive prescribes the current.
 
     Parameters
     ----------
     scenario, frequency, leaks
-        As for `phasors`; Hz.
+        As for `phasors`; frequency in Hz.
 
     Returns
     -------
     PhasorSection
-        Per volt across everything.
+        Per volt across stack and circuit.
     """
     around, layers = Surroundings.of(scenario), scenario.stack.layers
     return phasor_section(
@@ -88,7 +88,7 @@ def per_volt_of(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> P
 
 
 def linearised(layers: Mapping[str, Layer]) -> dict[str, Layer]:
-    """Replace every leak by the conductivity that a vanishing sine sees.
+    """Return layers with every leak replaced by its conductivity at vanishing amplitude.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def linearised(layers: Mapping[str, Layer]) -> dict[str, Layer]:
     Returns
     -------
     dict of str to Layer
-        The same layers where nothing leaks.
+        Layers in the same order; those without a leak unchanged.
     """
     found = {}
     for name, layer in layers.items():
@@ -111,16 +111,16 @@ def linearised(layers: Mapping[str, Layer]) -> dict[str, Layer]:
 
 
 def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> ChargedSection:
-    """Give what initial charge leaves behind, as Laplace transforms at j w, exact for the materials as declared.
+    """Return the response to initial charge as Laplace transforms at j w, exact for the materials as declared.
 
     Parameters
     ----------
     scenario : Scenario
         Stack, contact and circuit.
     frequency : ndarray, shape (n,)
-        Hz, above 0.
+        Frequencies above 0 [Hz].
     charges : ndarray, shape (layers + 1,)
-        Displacement before each layer and behind the last at time 0, `StackModes.charges` [C/m2].
+        Displacement before each layer and after the last at time 0, `StackModes.charges` [C/m2].
 
     Returns
     -------
@@ -155,19 +155,19 @@ def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> Charge
 
 
 def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSection:
-    """Give a section per volt of the drive from one per volt of the plate.
+    """Return a section per volt of the drive from one per volt of the plate.
 
     Parameters
     ----------
     scenario : Scenario
-        Its amplifier, whose limits are left out; itself if there is none.
+        With its amplifier, whose limits are neglected.
     section : PhasorSection
-        Per volt of the plate.
+        The stack per volt of the plate.
 
     Returns
     -------
     PhasorSection
-        Fields, voltage and current density times gain/(1 + j f/bandwidth).
+        With fields, voltage and current density times gain/(1 + j f/bandwidth); unchanged without an amplifier.
     """
     amplifier = scenario.circuit.amplifier
     if amplifier is None:
@@ -183,7 +183,7 @@ def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSectio
 
 
 def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduction]:
-    """Give every layer's polarisation as Debye terms, over the band that a run needs.
+    """Return the bound permittivity of every layer as Debye terms, over the band that a run needs.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduc
     layers = scenario.stack.layers
     exact = {name: layer.material.debye() for name, layer in layers.items()}
     low, high = LOWEST, HIGHEST
-    if None in exact.values():  # the band is of no account to materials that are Debye sums as declared
+    if None in exact.values():  # materials that are declared as Debye sums do not depend on the band
         low, high = run_band(scenario, scenario.time.times(scenario.drive) if times is None else times)
     return {
         name: reduce_material(layer.material, low=low, high=high)
@@ -211,19 +211,19 @@ def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduc
 
 
 def modes(scenario: Scenario, times: Real | None = None) -> tuple[ModalSection, float]:
-    """Give the stack without leaks as modes per unit of the drive, and the largest error of a polarisation.
+    """Return the stack without leaks as modes per unit of the drive, and the largest error of a bound permittivity.
 
     Parameters
     ----------
     scenario, times
-        As for `reductions`; s.
+        As for `reductions`; times in s.
 
     Returns
     -------
-    ModalSection
+    section : ModalSection
         Per volt, or per ampere of a drive that prescribes the current.
-    float
-        Largest |reduced/declared - 1| of a polarisation, 1.
+    error : float
+        Largest |reduced/declared - 1| of a bound permittivity [1].
     """
     found = reductions(scenario, times)
     debye = {name: reduction.debye for name, reduction in found.items()}

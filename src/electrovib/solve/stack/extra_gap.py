@@ -1,4 +1,4 @@
-"""Field in one more gap behind the layers: for laws whose gap is not the same everywhere."""
+"""Field in an additional gap in series with the layers, for laws whose gap is not uniform."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ IDLE = 1e-12
 
 
 def field_in_gap(section: Section, *, thickness: float, conductivity: float = 0.0) -> Linear:
-    """Field in an empty gap in series with all layers, under the voltage of the stack.
+    """Return the field in a gap in series with all layers, under the voltage of the stack.
 
     Parameters
     ----------
     section : Section
         The layers without this gap.
     thickness : float
-        Of the gap [m], above 0.
+        Thickness of the gap, above 0 [m].
     conductivity : float
-        Of what is in it [S/m].
+        Conductivity of the gap [S/m].
 
     Returns
     -------
     Linear
-        V/m per volt of the drive, of the same kind as the fields of the section.
+        Field per volt of the drive [V/m], of the same kind as the fields of the section.
 
     Raises
     ------
@@ -47,9 +47,9 @@ def field_in_gap(section: Section, *, thickness: float, conductivity: float = 0.
 
     Notes
     -----
-    E = V/(u + h eps_u), h = sum T/eps* over the layers and eps_u = 1 + conductivity/(s eps0). V is what the
-    layers without the gap leave of the drive, the same at every place: a place with this gap is taken as a
-    part of the contact too small to change it.
+    E = V/(u + h eps_u), with the thickness u, h = sum T/eps* over the layers and eps_u = 1 + conductivity/(s eps0). V is
+    the voltage across the layers without the gap, the same at every place: the area with this gap is assumed too small
+    to change it.
     """
     if isinstance(section, ModalSection):
         return _modal(section, thickness, conductivity)
@@ -68,8 +68,8 @@ def _phasor(section: PhasorSection, thickness: float, conductivity: float) -> Co
 def _modal(section: ModalSection, thickness: float, conductivity: float) -> Transfer:
     if any(np.any(layer.field.free) for layer in section.layers.values()):
         raise InputError(
-            "stack: initial_charge is not carried into gaps that differ from place to place. Give the stack one layer"
-            " 'gap' and a law of it, for instance force.model = MaxwellStressInGap, or take the charge away"
+            "stack: initial_charge is not supported with gaps that differ from place to place. Declare one layer 'gap' and a"
+            " law that reads it, for instance force.model = MaxwellStressInGap, or remove the charge"
         )
     slabs = [
         Slab(layer.thickness, section.debye[name], layer.material.conductivity)
@@ -81,7 +81,7 @@ def _modal(section: ModalSection, thickness: float, conductivity: float) -> Tran
 
 
 def _busy(transfer: Transfer) -> Transfer:
-    """Leave out modes that the drive does not excite: a product divides by the distance between rates."""
+    """Omit modes that the drive does not excite, because a product divides by the distance between rates."""
     scale = abs(transfer.direct) + float(np.sum(np.abs(transfer.gains)))
     kept = (np.abs(transfer.gains) > IDLE * scale) & (transfer.rates > 0)
     return Transfer(rates=transfer.rates[kept], gains=transfer.gains[kept], direct=transfer.direct)

@@ -1,4 +1,4 @@
-"""Roots of a sum of poles as distances from them, and those of one or two poles in closed form."""
+"""Roots of a sum of poles, stored as distances from them, and the closed forms for one and two poles."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 
 from electrovib.core.arrays import Indices, Real
 
-_CANCELLED = 8.0  # how far terms may cancel in the closed form of two poles: three of 53 bits
+_CANCELLED = 8.0  # largest cancellation in the closed form of two poles: three of 53 bits
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Roots:
-    r"""The places where a sum of poles takes its constant, each kept as a distance from the nearest pole.
+    r"""Roots at which a sum of poles equals a constant, each stored as a distance from the nearer pole.
 
     Parameters
     ----------
@@ -41,18 +41,18 @@ class Roots:
     slope: Real
 
     def differences(self) -> Real:
-        """Give the distance of each root from each node, without cancellation.
+        """Return the distance of each root from each node, without cancellation.
 
         Returns
         -------
-        ndarray, shape (roots, nodes)
-            Root minus node, never 0, each to a few roundings.
+        differences : ndarray, shape (roots, nodes)
+            Root minus node, never 0, each accurate to a few roundings.
         """
         return _differences(self.nodes, self.origin, self.offset)
 
 
 def _roots_at(node: Real, weight: Real, origin: Indices, offset: Real) -> Roots:
-    """Give roots whose distance from the nearer node is known."""
+    """Return roots whose distance from the nearer node is known."""
     difference = _differences(node, origin, offset)
     slope: Real = (weight / difference / difference).sum(axis=1)
     values: Real = node[origin] + offset
@@ -62,19 +62,19 @@ def _roots_at(node: Real, weight: Real, origin: Indices, offset: Real) -> Roots:
 
 
 def _between_two_poles(node: Real, weight: Real) -> Roots:
-    """Give the root between two poles that add up to nothing, in closed form."""
+    """Return the root between two poles for a constant of 0, in closed form."""
     nearer = int(weight[0] > weight[1])
     distance = (node[1] - node[0]) * (weight[nearer] / (weight[0] + weight[1]))
     return _roots_at(node, weight, np.array([nearer]), np.array([-distance if nearer else distance]))
 
 
 def _of_one_pole(node: Real, weight: Real, constant: float) -> Roots:
-    """Give the root above a single pole, in closed form."""
+    """Return the root above a single pole, in closed form."""
     return _roots_at(node, weight, np.zeros(1, np.intp), weight / constant)
 
 
 def _of_two_poles(node: Real, weight: Real, constant: float) -> Roots | None:
-    """Give the roots between and above two poles, in closed form; None where terms cancel too much for that.
+    """Return the roots between and above two poles, in closed form; None where terms cancel too much.
 
     With x the distance from the upper pole, c x^2 + (c gap - w0 - w1) x - w1 gap = 0: one root below it, one above.
     """

@@ -1,4 +1,4 @@
-"""The harmonics of a repeating drive."""
+"""Harmonics of a periodic drive."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def spectrum(drive: Drive, *, harmonics: int) -> tuple[Real, Complex]:
-    """Frequencies [Hz] and complex peak amplitudes [V] whose real parts add up to a repeating drive."""
+    """Return frequencies [Hz] and complex peak amplitudes [V] whose real parts sum to a periodic drive."""
     found: dict[float, complex] = {}
     for part in drive.parts():
         for frequency, amplitude in zip(*_part_spectrum(part, harmonics), strict=True):
@@ -26,7 +26,7 @@ def spectrum(drive: Drive, *, harmonics: int) -> tuple[Real, Complex]:
 
 
 def count_harmonics(drive: Drive) -> int | None:
-    """Count the frequencies in a drive, a constant included; None for edges, which have no last one."""
+    """Return the number of frequencies in a drive, with a constant; None where it is infinite, as for edges."""
     parts = drive.parts()
     if drive.period is None or not all(_is_tones(part) for part in parts):
         return None
@@ -49,7 +49,7 @@ def _part_spectrum(part: Part, harmonics: int) -> tuple[Real, Complex]:
 
 
 def _straight_spectrum(part: Linear, period: float, harmonics: int) -> tuple[Real, Complex]:
-    """Fourier series of straight pieces: each jump gives 1/(j w), each change of slope 1/(j w)^2."""
+    """Return the Fourier series of straight pieces: 1/(j w) for each discontinuity, 1/(j w)^2 for each change of slope."""
     first, last = part.after[:-1], part.before[1:]
     steps = np.diff(part.times)
     slopes = (last - first) / steps

@@ -1,4 +1,4 @@
-"""Integrals over time as modes: the charge that a current has brought, from rest and in the periodic state."""
+"""Integrals over time as modes: the charge delivered by a current, from rest and in the periodic state."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.parts import Part
 
 INTEGRATING: Final = 1e-30
-"""Rate that stands for an integrator [1/s]: what it forgets in 1e5 s is nothing that 53 bits could hold."""
+"""Rate that represents an integrator [1/s]: its decay in 1e5 s is far below the rounding of 53 bits."""
 _NO_MEAN = 1e-12
 """Mean of a drive over its largest value, below which it is rounding."""
 _NOTHING = 1e-13
-"""Response at zero frequency over the largest mode, below which it is the rounding of their sum."""
+"""Response at zero frequency over the largest mode, below which it is the rounding of the sum of modes."""
 
 
 def integrated(rate: Transfer, *, start: float = 0.0) -> Transfer:
-    """Give the integral over time of a linear quantity, for instance the charge that a current brings.
+    """Return the integral over time of a linear quantity, for instance the charge delivered by a current.
 
     Parameters
     ----------
     rate : Transfer
-        What is integrated; no free part at a rate of 0.
+        Integrand; without a free part at a rate of 0.
     start : float
-        The integral at time 0.
+        Integral at time 0.
 
     Returns
     -------
     Transfer
-        Over the same modes; with one of the rate `INTEGRATING` where a constant drive makes it grow without end,
-        and one of rate 0 for what stays of the beginning.
+        Over the same modes; with one of the rate `INTEGRATING` where it grows without limit under a constant drive, and
+        one of rate 0 for a constant part of the initial state.
 
     Notes
     -----
@@ -59,7 +59,7 @@ def integrated(rate: Transfer, *, start: float = 0.0) -> Transfer:
 
 
 def resting(transfer: Transfer) -> float:
-    """Give the response at zero frequency, 0 where it is only the rounding of the modes' sum."""
+    """Return the response at zero frequency, 0 where it is only the rounding of the sum of modes."""
     if transfer.static is not None:
         return transfer.static
     level = transfer.at_rest()
@@ -68,7 +68,7 @@ def resting(transfer: Transfer) -> float:
 
 
 def without_integrators(transfer: Transfer) -> Transfer:
-    """Leave out what integrates the drive."""
+    """Return the transfer function without the modes that integrate the drive."""
     gains = np.where(transfer.rates == INTEGRATING, 0.0, transfer.gains)
     return Transfer(
         rates=transfer.rates,
@@ -81,24 +81,24 @@ def without_integrators(transfer: Transfer) -> Transfer:
 
 
 def integral_weight(transfer: Transfer) -> float:
-    """Give how much of a quantity is the integral of the drive over time [its unit per unit of the drive and s]."""
+    """Return the factor of the drive's integral over time in a quantity [its unit per unit of the drive and s]."""
     return float(np.sum((transfer.gains * transfer.rates)[transfer.rates == INTEGRATING]))
 
 
 def settled_integral(drive: Drive, time: Real) -> Real:
-    """Integral of a repeating drive over time, counted from its own mean over a period.
+    """Return the integral over time of a periodic drive, with a mean of 0 over a period.
 
     Parameters
     ----------
     drive : Drive
-        Made of sines and repeating straight pieces, with a mean of 0.
+        Made of sines and periodic straight pieces, with a mean of 0.
     time : ndarray, shape (n,)
-        s.
+        Times [s].
 
     Returns
     -------
-    ndarray, shape (n,)
-        Unit of the drive times s.
+    integral : ndarray, shape (n,)
+        Integral, in the unit of the drive times s.
 
     Raises
     ------
@@ -108,41 +108,41 @@ def settled_integral(drive: Drive, time: Real) -> Real:
     mean = drive_mean(drive)
     if mean:
         what = (
-            f"the current has a mean of {format_quantity(mean, 'A')}, which has charged what does not conduct without end"
+            f"the current has a mean of {format_quantity(mean, 'A')}, which charges non-conducting layers without limit"
             if drive.quantity == "current"
             else f"the drive has a mean of {format_quantity(mean, 'V')} and every layer up to the interface conducts, so that"
-            " the charge there has grown without end. Give the stack a layer with role = 'gap'"
+            " the charge there grows without limit. Declare a layer with role = 'gap'"
         )
         raise InputError(
-            f"time.initial_state = PeriodicState: {what}. Give it no mean, or start from rest: AtRest"
+            f"time.initial_state = PeriodicState: {what}. Choose a drive with a mean of 0, or start from rest: AtRest"
         )
     total: Real = np.sum([_integral(part, time) for part in drive.parts()], axis=0)
     return total
 
 
 def refuse_unrepeated(drive: Drive) -> None:
-    """Refuse the periodic state of a drive that neither repeats nor is held.
+    """Refuse the periodic state of a drive that is neither periodic nor constant.
 
     Parameters
     ----------
     drive : Drive
-        Any.
+        Any drive.
 
     Raises
     ------
     InputError
-        With what to do instead.
+        If it is neither; with what to do instead.
     """
     steady = all(isinstance(part, Linear) and part.is_step for part in drive.parts())
     if drive.period is None and not steady:
         raise InputError(
-            f"time.initial_state = PeriodicState: {type(drive).__name__} does not repeat. Give it a period,"
-            " or start from rest: AtRest"
+            f"time.initial_state = PeriodicState: {type(drive).__name__} does not repeat. Choose a periodic drive, or start"
+            " from rest: AtRest"
         )
 
 
 def drive_mean(drive: Drive) -> float:
-    """Give the mean of a repeating drive over a period, 0 where it is rounding [its unit]."""
+    """Return the mean of a periodic drive over a period, 0 where it is rounding [its unit]."""
     mean = sum(_mean(part) for part in drive.parts())
     return mean if abs(mean) > _NO_MEAN * sum(part.bound() for part in drive.parts()) else 0.0
 
@@ -157,7 +157,7 @@ def _mean(part: Part) -> float:
 
 
 def _integral(part: Part, time: Real) -> Real:
-    """Integral of a part without its mean, itself without mean."""
+    """Return the integral of a part without its mean, with a mean of 0."""
     if isinstance(part, Tones):
         moving = part.frequencies > 0
         angular = 2 * np.pi * part.frequencies[moving]
@@ -171,7 +171,7 @@ def _integral(part: Part, time: Real) -> Real:
 
 
 def _straight_integral(part: Linear, period: float, time: Real) -> Real:
-    """Parabolas from break to break."""
+    """Return the integral of straight pieces: parabolas from break to break."""
     first, last = part.after[:-1] - _mean(part), part.before[1:] - _mean(part)
     steps = np.diff(part.times)
     slopes = (last - first) / steps

@@ -1,4 +1,4 @@
-"""The law of Vezzoli et al. 2014's factor 1/sqrt(K), K = sum T/eps_pol, as a causal filter with real poles."""
+"""The factor 1/sqrt(K) of the law of Vezzoli et al. 2014, K = sum T/eps_pol, as a causal filter with real poles."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
     from electrovib.physics.debye_sum import DebyeSum
 
 TOLERANCE = 1e-11
-"""Relative error that the number of nodes on each branch cut aims at."""
+"""Relative error for which the number of nodes on each branch cut is chosen."""
 MOST_NODES = 40
-"""On one cut with even angles; a cut that nearly touches the next one takes graded angles instead."""
+"""Nodes on one cut with even angles; a cut that nearly touches the next one has graded angles instead."""
 CLEARANCE = 1e-2
 """Distance between poles of two factors, over the residue of this one, with which a product keeps 13 digits."""
 NARROW = 1e-11
-"""Cuts shorter than this, relative, get one node: beside a strong cut even they count, by up to 1e-9."""
+"""Relative length below which a cut has one node: next to a strong cut it contributes up to 1e-9."""
 SHORTEST = 1e-15
-"""Cuts shorter than this, relative, are rounding."""
+"""Relative length below which a cut is rounding."""
 ALIKE = 1e-6
-"""Rates closer than this, relative, count as one."""
+"""Relative distance below which rates count as equal."""
 
 
 def inverse_root_thickness(
@@ -39,16 +39,16 @@ def inverse_root_thickness(
     Parameters
     ----------
     slabs : sequence of (float, DebyeSum)
-        Thickness [m] and polarisation of each layer.
+        Thickness [m] of each layer, and its bound permittivity as Debye terms.
     avoid : ndarray, optional
-        Rates that a factor to come already has; the quadrature keeps clear of them.
+        Rates of a factor that the filter will be multiplied by [1/s]; the nodes keep a distance from them.
     tolerance : float
-        Relative error aimed at, 1e-14 to 0.1.
+        Target of the relative error, 1e-14 to 0.1.
 
     Returns
     -------
     Transfer
-        m^-1/2, without free part.
+        Filter [m^-1/2], without free part.
 
     Notes
     -----
@@ -75,7 +75,7 @@ def inverse_root_thickness(
 
 
 def _expand(slabs: Sequence[tuple[float, DebyeSum]]) -> tuple[float, float, Real, Real]:
-    """Write K(s) = K_inf - sum weight/(s + pole), and give K(0) too, which that difference would spoil."""
+    """Return the terms of K(s) = K_inf - sum weight/(s + pole), and K(0), which that difference would lose digits of."""
     infinite, static = 0.0, 0.0
     poles, weights = [np.zeros(0)], [np.zeros(0)]
     for thickness, debye in slabs:
@@ -90,7 +90,7 @@ def _expand(slabs: Sequence[tuple[float, DebyeSum]]) -> tuple[float, float, Real
 
 
 def _merged(rates: Real, weights: Real) -> tuple[Real, Real]:
-    """Put rates that almost agree into one at their centre of weight: an error of the distance squared."""
+    """Merge rates that almost agree at their weighted mean, with an error of the order of the distance squared."""
     order = np.argsort(rates)
     rates, weights = rates[order], weights[order]
     starts = np.flatnonzero(np.diff(rates, prepend=-np.inf) > ALIKE * rates)
@@ -102,14 +102,14 @@ def _merged(rates: Real, weights: Real) -> tuple[Real, Real]:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _Cut:
-    """One interval on which K(-x) is negative.
+    """Branch cut: an interval on which K(-x) is negative.
 
     Parameters
     ----------
     low, length : float
-        Where it begins [1/s], and the logarithm of its end over its beginning.
+        Begin of the interval [1/s], and the logarithm of its end over its begin.
     below, above : float
-        Logarithm of the distance to the next cuts, infinite where there is none.
+        Logarithms of the distances to the next cuts, infinite where there is none.
     zeros, poles : ndarray
         Ends of all other cuts.
     """
@@ -122,7 +122,7 @@ class _Cut:
     poles: Real
 
     def nodes(self, tolerance: float, more: int) -> Real:
-        """Quadrature nodes x and weights of |K_inf/K(-x)|^(1/2) dx/pi, shape (2, nodes)."""
+        """Return quadrature nodes x and weights of |K_inf/K(-x)|^(1/2) dx/pi, shape (2, nodes)."""
         if self.length < NARROW:
             return self._middle()
         angles, steps = self._angles(np.log(1 / tolerance), more)
@@ -137,15 +137,15 @@ class _Cut:
         return np.array([x, inverse_root * x * self.length * np.sin(2 * angles) * steps / np.pi])
 
     def _middle(self) -> Real:
-        """One node, whose weight is the integral where all other factors are constant."""
+        """Return one node, whose weight is the integral with all other factors constant."""
         x = self.low * np.exp(self.length / 2)
         others = np.abs(np.prod((x - self.poles) / (x - self.zeros)))
         return np.array([[x], [np.sqrt(others) * self.low * np.expm1(self.length) / 2]])
 
     def _angles(self, digits: float, more: int) -> tuple[Real, Real]:
-        """Angles from 0 to pi/2 and their steps, so many that the error is exp(-digits)."""
+        """Return angles from 0 to pi/2 and their steps, as many as an error of exp(-digits) needs."""
         free = max(min(self.below, self.above), NARROW)
-        # how far into the complex plane the integrand is analytic: next cut, logarithm of imaginary frequencies
+        # region of the complex plane in which the integrand is analytic: next cut, logarithm of imaginary frequencies
         ellipse = min(np.arccosh(1 + 2 * free / self.length), np.arcsinh(np.pi / self.length))
         count = max(2, int(np.ceil(digits / (2 * ellipse)))) + more
         if count > MOST_NODES:
@@ -155,7 +155,7 @@ class _Cut:
         return angles, steps
 
     def _graded_angles(self, digits: float, more: int) -> tuple[Real, Real]:
-        """Gauss points on panels that grow away from both ends, as far as they are from a singularity."""
+        """Return Gauss points on panels that grow from both ends with the distance from a singularity."""
         widest = min(np.pi / 8, np.pi / (2 * self.length))
         ends = [
             _panels(np.sqrt(max(free, NARROW) / self.length), widest) for free in (self.below, self.above)
@@ -169,7 +169,7 @@ class _Cut:
 
 
 def _panels(first: float, widest: float) -> Real:
-    """Edges from 0 to pi/4, the first panel as wide as told, then each twice as wide as all before it."""
+    """Return edges from 0 to pi/4, with a first panel of a given width, then each twice as wide as all before it."""
     edges = [0.0, min(first, widest)]
     while edges[-1] < np.pi / 4:
         edges.append(edges[-1] + min(2 * edges[-1], widest))
@@ -191,7 +191,7 @@ def _cuts(zeros: Real, poles: Real) -> list[_Cut]:
 
 
 def _clearance(rates: Real, strengths: Real, avoid: Real | None) -> float:
-    """Smallest distance between two sets of rates, over the strength of the first."""
+    """Return the smallest distance between two sets of rates, over the strength of the first."""
     if avoid is None or not len(avoid) or not len(rates):
         return np.inf
     return float(np.min(np.abs(rates[:, None] - avoid[None, :]) / strengths[:, None]))

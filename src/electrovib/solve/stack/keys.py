@@ -1,4 +1,4 @@
-"""What is asked of a stack: quantities of one number, by their signal's name, and those of a layer or of the law."""
+"""Keys of the quantities of a stack: signals by name, and quantities of a layer or of the force law."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ class FieldOf:
 
 @dataclass(frozen=True, slots=True)
 class DisplacementOf:
-    """Displacement in a layer [C/m2], without what conducts."""
+    """Bound displacement in a layer [C/m2], without conducted charge."""
 
     layer: str
 
 
 @dataclass(frozen=True, slots=True)
 class AmplitudeOf:
-    """What the pressure of a force law takes, by its name there and in the law's unit."""
+    """Amplitude that the pressure of a force law depends on, by its name there and in the law's unit."""
 
     name: str
 
 
 Key: TypeAlias = str | FieldOf | DisplacementOf | AmplitudeOf
-"""A text is the name of a signal of one number at a time."""
+"""A text is the name of a signal that has one value at each time."""

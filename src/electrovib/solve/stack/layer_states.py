@@ -1,4 +1,4 @@
-"""Layers in series as physical states: fields, flows and rates of change under a voltage."""
+"""Layers in series as physical states: fields, conduction currents and rates of change under a voltage."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Moment:
-    """Fields and flows at one time, or at n times.
+    """Fields and conduction currents at one time, or at n times.
 
     Parameters
     ----------
     field : ndarray, shape (elements,) or (elements, n)
-        V/m; the last element is the body's capacitor, if there is one.
+        Field of each element [V/m]; the last is the capacitor of the body, if there is one.
     flow : ndarray, same shape
         Conduction current density [A/m2].
     creep : ndarray, shape (terms,) or (terms, n)
         Rate of change of each polarisation [A/m2].
     elastance : float or ndarray, shape (n,)
-        Of all elements at infinite frequency, times area [m2/F].
+        Elastance of all elements at infinite frequency, times area [m2/F].
     loss : float or ndarray, shape (n,)
         Rate at which the voltage across all elements falls without current [V/s].
     """
@@ -47,14 +47,15 @@ class Moment:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StackStates:
-    """Layers, and a body's capacitor as one more, in series; see `stack_states`.
+    """Layers in series, with the capacitor of the body as one more element; see `stack_states`.
 
     Parameters
     ----------
     names : tuple of str
         Layers from the plate to the finger.
     thicknesses, permittivities, conductivities, repeats : ndarray, shape (elements,)
-        m; F/m, far above all relaxations; S/m; how often the element is in the circuit.
+        Thickness [m], permittivity far above all relaxations [F/m], conductivity [S/m], and number of such elements in
+        the circuit.
     leaks : tuple
         Index and law of each leak.
     owners, strengths, rates : ndarray, shape (terms,)
@@ -62,11 +63,11 @@ class StackStates:
     charges : ndarray, shape (elements - 1,)
         Free charge between the elements at time 0 [C/m2].
     area, resistance : float
-        m2; ohm, in series.
+        Contact area [m2]; series resistance [ohm].
     interface : int
-        The gap, or where the finger touches the one of no thickness in its place.
+        Index of the gap, or of the element of zero thickness in its place where the stack has none.
     moving : int or None
-        Which layer's thickness is told anew at each time.
+        Index of the layer whose thickness varies in time.
     """
 
     names: tuple[str, ...]
@@ -86,7 +87,7 @@ class StackStates:
 
     @property
     def size(self) -> int:
-        """How many states there are."""
+        """Number of states."""
         return len(self.charges) + len(self.rates) + (self.resistance > 0)
 
     @property
@@ -95,7 +96,7 @@ class StackStates:
         return tuple(index for index, leak in self.leaks if isinstance(leak, PolarityConduction))
 
     def mixing(self) -> Real:
-        """Charge before each element less its slow polarisation, per state; shape (elements, size)."""
+        """Return the charge before each element minus its slow polarisation, per state; shape (elements, size)."""
         count, interfaces = len(self.thicknesses), len(self.charges)
         found = np.zeros((count, self.size))
         found[:, :interfaces] = np.tri(count, interfaces, -1)
@@ -103,13 +104,13 @@ class StackStates:
         return found
 
     def start(self) -> Real:
-        """State of time 0 at 0 V: charges and their image on the plate, no current, nothing polarised; shape (size,)."""
+        """Return the state at time 0 and 0 V: charges with their image on the plate, no polarisation; shape (size,)."""
         state = np.zeros(self.size)
         state[: len(self.charges)] = self.charges
         return state
 
     def with_gap(self, gap: float | Real | None) -> Real:
-        """Thickness of each element [m] with the moving one replaced; shape (elements,) or (elements, n)."""
+        """Return the thickness of each element [m], with that of the moving one; shape (elements,) or (elements, n)."""
         if gap is None or self.moving is None:
             return self.thicknesses
         rows = np.shape(gap)
@@ -126,23 +127,23 @@ class StackStates:
         closing: float | Real = 0.0,
         signs: Mapping[int, float | Real] | None = None,
     ) -> Moment:
-        """Fields and flows under a voltage.
+        """Return fields and conduction currents under a voltage.
 
         Parameters
         ----------
         state : ndarray, shape (size,) or (size, n)
             Charges [C/m2], polarisations [C/m2], and with a resistance the voltage across it [V].
         voltage : float or ndarray, shape (n,)
-            Of the plate against ground [V].
+            Voltage of the plate against ground [V].
         gap, closing : float or ndarray, shape (n,)
             Thickness of the moving layer [m], and its rate of change [m/s].
         signs : mapping of int to float or ndarray, optional
-            On which side of its kink each leak of `polarities` is taken; by default that of its field.
+            Sign of the field for which each leak of `polarities` is evaluated; by default that of its field.
 
         Returns
         -------
         Moment
-            Of all elements.
+            Values of all elements.
         """
         rows = np.shape(state)[1:]
         interfaces, terms = len(self.charges), len(self.rates)
@@ -170,7 +171,7 @@ class StackStates:
         return Moment(field=field, flow=flow, creep=creep, elastance=elastance, loss=loss)
 
     def density(self, state: Real, moment: Moment, *, slope: float | Real) -> Real:
-        """Total current density.
+        """Return the total current density.
 
         Parameters
         ----------
@@ -183,15 +184,15 @@ class StackStates:
 
         Returns
         -------
-        ndarray, shape () or (n,)
-            A/m2.
+        density : ndarray, shape () or (n,)
+            Total current density [A/m2].
         """
         if self.resistance > 0:
             return np.asarray(state[-1] / (self.resistance * self.area))
         return np.asarray((slope + moment.loss) / moment.elastance)
 
     def rate(self, state: Real, moment: Moment, *, slope: float) -> Real:
-        """Rate of change of the state.
+        """Return the rate of change of the state.
 
         Parameters
         ----------
@@ -204,8 +205,8 @@ class StackStates:
 
         Returns
         -------
-        ndarray, shape (size,)
-            A/m2, and V/s for the voltage across a resistance.
+        rate : ndarray, shape (size,)
+            Rate of charges and polarisations [A/m2], and of the voltage across a resistance [V/s].
         """
         parts = [moment.flow[:-1] - moment.flow[1:], moment.creep]
         if self.resistance > 0:
@@ -214,7 +215,7 @@ class StackStates:
         return np.concatenate(parts)
 
     def displacement(self, state: Real, moment: Moment, index: int) -> Real:
-        """Bound displacement of an element.
+        """Return the bound displacement of an element.
 
         Parameters
         ----------
@@ -223,23 +224,23 @@ class StackStates:
         moment : Moment
             Of the same times.
         index : int
-            Which element.
+            Index of the element.
 
         Returns
         -------
-        ndarray, shape () or (n,)
-            C/m2.
+        displacement : ndarray, shape () or (n,)
+            Bound displacement [C/m2].
         """
         terms = np.arange(len(self.rates))[self.owners == index] + len(self.charges)
         return np.asarray(self.permittivities[index] * moment.field[index] + np.sum(state[terms], axis=0))
 
     def named(self, state: Real, moment: Moment, *, gap: float | Real | None = None) -> dict[Key, Real]:
-        """Give the voltage across the layers, and each one's field and bound displacement.
+        """Return the voltage across the layers, and each one's field and bound displacement.
 
         Parameters
         ----------
         state : ndarray, shape (size, n)
-            At n times.
+            State at n times.
         moment : Moment
             Of the same times.
         gap : float or ndarray, shape (n,)
@@ -247,7 +248,7 @@ class StackStates:
 
         Returns
         -------
-        dict of Key to ndarray, shape (n,)
+        quantities : dict of Key to ndarray, shape (n,)
             `stack_voltage` [V], fields [V/m] and displacements [C/m2].
         """
         thickness, count = self.with_gap(gap), len(self.names)
@@ -260,7 +261,7 @@ class StackStates:
 
 
 def _leak(leak: Conduction, field: Real, sign: float | Real | None) -> Real:
-    """Current density of a leak, on one side of its kink where that is told."""
+    """Return the current density of a leak [A/m2], for a given sign of the field if there is one."""
     if sign is None or not isinstance(leak, PolarityConduction):
         return leak.current_density(field)
     sides = leak.conductivity_positive, leak.conductivity_negative
@@ -268,5 +269,5 @@ def _leak(leak: Conduction, field: Real, sign: float | Real | None) -> Real:
 
 
 def _column(values: Real, rows: tuple[int, ...]) -> Real:
-    """Stand values of elements beside n times."""
+    """Return values of elements as a column that broadcasts over n times."""
     return values[:, None] if rows and values.ndim == 1 else values

@@ -1,9 +1,9 @@
-"""A stack of dispersive, leaky layers as real modes, with nearly full relative accuracy.
+"""Real relaxation modes of a stack of dispersive, conducting layers, with nearly full relative accuracy.
 
 Each layer is a sum of Debye terms and a conduction, so its impedance times area is
-z(s) = sum residue/(s + rate). The poles of every field under a voltage drive are the zeros of the whole
+z(s) = sum residue/(s + rate). The poles of every field under a voltage drive are the zeros of the total
 impedance. Both steps are secular equations with positive weights, solved between brackets; an eigenvalue
-routine would lose the slow modes against the fast ones.
+routine would lose the slow modes by rounding against the fast ones.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ class StackModes:
     Parameters
     ----------
     rates : ndarray, shape (n,)
-        Rates of all modes [1/s], those excited by the drive first, then those only charge excites.
+        Rates of all modes [1/s], those excited by the drive first, then those that only charge excites.
     fields, displacements : tuple of Transfer
-        One for each layer, V/m and C/m2 per volt.
+        Field [V/m] and bound displacement [C/m2] of each layer, per volt.
     current_density : Transfer
-        A/m2 per volt.
+        Total current density [A/m2], per volt.
     driven : int
-        How many of the modes the drive can excite.
+        Number of modes that the drive can excite.
     charges : ndarray, shape (layers + 1,)
-        Displacement that the initial charges leave before each layer, and behind the last, at 0 V [C/m2].
+        Displacement due to the initial charges before each layer, and after the last, at 0 V [C/m2].
     """
 
     rates: Real
@@ -53,7 +53,7 @@ class StackModes:
 
 
 def stack_modes(slabs: list[Slab], *, area: float, element: SeriesElement, second: float = 0.0) -> StackModes:
-    """Solve a stack in series with its surroundings.
+    """Return the modes of a stack in series with source and return path.
 
     Parameters
     ----------
@@ -69,15 +69,15 @@ def stack_modes(slabs: list[Slab], *, area: float, element: SeriesElement, secon
     Returns
     -------
     StackModes
-        Real, non-positive poles.
+        With real, non-positive poles.
 
     Notes
     -----
     E_k T_k = z_k V/Z. Charge Q_k, summed over the electrode and the interfaces on the plate's side of part k of
     the circuit, adds z_k (Q_k - sum_j z_j Q_j/Z) to it, and -sum_j z_j Q_j/Z to the current density. Before
-    time 0 the plate is at 0 V and holds the image of the charges between the layers, so that the voltages across
-    all parts add up to 0 and no current flows at once. A body that floats is one more part; it is neutral at
-    time 0 unless `SeriesElement.charge` says otherwise.
+    time 0 the plate is at 0 V and carries the image of the charges between the layers, so that the voltages across
+    all parts add up to 0 and no current flows initially. A floating body is one more part; it is neutral at
+    time 0 unless `SeriesElement.charge` declares a charge.
     """
     expansion = _expand(slabs, area, element, second)
     nodes, resistance = expansion.nodes, expansion.resistance
@@ -96,11 +96,11 @@ class _Expansion:
     nodes: Real
     layers: Real  # (layers, nodes), of z_k
     bound: Real  # (layers, nodes), of eps0 eps_pol z_k/T_k: displacement per current
-    total: Real  # (nodes,), of the whole
-    body: Real  # (nodes,), of the body's capacitor
+    total: Real  # (nodes,), of the whole circuit
+    body: Real  # (nodes,), of the capacitor of the body
     shared: NDArray[np.bool_]  # (nodes,), where more than one part has a pole
     resistance: float
-    charges: Real  # (layers + 1,), before each layer and behind the last
+    charges: Real  # (layers + 1,), before each layer and after the last
     of_body: float  # charge of a floating body over the contact area
 
 
@@ -137,11 +137,11 @@ def _expand(slabs: list[Slab], area: float, element: SeriesElement, second: floa
 
 
 def _charges(slabs: list[Slab], layers: Real, body: Real, of_body: float) -> Real:
-    """Displacement before each layer, and behind the last, with the plate's image of the charges at 0 V."""
+    """Return the displacement before each layer and after the last, with the image of the charges on the plate at 0 V."""
     held = np.concatenate([[0.0], np.cumsum([slab.charge for slab in slabs])])
     if not (np.any(held) or of_body):
         return held
-    elastances = np.append(layers.sum(axis=1), body.sum())  # at once, before anything relaxes
+    elastances = np.append(layers.sum(axis=1), body.sum())  # at infinite frequency, before any relaxation
     on_parts = held + np.append(np.zeros(len(slabs)), of_body)
     return np.asarray(held - float(elastances @ on_parts) / float(elastances.sum()))
 
@@ -158,7 +158,7 @@ def _assemble(slabs: list[Slab], expansion: _Expansion, roots: Roots | None) -> 
     bound = -(expansion.bound @ (1 / apart).T)
     forced = -1 / slopes  # residues of 1/Z
     driving = held @ drops - on_body * (expansion.body @ (1 / apart).T)
-    charged = -driving * forced  # residues of the current that charge leaves behind
+    charged = -driving * forced  # residues of the current due to initial charge
     driving = held @ expansion.layers[:, shared] + on_body * expansion.body[shared]
     shares = driving / expansion.total[shared]
     limit = expansion.layers.sum(axis=1) / expansion.total.sum() * (expansion.resistance == 0)
@@ -178,7 +178,7 @@ def _assemble(slabs: list[Slab], expansion: _Expansion, roots: Roots | None) -> 
 
 
 def _each(rates: Real, gains: Real, direct: Real, free: Real) -> list[Transfer]:
-    """One transfer of each layer."""
+    """Return the transfer function of each layer."""
     return [
         Transfer(rates=rates, gains=row, direct=at_once, free=left)
         for row, at_once, left in zip(gains, direct.tolist(), free, strict=True)
@@ -186,7 +186,7 @@ def _each(rates: Real, gains: Real, direct: Real, free: Real) -> list[Transfer]:
 
 
 def _gains(residues: Real, rates: Real) -> Real:
-    """Divide by the rates of the driven modes; the others are not driven."""
+    """Return residues over rates for the driven modes, and 0 for the others."""
     driven = residues.shape[-1]
     gains = np.zeros((*residues.shape[:-1], len(rates)))
     gains[..., :driven] = residues / rates[:driven]
@@ -194,7 +194,7 @@ def _gains(residues: Real, rates: Real) -> Real:
 
 
 def _current(expansion: _Expansion, rates: Real, gains: Real, free: Real) -> Transfer:
-    """Give the current density; without resistance it has a part in the drive's rate of change."""
+    """Return the current density; without resistance a part is proportional to the rate of change of the drive."""
     nodes, total, resistance = expansion.nodes, expansion.total, expansion.resistance
     static = 1 / (resistance + float(np.sum(total / nodes))) if nodes.all() else 0.0
     if resistance > 0:

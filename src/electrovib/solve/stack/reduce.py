@@ -1,4 +1,4 @@
-"""Materials without a finite state, reduced to Debye terms; what that costs is measured and told."""
+"""Reduction of materials to Debye terms where they are no finite sum of them, with the error of the reduction."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.prony import PronyFit
 
 LOWEST, HIGHEST = 1.0, 1e6
-"""Band in which a reduction holds at least [Hz]."""
+"""Smallest band of a reduction [Hz]."""
 PER_DECADE = 3
-"""Relaxations for each decade of the band: an error of some 1e-5 for laws that are no sums themselves."""
+"""Relaxations for each decade of the band: an error of some 1e-5 for laws that are not sums of Debye terms."""
 FEWEST_TERMS = 14
 STEP = 2
-"""Ends of a band lie at whole 1/STEP decades: runs that differ little share their reductions."""
+"""Ends of a band lie at whole 1/STEP decades, so that runs that differ little share their reductions."""
 
 
 @dataclass(frozen=True)
 class Reduction:
-    """A material's polarisation as Debye terms.
+    """Bound permittivity of a material as Debye terms.
 
     Parameters
     ----------
     debye : DebyeSum
         The terms.
     largest_error : float
-        Largest |reduced/declared - 1| of the polarisation in the band; 0 when nothing had to be reduced. Of a
-        measured table: against its rows, their noise included.
+        Largest |reduced/declared - 1| of the bound permittivity in the band [1]; 0 where no reduction was needed. For a
+        measured table relative to its rows, with their noise.
     """
 
     debye: DebyeSum
@@ -44,17 +44,17 @@ class Reduction:
 
 
 def reduction_band(*, low: float, high: float) -> tuple[float, float]:
-    """Widen a band to `LOWEST` to `HIGHEST` at least, and outwards to whole half decades.
+    """Return a band widened to at least `LOWEST` to `HIGHEST`, and outwards to half decades.
 
     Parameters
     ----------
     low, high : float
-        Needed [Hz].
+        Ends of the band that is needed [Hz].
 
     Returns
     -------
-    tuple of float
-        Hz.
+    low, high : float
+        Ends of the widened band [Hz].
     """
     lowest, highest = math.log10(min(low, LOWEST)), math.log10(max(high, HIGHEST))
     slack = 1e-9  # the logarithm of a whole decade may miss it by rounding
@@ -65,21 +65,21 @@ def reduction_band(*, low: float, high: float) -> tuple[float, float]:
 def reduce_material(
     material: Material, *, low: float = LOWEST, high: float = HIGHEST, terms: int | None = None
 ) -> Reduction:
-    """Find the Debye terms of a material.
+    """Return the Debye terms of a material.
 
     Parameters
     ----------
     material : Material
-        With any dispersion; its conductivity stays apart.
+        With any dispersion; its conductivity is not part of the terms.
     low, high : float
-        Band [Hz], widened by `reduction_band`. Of a measured table only the rows in it are followed.
+        Band [Hz], widened by `reduction_band`. Of a measured table only the rows in it are fitted.
     terms : int, optional
-        Relaxations; by default `PER_DECADE` for each decade, 14 for a measured table.
+        Number of relaxations; by default `PER_DECADE` for each decade, 14 for a measured table.
 
     Returns
     -------
     Reduction
-        Exact, with error 0, for materials that are Debye sums already.
+        Exact, with an error of 0, for materials that are declared as Debye sums.
     """
     exact = material.debye()
     if exact is not None:

@@ -1,4 +1,4 @@
-"""The two forms in which a force law sees the stack: phasors of the materials as declared, and modes."""
+"""The two forms of the stack that a force law reads: phasors of the materials as declared, and modes."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.transfer import Transfer
 
 _APART: Final = (1e-3, 1e9)
-"""Frequencies at which a permittivity is compared to see whether it disperses [Hz]."""
+"""Frequencies at which a permittivity is compared to find whether it is dispersive [Hz]."""
 
 
 @dataclass(frozen=True)
 class PhasorLayer:
-    """A layer's state as complex amplitudes per volt of the drive, shape (frequencies,)."""
+    """State of a layer as complex amplitudes per volt of the drive, shape (frequencies,)."""
 
     thickness: float
     material: Material
@@ -50,7 +50,7 @@ class PhasorSection:
 
     @property
     def interface_displacement(self) -> Complex:
-        """Displacement where plate and finger separate, if there is no gap: what the current has brought."""
+        """Displacement at the interface of plate and finger without a gap: the charge delivered by the current."""
         return self.current_density / (2j * np.pi * self.frequency)
 
     @property
@@ -59,11 +59,11 @@ class PhasorSection:
         return tuple(self.layers)
 
     def __getitem__(self, name: str) -> PhasorLayer:
-        """Look up a layer."""
+        """Return a layer by its name."""
         return self.layers[name]
 
     def inverse_root_thickness(self, names: Sequence[str]) -> Complex:
-        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2]."""
+        """Return (sum T/eps_pol)^(-1/2) over these layers [m^-1/2]."""
         parts = [self[n].thickness / self[n].material.bound_permittivity(self.frequency) for n in names]
         total: Complex = np.sum(parts, axis=0) ** -0.5
         return total
@@ -71,20 +71,20 @@ class PhasorSection:
 
 @dataclass(frozen=True)
 class ChargedSection(PhasorSection):
-    """What initial charge leaves behind, as Laplace transforms at j w; `start` before the interface [C/m2]."""
+    """Response to initial charge as Laplace transforms at j w; `start` is the displacement before the interface [C/m2]."""
 
     start: float = 0.0
 
     @property
     def interface_displacement(self) -> Complex:
-        """Displacement where plate and finger separate, if there is no gap: as it began and what has flown."""
+        """Displacement at the interface without a gap: initial value and charge delivered by the current."""
         return (self.start + self.current_density) / (2j * np.pi * self.frequency)
 
 
 def phasor_section(
     layers: dict[str, Layer], *, area: float, element: SeriesElement, second: float, frequency: Real
 ) -> PhasorSection:
-    """Divide the voltage over the impedances.
+    """Return the stack over frequency, as a voltage divider of impedances.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def phasor_section(
     second : float
         First contact area over that of a second, equal stack; 0 for none.
     frequency : ndarray
-        Hz, above 0.
+        Frequencies above 0 [Hz].
 
     Returns
     -------
@@ -117,7 +117,7 @@ def phasor_section(
 
 @dataclass(frozen=True)
 class ModalLayer:
-    """A layer's state as transfer functions."""
+    """State of a layer as transfer functions."""
 
     thickness: float
     material: Material
@@ -127,7 +127,7 @@ class ModalLayer:
 
 @dataclass(frozen=True)
 class ModalSection:
-    """The stack as modes, for every drive."""
+    """The stack as relaxation modes, for any drive."""
 
     layers: dict[str, ModalLayer]
     debye: dict[str, DebyeSum]
@@ -137,7 +137,7 @@ class ModalSection:
 
     @property
     def frequency(self) -> Real:
-        """Refuse: a law that asks for the frequency has no time-domain form."""
+        """Raise a TypeError: a law that reads the frequency has no time-domain form."""
         raise TypeError("modes have no single frequency")
 
     @property
@@ -146,7 +146,7 @@ class ModalSection:
         return tuple(self.layers)
 
     def __getitem__(self, name: str) -> ModalLayer:
-        """Look up a layer."""
+        """Return a layer by its name."""
         return self.layers[name]
 
     @property
@@ -162,12 +162,12 @@ class ModalSection:
 
     @property
     def interface_displacement(self) -> Transfer:
-        """Displacement where plate and finger separate, if there is no gap: initial charge and what has flown."""
+        """Displacement at the interface without a gap: initial charge and charge delivered by the current."""
         start = float(self.modes.charges[interface_place(self.roles.values())])
         return integrated(self.modes.current_density, start=start)
 
     def inverse_root_thickness(self, names: Sequence[str]) -> Transfer:
-        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter; found once for a section."""
+        """Return (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter, computed once for a section."""
         known = tuple(names)
         if known not in self._roots:
             slabs = [(self[name].thickness, self.debye[name]) for name in names]
@@ -190,7 +190,7 @@ def modal_section(
     layers : dict of str to Layer
         From the plate to the finger.
     debye : dict of str to DebyeSum
-        Polarisation of each layer, reduced to Debye terms.
+        Bound permittivity of each layer as Debye terms.
     area : float
         Contact area [m2].
     element : SeriesElement
@@ -208,14 +208,14 @@ def modal_section(
 
 
 def slabs_of(layers: dict[str, Layer], debye: dict[str, DebyeSum]) -> list[Slab]:
-    """Give the layers ready to be solved.
+    """Return the layers as slabs.
 
     Parameters
     ----------
     layers : dict of str to Layer
         From the plate to the finger.
     debye : dict of str to DebyeSum
-        Their polarisations.
+        Bound permittivity of each layer as Debye terms.
 
     Returns
     -------
@@ -229,21 +229,21 @@ def slabs_of(layers: dict[str, Layer], debye: dict[str, DebyeSum]) -> list[Slab]
 
 
 def section_of(layers: dict[str, Layer], debye: dict[str, DebyeSum], modes: StackModes) -> ModalSection:
-    """Name the fields of solved modes by their layers.
+    """Return modes as a section, with the names and roles of its layers.
 
     Parameters
     ----------
     layers : dict of str to Layer
         From the plate to the finger.
     debye : dict of str to DebyeSum
-        Their polarisations.
+        Bound permittivity of each layer as Debye terms.
     modes : StackModes
         With one field for each layer.
 
     Returns
     -------
     ModalSection
-        What a law sees.
+        The stack as a force law reads it.
     """
     states = {
         name: ModalLayer(layer.thickness, layer.material, field, displacement)

@@ -1,4 +1,4 @@
-"""Roots of sums of simple poles: the rates at which charge relaxes in a stack of layers."""
+"""Roots of sums of simple poles, which are the relaxation rates of a stack of layers."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _TINY = decimal.Decimal("1e-25")
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _Rows:
-    """One row for each root, mirrored where the root lies below its origin.
+    """Equations of the roots, one row for each, mirrored where the root lies below its origin.
 
     With t > 0 the distance from the origin, the root is where
     ``weight/t + sum(rest/(t - position)) + level = 0``; the left side falls with t.
     """
 
-    position: Numbers  # (rows, nodes), of the nodes as seen from the origin towards the root
+    position: Numbers  # (rows, nodes), of the nodes relative to the origin, positive towards the root
     weight: Numbers  # (rows,), of the origin
     rest: Numbers  # (rows, nodes), the weights with 0 at the origin
     level: Numbers  # (rows,)
@@ -47,22 +47,24 @@ class _Rows:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _Sums:
-    """The mirrored function times t, and what is needed to step towards its zero."""
+    """The mirrored function times t, and the sums needed for a step towards its zero."""
 
     product: Numbers  # t times the function: finite at the origin, positive below the root
-    size: Numbers  # the same with all terms positive: the scale of its rounding
+    size: Numbers  # the same with the absolute values of all terms: the scale of its rounding
     others: Numbers  # poles other than the origin
     rest: Numbers  # the same plus the level
     steepness: Numbers  # minus the derivative of the rest
 
 
 def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: float) -> Roots:
-    r"""Find where poles of positive weight add up to a constant: zeros of an impedance of layers in series.
+    r"""Find the roots at which a sum of poles with positive weights equals a constant.
+
+    They are the zeros of the impedance of layers in series.
 
     Parameters
     ----------
     nodes : array_like, shape (nodes,)
-        Poles, strictly increasing, 0 to 1e20, neighbours at least 1e-30 apart; equal poles are to be merged
+        Poles, strictly increasing, 0 to 1e20, neighbours at least 1e-30 apart; equal poles have to be merged
         before (their weights add).
     weights : array_like, shape (nodes,)
         Weight of each pole, 1e-50 to 1e50.
@@ -83,10 +85,10 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: float) -> R
     -----
     .. math:: f(x) = -c + \sum_l \frac{w_l}{x - n_l}
 
-    falls from :math:`+\infty` to :math:`-\infty` between neighbouring nodes. Each root is sought as its
-    distance from the nearer end of its bracket, with steps that keep the pole there exactly, model all other
+    falls from :math:`+\infty` to :math:`-\infty` between neighbouring nodes. Each root is computed as its
+    distance from the nearer end of its bracket, with steps that treat the pole there exactly, model all other
     poles by one at the far end, and fall back to geometric bisection. The numbers given are taken as exact:
-    where terms cancel so much that 53 bits cannot place the root, it is sought again with 150 digits. Offset,
+    where cancellation prevents 53 bits from resolving the root, it is computed again with 150 digits. Offset,
     differences and slope are therefore accurate to better than 1e-13 relative, whatever the conditioning.
 
     References
@@ -114,7 +116,7 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: float) -> R
 
 
 def _nearer_ends(node: Real, weight: Real, constant: float) -> tuple[Indices, Indices, Real]:
-    """Give origin, side of the origin the root is on, and an upper bound of its distance."""
+    """Return origin, side of the origin the root is on, and an upper bound of its distance."""
     left = np.arange(node.size - 1)
     upwards = np.ones_like(left)
     reach: Real = np.diff(node) / 2
@@ -123,7 +125,7 @@ def _nearer_ends(node: Real, weight: Real, constant: float) -> tuple[Indices, In
         sums = _sums(rows, reach)
         product = sums.product
         doubtful = np.abs(product) <= 64 * _ROUNDING * sums.size
-        if doubtful.any():  # which end is nearer is decided by the sign alone, so it must be right
+        if doubtful.any():  # the nearer end follows from the sign alone, so the sign must be right
             with decimal.localcontext(_LONG):
                 rows = _long_rows(node, weight, constant, left[doubtful], upwards[doubtful])
                 product[doubtful] = np.where(_sums(rows, _long(reach[doubtful])).product > 0, 1, -1)
@@ -141,7 +143,7 @@ def _rows(node: Numbers, weight: Numbers, constant: Any, origin: Indices, side: 
     position = side[:, None] * (node - node[origin][:, None])
     rest = np.repeat(weight[None, :], origin.size, axis=0)
     rest[row, origin] = 0 * weight[origin]
-    # the root above the last node has no other end: the index falls back on the origin, whose position is 0
+    # the bracket of the root above the last node has no other end: the index is that of the origin, position 0
     neighbour = position[row, np.minimum(origin + side, node.size - 1)]
     return _Rows(
         position=position, weight=weight[origin], rest=rest, level=-side * constant, neighbour=neighbour
@@ -164,15 +166,15 @@ def _sums(rows: _Rows, distance: Numbers) -> _Sums:
 
 
 def _step(rows: _Rows, distance: Numbers, sums: _Sums) -> tuple[Numbers, NDArray[np.bool_]]:
-    """Step to the zero of weight/t + level + strength/(t - pole), and say where it exists.
+    """Return the step to the zero of weight/t + level + strength/(t - pole), and whether it exists.
 
     The pole is the other end of the bracket; level and strength are fitted to value and slope of the rest.
-    Where there is no other end, all poles are on one side: then the level is kept, and the pole is fitted.
+    Without another end, all poles are on one side: then the level is kept, and the pole is fitted.
     """
     flat = sums.steepness == 0
     fitted = np.where(flat, distance, sums.others / np.where(flat, 1 + 0 * distance, sums.steepness))
     apart = np.where(rows.neighbour == 0, fitted, distance - rows.neighbour)
-    # written with the sums at the present distance, so that what cancels at the root never appears
+    # in terms of the sums at the present distance, so that no terms cancel at the root
     linear = sums.steepness * distance - sums.rest - sums.product / apart
     square = linear * linear + 4 * sums.product * (sums.steepness - sums.rest / apart)
     usable = (linear > 0) & (square >= 0)
@@ -181,7 +183,7 @@ def _step(rows: _Rows, distance: Numbers, sums: _Sums) -> tuple[Numbers, NDArray
 
 
 def _solve(rows: _Rows, reach: Numbers, *, tolerance: Any, noise: Any) -> Numbers:
-    """Find the distance of each root from its origin, at most ``reach``.
+    """Return the distance of each root from its origin, at most ``reach``.
 
     Convergence is quadratic, so a last step below ``tolerance`` leaves an error of about its square.
     """
@@ -199,7 +201,7 @@ def _solve(rows: _Rows, reach: Numbers, *, tolerance: Any, noise: Any) -> Number
         target = distance + step
         near = usable & (8 * np.abs(step) <= distance)
         found[active] = np.where(near, target, distance)
-        # every third turn a wild step gives way; late on any step does, so that the bracket must shrink
+        # bisection replaces a large step in every third turn, and later any step in every other, to shrink the bracket
         bisect = ~(usable & (target > low) & (target < high)) | (~near & (turn % 3 == 2))
         bisect |= (turn > 24) & (turn % 2 == 0)
         distance = np.where(bisect, np.sqrt(low) * np.sqrt(high), target)
@@ -213,7 +215,7 @@ def _solve(rows: _Rows, reach: Numbers, *, tolerance: Any, noise: Any) -> Number
 
 
 def _long_rows(node: Real, weight: Real, constant: float, origin: Indices, side: Indices) -> _Rows:
-    """Give the rows in exact decimals, so that the same steps run with as many digits as the context has."""
+    """Return the rows in exact decimals, so that the same steps use as many digits as the context has."""
     return _rows(_long(node), _long(weight), decimal.Decimal(constant), origin, side)
 
 

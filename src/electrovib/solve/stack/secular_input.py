@@ -1,4 +1,4 @@
-"""What a secular equation takes, and the refusal of what no double precision holds."""
+"""Validation of the nodes, weights and constant of a secular equation."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _LARGEST_WEIGHT = 1e50  # of the constant too; the smallest is its inverse
 
 
 class BeyondReachError(InputError, ValueError):
-    """Rates of a stack that no solution in double precision holds."""
+    """Error for rates of a stack that cannot be resolved in double precision."""
 
     def __init__(self, why: str) -> None:
         super().__init__(
-            "stack: the rates or impedances of layers and circuit lie too far apart to be computed. Give the layers longer"
-            " relaxation times or smaller conductivities, or take an extreme resistance or thickness away (in the secular"
+            "stack: the rates or impedances of layers and circuit lie too far apart to be computed. Choose longer relaxation"
+            " times or smaller conductivities of the layers, or a less extreme resistance or thickness (in the secular"
             f" equation, {why})"
         )
 

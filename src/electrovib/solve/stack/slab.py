@@ -1,4 +1,4 @@
-"""One layer as poles: the impedance of a material that is a sum of relaxations."""
+"""Impedance of one layer as a sum of poles, for a material that is a sum of relaxations."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Slab:
-    """A layer ready to be solved.
+    """A layer as Debye terms and a conductivity.
 
     Parameters
     ----------
     thickness : float
-        m.
+        Thickness [m].
     debye : DebyeSum
-        Polarisation.
+        Bound permittivity.
     conductivity : float
-        S/m.
+        Conductivity [S/m].
     charge : float
         Free charge at time 0 on the face towards the finger [C/m2].
     """
@@ -39,7 +39,7 @@ class Slab:
 
 
 def merged_terms(debye: DebyeSum) -> tuple[Real, Real]:
-    """Give relaxation rates, increasing, and strengths; equal rates added, empty terms dropped."""
+    """Return increasing relaxation rates [1/s] and strengths [1]; equal rates are merged, terms of strength 0 omitted."""
     totals: dict[float, float] = {}
     for strength, time in zip(debye.strengths, debye.relaxation_times, strict=True):
         if strength > 0:
@@ -49,7 +49,7 @@ def merged_terms(debye: DebyeSum) -> tuple[Real, Real]:
 
 
 def slab_impedance(slab: Slab) -> tuple[Real, Real]:
-    """Expand impedance times area of a slab as sum residue/(s + rate).
+    """Return the impedance times area of a slab as sum residue/(s + rate).
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def slab_impedance(slab: Slab) -> tuple[Real, Real]:
     Returns
     -------
     rates, residues : ndarray
-        1/s, increasing, the first 0 if the slab does not conduct; ohm m2/s.
+        Rates, increasing, the first 0 if the slab does not conduct [1/s]; residues [ohm m2/s].
     """
     rates, shares = _relaxations(slab.debye, slab.conductivity)
     return rates, slab.thickness / eps0 / shares
@@ -67,7 +67,7 @@ def slab_impedance(slab: Slab) -> tuple[Real, Real]:
 
 @functools.lru_cache(maxsize=256)
 def _relaxations(debye: DebyeSum, conductivity: float) -> tuple[Real, Real]:
-    """Rates of a material's impedance [1/s], and thickness/eps0 over each residue; the same for any thickness."""
+    """Return the rates of a material's impedance [1/s], and thickness/eps0 over each residue, for any thickness."""
     relaxations, strengths = merged_terms(debye)
     nodes, weights = relaxations, strengths * relaxations
     if conductivity > 0:
@@ -86,7 +86,7 @@ def _relaxations(debye: DebyeSum, conductivity: float) -> tuple[Real, Real]:
 
 
 def bound_residues(slab: Slab, rates: Real, residues: Real) -> Real:
-    """Expand bound displacement per current density of a slab.
+    """Return the residues of the bound displacement per current density of a slab.
 
     Parameters
     ----------
@@ -97,8 +97,8 @@ def bound_residues(slab: Slab, rates: Real, residues: Real) -> Real:
 
     Returns
     -------
-    ndarray, shape (n,)
-        1/s, all >= 0: eps0 eps_pol rate = conductivity at each rate.
+    residues : ndarray, shape (n,)
+        Residues, all >= 0 [1]: eps0 eps_pol rate = conductivity at each rate.
     """
     if slab.conductivity > 0:
         return slab.conductivity * residues / (slab.thickness * rates)

@@ -1,8 +1,8 @@
-"""The stack as physical states: charge between the layers, polarisation in them, and what lies in series.
+"""The stack as physical states: charge between the layers, polarisation in them, and series elements.
 
-A layer's bound displacement is that of the plate plus all free charge between, D_k = D_1 + Q_k, and its field
-is what the slow polarisation leaves of it, E_k = (D_1 + Q_k - P_k)/(eps0 high_k). The thicknesses then add up
-to the voltage, which gives D_1. Modes need fixed thicknesses and conduction in proportion; these states do not.
+The bound displacement of a layer is that of the first layer plus the free charge between them, D_k = D_1 + Q_k, and
+its field follows without the slow polarisation, E_k = (D_1 + Q_k - P_k)/(eps0 high_k). The sum of E_k times thickness
+is the voltage, which gives D_1. Modes require fixed thicknesses and ohmic conduction; these states do not.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ def stack_states(
     second: float = 0.0,
     moving: str | None = None,
 ) -> StackStates:
-    """Write a stack and its surroundings as physical states.
+    """Return the physical states of a stack with source and return path.
 
     Parameters
     ----------
     layers : mapping of str to Layer
         From the plate to the finger, with any number of leaks.
     debye : mapping of str to DebyeSum
-        Their polarisations.
+        Bound permittivity of each layer as Debye terms.
     area : float
         Contact area [m2].
     element : SeriesElement
@@ -55,17 +55,17 @@ def stack_states(
     Returns
     -------
     StackStates
-        As many states as there are interfaces, Debye terms, and a resistance.
+        With one state for each interface, for each Debye term, and for a resistance.
 
     Raises
     ------
     InputError
-        If a leak or a charge goes with a second contact, or the layer that moves is missing.
+        If a leak or a charge is combined with a second contact, or the moving layer is missing.
 
     Notes
     -----
-    A body's capacitor is one more element, on which the current is spread over the contact area. A stack without
-    a gap gets one of no thickness at its interface, `INTERFACE`: its field is that of a vanishing gap.
+    The capacitor of the body is one more element, with its current as a density over the contact area. A stack without
+    a gap has one of zero thickness at its interface, `INTERFACE`: its field is that of a vanishing gap.
     """
     _refuse(layers, second, moving)
     roles, names = roles_of(layers), list(layers)
@@ -105,15 +105,16 @@ def stack_states(
 def _refuse(layers: Mapping[str, Layer], second: float, moving: str | None) -> None:
     if moving is not None and moving not in layers:
         raise InputError(
-            f"motion.distance: it is the thickness of the layer '{moving}', and the stack has"
-            f" {', '.join(layers)} only; add a table stack.{moving}"
+            f"motion.distance: it is the thickness of the layer '{moving}', but the stack has only"
+            f" {', '.join(layers)}; add a table stack.{moving}"
         )
     for name, layer in layers.items():
         if second and layer.leak is not None:
             raise InputError(
-                f"stack.{name}.leak: with a second electrode there are two such layers; use Grounded or Floating"
+                f"stack.{name}.leak: with a second electrode there would be two such layers, which no solver supports; use"
+                " Grounded or Floating"
             )
         if second and layer.initial_charge:
             raise InputError(
-                f"stack.{name}.initial_charge goes with one contact only; use Grounded or Floating"
+                f"stack.{name}.initial_charge: supported with one contact only; use Grounded or Floating"
             )

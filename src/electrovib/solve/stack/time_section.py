@@ -1,4 +1,4 @@
-"""The form in which a force law sees a stack over time, where there are no modes."""
+"""The form of a stack over time that a force law reads where there are no modes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from electrovib.solve.stack.section import _APART
 
 @dataclass(frozen=True, kw_only=True)
 class TimeLayer:
-    """A layer's state as numbers over time, shape (n,)."""
+    """State of a layer as values over time, shape (n,)."""
 
     thickness: Any
     material: Material
@@ -30,7 +30,7 @@ class TimeLayer:
 
 @dataclass(frozen=True, kw_only=True)
 class TimeSection:
-    """The stack as a solver found it over time, where it has no modes: gap in motion, several leaks."""
+    """The stack as values over time, for solvers without modes: moving gap, several leaks."""
 
     layers: dict[str, TimeLayer]
     roles: Mapping[str, Role]
@@ -40,7 +40,7 @@ class TimeSection:
 
     @property
     def frequency(self) -> Real:
-        """Refuse: a law that asks for the frequency has no time-domain form.
+        """Raise a TypeError: a law that reads the frequency has no time-domain form.
 
         Raises
         ------
@@ -55,24 +55,24 @@ class TimeSection:
         return tuple(self.layers)
 
     def __getitem__(self, name: str) -> TimeLayer:
-        """Look up a layer."""
+        """Return a layer by its name."""
         return self.layers[name]
 
     def inverse_root_thickness(self, names: Sequence[str]) -> Any:
-        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2], where nothing in them disperses.
+        """Return (sum T/eps_pol)^(-1/2) over these layers [m^-1/2], which must not be dispersive.
 
         Raises
         ------
         InputError
-            If a permittivity depends on frequency: the filter needs modes, which this stack has not.
+            If a permittivity depends on frequency: the filter needs modes, which this stack does not have.
         """
         total: Any = 0.0
         for name in names:
             low, high = (self[name].material.bound_permittivity(np.array(f)) for f in _APART)
             if abs(low - high) > 1e-12 * abs(high):
                 raise InputError(
-                    f"stack.{name}.material: the law filters by permittivities, which depend on frequency here; with this"
-                    " gap, leak or amplifier use force.model = MaxwellStressInGap, or a material that does not disperse"
+                    f"stack.{name}.material: the force law filters by permittivities, and this one depends on frequency; with"
+                    " this gap, leak or amplifier use force.model = MaxwellStressInGap, or a non-dispersive material"
                 )
             total = total + self[name].thickness / float(high.real)
         return total**-0.5

@@ -1,4 +1,4 @@
-"""A linear relation to the drive, in real poles: what the solvers march."""
+"""Transfer function from the drive to a linear quantity, with real poles."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ class Transfer:
     rates : ndarray, shape (n,)
         Minus the poles, >= 0 [1/s]; a rate of 0 is trapped charge, which the drive does not excite.
     gains : ndarray, shape (n,)
-        What each mode adds to the response at zero frequency.
+        Contribution of each mode to the response at zero frequency.
     direct : float
         Response at infinite frequency.
     slope : float
-        Response to the drive's rate of change.
+        Response to the rate of change of the drive.
     free : ndarray, shape (n,), optional
-        Amplitudes at time 0 of what initial charge leaves behind.
+        Amplitudes at time 0 of the response to initial charge.
     static : float, optional
-        Response at zero frequency, where `direct` and `gains` cancel down to it as those of a current do.
+        Response at zero frequency, where the sum of `direct` and `gains` would lose it by cancellation, as for a current.
 
     Notes
     -----
-    With `static` the transfer is used as static + slope s - sum gain s/(s + rate), which loses no digits at low
+    With `static` the transfer function is static + slope s - sum gain s/(s + rate), which loses no digits at low
     frequency.
-    A transfer without free part is a filter; two transfers multiply when at most one has a free part or a
-    slope, and no rate is common to both.
+    Without a free part it is a filter; two transfer functions can be multiplied when at most one has a free part or a
+    slope, and they have no rate in common.
     """
 
     rates: Real
@@ -45,7 +45,7 @@ class Transfer:
     static: float | None = None
 
     def __post_init__(self) -> None:
-        """Fill an absent free part."""
+        """Replace an absent free part by zeros."""
         if len(self.free) != len(self.rates):
             object.__setattr__(self, "free", np.zeros(len(self.rates)))
 
@@ -56,9 +56,7 @@ class Transfer:
         driven = self.gains != 0
         rates, gains = self.rates[driven], self.gains[driven]
         parts = (rates if self.static is None else -s[..., None]) / (s[..., None] + rates)
-        summed = np.sum(
-            parts * gains, axis=-1
-        )  # no matrix product: its threads cost more than it for so little
+        summed = np.sum(parts * gains, axis=-1)  # a matrix product would start threads, which take longer
         return np.asarray(level + self.slope * s + summed, dtype=complex)
 
     def free_at(self, frequency: ArrayLike) -> Complex:
@@ -67,11 +65,11 @@ class Transfer:
         return np.asarray(1 / (s[..., None] + self.rates) @ self.free, dtype=complex)
 
     def at_rest(self) -> float:
-        """Give the response at zero frequency."""
+        """Return the response at zero frequency."""
         return float(self.direct + self.gains.sum()) if self.static is None else self.static
 
     def __add__(self, other: Transfer) -> Transfer:
-        """Add; transfers of one stack keep their common modes."""
+        """Return the sum; transfer functions of one stack keep their common modes."""
         if self.rates is other.rates or np.array_equal(self.rates, other.rates):
             gains, free, rates = self.gains + other.gains, self.free + other.free, self.rates
         else:
@@ -90,11 +88,11 @@ class Transfer:
         )
 
     def __sub__(self, other: Transfer) -> Transfer:
-        """Subtract."""
+        """Return the difference."""
         return self + other * -1.0
 
     def __mul__(self, other: Transfer | float) -> Transfer:
-        """Scale, or filter by another transfer."""
+        """Return the product with a factor, or with another transfer function."""
         if isinstance(other, Transfer):
             return _product(self, other)
         factor = float(other)
@@ -111,7 +109,7 @@ class Transfer:
 
 
 def _product(filter_: Transfer, signal: Transfer) -> Transfer:
-    """Multiply by partial fractions: a residue of one times the other's value at that pole."""
+    """Return the product by partial fractions: each residue of one times the value of the other at that pole."""
     if filter_.slope or np.any(filter_.free):
         filter_, signal = signal, filter_
     if filter_.slope or signal.slope or np.any(filter_.free):

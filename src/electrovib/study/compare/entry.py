@@ -1,4 +1,4 @@
-"""What a comparison holds."""
+"""Results of a comparison of force laws."""
 
 from __future__ import annotations
 
@@ -17,27 +17,26 @@ class Entry:
     Parameters
     ----------
     name, evaluation_surface, status : str
-        Law, where it cuts the finger free, how its source was read.
+        Name of the law, medium in which it evaluates the Maxwell stress, status of its source.
     static : float
-        Attraction at the peak voltage held for ever when nothing conducts [N].
+        Attraction at a constant peak voltage in the steady state, with all conduction left out [N].
     ratio : float
         Static attraction over that of the Maxwell stress in the gap.
     early, late : float
-        Attraction 50 us and 50 ms after a step to the peak voltage [N]; NaN for a law without a response in
-        time.
+        Attraction 50 us and 50 ms after a step to the peak voltage [N]; NaN for a law without a response in time.
     mean : ndarray, shape (frequencies,)
-        Time mean under a sine of the peak voltage [N].
+        Time average of the attraction under a sine of the peak voltage [N].
     step : ndarray, shape (times,) or (0,)
         Step response [N].
     polarity : float
-        Mean attraction during the step over that of the same step with its sign turned; exactly 1 where no
-        layer tells the polarity, NaN for a law without a response in time.
+        Mean attraction during the step over that of a step of the opposite sign; exactly 1 where the response of no layer
+        depends on the polarity, NaN for a law without a response in time.
     why : str
-        Where the ratio comes from.
+        Explanation of the ratio.
     warnings : tuple of str
-        What lies beyond a limit.
+        Limits that are exceeded.
     breakdown : str
-        How the air breaks down at the static force, empty where it does not.
+        How the air breaks down at the static force; empty where it does not.
     """
 
     name: str
@@ -62,22 +61,25 @@ class Comparison:
     Parameters
     ----------
     scenario : Scenario
-        The stack.
+        Scenario with the stack.
     voltage : float
         Peak voltage at which the laws are compared [V].
     entries : tuple of Entry
         From the largest to the smallest static force.
+    answer : str
+        Which law to believe on this stack, and why: one sentence.
     left_out : mapping of str to str
-        Law to why it is not in the comparison.
+        Law to the reason for which it is not in the comparison.
     frequency, time : ndarray
-        Axes of `mean` and `step`.
+        Frequencies [Hz] and times [s] of `mean` and `step`.
     tables, panels, pages
-        The same for a report.
+        Tables, figures and explanations of a report.
     """
 
     scenario: Scenario
     voltage: float
     entries: tuple[Entry, ...]
+    answer: str
     left_out: Mapping[str, str]
     frequency: Real
     time: Real

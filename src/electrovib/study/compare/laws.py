@@ -1,4 +1,4 @@
-"""Run every force law on one stack."""
+"""Comparison of force laws on one stack."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError, NotCausalError, nearest
 from electrovib.physics.force import ForceLaw
+from electrovib.physics.friction import SteadyFriction
 from electrovib.physics.time_profile import Steady
 from electrovib.scenario import Scenario
 from electrovib.solve.electrics.attraction import mean_force
@@ -20,16 +21,16 @@ from electrovib.solve.stack.expand import phasors
 from electrovib.study.compare.entry import Comparison, Entry
 from electrovib.study.compare.panels import over_frequency, over_parameter, over_time
 from electrovib.study.compare.static import air_breaks_down, air_warnings, static_force
-from electrovib.study.compare.words import pages, tables
+from electrovib.study.compare.words import answer, pages, tables
 from electrovib.study.explain import explain, in_time, knows_polarity
 
 if TYPE_CHECKING:
     import xarray
 
 STEP = 0.05
-"""How long the step response is followed [s]."""
+"""Duration of the step response [s]."""
 EARLY = 50e-6
-"""When it is first read: body and amplifier have charged the stack by then [s]."""
+"""Time of the first value of the step response [s], when body and amplifier have charged the stack."""
 
 
 def compare(
@@ -45,14 +46,14 @@ def compare(
     scenario : Scenario
         Stack, contact, circuit and drive; its own law is one among the others.
     models : sequence of str, optional
-        Names of laws; all that need no parameter of their own if absent.
+        Names of laws; by default all that have a default for each parameter of their own.
     over : mapping of str to sequence of float, optional
-        Dotted path to values in SI, over which the static force is drawn.
+        Dotted path to values in SI over which the static force is drawn.
 
     Returns
     -------
-    Comparison
-        Numbers, figures as data, and words.
+    comparison : Comparison
+        Numbers, figures as data, and explanations.
 
     Raises
     ------
@@ -62,21 +63,22 @@ def compare(
 
     Notes
     -----
-    The finger is pressed with the full load all the time, whatever `load.time_profile` says.
+    The finger is pressed with the full load all the time, whatever `load.time_profile` is. An amplifier with limits keeps
+    its gain and its largest voltage; its bandwidth and its largest current are left out, because the laws are compared at
+    voltages that are held.
     """
     if scenario.drive.quantity == "current":
         raise InputError(
             f"drive = {type(scenario.drive).__name__}: laws are compared at one voltage, and this drive prescribes the"
             " current. Take a drive in volts, for instance Sine"
         )
-    voltage = scenario.drive.largest()
+    scenario, highest = _without_limits(scenario)
+    voltage = min(scenario.drive.largest(), highest)
     if voltage == 0:
         raise InputError(
-            f"drive = {type(scenario.drive).__name__}: it stays at 0 V, where no law attracts and none differs; give it a"
-            " voltage"
+            f"drive = {type(scenario.drive).__name__}: it stays at 0 V, where every law gives 0 N; set a voltage"
         )
-    if not isinstance(scenario.load.time_profile, Steady):
-        scenario = scenario.replace({"load.time_profile": {"model": "Steady"}})
+    scenario = scenario.replace(_left_out(scenario))
     cases, left_out = _cases(scenario, models)
     frequency = scenario.frequency.frequencies()
     time = np.concatenate([[0.0], np.geomspace(1e-6, STEP, 400)])
@@ -97,13 +99,14 @@ def compare(
     ]
     ordered = {entry.name: cases[entry.name] for entry in entries}
     panels += [
-        over_parameter(scenario, ordered, path, values=np.asarray(values))
+        over_parameter(scenario, ordered, path, values=np.asarray(values), highest=highest)
         for path, values in (over or {}).items()
     ]
     return Comparison(
         scenario=scenario,
         voltage=voltage,
         entries=tuple(entries),
+        answer=answer(scenario, entries, voltage=voltage),
         left_out=left_out,
         frequency=frequency,
         time=time,
@@ -111,6 +114,26 @@ def compare(
         panels=tuple(panels),
         pages=pages(scenario, entries),
     )
+
+
+def _left_out(scenario: Scenario) -> dict[str, Any]:
+    """Return changes that leave out what does not enter the attraction and has no periodic state."""
+    changes: dict[str, Any] = {}
+    if not isinstance(scenario.load.time_profile, Steady):
+        changes["load.time_profile"] = {"model": "Steady"}
+    if not isinstance(scenario.friction, SteadyFriction):
+        changes["friction"] = {"model": "Coulomb", "coefficient": 0.5}  # any: no law reads the friction
+    return changes
+
+
+def _without_limits(scenario: Scenario) -> tuple[Scenario, float]:
+    """Replace an amplifier with limits by its gain; return also the highest voltage of the drive that it amplifies [V]."""
+    amplifier = scenario.circuit.amplifier
+    if amplifier is None or not amplifier.is_limited:
+        return scenario, np.inf
+    saturation = np.inf if amplifier.saturation is None else amplifier.saturation
+    highest = saturation / abs(amplifier.gain) if amplifier.gain else np.inf
+    return scenario.replace({"circuit.amplifier": {"gain": amplifier.gain}}), highest
 
 
 def _cases(scenario: Scenario, models: Sequence[str] | None) -> tuple[dict[str, Scenario], dict[str, str]]:
@@ -134,14 +157,14 @@ def _cases(scenario: Scenario, models: Sequence[str] | None) -> tuple[dict[str, 
 
 
 class _Bench:
-    """What all laws on one stack are held against: the Maxwell stress in the gap, and the air in the gap."""
+    """References of all laws on one stack: the Maxwell stress in the gap, and breakdown of its air."""
 
     def __init__(self, scenario: Scenario, voltage: float, frequency: Real, time: Real) -> None:
         self.voltage, self.frequency, self.time = voltage, frequency, time
-        plane = scenario.replace({"force": {"model": "MaxwellStressInGap"}})
-        self.static = static_force(plane, voltage=voltage)
+        in_gap = scenario.replace({"force": {"model": "MaxwellStressInGap"}})
+        self.static = static_force(in_gap, voltage=voltage)
         self.breakdown = air_breaks_down(scenario, voltage=voltage)
-        step = self.step(plane, voltage)
+        step = self.step(in_gap, voltage)
         self.stack_warnings = _warnings(step)
         self.air_warnings = air_warnings(scenario, step)
 
@@ -151,7 +174,7 @@ class _Bench:
         return simulate(case.replace(changes | {"time.initial_state": {"model": "AtRest"}}), time=self.time)
 
     def entry(self, name: str, case: Scenario) -> Entry:
-        """Try one law."""
+        """Compute the entry of one law."""
         law = case.force
         static = static_force(case, voltage=self.voltage)
         mean = mean_force(case, phasors(case, self.frequency), amplitude=self.voltage)
@@ -186,7 +209,7 @@ class _Bench:
         )
 
     def polarity(self, case: Scenario, step: Real) -> float:
-        """Mean attraction of a step over that of the step the other way round, 1."""
+        """Return the mean attraction of a step over that of a step of the opposite sign, dimensionless."""
         if not knows_polarity(case):
             return 1.0
         turned = self.step(case, -self.voltage).electrostatic_force.values
@@ -194,9 +217,8 @@ class _Bench:
 
 
 def _warnings(trace: xarray.Dataset) -> tuple[str, ...]:
-    found = [
+    return tuple(
         diagnostic["text"]
         for diagnostic in json.loads(trace.attrs["validity"])
-        if diagnostic["state"] == "warning"
-    ]
-    return tuple(text for text in found if "the drive jumps" not in text)
+        if diagnostic["state"] == "warning" and diagnostic["name"] != "discontinuity"
+    )

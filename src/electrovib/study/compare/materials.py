@@ -246,7 +246,7 @@ def _tables(
     caption = (
         f"Margin: breakdown strength over largest field; '{UNVERIFIED}' values are cited from memory. Relaxation: charge"
         " relaxation time, permittivity over conductivity; a voltage held for much longer reaches the finger through the"
-        " layer. Sources and thicknesses of measurement: docs/materials.md."
+        " layer. 'electrovib models NAME' lists the sources."
     )
     found = [Table(title, HEADINGS, rows, caption=caption)]
     if left_out:

@@ -1,4 +1,4 @@
-"""The figures of a comparison, as data: a law looks the same in all of them."""
+"""Figures of a comparison as data; a law has the same colour in all of them."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from electrovib.study.compare.static import air_breaks_down, static_force
 from electrovib.study.reproduction import Curve, Panel
 
 SAME = 0.02
-"""Relative difference up to which two curves lie on each other."""
+"""Relative difference up to which two curves coincide."""
 KINDS = ("line", "dashed", "dotted")
-"""Of the first, second and every further curve in one place."""
+"""Line styles of the first, second and every further of coinciding curves."""
 
 
 def over_frequency(entries: Sequence[Entry], *, frequency: Real, voltage: float) -> Panel:
-    """Draw the mean force of each law over frequency.
+    """Return the figure of the mean force of each law over frequency.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def over_frequency(entries: Sequence[Entry], *, frequency: Real, voltage: float)
 
 
 def over_time(entries: Sequence[Entry], *, time: Real, voltage: float) -> Panel:
-    """Draw the response of each law to a step.
+    """Return the figure of the step response of each law.
 
     Parameters
     ----------
@@ -79,9 +79,9 @@ def over_time(entries: Sequence[Entry], *, time: Real, voltage: float) -> Panel:
             floor = np.max(entry.step) * 1e-6
             curves.append(Curve(label=entry.name, x=time[1:], y=np.maximum(entry.step[1:], floor), look=look))
     caption = (
-        f"After a step to {format_quantity(voltage, 'V')} from rest. The planes differ in time, not only in size: where"
-        " a layer conducts, the field leaves it and goes into the others. Values a million times below a law's largest"
-        " are drawn there."
+        f"After a step to {format_quantity(voltage, 'V')} from rest. The laws differ in time, not only in size: where a"
+        " layer conducts, the field moves to the other layers. No value is drawn below a millionth of the largest of its"
+        " law."
     )
     return Panel(
         id="force_over_time",
@@ -95,19 +95,23 @@ def over_time(entries: Sequence[Entry], *, time: Real, voltage: float) -> Panel:
     )
 
 
-def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str, *, values: Real) -> Panel:
-    """Draw the static force of each law over a parameter.
+def over_parameter(
+    scenario: Scenario, cases: Mapping[str, Scenario], path: str, *, values: Real, highest: float = np.inf
+) -> Panel:
+    """Return the figure of the static force of each law over a parameter.
 
     Parameters
     ----------
     scenario : Scenario
-        Which has the parameter.
+        Scenario that has the parameter.
     cases : mapping of str to Scenario
-        The scenario with each law.
+        Name of each law to the scenario with this law.
     path : str
-        Dotted path; a parameter of the scenario's own law moves no other law.
+        Dotted path; a parameter of the law of the scenario does not change other laws.
     values : ndarray, shape (n,)
         SI.
+    highest : float
+        Voltage of the drive above which the amplifier saturates [V].
 
     Returns
     -------
@@ -118,10 +122,15 @@ def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str,
     curves, marks = [], []
     for look, (name, case) in enumerate(cases.items()):
         varied = [_with(case, path, float(value)) for value in values]
-        forces = np.array([static_force(one, voltage=one.drive.largest()) for one in varied])
+        voltages = [min(one.drive.largest(), highest) for one in varied]
+        forces = np.array(
+            [static_force(one, voltage=each) for one, each in zip(varied, voltages, strict=True)]
+        )
         curves.append(Curve(label=name, x=values, y=forces, look=look))
         if case.force.evaluation_surface == "gap":
-            broken = np.array([bool(air_breaks_down(one, voltage=one.drive.largest())) for one in varied])
+            broken = np.array(
+                [bool(air_breaks_down(one, voltage=each)) for one, each in zip(varied, voltages, strict=True)]
+            )
             label = f"{name}: air breaks down"
             marks += (
                 [Curve(label=label, x=values[broken], y=forces[broken], upper=None, kind="points", look=look)]
@@ -130,7 +139,7 @@ def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str,
             )
     said = f"At the peak voltage of the drive, nothing conducting. {_sentence(quantity.doc)}"
     if marks:
-        said += " Points: there the air of the gap breaks down, a limit and not a force one would see."
+        said += " Points: there the air of the gap breaks down, so this force would not be measured."
     return Panel(
         id=f"static_over_{path.replace('.', '_')}",
         title=f"Static force over {path}",
@@ -157,7 +166,7 @@ def _sentence(words: str) -> str:
 
 
 def all_to_be_seen(curves: Sequence[Curve]) -> tuple[Curve, ...]:
-    """Break the lines of curves that would hide others.
+    """Change the line style of curves that would hide others.
 
     Parameters
     ----------
@@ -166,8 +175,8 @@ def all_to_be_seen(curves: Sequence[Curve]) -> tuple[Curve, ...]:
 
     Returns
     -------
-    tuple of Curve
-        Dashed where one lies under it over half of its length, dotted where more do.
+    curves : tuple of Curve
+        Dashed where one curve lies under it over at least half of its length, dotted where more do.
     """
     shown: list[Curve] = []
     for curve in curves:

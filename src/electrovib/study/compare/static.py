@@ -1,4 +1,4 @@
-"""The attraction at a voltage held for ever when nothing conducts, and whether air bears it."""
+"""Steady attraction at a constant voltage without conduction, and breakdown of the air at it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def insulating(scenario: Scenario) -> Scenario:
-    """Give the same stack with nothing that conducts, and dispersion kept."""
+    """Return the same stack without conduction, with its dispersion."""
     changes: dict[str, Any] = {}
     for name, layer in scenario.stack.layers.items():
         changes |= _without_conduction(layer.material, f"stack.{name}.material")
@@ -32,7 +32,7 @@ def _without_conduction(material: Material, path: str) -> dict[str, Any]:
 
 
 def static_force(scenario: Scenario, *, voltage: float) -> float:
-    """Attraction at a voltage held for ever when nothing conducts [N].
+    """Compute the steady attraction at a constant voltage without conduction.
 
     Parameters
     ----------
@@ -43,8 +43,8 @@ def static_force(scenario: Scenario, *, voltage: float) -> float:
 
     Returns
     -------
-    float
-        N. For a law of magnitudes, twice its mean under a slow sine.
+    force : float
+        Attraction [N], at least 0; of a law without a response in time, twice its mean under a sine of 1 Hz.
     """
     held = insulating(scenario)
     changes = {
@@ -58,19 +58,19 @@ def static_force(scenario: Scenario, *, voltage: float) -> float:
 
 
 def air_breaks_down(scenario: Scenario, *, voltage: float) -> str:
-    """Tell how the air of the gap breaks down at a voltage held for ever when nothing conducts.
+    """Judge the air of the gap at a constant voltage without conduction.
 
     Parameters
     ----------
     scenario : Scenario
-        Stack; its law does not count.
+        Stack; its force law is not used.
     voltage : float
         V.
 
     Returns
     -------
-    str
-        The texts of the diagnostics beyond their limits; empty if there are none.
+    text : str
+        Texts of the diagnostics beyond their limits; empty if there are none.
     """
     changes = {
         "force": {"model": "MaxwellStressInGap"},
@@ -89,12 +89,12 @@ def air_warnings(scenario: Scenario, trace: xarray.Dataset) -> tuple[str, ...]:
     scenario : Scenario
         Stack; without a gap, a vanishing one.
     trace : xarray.Dataset
-        Of that stack.
+        Trace of that stack.
 
     Returns
     -------
-    tuple of str
-        The texts of the diagnostics beyond their limits.
+    warnings : tuple of str
+        Texts of the diagnostics beyond their limits.
     """
     gap = scenario.stack.gap_name
     field, thickness = (

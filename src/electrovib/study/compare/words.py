@@ -1,4 +1,4 @@
-"""What a comparison says: tables, and why the laws differ."""
+"""A comparison in words: its answer, its tables, and why the laws differ."""
 
 from __future__ import annotations
 
@@ -16,19 +16,70 @@ from electrovib.study.reproduction import Page, Table
 
 HEADINGS = (
     "law",
-    "plane",
+    "stress evaluated in",
     "source status",
-    "static",
-    "over Maxwell stress in the gap",
+    "static force",
+    "relative to the gap",
     "50 us after a step",
     "50 ms after",
 )
 STEADY = 0.01
-"""Relative change up to which a force is said to stay."""
+"""Relative change up to which a force counts as constant."""
+IN_GAP = ("rough gap", "gap")
+"""Surfaces at which plate and finger separate, the more detailed one first."""
+
+
+def answer(scenario: Scenario, entries: Sequence[Entry], *, voltage: float) -> str:
+    """State which of the compared laws to believe on this stack, and why.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Stack.
+    entries : sequence of Entry
+        Compared laws.
+    voltage : float
+        Peak voltage of the comparison [V].
+
+    Returns
+    -------
+    str
+        One sentence.
+    """
+    found = sorted(
+        (entry for entry in entries if entry.evaluation_surface in IN_GAP),
+        key=lambda entry: (IN_GAP.index(entry.evaluation_surface), entry.name != "MaxwellStressInGap"),
+    )
+    if not found:
+        return (
+            "None of these laws evaluates the stress in the gap, where plate and finger separate: compare them with"
+            " MaxwellStressInGap before you believe one."
+        )
+    best = found[0]
+    others = [entry.ratio / best.ratio for entry in entries if entry is not best]
+    differ = f"; the other laws give {_span(others)} of it" if others else ""
+    return (
+        f"Believe {best.name} here, {_force(best.static)} at {format_quantity(voltage, 'V')}{_limit(scenario, best)}: plate and"
+        f" finger separate only in the gap, so the stress there is the force between them{differ}."
+    )
+
+
+def _span(ratios: Sequence[float]) -> str:
+    low, high = (f"{value:.3g}" for value in (min(ratios), max(ratios)))
+    return low if low == high else f"{low} to {high}"
+
+
+def _limit(scenario: Scenario, best: Entry) -> str:
+    """Qualify a static force that would not be measured."""
+    if best.breakdown:
+        return " (beyond breakdown of the air, so no force that would be measured)"
+    if scenario.stack.gap_name is None:
+        return " (an upper limit: the stack has no gap, and any gap lowers it)"
+    return ""
 
 
 def tables(entries: Sequence[Entry], left_out: Mapping[str, str]) -> tuple[Table, ...]:
-    """Give the numbers, what lies beyond a limit and for which laws, and what is not compared."""
+    """Return the table of forces, that of limits exceeded and by which laws, and that of laws not compared."""
     rows = tuple(
         (
             entry.name,
@@ -66,7 +117,7 @@ def _whose(text: str, entries: Sequence[Entry]) -> str:
 
 
 def pages(scenario: Scenario, entries: Sequence[Entry]) -> tuple[Page, ...]:
-    """Tell why the laws differ on this stack, and where papers do not bear their own equations."""
+    """Explain why the laws differ on this stack, and list where papers contradict themselves or each other."""
     said = [*_in_size(entries), _in_time(entries), _leak(scenario), _polarity(scenario, entries)]
     found = [Page("Why they differ", (*said, *(f"{entry.name}: {entry.why}." for entry in entries)))]
     laws = find_members(ForceLaw)
@@ -85,15 +136,17 @@ def pages(scenario: Scenario, entries: Sequence[Entry]) -> tuple[Page, ...]:
 
 def _in_size(entries: Sequence[Entry]) -> tuple[str, ...]:
     largest, smallest = entries[0], entries[-1]
-    planes = (
-        "The static laws are one electric displacement, divided by the permittivity of the plane at which each cuts the"
-        " finger free. The finger can separate from the plate only in the gap, so the Maxwell stress in the gap is the"
+    common = (
+        "All static laws follow from one electric displacement, divided by the permittivity of the medium in which each"
+        " evaluates the Maxwell stress. Finger and plate can separate only in the gap, so the stress in the gap is the"
         " physical one"
     )
     if len(entries) == 1:
-        return (f"{planes}.",)
+        return (f"{common}.",)
     factor = format_quantity(largest.static / smallest.static, "1", digits=4)
-    return (f"{planes}; here the laws differ by a factor {factor}, from {largest.name} to {smallest.name}.",)
+    return (
+        f"{common}; here the laws differ by a factor of {factor}, from {largest.name} to {smallest.name}.",
+    )
 
 
 def _in_time(entries: Sequence[Entry]) -> str:
@@ -106,7 +159,7 @@ def _in_time(entries: Sequence[Entry]) -> str:
     moving.sort(key=lambda entry: entry.late / entry.early)
     extremes = moving if len(moving) == 1 else (moving[-1], moving[0])
     told = listed(f"{e.name} goes from {_force(e.early)} to {_force(e.late)}" for e in extremes)
-    words = "They differ in time as well as in size" if len(moving) > 1 else "The force changes in time"
+    words = "The laws differ in time as well as in size" if len(moving) > 1 else "The force changes in time"
     return f"{words}: over 50 ms of a held voltage {told}."
 
 
@@ -123,9 +176,9 @@ def _leak(scenario: Scenario) -> str:
 def _polarity(scenario: Scenario, entries: Sequence[Entry]) -> str:
     if not knows_polarity(scenario):
         return (
-            "No law can show a polarity effect on these layers: they answer alike both ways, so +V and -V give the same"
-            " attraction. Kaczmarek 2006 found positive pulses weaker; that takes a layer that rectifies, for instance"
-            " leak = PolarityConduction."
+            "No law can show an effect of polarity on these layers: their response is an odd function of the voltage, so +V"
+            " and -V give the same attraction. Kaczmarek 2006 found positive pulses weaker, which requires a layer that"
+            " rectifies, for instance leak = PolarityConduction."
         )
     told = (f"{entry.name} {entry.polarity:.3g}" for entry in entries if len(entry.step))
-    return f"A layer tells the polarity. Mean attraction over 50 ms, +V over -V: {', '.join(told)}."
+    return f"The response of a layer depends on the polarity. Mean attraction over 50 ms, +V over -V: {', '.join(told)}."

@@ -1,4 +1,4 @@
-"""The same experiment at every combination of some parameters' values."""
+"""Sweeps: an experiment at every combination of the values of some parameters."""
 
 from electrovib.study.sweep.ranges import parse_over
 from electrovib.study.sweep.run import read_quantities, sweep

@@ -1,4 +1,4 @@
-"""The checks of many cases as one list: each with its own largest value, and where it occurred."""
+"""Diagnostics of many cases as one list: each with its largest value and the case in which it occurs."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
 SAME: Final = 1e-9
-"""Share by which two values differ at most that count as one: rounding."""
+"""Relative difference up to which two values count as equal: rounding."""
 Judged: TypeAlias = "tuple[Mapping[str, float], Sequence[Diagnostic]]"
-"""The values of the swept parameters of a case, and its checks."""
+"""Values of the swept parameters of a case, and its diagnostics."""
 
 
 def over_all(cases: Sequence[Judged], *, words: Callable[[Mapping[str, float]], str]) -> list[dict[str, Any]]:
-    """Keep of each check the case in which it comes nearest to its limit, or goes furthest beyond.
+    """Keep of each diagnostic the case with the largest value relative to the limit.
 
     Parameters
     ----------
     cases : sequence of (mapping, sequence of Diagnostic)
-        Of every case the values of its parameters and its checks. A check that a case has several times, as one for
-        each layer, is told apart by its place among those of its name.
+        Values of the parameters and diagnostics of every case. Diagnostics of one name, as one for each layer, are
+        identified by their order.
     words : callable
-        Writes the values of the parameters.
+        Function that formats the values of the parameters.
 
     Returns
     -------
-    list of dict
-        As of a run, and where it occurred: ``at`` with the values of the parameters, ``cases`` with how many cases are
-        in this state. A check that some cases could judge and others could not stands there twice.
+    diagnostics : list of dict
+        Diagnostics as of a run, with ``at``, the values of the parameters where it occurs, and ``cases``, the number of
+        cases in this state. A diagnostic that was judged in some cases only has two entries.
     """
     found: dict[tuple[str, int], list[tuple[Mapping[str, float], Diagnostic]]] = {}
     for at, diagnostics in cases:
@@ -80,10 +80,10 @@ def _of_one_check(
         alike = [diagnostic for _, diagnostic in plain if STATES.index(diagnostic.state) == worst]
         at, diagnostic = next(pair for pair in plain if STATES.index(pair[1].state) == worst)
         if len(alike) < count:
-            tail = f"; so in {len(alike)} of {count} cases, the first at {words(at)}"
+            tail = f"; in {len(alike)} of {count} cases, the first at {words(at)}"
         else:
             same = len({each.text for each in alike}) == 1
-            tail = "" if same else f"; so in all cases, this is the one at {words(at)}"
+            tail = "" if same else f"; in all cases, this is the one at {words(at)}"
         told.append(_as_told(diagnostic, at, len(alike), tail))
     return told
 
@@ -93,7 +93,7 @@ def _as_told(diagnostic: Diagnostic, at: Mapping[str, float], cases: int, tail: 
 
 
 def share_of_limit(diagnostic: Diagnostic) -> float:
-    """Value over limit of a check that has both [1]; minus infinity for NaN."""
+    """Return value over limit of a diagnostic that has both, dimensionless; minus infinity for NaN."""
     assert diagnostic.value is not None
     assert diagnostic.limit is not None
     if math.isnan(diagnostic.value) or math.isnan(diagnostic.limit):

@@ -1,4 +1,4 @@
-"""Quantities that need a person: what is felt of a case."""
+"""Quantities of perception of a case."""
 
 from __future__ import annotations
 
@@ -12,33 +12,33 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 FELT: Final = {
-    "detection level": ("dB", "level above the threshold of the channel that feels it most"),
-    "relative level": ("dB", "level above that of a sine of force as large at the best frequency"),
+    "detection level": ("dB", "level of the most excited channel above its threshold"),
+    "relative level": ("dB", "level relative to a sine of equal force at the best frequency"),
 }
-"""Name to unit and meaning."""
+"""Unit and meaning of each quantity, by name."""
 
 
 def felt(name: str, scenario: Scenario) -> tuple[float, list[Diagnostic]]:
-    """Take a number from what is felt.
+    """Compute a quantity of perception.
 
     Parameters
     ----------
     name : str
         One of `FELT`.
     scenario : Scenario
-        With its perception.
+        Scenario with its perception.
 
     Returns
     -------
     value : float
-        dB; minus infinity where nothing moves, NaN where the level is not calibrated.
+        Level [dB]; minus infinity where nothing moves, NaN where the level is not calibrated.
     diagnostics : list of Diagnostic
-        That it is not calibrated.
+        One where the level is not calibrated.
     """
     found = perceive(scenario)
     if name == "relative level":
         return found.relative, []
     if found.sensation is not None or not found.loudest:
         return -math.inf if found.sensation is None else found.sensation, []
-    text = "detection level: not calibrated; give perception.threshold, or ask for 'relative level'"
+    text = "detection level: not calibrated; set perception.threshold, or use 'relative level'"
     return math.nan, [Diagnostic("detection level", "unknown", text)]

@@ -1,4 +1,4 @@
-"""The values over which parameters are swept, as texts say them."""
+"""Values over which parameters are swept, read from texts."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.arrays import Real
+from electrovib.core.changes import stored_path
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import expected, parse_quantity
@@ -22,18 +23,18 @@ _FORM = "expected PATH=FROM:TO:N or PATH=FROM:TO:Nlog, for instance drive.rise=1
 
 
 def parse_over(scenario: Scenario, texts: Sequence[str]) -> dict[str, Real]:
-    """Read what ``--over`` says.
+    """Read the option ``--over``.
 
     Parameters
     ----------
     scenario : Scenario
-        Whose parameters are meant.
+        Scenario that has the parameters.
     texts : sequence of str
-        ``path=from:to:n`` evenly, ``path=from:to:nlog`` evenly in the logarithm; values with units.
+        ``path=from:to:n`` for evenly spaced values, ``path=from:to:nlog`` for even spacing in the logarithm; with units.
 
     Returns
     -------
-    dict of str to ndarray
+    axes : dict of str to ndarray
         Dotted path to values in SI.
 
     Raises
@@ -60,7 +61,7 @@ def _parse_one(scenario: Scenario, text: str) -> tuple[str, Real]:
     match = _RANGE.fullmatch(text.strip())
     if match is None:
         raise InputError(f"--over {text}: {_FORM}")
-    path, count = match[1].strip(), int(match[4])
+    path, count = stored_path(scenario, match[1].strip()), int(match[4])
     quantity = quantity_at(scenario, path)
     if path.startswith("frequency."):
         raise InputError(f"--over {path}: all cases share the grid of frequencies; use --set")

@@ -1,4 +1,4 @@
-"""Every case of a sweep is solved alone, at the times that its own drive needs, and answers with numbers."""
+"""Sweeps: every case is solved on its own, at the times that its drive needs, and gives numbers."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.budget import Work, refuse_beyond
+from electrovib.core.changes import stored_changes, with_current_names
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at
@@ -31,9 +32,9 @@ if TYPE_CHECKING:
     import xarray
 
 LOOKS_OF_CASE: Final = 200
-"""About as many times does a case look at its solution, whatever output times the scenario has."""
+"""Approximate number of times at which the solution of a case is evaluated, whatever its output times are."""
 MOST_PROBLEMS: Final = 10
-"""Of the cases that cannot be made, so many are told."""
+"""Largest number of reported problems of cases that cannot be made."""
 
 
 def sweep(
@@ -44,26 +45,26 @@ def sweep(
     records: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xarray.Dataset:
-    """Solve a scenario at every combination of some parameters' values and answer with numbers for each case.
+    """Solve a scenario at every combination of the values of some parameters, and return numbers for each case.
 
     Parameters
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
-        What stays the same, as for `electrovib.load`.
+        Scenario of all cases, as for `electrovib.load`.
     over : mapping of str to sequence of float
-        Dotted path to values in SI; several give every combination, none the scenario itself.
+        Dotted path to values in SI. Several paths give every combination, none the scenario itself.
     quantities : sequence of str, optional
         Names such as ``"mean electrostatic_force"``, ``"swing lateral_force"``, ``"peak field in gap"``: ``peak``,
         ``maximum``, ``minimum``, ``swing``, ``mean``, ``rms`` or ``final`` of a signal over time; or ``"detection
         level"``. By default peak and mean of the attraction, swing of the friction, peak of the current.
     records : bool
-        Keep also what `simulate` gives of each case.
+        Keep the Trace of each case too.
     progress : callable, optional
-        Called with how many are done and how many there are.
+        Function of the number of cases that are solved and of all cases.
 
     Returns
     -------
-    xarray.Dataset
+    table : xarray.Dataset
         A dimension, named by its path, for each parameter, and a variable for each quantity; ``to_dataframe()`` makes a
         table with one row for each case. With `records` the signals over time run along ``sample`` too: each case has
         its own times, in the coordinate ``time``, and NaN after its end.
@@ -73,16 +74,17 @@ def sweep(
     InputError
         For every value out of range and every unknown quantity; for a case that cannot be solved, with its values.
     BudgetError
-        If all cases would take more time or memory than `electrovib.budget` allows; told before the first.
+        Before the first case, if all cases would take more time or memory than `electrovib.budget` allows.
 
     Notes
     -----
-    A quantity is taken over one period of a periodic state, else over the whole time, to the error in its attribute
-    ``numerical_error`` (a share of the signal's largest value); no output times enter.
+    A quantity is taken over one period of a periodic state, else over the whole time, with the error in its attribute
+    ``numerical_error``, relative to the largest value of the signal; it does not depend on output times.
     """
     scenario = read_scenario(scenario)
     asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
-    axes = {path: np.asarray(values, dtype=float) for path, values in over.items()}
+    named, _ = with_current_names(scenario, over)
+    axes = {path: np.asarray(values, dtype=float) for path, values in named.items()}
     _refuse_large(scenario, axes, records=records)
     words = functools.partial(_words, {path: quantity_at(scenario, path).unit for path in axes})
     points = [
@@ -103,7 +105,7 @@ def sweep(
 
 
 def _refuse_large(scenario: Scenario, axes: Mapping[str, Real], *, records: bool) -> None:
-    """Refuse more cases than the budget allows, before the first is made."""
+    """Refuse more cases than the budget allows, before the first is solved."""
     looked = np.linspace(0.0, last_time(scenario), LOOKS_OF_CASE)
     each, count = works(scenario, looked), math.prod(len(values) for values in axes.values())
     held = CASE_MEMORY + (max(work.memory for work in works(scenario)) if records else 0.0)
@@ -124,16 +126,16 @@ def _refuse_large(scenario: Scenario, axes: Mapping[str, Real], *, records: bool
 
 @dataclass(frozen=True)
 class Asked:
-    """What is wanted of each case.
+    """Quantities of each case.
 
     Parameters
     ----------
     solved : tuple of Named
-        Numbers of the solution.
+        Quantities of the solution.
     felt : tuple of str
-        Numbers of what is felt.
+        Quantities of perception.
     units : dict of str to (str, str)
-        Unit and meaning of every quantity, in the order asked for.
+        Unit and meaning of every quantity, in the given order.
     """
 
     solved: tuple[Named, ...]
@@ -147,19 +149,19 @@ def read_quantities(scenario: Scenario, names: Sequence[str]) -> Asked:
     Parameters
     ----------
     scenario : Scenario
-        Whose layers may be named.
+        Scenario whose layers may be named.
     names : sequence of str
-        As for `sweep`.
+        Names, as for `sweep`.
 
     Returns
     -------
-    Asked
-        Each once.
+    quantities : Asked
+        Each quantity once.
 
     Raises
     ------
     InputError
-        Every unknown name, with the nearest.
+        For every unknown name, with the nearest one.
     """
     solved: list[Named] = []
     units: dict[str, tuple[str, str]] = {}
@@ -180,7 +182,7 @@ def read_quantities(scenario: Scenario, names: Sequence[str]) -> Asked:
 
 
 def _checked(scenario: Scenario, over: Mapping[str, Any], names: Sequence[str], *, records: bool) -> Asked:
-    """Look at paths and names before the work; tell all mistakes at once."""
+    """Check paths and names before any case is solved, and report all mistakes at once."""
     asked, problems = Asked((), (), {}), list[str]()
     with gathered(problems):
         asked = read_quantities(scenario, names)
@@ -191,13 +193,14 @@ def _checked(scenario: Scenario, over: Mapping[str, Any], names: Sequence[str], 
             problems.append(f"over '{path}': expected a sequence of numbers, at least one")
         if records and path.startswith("frequency."):
             problems.append(f"over '{path}': with records, all cases share the grid of frequencies")
+    problems += with_current_names(scenario, over)[1]
     if problems:
         raise InputError(problems)
     return asked
 
 
 def _scenarios(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[Scenario]:
-    """Make every case before the first is solved, so that a value out of range costs no time."""
+    """Make every case before the first is solved, so that a value out of range is refused at once."""
     try:
         return _sharing(scenario, points)
     except InputError:
@@ -216,8 +219,9 @@ def _sharing(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[
     """Make every case; those that differ in their drive alone share all other parts."""
     if not points[0]:
         return [scenario]
+    points = [_stored(scenario, point) for point in points]
     base, found = scenario.replace(points[0]), []
-    if base.moisture is not None:  # which sets numbers of its own
+    if base.moisture is not None:  # which sets parameters itself
         return [scenario.replace(point) for point in points]
     others: dict[tuple[float, ...], Scenario] = {}
     for point in points:
@@ -227,6 +231,14 @@ def _sharing(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[
         if key not in others:
             others[key] = with_numbers(base, rest) if rest else base
         found.append(with_numbers(others[key], of_drive) if of_drive else others[key])
+    return found
+
+
+def _stored(scenario: Scenario, point: Mapping[str, float]) -> dict[str, float]:
+    """Return the values of a case by the parameters that the scenario stores, not those of another case."""
+    found, problems = stored_changes(scenario, point)
+    if problems:
+        raise InputError(problems)
     return found
 
 
@@ -248,6 +260,6 @@ def _solved(
 
 
 def _words(units: Mapping[str, str], point: Mapping[str, float]) -> str:
-    """Write the values of a case with their units."""
+    """Format the values of a case with their units."""
     shown = (f"{path} = {format_quantity(value, units[path], digits=4)}" for path, value in point.items())
     return ", ".join(shown)

@@ -33,7 +33,7 @@ LARGEST: Final = (
     "events",
     "friction_events",
 )
-"""Attributes of which a sweep tells the largest."""
+"""Attributes of which a sweep keeps the largest."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,14 +44,16 @@ class Case:
     ----------
     at : mapping of str to float
         Dotted path to value in SI.
-    values, errors : mapping of str to float
-        Quantities, in their units, and what was missed of their signals, relative.
+    values : mapping of str to float
+        Quantities in their units.
+    errors : mapping of str to float
+        Errors of the quantities, relative to the largest value of their signals.
     how : mapping
         Solver, its reason, errors and events.
     diagnostics : sequence of Diagnostic
-        Its checks.
+        Diagnostics of the case.
     record : Trace or None
-        What `simulate` gives, if that was asked for.
+        Trace of the case, if records are kept.
     """
 
     at: Mapping[str, float]
@@ -71,12 +73,12 @@ def dataset(
     records: bool,
     words: Callable[[Mapping[str, Any]], str],
 ) -> xarray.Dataset:
-    """Put the cases of a sweep together.
+    """Assemble the cases of a sweep.
 
     Parameters
     ----------
     scenario : Scenario
-        That was swept.
+        Swept scenario.
     axes : mapping of str to ndarray
         Dotted path to values in SI.
     cases : sequence of Case
@@ -86,12 +88,12 @@ def dataset(
     records : bool
         Whether the cases have records.
     words : callable
-        Writes the values of a case.
+        Function that formats the values of a case.
 
     Returns
     -------
-    xarray.Dataset
-        As `electrovib.sweep` gives it.
+    table : xarray.Dataset
+        As returned by `electrovib.sweep`.
     """
     import xarray
 
@@ -126,7 +128,7 @@ def _attributes(
     records: bool,
     words: Callable[[Mapping[str, Any]], str],
 ) -> dict[str, Any]:
-    """Say what was swept, how it was computed, and how far to believe it."""
+    """Return the swept parameters, the methods and the validity as attributes."""
     checks = over_all([(case.at, case.diagnostics) for case in cases], words=words)
     found = {"format": FORMAT} | provenance(scenario)
     found |= {
@@ -148,7 +150,7 @@ def _attributes(
 def _records(
     traces: Sequence[xarray.Dataset], paths: tuple[str, ...], shape: tuple[int, ...]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Stack records along `sample`, each with its own times and NaN after its end."""
+    """Stack records along ``sample``, each with its own times and NaN after its end."""
     longest, first = max(trace.sizes["time"] for trace in traces), traces[0]
     variables: dict[str, Any] = {}
     for name, variable in first.data_vars.items():

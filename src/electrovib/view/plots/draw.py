@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.view.envelope import envelope
+from electrovib.view.plots.legends import legend_beside_no_curve
 from electrovib.view.units import label_axis
 
 if TYPE_CHECKING:
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
 
     from electrovib.view.lines import Line
 
-_MANY = 5
-"""From this many entries on, a legend stands beside the plot and not in it."""
 _LONG_LABEL = 44
 _PATH = re.compile(r"(?:^|, )([^\s,=]+) = ")
 _WIDE = 30.0
@@ -42,9 +41,15 @@ def draw(ax: Axes, drawn: Sequence[Line]) -> None:
 
 
 def finish(
-    ax: Axes, *, x: tuple[str, str], y: tuple[str, str], drawn: Sequence[Line] = (), note: str = ""
+    ax: Axes,
+    *,
+    x: tuple[str, str],
+    y: tuple[str, str],
+    base: float = 0.0,
+    drawn: Sequence[Line] = (),
+    note: str = "",
 ) -> None:
-    """Label the axes, in words and SI unit, and explain the lines.
+    """Label the axes in words and units, and explain the lines.
 
     Parameters
     ----------
@@ -52,13 +57,15 @@ def finish(
         With everything drawn.
     x, y : tuple of str
         Words and SI unit.
+    base : float
+        Value from which the vertical axis counts [SI].
     drawn : sequence of Line
         Where colours and dashes both stand for something, they are explained one by one.
     note : str
-        Told in the legend.
+        Remark in the legend.
     """
     label_axis(ax.xaxis, *x)
-    label_axis(ax.yaxis, *y)
+    label_axis(ax.yaxis, *y, base=base)
     if not np.all(np.isfinite(ax.dataLim.intervaly)):
         ax.text(0.5, 0.5, "no numbers to draw", transform=ax.transAxes, ha="center", va="center")
     elif ax.get_xscale() == "linear":
@@ -88,24 +95,18 @@ def plain(label: str) -> str:
 
 
 def _legend(ax: Axes, handles: Sequence[Any], labels: list[str], note: str) -> None:
-    """Put the legend into the plot where it is short, else at its right."""
+    """Add the legend, where no curve runs."""
     common, short = shared_words(labels)
-    short = [_cut(label) for label in short]
     title = "\n".join(part for part in (common, note) if part)
-    place: dict[str, Any] = {"loc": "best"}
-    if len(labels) >= _MANY:
-        place = {
-            "loc": "upper left",
-            "bbox_to_anchor": (1.0, 1.0),
-            "borderaxespad": 0.2,
-            "labelspacing": 0.25,
-        }
-    ax.legend(handles, short, title=title or None, alignment="left", **place)
+    legend_beside_no_curve(ax, handles, [_cut(label) for label in short], title)
 
 
 def _cut(label: str) -> str:
-    """Leave the middle out of a label that would push the plot aside."""
-    return label if len(label) <= _LONG_LABEL else f"{label[:28].rstrip()} … {label[-12:].lstrip()}"
+    """Omit the middle of a label that is wider than a legend may be."""
+    return "\n".join(
+        line if len(line) <= _LONG_LABEL else f"{line[:28].rstrip()} … {line[-12:].lstrip()}"
+        for line in label.split("\n")
+    )
 
 
 def shared_words(labels: list[str]) -> tuple[str, list[str]]:

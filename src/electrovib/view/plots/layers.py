@@ -1,17 +1,18 @@
-"""The stack, drawn to scale."""
+"""The stack, with every layer thick enough to be read."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.view.style import drawing, layer_colours
-from electrovib.view.units import label_axis, pretty_quantity
+from electrovib.view.units import prefix_for, pretty_quantity, pretty_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping
 
     from matplotlib.axes import Axes
 
@@ -19,20 +20,22 @@ if TYPE_CHECKING:
 
 _WIDTH = 0.27
 """Of the drawing; the words stand at its right."""
-_STRIP = 0.11
-"""Height of plate and finger, as a part of the stack's thickness; they are not to scale."""
-_LINE = 1.2
-"""Thinnest visible line [point]."""
-_TEXT_HEIGHT = 27.0
-"""Of a label of two lines [point]."""
-_BEFORE_LAYOUT, _AFTER_LAYOUT = 0.77, 0.94
-"""Share of a figure's height that its only Axes take, before and after the layout is settled."""
+_STRIP = 0.55
+"""Height of plate and finger, over that of the thinnest layer."""
+_RANGE = 1.5
+"""How much higher the thickest layer is drawn than the thinnest, over the height of the thinnest."""
+_DECADES = 3.0
+"""Thicknesses over fewer decades are drawn as if they covered a part of so many."""
+_INCH = 0.42
+"""Height of the thinnest layer, which holds a label of two lines [inch]."""
+_LOWEST = 2.1
+"""Height of a figure whose vertical axis has room for its label [inch]."""
 _SHOWN_FREQUENCY = 1e3
 """Where the permittivity of a dispersive layer is quoted [Hz], if it lies in the scenario's band."""
 
 
 def stack(source: Source, *, ax: Axes | None = None) -> Axes:
-    """Draw the layers between plate and finger, to scale, with their values.
+    """Draw the layers between plate and finger with their values.
 
     Parameters
     ----------
@@ -44,8 +47,8 @@ def stack(source: Source, *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     Axes
-        Vertical axis: distance from the plate in m. A layer thinner than a line is drawn as one, and its
-        label says so.
+        Not to scale: the height of a layer grows with the logarithm of its thickness, and the thinnest is drawn 1 high.
+        The numbers at the vertical axis are the true distances of the boundaries from the plate.
 
     Raises
     ------
@@ -53,78 +56,84 @@ def stack(source: Source, *, ax: Axes | None = None) -> Axes:
         If the Trace carries no scenario, as a measurement does.
     """
     scenario = read_scenario(source, before_sweep=True)
-    layers = scenario.stack.layers
-    with drawing(ax, (7.2, max(2.6, 0.9 + 0.46 * len(layers)))) as axes:
-        total = scenario.stack.thickness
-        bottom, top = -_STRIP * total, (1 + _STRIP) * total
+    heights = drawn_heights({name: layer.thickness for name, layer in scenario.stack.layers.items()})
+    with drawing(ax, (7.2, figure_height(scenario))) as axes:
+        top = sum(heights.values())
         axes.set_xlim(0, 1)
-        axes.set_ylim(bottom, top)
-        _surroundings(axes, scenario, bottom, top)
-        _slabs(axes, scenario, _points_per_metre(axes, top - bottom))
-        _tidy(axes)
+        axes.set_ylim(-_STRIP, top + _STRIP)
+        _surroundings(axes, scenario, top)
+        _slabs(axes, scenario, heights)
+        _tidy(axes, scenario, heights)
         return axes
 
 
-def _points_per_metre(ax: Axes, height: float) -> float:
-    """Estimate the scale of the drawing; the layout is settled only when the figure is saved."""
-    figure = ax.get_figure(root=True)
-    assert figure is not None
-    inches = float(figure.get_size_inches()[1])
-    share = min(1.0, ax.get_position().height / _BEFORE_LAYOUT)
-    return 72 * _AFTER_LAYOUT * share * inches / height
+def drawn_heights(thicknesses: Mapping[str, float]) -> dict[str, float]:
+    """Compute the height of each layer in the drawing.
+
+    Parameters
+    ----------
+    thicknesses : mapping of str to float
+        Layer to thickness [m], above 0.
+
+    Returns
+    -------
+    heights : dict of str to float
+        Layer to height, 1 for the thinnest and 2.5 for the thickest of a stack that covers three decades or more; between
+        them it grows with the logarithm of the thickness.
+    """
+    least, most = min(thicknesses.values()), max(thicknesses.values())
+    decades = max(_DECADES, math.log10(most / least))
+    return {name: 1 + _RANGE * math.log10(each / least) / decades for name, each in thicknesses.items()}
 
 
-def _surroundings(ax: Axes, scenario: Scenario, bottom: float, top: float) -> None:
+def figure_height(scenario: Scenario) -> float:
+    """Height of a figure in which the label of every layer has room [inch]."""
+    heights = drawn_heights({name: layer.thickness for name, layer in scenario.stack.layers.items()})
+    return max(_LOWEST, 0.35 + _INCH * (sum(heights.values()) + 2 * _STRIP))
+
+
+def _surroundings(ax: Axes, scenario: Scenario, top: float) -> None:
     """Draw plate and finger as strips, with the return path of the current."""
     from matplotlib.patches import Rectangle
 
-    total = scenario.stack.thickness
-    strips = (("plate electrode", bottom, "#7d7d7d", "white"), ("finger", total, "#e6e0da", "#222222"))
+    strips = (("plate electrode", -_STRIP, "#7d7d7d", "white"), ("finger", top, "#e6e0da", "#222222"))
     for words, low, colour, text in strips:
-        ax.add_patch(Rectangle((0, low), _WIDTH, _STRIP * total, facecolor=colour, edgecolor="none"))
-        middle = low + _STRIP * total / 2
-        ax.text(_WIDTH / 2, middle, words, ha="center", va="center", color=text, fontsize=8)
+        ax.add_patch(Rectangle((0, low), _WIDTH, _STRIP, facecolor=colour, edgecolor="none"))
+        ax.text(_WIDTH / 2, low + _STRIP / 2, words, ha="center", va="center", color=text, fontsize=8)
     back = scenario.circuit.return_path
     values = [
         f"{path} {pretty_quantity(value, q.unit)}"
         for path, value, q in back.parameters()
         if value is not None
     ]
-    words = f"current returns by {type(back).__name__}" + (f": {', '.join(values)}" if values else "")
-    ax.text(_WIDTH + 0.03, (top + total) / 2, words, va="center", fontsize=7.5, color="#555555")
+    words = f"return path: {type(back).__name__}" + (f", {', '.join(values)}" if values else "")
+    ax.text(_WIDTH + 0.03, top + _STRIP / 2, words, va="center", fontsize=7.5, color="#5a5a5a")
 
 
-def _slabs(ax: Axes, scenario: Scenario, scale: float) -> None:
-    """Draw the layers, and their labels at the ends of leader lines."""
+def _slabs(ax: Axes, scenario: Scenario, heights: Mapping[str, float]) -> None:
+    """Draw the layers, each with its label at its right."""
     from matplotlib.patches import Rectangle
 
     layers = scenario.stack.layers
     colours = layer_colours([*layers])
-    edges = np.concatenate([[0.0], np.cumsum([layer.thickness for layer in layers.values()])])
-    middles = (edges[1:] + edges[:-1]) / 2
-    heights = _spread(middles, _TEXT_HEIGHT / scale, float(edges[0]), float(edges[-1]))
-    for (name, layer), low, middle, height in zip(layers.items(), edges[:-1], middles, heights, strict=True):
-        thin = layer.thickness * scale < _LINE
-        colour = colours[name]
+    low = 0.0
+    for name, layer in layers.items():
+        height, colour = heights[name], colours[name]
         ax.add_patch(
-            Rectangle(
-                (0, low), _WIDTH, layer.thickness, facecolor=colour, alpha=0.4, edgecolor="none", label=name
-            )
+            Rectangle((0, low), _WIDTH, height, facecolor=colour, alpha=0.45, edgecolor="white", label=name)
         )
-        if thin:
-            ax.plot([0, _WIDTH], [middle, middle], color=colour, linewidth=_LINE)
-        bend = [_WIDTH, _WIDTH + 0.035, _WIDTH + 0.075, _WIDTH + 0.085]
-        ax.plot(bend, [middle, middle, height, height], color=colour, linewidth=0.8)
-        here = "  ·  force evaluated here" if scenario.force.evaluation_surface == name else ""
-        note = "  (thinner than the line that shows it)" if thin else ""
-        title = f"{name.replace('_', ' ')}  {pretty_quantity(layer.thickness, 'm')}"
+        middle = low + height / 2
+        ax.plot([_WIDTH, _WIDTH + 0.02], [middle, middle], color=colour, linewidth=2.5)
+        here = "; force evaluated here" if scenario.force.evaluation_surface == name else ""
+        title = f"{name.replace('_', ' ')}, {pretty_quantity(layer.thickness, 'm')}"
         at: dict[str, Any] = {
-            "xy": (_WIDTH + 0.095, height),
+            "xy": (_WIDTH + 0.03, middle),
             "textcoords": "offset points",
             "color": "#222222",
         }
-        ax.annotate(title + note, xytext=(0, 1.5), va="bottom", fontsize=8.5, fontweight="bold", **at)
+        ax.annotate(title, xytext=(0, 1.5), va="bottom", fontsize=8.5, fontweight="bold", **at)
         ax.annotate(values(layer, scenario) + here, xytext=(0, -1.5), va="top", fontsize=8, **at)
+        low += height
 
 
 def values(layer: Layer, scenario: Scenario) -> str:
@@ -160,21 +169,15 @@ def values(layer: Layer, scenario: Scenario) -> str:
     return ", ".join(parts)
 
 
-def _spread(wanted: Sequence[float], distance: float, low: float, high: float) -> list[float]:
-    """Move the heights of labels apart, in order, and keep them in the drawing where there is room."""
-    placed: list[float] = []
-    for height in wanted:
-        placed.append(max(height, placed[-1] + distance) if placed else max(height, low + distance / 2))
-    ceiling = high - distance / 2
-    for index in range(len(placed) - 1, -1, -1):
-        placed[index] = min(placed[index], ceiling)
-        ceiling = placed[index] - distance
-    return placed
-
-
-def _tidy(ax: Axes) -> None:
+def _tidy(ax: Axes, scenario: Scenario, heights: Mapping[str, float]) -> None:
+    """Number the boundaries of the layers by their true distances from the plate, in one unit."""
+    edges = np.cumsum([0.0, *(layer.thickness for layer in scenario.stack.layers.values())])
+    prefix, scale = prefix_for(float(edges[-1]), "m")
+    ax.set_yticks(np.cumsum([0.0, *heights.values()]), labels=[f"{edge / scale:.6g}" for edge in edges])
     ax.grid(visible=False)
     ax.xaxis.set_visible(False)
     ax.spines["bottom"].set_visible(False)
-    ax.set_title("stack, to scale (plate and finger are not)", fontsize=8.5, color="#555555")
-    label_axis(ax.yaxis, "distance from the plate", "m")
+    ax.set_title(
+        "not to scale: heights grow with the logarithm of the thickness", fontsize=8, color="#5a5a5a"
+    )
+    ax.set_ylabel(f"distance from the plate [{pretty_unit(prefix + 'm')}]")

@@ -26,7 +26,7 @@ def frequency_response(traces: Traces, *, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     traces : Trace, sequence of Trace or mapping of str to Trace
-        One or several; a swept Trace draws one line a value, at most 12.
+        One or several; a swept Trace draws one curve for each value, at most five.
     ax : Axes, optional
         Where to draw; a new figure if None.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError, nearest
 from electrovib.view.lines import swept_units
-from electrovib.view.style import COLOURS, drawing
+from electrovib.view.style import AMOUNTS, COLOURS, drawing
 from electrovib.view.summary import is_sweep, quantities_of
 from electrovib.view.units import label_axis, pretty_quantity
 
@@ -120,7 +120,7 @@ def _contours(ax: Axes, points: tuple[Any, Any, Any], levels: NDArray[np.float64
     x, y, z = _finer(points, wide=wide)
     filled = np.unique(np.concatenate([[low], levels, [high]]))
     norm = LogNorm(low, high) if wide else Normalize(low, high)
-    ax.contourf(x, y, z, levels=filled, norm=norm, cmap="viridis", alpha=0.55, extend="both")
+    ax.contourf(x, y, z, levels=filled, norm=norm, cmap=AMOUNTS, alpha=0.55, extend="both")
     drawn = ax.contour(x, y, z, levels=levels, colors="#222222", linewidths=0.8)
     places = [place for lines in drawn.allsegs if lines and (place := _middle(ax, lines)) is not None]
     fmt = {level: pretty_quantity(float(level), unit, digits=3) for level in drawn.levels}

@@ -9,10 +9,14 @@ from electrovib.core.signals import signal
 from electrovib.scenario import scenario_of
 from electrovib.view.lines import Line, Traces, labelled, left_out, lines, lines_of, scenario_or_none
 from electrovib.view.plots.draw import draw, finish
+from electrovib.view.plots.whole import against_the_whole, friction_of_the_load
 from electrovib.view.style import drawing
 from electrovib.view.summary import not_known
+from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray
     from matplotlib.axes import Axes
 
@@ -27,7 +31,7 @@ def drive(traces: Traces, *, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     traces : Trace, sequence of Trace or mapping of str to Trace
-        One or several, computed or measured; a swept Trace draws one line a value, at most 12.
+        One or several, computed or measured; a swept Trace draws one curve for each value, at most five.
     ax : Axes, optional
         Where to draw; a new figure if None.
 
@@ -230,16 +234,32 @@ def _over_time(traces: Traces, name: str, ax: Axes | None) -> Axes:
     drawn = lines(traces, name, "time")
     known = signal(name)
     words = f"{name.replace('_', ' ')} ${known.symbol}$"
-    axes = _draw(drawn, words, known.unit, ax, note=left_out(traces, name))
-    if name in _OF_SLIDING and any(not_known(trace, name) for trace in labelled(traces).values()):
+    note = left_out(traces, name)
+    if name not in _OF_SLIDING:
+        return _draw(drawn, words, known.unit, ax, note=note)
+    found = [trace for trace in labelled(traces).values() if name in trace]
+    axes = _draw(
+        drawn, words, known.unit, ax, note=note, loads=[friction_of_the_load(each) for each in found]
+    )
+    if any(not_known(trace, name) for trace in found):
         axes.text(
             0.5, 0.98, "not known where the finger rests", transform=axes.transAxes, ha="center", va="top"
         )
     return axes
 
 
-def _draw(drawn: list[Line], words: str, unit: str, ax: Axes | None, *, note: str = "") -> Axes:
+def _draw(
+    drawn: list[Line],
+    words: str,
+    unit: str,
+    ax: Axes | None,
+    *,
+    note: str = "",
+    loads: Sequence[float | None] | None = None,
+) -> Axes:
     with drawing(ax) as axes:
         draw(axes, drawn)
-        finish(axes, x=_TIME, y=(words, unit), drawn=drawn, note=note)
+        base = 0.0 if loads is None else against_the_whole(axes, loads)
+        above = f" above {pretty_quantity(base, unit, digits=4)}" if base else ""
+        finish(axes, x=_TIME, y=(f"{words}{above}", unit), base=base, drawn=drawn, note=note)
         return axes

@@ -1,4 +1,4 @@
-"""A figure of a reproduced paper, from its data."""
+"""A figure of a reproduced paper, drawn from its data."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from electrovib.study.reproduction import REFERENCE
 from electrovib.view.plots.draw import finish
-from electrovib.view.style import COLOURS, drawing
+from electrovib.view.style import COLOURS, FURTHER_COLOURS, NEUTRAL, drawing
 from electrovib.view.units import typeset
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     _Dashes: TypeAlias = tuple[LineStyleType, LineStyleType]
 
 _SIZE = (6.4, 3.9)
+PALETTE = COLOURS + FURTHER_COLOURS
 _SOLID: _Dashes = ("-", "-.")
 _BROKEN: _Dashes = ("--", ":")
 _DOTTED: _Dashes = (":", (0, (1, 3)))
@@ -39,14 +41,15 @@ def panel(panel: Panel, *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     Axes
-        Data in SI.
+        Data in SI. Curves that are not to be drawn are omitted.
     """
     with drawing(ax, _SIZE) as axes:
         if panel.log_x:
             axes.set_xscale("log")
         if panel.log_y:
             axes.set_yscale("log")
-        for curve, (colour, dash) in zip(panel.curves, _looks(panel.curves), strict=True):
+        shown = [curve for curve in panel.curves if curve.drawn]
+        for curve, (colour, dash) in zip(shown, _looks(shown), strict=True):
             _draw(axes, curve, colour, dash, floor=panel.floor)
         finish(axes, x=panel.x, y=panel.y)
         axes.set_title(typeset(panel.title))
@@ -54,17 +57,14 @@ def panel(panel: Panel, *, ax: Axes | None = None) -> Axes:
 
 
 def _looks(curves: Sequence[Curve]) -> list[tuple[str, LineStyleType]]:
-    """Give every curve its own colour; where there are too few, solid and broken ones are counted apart."""
-    few = len(curves) <= len(COLOURS)
-    drawn = {_SOLID: 0, _BROKEN: 0, _DOTTED: 0}
-    looks = []
+    """Return colour and dash of every curve: that of its look, or else the next of the palette."""
+    found = []
     for number, curve in enumerate(curves):
         dashes = {"dashed": _BROKEN, "dotted": _DOTTED}.get(curve.kind, _SOLID)
-        counted = number if few else drawn[dashes]
-        turn, place = divmod(counted if curve.look is None else curve.look, len(COLOURS))
-        looks.append((COLOURS[place], dashes[turn % len(dashes)]))
-        drawn[dashes] += 1
-    return looks
+        turn, place = divmod(number if curve.look is None else curve.look, len(PALETTE))
+        reference = curve.look == REFERENCE
+        found.append((NEUTRAL, dashes[0]) if reference else (PALETTE[place], dashes[turn % len(dashes)]))
+    return found
 
 
 def _draw(ax: Axes, curve: Curve, colour: str, dash: LineStyleType, *, floor: float | None) -> None:

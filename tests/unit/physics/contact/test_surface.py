@@ -88,7 +88,7 @@ def test_gaps_of_a_surface_are_of_one_contact():
 
 
 @pytest.mark.parametrize(("mean", "touching"), [(0.0, 0.1), (1e-6, 0.51), (1e-6, 0.0), (math.inf, 0.1)])
-def test_what_is_no_relief_is_refused(mean, touching):
+def test_gaps_outside_the_limits_are_refused(mean, touching):
     with pytest.raises(InputError, match="lower the pressure"):
         gaussian_gaps(mean_gap=mean, touching=touching)
 

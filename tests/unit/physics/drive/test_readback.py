@@ -74,9 +74,9 @@ def test_a_single_pulse_and_one_that_never_ends():
         (
             np.where(HIGH, 150.0, -150.0),
             {},
-            "the read-back goes from -150 to 150 V, but one of two electrodes",
+            "the record extends from -150 to 150 V, but the voltage of one of two electrodes",
         ),
-        (0 * ONE, {}, "the read-back is 0 V throughout"),
+        (0 * ONE, {}, "the record is 0 V throughout"),
         (ONE, {"start": "500 ms", "stop": "600 ms"}, "the drive is on at no sample"),
         (ONE, {"start": "200 ms", "stop": "100 ms"}, "start = 0.2 s has to lie before stop = 0.1 s"),
         (ONE, {"supply": 0}, "a supply of 0 V drives nothing"),

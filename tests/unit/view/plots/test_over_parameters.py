@@ -27,7 +27,7 @@ def test_a_curve_over_one_parameter(swept):
     (line,) = ax.lines
     np.testing.assert_array_equal(line.get_ydata(), swept[FORCE].values)
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
-    assert ax.get_xlabel() == "stack.gap.thickness [m]"
+    assert ax.get_xlabel() == "stack.gap.thickness [µm]"
     assert ax.get_ylabel() == "peak electrostatic force [mN]"
 
 
@@ -46,7 +46,7 @@ def test_even_values_have_an_even_axis(plane):
 def test_a_map_over_two_parameters_has_labelled_lines(plane):
     ax = plots.quantity(plane, FORCE)
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("stack.gap.thickness [m]", "drive.high [V]")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("stack.gap.thickness [µm]", "drive.high [V]")
     shown = texts(ax)
     assert len(shown) >= 3
     assert all(text.endswith("N") for text in shown)

@@ -24,7 +24,7 @@ SIGNALS = {
 def test_data_is_the_signal_in_si_and_the_label_has_its_unit(plot, trace):
     name, label = SIGNALS[plot]
     ax = plot(trace)
-    (line,) = ax.lines
+    line = ax.lines[0]
     assert np.array_equal(line.get_xdata(), trace.time.values)
     assert np.array_equal(line.get_ydata(), trace[name].values)
     assert ax.get_ylabel() == label
@@ -68,7 +68,6 @@ def test_layer_voltages_need_fields_and_thicknesses(measured):
 
 def test_overlay_has_labels_and_one_line_a_trace(trace, other, measured):
     ax = plots.lateral_force({"Maxwell stress in the gap": trace, "_medium": other, "$5": measured})
-    assert len(ax.lines) == 3
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert texts == ["Maxwell stress in the gap", " _medium", r"\$5"]
     ax.figure.canvas.draw()
@@ -84,7 +83,7 @@ def test_a_second_call_adds_to_the_same_axes_and_rescales_the_prefix(trace, othe
 
 def test_a_sweep_has_its_path_as_the_title_of_the_legend(swept):
     legend = plots.force(swept).get_legend()
-    assert legend.get_title().get_text() == "stack.gap.thickness\n12 of 15 values"
+    assert legend.get_title().get_text() == "stack.gap.thickness\n5 of 15 values"
     assert legend.get_texts()[0].get_text() == "100 nm"
 
 
@@ -106,9 +105,9 @@ def test_labels_that_name_different_paths_stay_as_they_are():
 def test_a_layered_sweep_explains_colours_and_dashes_apart(swept):
     ax = plots.field(swept)
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert len(ax.lines) == 12
-    assert texts[:4] == ["100 nm", "1.179 µm", "8.483 µm", "100 µm"]
-    assert texts[4:] == ["insulator", "gap", "stratum corneum"]
+    assert len(ax.lines) == 6
+    assert texts[:2] == ["100 nm", "100 µm"]
+    assert texts[2:] == ["insulator", "gap", "stratum corneum"]
 
 
 def test_a_noisy_long_record_is_drawn_as_its_envelope():
@@ -142,3 +141,46 @@ def test_nothing_is_drawn_after_the_end_of_a_shorter_record(scenario):
         scenario.replace({"drive": record, "time": {}}), {"time.duration": [1e-3, 3e-3]}, records=True
     )
     assert [len(line.get_xdata()) for line in plots.force(swept).lines] == [2, 3]
+
+
+def percent(ax):
+    """Return the second vertical axis of a friction; None where there is none."""
+    axes = [child for child in ax.child_axes if "%" in child.get_ylabel()]
+    return axes[0] if axes else None
+
+
+def test_a_small_change_of_friction_is_drawn_above_the_friction_of_the_load_and_in_percent_of_it(other):
+    """The attraction of the effective medium, 57 mN, adds a little to 250 mN of friction."""
+    small = other.assign(lateral_force=0.25 + 0.05 * (other.lateral_force - 0.25))
+    ax = plots.lateral_force(small)
+    ax.figure.draw_without_rendering()
+    assert ax.get_ylabel() == "lateral force $f_t$ above 250 mN [mN]"
+    assert np.array_equal(ax.lines[0].get_ydata(), small.lateral_force.values)
+    assert "friction of the load, 250 mN" in [text.get_text() for text in ax.texts]
+    change = float(small.lateral_force.max()) - 0.25
+    low, high = ax.get_ylim()
+    assert low < 0.25 < 0.25 + change < high
+    assert change > 0.6 * (high - low)
+    assert percent(ax).get_ylim() == pytest.approx((100 * (low / 0.25 - 1), 100 * (high / 0.25 - 1)))
+    shown = {text.get_text() for text in ax.get_yticklabels()}
+    assert {"0", "1"} <= shown
+    assert not any(text.startswith("25") for text in shown)
+
+
+def test_a_large_change_of_friction_is_drawn_from_zero_beside_the_friction_of_the_load(trace):
+    ax = plots.lateral_force(trace)
+    assert ax.get_ylim()[0] == 0
+    assert percent(ax) is None
+    assert "friction of the load, 250 mN" in [text.get_text() for text in ax.texts]
+
+
+def test_friction_that_never_falls_to_that_of_the_load_is_above_its_smallest_value(other):
+    held = other.assign(lateral_force=0.26 + 0.05 * (other.lateral_force - 0.25))
+    ax = plots.lateral_force(held)
+    assert "smallest value, 260 mN" in [text.get_text() for text in ax.texts]
+
+
+def test_friction_of_both_signs_is_drawn_as_it_is(measured):
+    ax = plots.lateral_force(measured - 0.3)
+    assert ax.get_ylim()[0] < -0.1
+    assert (percent(ax), ax.texts[:]) == (None, [])

@@ -32,7 +32,7 @@ def materials() -> tuple[Substance, ...]:
 
     Returns
     -------
-    tuple of Substance
+    substances : tuple of Substance
         In the order of their names.
     """
     return tuple(sorted((*inorganic.SUBSTANCES, *polymers.SUBSTANCES), key=lambda each: each.name))

@@ -1,7 +1,7 @@
-"""Linear layers behind an amplifier: exact behind a gain and a pole, and from limit to limit where it has limits.
+"""Linear layers behind an amplifier: exact behind gain and pole, and piecewise in closed form behind limits.
 
-Without limits an amplifier is a filter before the stack. With them it either gives its voltage or its largest
-current; the plate's voltage is known in closed form until the next change, and so is all that follows from it.
+Without limits an amplifier is a filter before the stack. With limits it supplies either its voltage or its largest
+current; the plate's voltage, and all that follows from it, is in closed form until the next change between the two.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ def amplified_response(
     amplifier: Amplifier,
     settled: bool = False,
 ) -> Solution:
-    """Response of linear quantities of the plate's voltage behind an amplifier.
+    """Compute the response behind an amplifier of quantities that are linear in the plate's voltage.
 
     Parameters
     ----------
     transfers : mapping of Key to Transfer
-        Per volt of the plate; `current` [A per volt] among them.
+        Quantities per volt of the plate; `current` [A per volt] among them.
     drive : Drive
         A voltage, off before time 0 when starting from rest.
     time : ndarray, shape (n,)
@@ -47,14 +47,13 @@ def amplified_response(
     amplifier : Amplifier
         Gain, pole, limits and stray capacitance.
     settled : bool
-        Start from the periodic state: for an amplifier without limits.
+        Start from the periodic state, which only an amplifier without limits has.
 
     Returns
     -------
     Solution
-        `drive_voltage`, `plate_voltage` and `amplifier_current` among what was found; its events are the moments at
-        which the amplifier changed between its voltage and one of its largest currents. At a jump of the drive the
-        value after it.
+        With `drive_voltage`, `plate_voltage` and `amplifier_current`; its events are the times at which the amplifier
+        changed between its voltage and one of its largest currents. At a discontinuity of the drive, the value after it.
 
     Raises
     ------
@@ -74,7 +73,7 @@ def amplified_response(
     found, changes = LimitedMarch(transfers, amplifier, drive, float(time[-1])).run(time)
     why = (
         "linear layers behind an amplifier with limits: real modes at its voltage and at its largest current, from"
-        f" rest, {len(changes)} changes between them located; in closed form from one to the next"
+        f" rest; {len(changes)} changes between them located, in closed form from one to the next"
     )
     return Solution(
         found=found | {"drive_voltage": drive.voltage(time)},
@@ -85,7 +84,7 @@ def amplified_response(
 
 
 def answer_behind_limits(question: Question) -> Solution:
-    """Answer of linear layers behind an amplifier with limits.
+    """Compute the response of linear layers behind an amplifier with limits.
 
     Parameters
     ----------
@@ -95,7 +94,7 @@ def answer_behind_limits(question: Question) -> Solution:
     Returns
     -------
     Solution
-        Exact, with the changes that were located.
+        The exact response, with the located changes as its events.
     """
     amplifier, drive = question.scenario.circuit.amplifier, question.scenario.drive
     assert amplifier is not None
@@ -103,7 +102,7 @@ def answer_behind_limits(question: Question) -> Solution:
 
 
 def refuse_amplified(drive: Drive, amplifier: Amplifier, *, settled: bool) -> None:
-    """Refuse what does not go with an amplifier before linear layers.
+    """Refuse a drive or an initial state that cannot be combined with an amplifier before linear layers.
 
     Parameters
     ----------
@@ -121,10 +120,10 @@ def refuse_amplified(drive: Drive, amplifier: Amplifier, *, settled: bool) -> No
     """
     if drive.quantity == "current":
         raise InputError(
-            f"circuit.amplifier: {type(drive).__name__} prescribes the current itself; leave the amplifier away"
+            f"circuit.amplifier: {type(drive).__name__} prescribes the current itself; omit the amplifier"
         )
     if settled and amplifier.is_limited:
         raise InputError(
             "time.initial_state = PeriodicState: behind an amplifier with limits the periodic state is not known"
-            " beforehand. Start AtRest and look at a late period, or leave its limits away"
+            " beforehand. Start AtRest and evaluate a late period, or omit its limits"
         )

@@ -1,4 +1,4 @@
-"""The plate's voltage as a sum of exponentials, and what relaxes beneath it."""
+"""The plate's voltage as a sum of exponentials, and the response of relaxations to it."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ if TYPE_CHECKING:
 
 
 _SAME_RATE = 1e-8
-"""Rates nearer to each other than this share count as equal."""
+"""Relative difference below which two rates count as equal."""
 
 
 def risen(rates: Real, time: Real) -> Real:
-    """Integral of exp(-rate t) from 0 to each time.
+    """Compute the integral of exp(-rate t) from 0 to each time.
 
     Parameters
     ----------
     rates : ndarray, shape (m,)
-        >= 0 [1/s].
+        Rates, >= 0 [1/s].
     time : ndarray, shape (times,)
-        s.
+        Ends of the integrals [s].
 
     Returns
     -------
-    ndarray, shape (m, times)
-        s.
+    integral : ndarray, shape (m, times)
+        Integral for each rate and time [s].
     """
     return overlap(rates, np.zeros(1), time)[:, 0]
 
 
 def _apart_from(rates: Real, fading: Real) -> Real:
-    """Move rates that equal one of others away by a little: t exp(-rate t) is then met to about 1e-8."""
+    """Return rates moved slightly away from equal rates of another set; t exp(-rate t) is then exact to about 1e-8."""
     near = np.abs(rates[:, None] - fading) <= _SAME_RATE * fading
     positive = rates[rates > 0]
     step = np.where(fading > 0, fading, np.min(positive) if len(positive) else 1.0)
@@ -44,19 +44,19 @@ def _apart_from(rates: Real, fading: Real) -> Real:
 
 
 def overlap(first: Real, second: Real, time: Real) -> Real:
-    """Integral over s of exp(-first (t - s)) exp(-second s), without cancellation.
+    """Compute the integral over s from 0 to t of exp(-first (t - s)) exp(-second s), without cancellation.
 
     Parameters
     ----------
     first, second : ndarray, shapes (m,) and (n,)
         Rates, >= 0 [1/s].
     time : ndarray, shape (times,)
-        s.
+        Ends t of the integrals [s].
 
     Returns
     -------
-    ndarray, shape (m, n, times)
-        s.
+    integral : ndarray, shape (m, n, times)
+        Integral for each pair of rates and each time [s].
     """
     slower = np.minimum(first[:, None], second)[..., None]
     apart = np.abs(first[:, None] - second)[..., None] * time
@@ -67,12 +67,12 @@ def overlap(first: Real, second: Real, time: Real) -> Real:
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """Voltage of the plate since some time: sum of level exp(-rate t) and of slope (1 - exp(-rate t))/rate.
+    """Voltage of the plate from some time on: sum of level exp(-rate t) + slope (1 - exp(-rate t))/rate.
 
     Parameters
     ----------
     rates, levels, slopes : ndarray, shape (n,)
-        1/s, >= 0; V; V/s.
+        Rates [1/s], >= 0; levels [V]; slopes [V/s].
     """
 
     rates: Real
@@ -80,28 +80,28 @@ class Course:
     slopes: Real
 
     def voltage(self, time: Real) -> Real:
-        """Voltage [V] at times since [s]."""
+        """Return the voltage [V] at times since the beginning [s]."""
         falling = np.exp(-np.outer(self.rates, time))
         return np.asarray(self.levels @ falling + self.slopes @ risen(self.rates, time))
 
     def slope(self, time: Real) -> Real:
-        """Rate of change [V/s] at times since [s]."""
+        """Return the rate of change [V/s] at times since the beginning [s]."""
         return np.asarray((self.slopes - self.rates * self.levels) @ np.exp(-np.outer(self.rates, time)))
 
     def answer(self, rates: Real, state: Real, time: Real) -> Real:
-        """States x' = rate (v - x) beneath this voltage.
+        """Compute the states x of x' = rate (v - x) under this voltage v.
 
         Parameters
         ----------
         rates, state : ndarray, shape (m,)
-            1/s; V, at the beginning.
+            Rates [1/s], and states at the beginning [V].
         time : ndarray, shape (times,)
-            Since then [s].
+            Times since the beginning [s].
 
         Returns
         -------
-        ndarray, shape (m, times)
-            V.
+        states : ndarray, shape (m, times)
+            States [V].
         """
         found = state[:, None] * np.exp(-np.outer(rates, time))
         for piece in chunks(len(time), len(rates) * len(self.rates) + 1):

@@ -1,4 +1,4 @@
-"""When an amplifier is looked at for a limit that it meets."""
+"""The times at which an amplifier is checked against its limits."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.base import Drive
 
 PER_CYCLE = 64
-"""Looks at each cycle of the drive's fastest oscillation: a largest value lies at most 0.12 % above the nearest."""
+"""Checks in each cycle of the drive's fastest oscillation: a maximum is at most 0.12 % above the nearest check."""
 _SHARES = np.unique(
     np.concatenate([[0.0, 1 - 1e-9], np.geomspace(1e-9, 1.0, 40)[:-1], np.linspace(0.0, 1.0, 33)[:-1]])
 )
-"""Looks between one corner and the next, as a share of the time between them."""
+"""Checks between one corner and the next, as shares of the time between them."""
 _FIRST, _MOST = 128, 1 << 16
-"""Looks of the first and of the longest window after a change."""
+"""Number of checks in the first and in the longest window after a change."""
 
 
 class LimitLooks:
-    """Times from some moment on at which an amplifier is looked at, in windows that grow.
+    """Times from a given time on at which an amplifier is checked against its limits, in growing windows.
 
     Parameters
     ----------
@@ -39,17 +39,17 @@ class LimitLooks:
         self.corners = np.unique(np.concatenate([[0.0], corners[corners <= end], [end]]))
 
     def after(self, start: float) -> Iterator[Real]:
-        """Give windows of looks.
+        """Yield windows of times at which the amplifier is checked.
 
         Parameters
         ----------
         start : float
-            s.
+            Time after which the checks begin [s].
 
         Yields
         ------
-        ndarray
-            Increasing, after the start or the last look of the window before, up to the end [s].
+        times : ndarray
+            Increasing, after the start or the last time of the window before, up to the end [s].
         """
         if start >= self.end:
             return
@@ -63,7 +63,7 @@ class LimitLooks:
             count, last = min(2 * count, _MOST), stop
 
     def _reach(self, start: float, count: int) -> float:
-        """How far so many looks reach [s]."""
+        """Return the end of a window of so many checks [s]."""
         place = int(np.searchsorted(self.corners, start, side="right"))
         corner = self.corners[min(place + count // len(_SHARES), len(self.corners) - 1)]
         even = start + count / PER_CYCLE / self.frequency if self.frequency else self.end

@@ -1,7 +1,7 @@
-"""The march of linear layers behind an amplifier with limits, from one change of its behaviour to the next.
+"""Linear layers behind an amplifier with limits, from one change of its regime to the next.
 
-Between two changes everything is in closed form. While no limit is met the stack does what it would do without
-limits, plus what fades of a difference; at a largest voltage or current the plate is a sum of exponentials.
+Between two changes everything is in closed form. While no limit is met the response is that without limits plus a
+decaying deviation; at a largest voltage or current the voltage of the plate is a sum of exponentials.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ if TYPE_CHECKING:
 
 MOST_CHANGES = 1_000_000
 _FORESEEN = 300
-"""Changes from which it is told how long the rest will take."""
+"""Number of changes after which the duration of the rest is predicted."""
 _CLOSER = 32
-"""Looks between two where a current may be larger than at either and beyond its limit."""
+"""Additional checks between two, where a current may be larger than at either and beyond its limit."""
 
 
 class LimitedMarch:
-    """From change to change of an amplifier with limits, with the states of everything that is wanted.
+    """Event-driven integration of linear layers behind an amplifier with limits.
 
     Parameters
     ----------
     transfers : mapping of str to Transfer
-        Per volt of the plate; `current` [A per volt] among them.
+        Wanted quantities per volt of the plate; `current` [A per volt] among them.
     amplifier : Amplifier
         Gain, pole, limits and stray capacitance.
     drive : Drive
@@ -70,7 +70,7 @@ class LimitedMarch:
         return found
 
     def run(self, time: Real) -> tuple[dict[str, Real], list[float]]:
-        """Follow the amplifier from rest.
+        """Compute the wanted quantities from rest.
 
         Parameters
         ----------
@@ -82,12 +82,12 @@ class LimitedMarch:
         found : dict of str to ndarray
             The wanted quantities, `plate_voltage` and `amplifier_current`.
         changes : list of float
-            When the amplifier changed between its voltage and one of its largest currents [s].
+            Times at which the amplifier changed between its voltage and one of its largest currents [s].
 
         Raises
         ------
         ElectrovibError
-            If it changes without end.
+            If it changes more than `MOST_CHANGES` times.
         """
         found = without_limits(self.transfers, self.drive, time, amplifier=self.plate.amplifier)
         self.meter = self._fresh_meter()
@@ -115,7 +115,7 @@ class LimitedMarch:
         return found, changes
 
     def _next(self, span: Span) -> Span | None:
-        """Find the next change, and what holds from there; None if there is none up to the end."""
+        """Return the regime that begins at the next change; None if there is no change up to the end."""
         seen = np.array([span.start])
         for window in self.looks.after(span.start):
             self.meter.count(
@@ -136,7 +136,7 @@ class LimitedMarch:
         return None
 
     def _watched(self, span: Span, looks: Real) -> tuple[Real, Real]:
-        """Give looks, and what changes the amplifier where it is below 0; closer near a limit."""
+        """Return the times of the checks, closer near a limit, and the margins there, below 0 where the regime changes."""
         values = self.plate.margins(span, looks, hysteresis=HYSTERESIS)
         if span.mode or not np.isfinite(self.plate.limits[1]):
             return looks, values
@@ -153,7 +153,7 @@ class LimitedMarch:
         return looks, self.plate.margins(span, looks, hysteresis=HYSTERESIS)
 
     def _root(self, span: Span, kind: int, low: float, high: float) -> float:
-        """Find when a margin falls below 0 between two times."""
+        """Return when a margin falls below 0 between two times."""
 
         def value(when: float) -> float:
             return self.plate.margin(span, when=when, kind=kind)
@@ -167,7 +167,7 @@ class LimitedMarch:
         return float(brentq(value, low, high, xtol=1e-300, rtol=1e-15))
 
     def _changed(self, span: Span, when: float, kind: int) -> Span:
-        """Give what follows a change between two corners."""
+        """Return the regime after a change between two corners."""
         plate = self.plate
         voltage, states = plate.state(span, when=when)
         if span.mode:
@@ -182,7 +182,7 @@ class LimitedMarch:
         return plate.span(start=when, mode=1 - 2 * kind, held=0, voltage=voltage, states=states)
 
     def _begin(self, span: Span, when: float) -> Span:
-        """Give what holds from a corner on; the same if nothing changes."""
+        """Return the regime from a corner on; the same object if nothing changes."""
         plate, at = self.plate, np.array([when])
         if span.mode and plate.behind(span, at)[0] > 0:
             return span
@@ -205,7 +205,7 @@ class LimitedMarch:
         return following
 
     def _write(self, found: dict[str, Real], place: slice, time: Real, span: Span) -> None:
-        """Fill in all responses at the output times of a span; where it follows the drive, add what is different."""
+        """Write all responses at the output times of a regime; where it follows the drive, add the deviations."""
         at, course = time[place], span.course
         assert course is not None
         since = at - span.start

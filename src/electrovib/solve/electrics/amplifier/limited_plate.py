@@ -1,4 +1,4 @@
-"""Plate and stack behind an amplifier with limits, in closed form while it does one thing."""
+"""Plate and stack behind an amplifier with limits, in closed form within one regime."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.base import Drive
 
 HYSTERESIS = 1e-10
-"""How far over its limit a current, or past its aim a voltage, changes what the amplifier does: noise shall not."""
+"""Relative excess of a current over its limit, or of a voltage over its target, that changes the regime: not noise."""
 _ROUNDED = 256
-"""Roundings of a current that are no change of it; those of the phase of an oscillation are added."""
+"""Roundings of a current that do not count as a change; those of the phase of an oscillation are added."""
 _SLACK = 1e-6
-"""Share of a limit up to which a current beyond it, where it has just left it, is rounding."""
+"""Share of a limit up to which an excess of a current that has just left the limit counts as rounding."""
 _NOISE = 1e-12
-"""How far past the largest voltage an aim is held there, or let go again."""
+"""Relative excess over the largest voltage from which a target is held there, or released again."""
 
 
 class LimitedPlate:
-    """What a plate does while its amplifier does one thing, and how far that is from a change.
+    """Voltage of the plate within one regime of its amplifier, and the margins to the next change.
 
     Parameters
     ----------
     transfers : mapping of str to Transfer
-        Per volt of the plate; `current` [A per volt] among them.
+        Wanted quantities per volt of the plate; `current` [A per volt] among them.
     amplifier : Amplifier
         Gain, pole, limits and stray capacitance.
     drive : Drive
@@ -79,22 +79,23 @@ class LimitedPlate:
         self.jumps = marks[heights != 0]
 
     def margins(self, span: Span, time: Real, *, hysteresis: float) -> Real:
-        """How far an amplifier is from what would change it.
+        """Compute the margins of an amplifier to the changes that are possible.
 
         Parameters
         ----------
         span : Span
-            What holds.
+            The regime.
         time : ndarray, shape (n,)
-            Increasing, not before the span [s].
+            Increasing, not before the regime begins [s].
         hysteresis : float
-            Share of a limit by which it may be passed; 0 to find when it is met.
+            Share of a limit by which it may be exceeded; 0 to find when it is reached.
 
         Returns
         -------
-        ndarray, shape (1, n) or (3, n)
-            Below 0 where it changes. At a largest current: to its voltage [V]. At its voltage: to the highest and to the
-            lowest current [A], and to another aim [V]; the last is below 0 also at a jump against a capacitance.
+        margins : ndarray, shape (1, n) or (3, n)
+            Below 0 where the regime changes. At a largest current: margin to the target voltage [V]. At the target
+            voltage: margins to the highest and to the lowest current [A], and to another target [V]; the last is below 0
+            also at a voltage step against a capacitance.
         """
         if span.mode:
             return self.behind(span, time)[None] + hysteresis * self.scale
@@ -103,21 +104,21 @@ class LimitedPlate:
         return np.concatenate([current, np.minimum(self._of_aim(span, time, hysteresis), jumps)[None]])
 
     def margin(self, span: Span, *, when: float, kind: int) -> float:
-        """How far an amplifier is from one change.
+        """Compute the margin of an amplifier to one change.
 
         Parameters
         ----------
         span : Span
-            What holds.
+            The regime.
         when : float
-            s.
+            Time [s].
         kind : int
             Row of `margins`.
 
         Returns
         -------
-        float
-            As there, without hysteresis and jumps.
+        margin : float
+            As in `margins` [V or A], without hysteresis and discontinuities.
         """
         at = np.array([when])
         if span.mode:
@@ -143,24 +144,24 @@ class LimitedPlate:
         return np.asarray(self.largest * (1 + noise) - np.abs(wanted))
 
     def _jumps_at(self, time: Real) -> NDArray[np.bool_]:
-        """Tell the times at which the plate would have to jump against a capacitance."""
+        """Return at which times the plate's voltage would have to be discontinuous against a capacitance."""
         bound = self.corner is None and self.network.capacitance > 0 and np.isfinite(self.limits[1])
         if not bound or not len(self.jumps):
             return np.zeros(len(time), bool)
         return np.isin(time, self.jumps)
 
     def held(self, when: float) -> int:
-        """Tell whether the aim is held at a largest voltage.
+        """Return whether the target is held at a largest voltage.
 
         Parameters
         ----------
         when : float
-            From when on [s].
+            Time from which this holds [s].
 
         Returns
         -------
-        int
-            Its sign, or 0.
+        side : int
+            Sign of the largest voltage, or 0 where the target is not held.
         """
         wanted = self.amplifier.gain * float(self.drive.voltage(when))
         side, distance = int(np.sign(wanted)), abs(wanted) - self.largest
@@ -170,21 +171,21 @@ class LimitedPlate:
         return side if rises else 0
 
     def state(self, span: Span, *, when: float) -> tuple[float, Real]:
-        """Find where plate and modes are.
+        """Return the voltage of the plate and the states of the modes at a time.
 
         Parameters
         ----------
         span : Span
-            What holds.
+            The regime.
         when : float
-            s.
+            Time [s].
 
         Returns
         -------
         voltage : float
-            Of the plate just before that time [V].
+            Voltage of the plate just before that time [V].
         modes : ndarray, shape (modes,)
-            V.
+            States of the modes [V].
         """
         since = np.array([when - span.start])
         voltage, states = 0.0, np.zeros(len(self.rates))
@@ -196,23 +197,23 @@ class LimitedPlate:
         return voltage, states + span.course.answer(self.rates, span.states, since)[:, 0]
 
     def span(self, *, start: float, mode: int, held: int, voltage: float, states: Real) -> Span:
-        """Begin to do one thing.
+        """Return the regime that begins in a given state.
 
         Parameters
         ----------
         start : float
-            s.
+            Beginning [s].
         mode, held : int
             As in `Span`.
         voltage : float
-            Of the plate just before [V].
+            Voltage of the plate just before [V].
         states : ndarray, shape (modes,)
-            V.
+            States of the modes [V].
 
         Returns
         -------
         Span
-            From then on.
+            The regime from `start` on.
         """
         if mode:
             current = self.limits[mode > 0]
@@ -221,7 +222,7 @@ class LimitedPlate:
             )
             return Span(start=start, mode=mode, held=held, course=course, states=states)
         level = held * self.largest
-        if not held:  # what it would do without limits, and the distance from there
+        if not held:  # the response without limits, and the deviation from it
             level, expected = self.unlimited.state(start)
             states = states - expected
         rates, levels = np.zeros(int(bool(held))), np.full(int(bool(held)), level)
@@ -236,19 +237,19 @@ class LimitedPlate:
         )
 
     def current(self, span: Span, time: Real) -> Real:
-        """Current of an amplifier at its voltage.
+        """Compute the current of an amplifier at its target voltage.
 
         Parameters
         ----------
         span : Span
-            What holds.
+            The regime.
         time : ndarray, shape (n,)
-            Increasing, not before the span [s].
+            Increasing, not before the regime begins [s].
 
         Returns
         -------
-        ndarray, shape (n,)
-            A.
+        current : ndarray, shape (n,)
+            Current of the amplifier [A].
         """
         found = self.unlimited.current(time) if span.follows else self.network.fading(time)
         if span.course is None:
@@ -256,17 +257,17 @@ class LimitedPlate:
         return found + self.network.current(span.course, span.states[self.branches], time - span.start)
 
     def left(self, span: Span) -> Span:
-        """Let a current that has just left its limit stay near it.
+        """Allow a current that has just left its limit to stay near it.
 
         Parameters
         ----------
         span : Span
-            Begins where a largest current ended.
+            A regime that begins where a largest current ended.
 
         Returns
         -------
         Span
-            With slack for the rounding of that moment.
+            The same, with slack for the rounding at that time.
         """
         if span.mode or not np.isfinite(self.limits[1]):
             return span
@@ -274,34 +275,34 @@ class LimitedPlate:
         return replace(span, slack=2 * beyond) if 0 < beyond < _SLACK * self.limits[1] else span
 
     def aim(self, time: Real) -> Real:
-        """Voltage that the amplifier aims at.
+        """Compute the target voltage of the amplifier.
 
         Parameters
         ----------
         time : ndarray, shape (n,)
-            s.
+            Times [s].
 
         Returns
         -------
-        ndarray, shape (n,)
-            V.
+        target : ndarray, shape (n,)
+            Voltage that the amplifier would supply without pole and current limit [V].
         """
         return np.asarray(self.amplifier.aim(self.drive.voltage(time)))
 
     def behind(self, span: Span, time: Real) -> Real:
-        """How far an amplifier at a largest current is behind the voltage it wants.
+        """Compute by how much an amplifier at a largest current lags behind its target voltage.
 
         Parameters
         ----------
         span : Span
-            What holds.
+            The regime.
         time : ndarray, shape (n,)
-            Increasing, not before the span [s].
+            Increasing, not before the regime begins [s].
 
         Returns
         -------
-        ndarray, shape (n,)
-            V; above 0 as long as it cannot reach it.
+        lag : ndarray, shape (n,)
+            Lag [V]; above 0 as long as the target is not reached.
         """
         assert span.course is not None
         lag = self.aim(time) - span.course.voltage(time - span.start)

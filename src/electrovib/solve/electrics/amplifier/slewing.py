@@ -1,9 +1,9 @@
-"""Plate, stack and stray capacitance behind an amplifier, from one change of its behaviour to the next.
+"""Plate, stack and stray capacitance behind an amplifier, from one change of its regime to the next.
 
-Seen from the plate the linear layers are branches of a resistance and a capacitor each. While the amplifier gives
-its voltage the plate follows a straight line or lags behind it; while it gives its largest current the plate's
-voltage relaxes in the modes of branches and stray capacitance, whose rates are roots of a sum of poles. Either
-way it is a sum of exponentials and their integrals, and so is every answer of the stack to it.
+Seen from the plate the linear layers are branches of a resistance and a capacitor each. While the amplifier supplies
+its voltage the plate follows a straight line or lags behind it; while it supplies its largest current the plate's
+voltage relaxes in the modes of branches and stray capacitance, whose rates are roots of a sum of poles. In both cases
+it is a sum of exponentials and their integrals, and so is every response of the stack to it.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Network:
-    """What hangs on the plate.
+    """The network between plate and ground.
 
     Parameters
     ----------
     rates, conductances : ndarray, shape (n,)
-        Branches of a resistance and a capacitor each: 1/s, 1/ohm, both above 0.
+        Rates [1/s] and conductances [1/ohm] of branches of a resistance and a capacitor each, above 0.
     static : float
-        Conductance that never blocks [1/ohm].
+        Conductance at zero frequency [1/ohm].
     capacitance : float
-        Stray capacitance, and that of a stack without resistance [F].
+        Stray capacitance plus that of a stack without resistance [F].
     stray : float
-        Of them the stray capacitance [F].
+        Stray capacitance alone [F].
     free_rates, free : ndarray, shape (m,)
-        Current that initial charge drives at 0 V, sum free exp(-rate t) [1/s, A].
+        Rates [1/s] and amplitudes [A] of the current that initial charge drives at 0 V, sum free exp(-rate t).
     """
 
     rates: Real
@@ -49,19 +49,19 @@ class Network:
 
     @classmethod
     def of(cls, current: Transfer, *, stray: float) -> Network:
-        """Read the branches off the current per volt.
+        """Return the network of a stack from its current per volt.
 
         Parameters
         ----------
         current : Transfer
-            A per volt of the plate.
+            Current per volt of the plate [A/V].
         stray : float
             Stray capacitance [F].
 
         Returns
         -------
         Network
-            The same current, and that into the stray capacitance.
+            Branches of the stack, and the stray capacitance.
         """
         on, left = current.gains < 0, current.free != 0
         return cls(
@@ -76,62 +76,62 @@ class Network:
 
     @property
     def direct(self) -> float:
-        """Conductance to a jump of the voltage [1/ohm], where no capacitance forbids one."""
+        """Conductance at a discontinuity of the voltage [1/ohm], where no capacitance forbids one."""
         return self.static + float(np.sum(self.conductances))
 
     def current(self, course: Course, states: Real, time: Real) -> Real:
-        """Current of the amplifier, without what initial charge drives.
+        """Compute the current of the amplifier, without the part that initial charge drives.
 
         Parameters
         ----------
         course : Course
             Voltage of the plate.
         states : ndarray, shape (n,)
-            Of the branches at the beginning [V].
+            Voltages of the branches' capacitors at the beginning [V].
         time : ndarray, shape (times,)
-            Since then [s].
+            Times since the beginning [s].
 
         Returns
         -------
-        ndarray, shape (times,)
-            A.
+        current : ndarray, shape (times,)
+            Current [A].
         """
         voltage = course.voltage(time)
         lag = self.conductances @ (voltage - course.answer(self.rates, states, time))
         return np.asarray(self.static * voltage + self.capacitance * course.slope(time) + lag)
 
     def fading(self, time: Real) -> Real:
-        """Current that initial charge drives [A] at times since time 0 [s]."""
+        """Return the current that initial charge drives [A] at times since time 0 [s]."""
         return np.asarray(self.free @ np.exp(-np.outer(self.free_rates, time)))
 
     def slewed(
         self, *, current: float, voltage: float, states: Real, time: float, modes: SlewingModes
     ) -> Course:
-        """Course of the plate's voltage under a constant current.
+        """Compute the plate's voltage under a constant current.
 
         Parameters
         ----------
         current : float
-            Of the amplifier [A].
+            Current of the amplifier [A].
         voltage : float
-            Of the plate at the beginning [V]; of no account where it may jump.
+            Voltage of the plate at the beginning [V]; without effect where it may be discontinuous.
         states : ndarray, shape (n,)
-            Of the branches at the beginning [V].
+            Voltages of the branches' capacitors at the beginning [V].
         time : float
-            When it begins [s].
+            Beginning [s].
         modes : SlewingModes
-            As from `modes`.
+            Modes of the network, as from `modes`.
 
         Returns
         -------
         Course
-            From then on.
+            Voltage of the plate from `time` on.
         """
         loads = self.conductances / self.rates
         charge = modes.shapes @ (loads * states) + self.capacitance * voltage
         levels, slopes = charge / modes.sizes, current / modes.sizes
         rates = modes.rates
-        if self.capacitance == 0:  # what the resistance takes at once
+        if self.capacitance == 0:  # the voltage over the resistance follows at once
             rates, slopes = np.append(rates, 0.0), np.append(slopes, 0.0)
             levels = np.append(levels, current / self.direct)
         if len(self.free):
@@ -141,7 +141,7 @@ class Network:
     def _fading(
         self, time: float, modes: SlewingModes, rates: Real, levels: Real, slopes: Real
     ) -> tuple[Real, Real, Real]:
-        """Add what the current that initial charge drives takes away."""
+        """Add the response to the current that initial charge drives."""
         now, fading = self.free * np.exp(-self.free_rates * time), _apart_from(modes.rates, self.free_rates)
         apart = modes.rates[:, None] - fading
         weights = now / apart / modes.sizes[:, None]
@@ -157,17 +157,17 @@ class Network:
         )
 
     def modes(self) -> SlewingModes:
-        """Modes of the plate under a given current.
+        """Compute the modes of the plate under a given current.
 
         Returns
         -------
         SlewingModes
-            One for each branch and one for the capacitance.
+            One mode for each branch and one for the capacitance.
 
         Notes
         -----
-        C + sum a/(q - m) - static/m = 0 for a mode exp(-m t), a branch of conductance a and rate q; the branch
-        then is at q/(q - m) of the plate's voltage. Modes are orthogonal in energy, whose size is
+        C + sum a/(q - m) - static/m = 0 for a mode exp(-m t) and branches of conductance a and rate q; the voltage of
+        a branch is then q/(q - m) of the plate's voltage. Modes are orthogonal with respect to energy; the norm is
         C + sum a q/(q - m)^2.
         """
         leaks = self.static > 0
@@ -197,9 +197,9 @@ class SlewingModes:
     Parameters
     ----------
     rates, sizes : ndarray, shape (m,)
-        1/s; F.
+        Rates [1/s] and norms [F].
     shapes : ndarray, shape (m, n)
-        Voltage of each branch over that of the plate.
+        Voltage of each branch over that of the plate, dimensionless.
     """
 
     rates: Real

@@ -1,4 +1,4 @@
-"""One thing that an amplifier with limits does, from one change to the next."""
+"""One regime of an amplifier with limits, from one change to the next."""
 
 from __future__ import annotations
 
@@ -13,22 +13,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Span:
-    """What an amplifier does from one change to the next.
+    """One regime of an amplifier with limits, from one change to the next.
 
     Parameters
     ----------
     start : float
-        s.
+        Beginning [s].
     mode : int
         1 or -1 at its largest current of that sign, 0 at its voltage.
     held : int
-        1 or -1 while its aim is held at its largest voltage of that sign, else 0.
+        1 or -1 while its target voltage is held at its largest voltage of that sign, else 0.
     course : Course or None
-        The plate; where it follows the drive, its distance from what it would do without limits, or None for none.
+        Voltage of the plate; where the plate follows the drive, its deviation from the response without limits, or None
+        for no deviation.
     states : ndarray, shape (modes,)
-        At the beginning [V], of the same.
+        States of the modes at the beginning [V]; deviations where `course` is one.
     slack : float
-        By how much more a current may pass its limit [A]: rounding of when it left a limit that it stays near.
+        By how much more a current may exceed its limit [A]: rounding at the time when it left a limit and stays near it.
     """
 
     start: float
@@ -40,5 +41,5 @@ class Span:
 
     @property
     def follows(self) -> bool:
-        """Tell whether the plate follows the drive."""
+        """Return whether the plate follows the drive."""
         return self.mode == 0 and self.held == 0

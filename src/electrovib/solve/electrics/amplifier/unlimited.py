@@ -1,4 +1,4 @@
-"""What a stack does behind an amplifier as long as no limit is met: in closed form at any time, asked for many times."""
+"""Response of a stack behind an amplifier while no limit is met, in closed form for repeated evaluation at any time."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.base import Drive
 
 _SAME_RATE = 1e-8
-"""A corner nearer than this to a rate of the stack, relative, is moved away by it."""
+"""Relative distance below which the amplifier's corner is moved away from a rate of the stack."""
 
 
 def corner_apart(amplifier: Amplifier, rates: Real) -> float | None:
-    """Give the angular corner of an amplifier, moved away from rates that it almost meets.
+    """Return the angular corner frequency of an amplifier, moved away from rates that almost equal it.
 
     Parameters
     ----------
     amplifier : Amplifier
-        Its bandwidth.
+        The amplifier, of which the bandwidth is used.
     rates : ndarray, shape (n,)
-        Of the stack [1/s].
+        Rates of the stack [1/s].
 
     Returns
     -------
-    float or None
-        rad/s; None without a pole.
+    corner : float or None
+        Angular corner frequency [rad/s]; None without a pole.
     """
     if amplifier.bandwidth is None:
         return None
@@ -47,19 +47,19 @@ def corner_apart(amplifier: Amplifier, rates: Real) -> float | None:
 
 
 def behind(transfer: Transfer, amplifier: Amplifier) -> Transfer:
-    """Put gain and pole of an amplifier before a linear quantity of the plate's voltage.
+    """Multiply a linear quantity of the plate's voltage by gain and pole of an amplifier.
 
     Parameters
     ----------
     transfer : Transfer
-        Per volt of the plate.
+        Quantity per volt of the plate.
     amplifier : Amplifier
-        Its limits are left out.
+        The amplifier; its limits are ignored.
 
     Returns
     -------
     Transfer
-        Per volt of the drive; what initial charge leaves behind is as before.
+        Quantity per volt of the drive; the response to initial charge is unchanged.
     """
     gain, corner = amplifier.gain, corner_apart(amplifier, transfer.rates)
     if corner is None:
@@ -93,12 +93,12 @@ def without_limits(
     amplifier: Amplifier,
     settled: bool = False,
 ) -> dict[str, Real]:
-    """Response of linear quantities of the plate's voltage to gain and pole alone.
+    """Compute the response behind gain and pole of quantities that are linear in the plate's voltage.
 
     Parameters
     ----------
     transfers : mapping of str to Transfer
-        Per volt of the plate; `current` [A per volt] among them.
+        Quantities per volt of the plate; `current` [A per volt] among them.
     drive : Drive
         A voltage, off before time 0 when starting from rest.
     time : ndarray, shape (n,)
@@ -110,7 +110,7 @@ def without_limits(
 
     Returns
     -------
-    dict of str to ndarray
+    found : dict of str to ndarray
         The wanted quantities, `plate_voltage` and `amplifier_current`.
     """
     none = np.zeros(0)
@@ -128,14 +128,14 @@ def without_limits(
 
 
 class Lags:
-    """How far modes lag behind a drive, from rest: x - u, x' = rate (u - x).
+    """Lag x - u of modes x' = rate (u - x) behind a drive u, from rest.
 
     Parameters
     ----------
     drive : Drive
         Off before time 0 [V].
     rates : ndarray, shape (modes,)
-        1/s, > 0.
+        Rates of the modes [1/s], > 0.
     """
 
     def __init__(self, drive: Drive, rates: Real) -> None:
@@ -145,19 +145,19 @@ class Lags:
         self.straight = [BreakStates(each, rates, np.zeros(len(rates))) for each in pieces]
 
     def of(self, gains: Real, time: Real) -> Real:
-        """Sum gain (x - u).
+        """Compute the sum of gain (x - u) over modes.
 
         Parameters
         ----------
         gains : ndarray, shape (outputs, modes)
-            What each output takes of each mode.
+            Weight of each mode in each output.
         time : ndarray, shape (n,)
             Increasing, 0 to the end [s].
 
         Returns
         -------
-        ndarray, shape (outputs, n)
-            V.
+        lags : ndarray, shape (outputs, n)
+            Weighted lags [V].
         """
         found = np.zeros((len(gains), len(time)))
         if not len(self.rates):
@@ -179,13 +179,13 @@ class Unlimited:
     drive : Drive
         Off before time 0.
     gain : float
-        Of the amplifier.
+        Gain of the amplifier.
     corner : float or None
-        Its pole [rad/s], apart from all rates.
+        Pole of the amplifier [rad/s], different from all rates; None without a pole.
     rates : ndarray, shape (modes,)
-        Of the modes of the stack [1/s], > 0.
+        Rates of the modes of the stack [1/s], > 0.
     current : Transfer
-        Of the amplifier, per volt of the drive [A].
+        Current of the amplifier per volt of the drive [A/V].
     """
 
     def __init__(
@@ -198,7 +198,7 @@ class Unlimited:
         self.flows, self.weights = Lags(drive, current.rates[driven]), current.gains[None, driven]
 
     def current(self, time: Real) -> Real:
-        """Current of the amplifier.
+        """Compute the current of the amplifier.
 
         Parameters
         ----------
@@ -207,8 +207,8 @@ class Unlimited:
 
         Returns
         -------
-        ndarray, shape (n,)
-            A; right after a jump of the drive.
+        current : ndarray, shape (n,)
+            Current [A]; at a discontinuity of the drive, the value just after it.
         """
         per_volt = self.current_per_volt
         found = per_volt.at_rest() * self.drive.voltage(time) + self.flows.of(self.weights, time)[0]
@@ -220,19 +220,19 @@ class Unlimited:
         return np.asarray(found)
 
     def state(self, time: float) -> tuple[float, Real]:
-        """Voltage of the plate just before a time, and its modes.
+        """Return the voltage of the plate just before a time, and the states of the modes.
 
         Parameters
         ----------
         time : float
-            s.
+            Time [s].
 
         Returns
         -------
         voltage : float
-            V.
+            Voltage of the plate [V].
         modes : ndarray, shape (modes,)
-            V.
+            States of the modes [V].
         """
         at = np.array([time])
         lags = self.modes.of(np.eye(len(self.modes.rates)), at)[:, 0]

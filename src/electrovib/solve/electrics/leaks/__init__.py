@@ -1,1 +1,1 @@
-"""One layer that conducts out of proportion to its field."""
+"""One layer with non-ohmic conduction."""

@@ -1,4 +1,4 @@
-"""A scenario with one leaking layer: which layer it is, what does not go with it, and its answer."""
+"""A scenario with one leaking layer: which layer it is, what cannot be combined with it, and its response."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def leaking_layer(layers: Mapping[str, Layer], *, second: float) -> str | None:
-    """Find the layer with a leak.
+    """Return the name of the layer with a leak.
 
     Parameters
     ----------
@@ -32,39 +32,39 @@ def leaking_layer(layers: Mapping[str, Layer], *, second: float) -> str | None:
 
     Returns
     -------
-    str or None
-        Its name; None if all layers are linear.
+    name : str or None
+        The layer with a leak; None if all layers are linear.
 
     Raises
     ------
     InputError
-        If there are several, or a second contact, whose layers would leak too.
+        If several layers leak, or if there is a second contact, whose layers would leak as well.
     """
     names = [name for name, layer in layers.items() if layer.leak is not None]
     if len(names) > 1:
         listed = " and ".join(f"stack.{name}.leak" for name in names)
         raise InputError(
-            f"{listed}: one layer of a stack may have a leak; give the others a material that conducts"
+            f"{listed}: only one layer of a stack may have a leak; give the others a material that conducts"
         )
     if names and second:
         raise InputError(
-            f"stack.{names[0]}.leak: with a second electrode there are two such layers; use Grounded or Floating"
+            f"stack.{names[0]}.leak: with a second electrode two layers would leak; use Grounded or Floating"
         )
     return names[0] if names else None
 
 
 def leaks(scenario: Scenario) -> bool:
-    """Tell whether a layer leaks out of proportion to its field."""
+    """Return whether a layer has a non-ohmic leak."""
     return any(layer.leak is not None for layer in scenario.stack.layers.values())
 
 
 def refuse_leak(scenario: Scenario) -> None:
-    """Refuse what does not go with a leaking layer.
+    """Refuse parts of a scenario that cannot be combined with a leaking layer.
 
     Parameters
     ----------
     scenario : Scenario
-        With one.
+        With a leaking layer.
 
     Raises
     ------
@@ -76,23 +76,23 @@ def refuse_leak(scenario: Scenario) -> None:
     refuse_gaps_of_a_law(scenario, name)
     if name is not None and isinstance(scenario.time.initial_state, PeriodicState):
         raise InputError(
-            f"time.initial_state = PeriodicState: layer '{name}' leaks by {type(layers[name].leak).__name__}, not in"
-            " proportion to its field, so its periodic state is not known beforehand. Start AtRest and look at a late period"
+            f"time.initial_state = PeriodicState: layer '{name}' leaks by {type(layers[name].leak).__name__}, which is"
+            " non-ohmic, so its periodic state is not known beforehand. Start AtRest and evaluate a late period"
         )
 
 
 def answer_with_leak(question: Question) -> Solution:
-    """Answer of a stack with one leaking layer to a voltage or a current.
+    """Compute the response of a stack with one leaking layer to a voltage or a current.
 
     Parameters
     ----------
     question : Question
-        Of a scenario that `refuse_leak` lets through.
+        Of a scenario that `refuse_leak` accepts.
 
     Returns
     -------
     Solution
-        With the error of its march.
+        With the error of its time integration.
     """
     scenario, section = question.scenario, question.section
     layers, around = scenario.stack.layers, Surroundings.of(scenario)

@@ -1,10 +1,10 @@
-"""One layer that conducts out of proportion to its field: linear modes and one scalar nonlinear branch.
+"""One layer with non-ohmic conduction: linear modes and one scalar nonlinear branch.
 
-All that is linear keeps its modes and its exact response to the drive. The leak is a current J(E) beside one
-layer; from step to step it is taken as straight, its modes are marched exactly under it, and the field at the
-end of the step follows from one scalar equation E + weight J(E) = known, which has one root because J never
-falls. The error is of second order in the step; it is measured by halving all steps, and told. What is returned is
-extrapolated from both marches, a hundred times better where the field crosses no kink of J.
+All linear parts keep their modes and their exact response to the drive. The leak is a current density J(E) in parallel
+with one layer. Within a step it is taken as linear in time and the modes respond to it exactly; the field at the end of
+the step follows from one scalar equation E + weight J(E) = known, which has one root because J never decreases. The
+error is of second order in the step; it is measured by halving all steps, and reported. The returned response is
+extrapolated from the last two step sizes, which makes it a hundred times better where the field crosses no kink of J.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.transfer import Transfer
 
 TOLERANCE = 2e-5
-"""Error of the layer's field over its largest, before extrapolation, at which the steps are fine enough."""
+"""Error of the layer's field over its largest value, before extrapolation, at which the steps are fine enough."""
 MOST_HALVINGS = 4
 _CHUNK = 1 << 14
 _ROUNDING = 16 * float(np.finfo(float).eps)
@@ -49,12 +49,12 @@ def leaky_response(
     leak: Conduction,
     control: FieldOf,
 ) -> Solution:
-    """Response from rest of quantities that are linear in a drive and in one leak.
+    """Compute the response from rest of quantities that are linear in a drive and in one leak.
 
     Parameters
     ----------
     driven, leaking : mapping of Key to Transfer
-        Per unit of the drive and per A/m2 of leak, the same names.
+        Quantities per unit of the drive and per A/m2 of leak, under the same names.
     drive : Drive
         Off before time 0.
     time : ndarray, shape (n,)
@@ -62,13 +62,13 @@ def leaky_response(
     leak : Conduction
         Current density from field.
     control : FieldOf
-        Field that the leak feels.
+        Field on which the leak depends.
 
     Returns
     -------
     Solution
-        `step_error` is that of the layer's field over its largest, before extrapolation: a bound. At a
-        jump of the drive the value after it.
+        ``step_error`` is the error of the layer's field over its largest value, before extrapolation: a bound. At a
+        discontinuity of the drive, the value after it.
 
     Notes
     -----
@@ -94,15 +94,15 @@ def leaky_response(
         answers = [_under(march.flow(), transfer, time) for march in (fine, coarse)]
         found[name] = found[name] + answers[0] + (answers[0] - answers[1]) / 3
     why = (
-        f"layer '{control.layer}' leaks by {type(leak).__name__}, not in proportion to its field: linear modes and one"
-        f" nonlinear branch from rest, {len(grid) - 1} steps; by halving them the error of its field is"
-        f" {error:.1e} of its largest before extrapolation"
+        f"layer '{control.layer}' leaks by {type(leak).__name__}, which is non-ohmic: linear modes and one nonlinear branch"
+        f" from rest, {len(grid) - 1} steps; by halving them, the error of its field before extrapolation is {error:.1e} of"
+        " its largest value"
     )
     return Solution(found=found, method=LEAK, reason=why, errors={"step_error": error}, steps=len(grid) - 1)
 
 
 def _under(flow: Linear, transfer: Transfer, time: Real) -> Real:
-    """Answer to the leak's current density, straight from step to step."""
+    """Return the response to the leak's current density, which is linear in time within each step."""
     active = transfer.gains != 0
     direct: Real = transfer.direct * flow.value(time)
     if not np.any(active):
@@ -115,7 +115,7 @@ def _under(flow: Linear, transfer: Transfer, time: Real) -> Real:
 
 @dataclass(frozen=True, kw_only=True)
 class LeakMarch:
-    """Field of the leaking layer and its leak at the ends of all steps, before and after the drive's jumps."""
+    """Field and current density of the leaking layer at the ends of all steps, before and after drive discontinuities."""
 
     grid: Real
     before: Real
@@ -124,34 +124,34 @@ class LeakMarch:
     flow_after: Real
 
     def flow(self) -> Linear:
-        """Give the leak's current density, straight from step to step."""
+        """Return the leak's current density, linear in time within each step."""
         return Linear(self.grid, self.flow_before, self.flow_after)
 
     def distance(self, coarser: LeakMarch) -> float:
-        """Error of this march, from one with steps twice as long: a third of the difference."""
+        """Return the error of this integration from one with steps twice as long: a third of the difference."""
         common = np.searchsorted(self.grid, coarser.grid)
         moved = np.abs([self.before[common] - coarser.before, self.after[common] - coarser.after])
         return float(np.max(moved)) / 3 / (float(np.max(np.abs([self.before, self.after]))) or 1.0)
 
 
 def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, leak: Conduction) -> LeakMarch:
-    """March the field of a leaking layer over given steps.
+    """Integrate the field of a leaking layer over given steps.
 
     Parameters
     ----------
     driven, leaking : Transfer
-        Its field per unit of the drive and per A/m2 of leak; the latter without direct part.
+        Field of the layer per unit of the drive and per A/m2 of leak; the latter without direct part.
     drive : Drive
         Off before time 0.
     grid : ndarray, shape (n,)
-        Ends of the steps, the first 0, with every jump of the drive among them [s].
+        Ends of the steps, the first 0, with every discontinuity of the drive among them [s].
     leak : Conduction
         Current density from field.
 
     Returns
     -------
     LeakMarch
-        Of second order in the steps.
+        Field and leak at the ends of all steps, of second order in the steps.
     """
     free = transient({"field": driven}, drive, grid)["field"]
     jumps = driven.direct * jump_heights(drive, grid)
@@ -181,25 +181,25 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
 
 
 def field_under_leak(leak: Conduction, *, known: float, weight: float) -> float:
-    """Solve E + weight J(E) = known.
+    """Solve E + weight J(E) = known for the field E.
 
     Parameters
     ----------
     leak : Conduction
-        J(E), which never falls.
+        J(E), which never decreases.
     known : float
         Field without the leak of this step [V/m].
     weight : float
-        What a unit of leak takes from the field within the step [ohm m], >= 0.
+        Decrease of the field by a unit of leak within the step [ohm m], >= 0.
 
     Returns
     -------
-    float
-        V/m, between 0 and `known`, to rounding.
+    field : float
+        Field E [V/m], between 0 and `known`, exact to rounding.
 
     Notes
     -----
-    Newton's steps within a bracket that shrinks.
+    Newton's method within a shrinking bracket.
     """
     low, high = sorted((0.0, known))
     field = known

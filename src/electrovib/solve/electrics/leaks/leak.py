@@ -1,4 +1,4 @@
-"""What a stack without leaks answers to a leak beside one of its layers: as linear as its answer to the drive."""
+"""Linear response of a stack without leaks to a leakage current in parallel with one of its layers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def leak_section(
     section: ModalSection, layers: dict[str, Layer], name: str, *, area: float, element: SeriesElement
 ) -> ModalSection:
-    """Expand the answer of a stack under voltage drive to the leak beside one of its layers.
+    """Expand the response of a stack under voltage drive to a leak in parallel with one of its layers in modes.
 
     Parameters
     ----------
@@ -43,9 +43,9 @@ def leak_section(
 
     Notes
     -----
-    E_j T_j = z_j z_k/Z - [j = k] z_k for a leak beside layer k. The poles are the zeros of Z and the nodes that
-    several parts share; one at 0 is an interface that the leak charges. The own answer has residues of one
-    sign: it is minus the impedance of layer k beside all the others.
+    E_j T_j = z_j z_k/Z - [j = k] z_k for a leak in parallel with layer k. The poles are the zeros of Z and the nodes that
+    several parts share; a pole at 0 is an interface that the leak charges. The response of layer k itself has residues of
+    one sign: it is minus the impedance of layer k in parallel with all the others.
     """
     modes, place = section.modes, list(layers).index(name)
     driven, shared = modes.rates[: modes.driven], modes.rates[modes.driven :]
@@ -77,12 +77,12 @@ def _residues(transfer: Transfer, driven: Real) -> Real:
 
 
 def _at(nodes: Real, rates: Real, residues: Real) -> Real:
-    """Residues of a layer at some nodes, 0 where it has none."""
+    """Return the residues of a layer at some nodes, 0 where it has none."""
     return np.array([float(np.sum(residues[rates == node])) for node in nodes.tolist()])
 
 
 def leak_alone(section: ModalSection, layers: dict[str, Layer], name: str, *, area: float) -> ModalSection:
-    """Expand the answer of a stack under current drive to the leak beside one of its layers.
+    """Expand the response of a stack under current drive to a leak in parallel with one of its layers in modes.
 
     Parameters
     ----------

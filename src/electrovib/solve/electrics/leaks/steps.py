@@ -1,4 +1,4 @@
-"""Which steps a march of a nonlinear branch takes: fine where the drive jumps, growing from there."""
+"""Steps of the integration of a nonlinear branch: fine after a discontinuity of the drive, growing from there."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.transfer import Transfer
 
 STEPS = 400
-"""Steps over the whole time that there are at least."""
+"""Least number of steps over the whole time."""
 STEPS_PER_PERIOD = 64
 GROWTH = 1.1
-"""Of each step over the one before, after a jump: every time constant is met with steps that suit it."""
+"""Ratio of successive steps after a discontinuity, so that every time constant is resolved by suitable steps."""
 FIRST = 0.01
-"""First step after a jump, times the fastest rate there is."""
+"""First step after a discontinuity, times the fastest rate."""
 FEW = 200
-"""As many bends of a drive get fine steps after them, as its jumps do."""
+"""Largest number of slope changes of a drive after which the steps are fine, as they are after its discontinuities."""
 _SLACK = 512 * float(np.finfo(float).eps)
-"""Steps shorter than this against the time could not be halved."""
+"""Steps shorter than this share of the time could not be halved."""
 
 
 def step_grid(drive: Drive, time: Real, driven: Transfer, leaking: Transfer, *, leak: Conduction) -> Real:
-    """Choose the steps to begin with.
+    """Return the first steps of the integration.
 
     Parameters
     ----------
@@ -47,9 +47,9 @@ def step_grid(drive: Drive, time: Real, driven: Transfer, leaking: Transfer, *, 
 
     Returns
     -------
-    ndarray
-        Increasing, from 0 to the last output time [s]: output times, breaks of the drive, a share of its
-        fastest oscillation, and after each jump steps that grow from a share of the fastest time constant.
+    grid : ndarray
+        Ends of the steps, increasing from 0 to the last output time [s]: output times, breaks of the drive, shares of
+        its fastest oscillation, and after each discontinuity steps that grow from a share of the fastest time constant.
     """
     end = float(time[-1])
     if end <= 0:
@@ -67,14 +67,14 @@ def step_grid(drive: Drive, time: Real, driven: Transfer, leaking: Transfer, *, 
 
 
 def _oscillating(part: Tones | Smooth, end: float) -> Real:
-    """Even shares of the shortest period while an oscillation is on."""
+    """Return equal shares of the shortest period while an oscillation is on."""
     first, last = max(part.start, 0.0), min(part.stop, end)
     count = int(np.ceil(max(last - first, 0.0) * part.highest_frequency * STEPS_PER_PERIOD))
     return np.linspace(first, max(first, last), count + 1)
 
 
 def _growing(first: float, span: float) -> Real:
-    """Times after a jump at which steps end that grow evenly."""
+    """Return the ends of steps after a discontinuity that grow geometrically."""
     if span <= first:
         return np.zeros(1)
     count = int(np.ceil(np.log1p((GROWTH - 1) * span / first) / np.log(GROWTH)))
@@ -83,7 +83,7 @@ def _growing(first: float, span: float) -> Real:
 
 
 def _with_marks(points: Real, marks: Real, end: float) -> Real:
-    """Sort points between 0 and the end; one that almost meets another, or a mark, gives way to it."""
+    """Sort points between 0 and the end; a point that almost coincides with another, or with a mark, is omitted."""
     points = np.unique(points[(points >= 0) & (points <= end)])
     points = points[np.diff(points, prepend=-1.0) > _SLACK * points]
     fixed = np.unique(np.concatenate([[0.0], marks, [end]]))
@@ -93,19 +93,19 @@ def _with_marks(points: Real, marks: Real, end: float) -> Real:
 
 
 def jump_heights(drive: Drive, grid: Real) -> Real:
-    """Height by which the drive jumps at each of some times.
+    """Return the height of the drive's discontinuity at each of some times.
 
     Parameters
     ----------
     drive : Drive
         Off before time 0.
     grid : ndarray, shape (n,)
-        Increasing, with every jump among them [s].
+        Increasing, with every discontinuity of the drive among them [s].
 
     Returns
     -------
-    ndarray, shape (n,)
-        In the unit of the drive; 0 where it does not jump, and at time 0.
+    heights : ndarray, shape (n,)
+        In the unit of the drive; 0 where the drive is continuous, and at time 0.
     """
     marks, heights = drive.corners(float(grid[-1]))
     found = np.zeros(len(grid))
@@ -116,7 +116,7 @@ def jump_heights(drive: Drive, grid: Real) -> Real:
 def smooth_grid(
     drive: Drive, *, end: float, speed: float, spans: Sequence[tuple[float, float]], fastest: float
 ) -> Real:
-    """Choose steps for a march of high order beneath something that moves.
+    """Return the steps of an integration of high order under a moving layer.
 
     Parameters
     ----------
@@ -125,16 +125,16 @@ def smooth_grid(
     end : float
         Last time [s].
     speed : float
-        Fastest rate of what is marched [1/s].
+        Fastest rate of the integrated states [1/s].
     spans : sequence of (float, float)
-        From when until when there is smooth motion [s].
+        Beginnings and ends of smooth motion [s].
     fastest : float
         Highest frequency of the motion [Hz].
 
     Returns
     -------
-    ndarray
-        Increasing, from 0 to the end [s]; output times are put in by `with_outputs`.
+    grid : ndarray
+        Ends of the steps, increasing from 0 to the end [s]; `with_outputs` adds the output times.
     """
     if end <= 0:
         return np.zeros(1)
@@ -153,7 +153,7 @@ def smooth_grid(
 
 
 def with_outputs(grid: Real, time: Real) -> Real:
-    """Put output times between the ends of steps, less those that almost meet one.
+    """Insert output times between the ends of steps, except those that almost coincide with one.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def with_outputs(grid: Real, time: Real) -> Real:
 
     Returns
     -------
-    ndarray
-        Increasing [s].
+    grid : ndarray
+        Ends of steps and output times, increasing [s].
     """
     return _with_marks(time, grid, float(grid[-1]))

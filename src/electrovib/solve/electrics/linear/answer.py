@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def answer_to_voltage(question: Question) -> Solution:
-    """Answer of linear layers to a voltage, behind an amplifier without limits if there is one.
+    """Compute the response of linear layers to a voltage, behind an amplifier without limits if there is one.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def answer_to_voltage(question: Question) -> Solution:
     Returns
     -------
     Solution
-        Exact.
+        The exact response.
     """
     amplifier, drive = question.scenario.circuit.amplifier, question.scenario.drive
     transfers = question.wanted(question.section)
@@ -45,7 +45,7 @@ def answer_to_voltage(question: Question) -> Solution:
 
 
 def answer_to_current(question: Question) -> Solution:
-    """Answer of linear layers to a prescribed current.
+    """Compute the response of linear layers to a prescribed current.
 
     Parameters
     ----------
@@ -55,18 +55,18 @@ def answer_to_current(question: Question) -> Solution:
     Returns
     -------
     Solution
-        Exact.
+        The exact response.
     """
     drive, transfers = question.scenario.drive, question.wanted(question.section)
     found = transient(transfers, drive, question.times, settled=question.settled)
-    why = "linear layers, fixed gap and a current drive: every layer's own modes, blocking layers integrate"
+    why = "linear layers, fixed gap and a current drive: modes of each layer, blocking layers integrate the current"
     return Solution(
         found=found, method=CURRENT_DRIVE, reason=f"{why}, {how_it_begins(drive, settled=question.settled)}"
     )
 
 
 def of_drive(question: Question, found: dict[Key, Real]) -> dict[Key, Real]:
-    """Give the drive's own voltage, and of a prescribed current the current as well.
+    """Return the voltage of the drive, and under a prescribed current the current as well.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def of_drive(question: Question, found: dict[Key, Real]) -> dict[Key, Real]:
 
     Returns
     -------
-    dict of Key to ndarray, shape (n,)
+    signals : dict of Key to ndarray, shape (n,)
         ``drive_voltage`` [V], and ``drive_current`` [A] under current drive.
     """
     scenario, times = question.scenario, question.times
@@ -99,7 +99,7 @@ def of_drive(question: Question, found: dict[Key, Real]) -> dict[Key, Real]:
 
 
 def refuse_gaps_of_a_law(scenario: Scenario, leak: str | None = None) -> None:
-    """Refuse a law with gaps of its own where the voltage of linear layers is not given.
+    """Refuse a law with gaps of its own where the voltage over linear layers is not prescribed.
 
     Parameters
     ----------
@@ -115,9 +115,9 @@ def refuse_gaps_of_a_law(scenario: Scenario, leak: str | None = None) -> None:
     """
     law, current = type(scenario.force), scenario.drive.quantity == "current"
     if getattr(law, "replaces", ()) and (current or leak):
-        why = f"what leaks beside '{leak}' is not followed into them"
+        why = f"their response to the leak of '{leak}' is not modelled"
         if current:
-            why = "under a prescribed current they would decide on the voltage themselves"
+            why = "under a prescribed current they would change the voltage"
         raise InputError(
             f"force = {law.__name__}: its gaps are no layers of the stack, and {why}. Give the stack a layer 'gap' and"
             " use force.model = MaxwellStressInGap"
@@ -125,7 +125,7 @@ def refuse_gaps_of_a_law(scenario: Scenario, leak: str | None = None) -> None:
 
 
 def refuse_current(scenario: Scenario) -> None:
-    """Refuse what does not go with a prescribed current.
+    """Refuse parts of a scenario that cannot be combined with a prescribed current.
 
     Parameters
     ----------
@@ -140,5 +140,5 @@ def refuse_current(scenario: Scenario) -> None:
     refuse_gaps_of_a_law(scenario)
     if scenario.circuit.amplifier is not None:
         raise InputError(
-            f"circuit.amplifier: {type(scenario.drive).__name__} prescribes the current itself; leave the amplifier away"
+            f"circuit.amplifier: {type(scenario.drive).__name__} prescribes the current itself; omit the amplifier"
         )

@@ -1,4 +1,4 @@
-"""States of relaxations at the breaks of straight pieces; of repeated pieces in closed form, period by period."""
+"""States of relaxations at the breaks of a piecewise linear drive; for a repeated drive in closed form in any period."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ if TYPE_CHECKING:
 
 
 _MODES_AT_ONCE: Final = 64
-"""So that thousands of modes, which a quadrature over relaxations has, need no matrix of thousands squared."""
+"""Modes computed together, so that thousands of them need no matrix of thousands squared."""
 _FEW_BREAKS: Final = 1000
-"""Up to which the states at all of them are computed, whichever are asked for."""
+"""Largest number of breaks at which the states at all of them are computed, whichever are asked for."""
 
 
 def periodic_state(part: Linear, rates: Real) -> Real:
-    """State of each mode at the beginning of a period of a drive that has been repeating for ever.
+    """Compute the state of each mode at the beginning of a period, in the periodic state of a repeated drive.
 
     Parameters
     ----------
     part : Linear
         Straight pieces with a period.
     rates : ndarray, shape (modes,)
-        1/s, > 0.
+        Rates of the modes [1/s], > 0.
 
     Returns
     -------
-    ndarray, shape (modes,)
-        V.
+    state : ndarray, shape (modes,)
+        State of each mode [V].
 
     Notes
     -----
@@ -46,12 +46,12 @@ def periodic_state(part: Linear, rates: Real) -> Real:
 
 
 def _break_states(part: Linear, rates: Real, state: Real) -> Real:
-    """States at the breaks, shape (modes, breaks)."""
+    """Return the states at the breaks, shape (modes, breaks)."""
     return _states_at(part, rates, state, np.arange(len(part.times)))
 
 
 def _states_at(part: Linear, rates: Real, state: Real, places: Indices) -> Real:
-    """States at some breaks, shape (modes, places)."""
+    """Return the states at some breaks, shape (modes, places)."""
     if part.is_step or not len(rates):
         return np.repeat(state[:, None], len(places), axis=1)
     known = part.passed.get(_name_of(rates, state))
@@ -66,18 +66,18 @@ def _states_at(part: Linear, rates: Real, state: Real, places: Indices) -> Real:
 
 
 def remember(part: Linear, rates: Real, state: Real, passed: list[tuple[int, Real]]) -> None:
-    """Keep states that a march passed, so that a second look begins at them.
+    """Store states at breaks that were computed, so that a second evaluation begins at them.
 
     Parameters
     ----------
     part : Linear
-        The pieces; what the march before this one passed is forgotten.
+        The pieces; states stored before are discarded.
     rates : ndarray, shape (modes,)
-        1/s, > 0.
+        Rates of the modes [1/s], > 0.
     state : ndarray, shape (modes,)
-        At time 0 [V].
+        States at time 0 [V].
     passed : list of (int, ndarray)
-        Breaks, increasing from the first on, and the states there [V]; none for a march that has none at hand.
+        Breaks, increasing from the first on, and the states there [V]; empty if none were kept.
     """
     if passed:
         places, states = zip(*passed, strict=True)
@@ -86,12 +86,12 @@ def remember(part: Linear, rates: Real, state: Real, passed: list[tuple[int, Rea
 
 
 def _name_of(rates: Real, state: Real) -> bytes:
-    """Tell modes and where they begin apart from others."""
+    """Return a key that identifies modes by their rates and first states."""
     return rates.tobytes() + state.tobytes()
 
 
 def _from_passed(part: Linear, rates: Real, passed: tuple[Indices, Real], places: Indices) -> Real:
-    """States at some breaks, shape (modes, places), each from the last break before it that was passed."""
+    """Return the states at some breaks, shape (modes, places), each from the last stored break before it."""
     marks, states = passed
     nearest, found = np.searchsorted(marks, places, side="right") - 1, np.empty((len(rates), len(places)))
     for mark in np.unique(nearest).tolist():
@@ -106,16 +106,16 @@ def _from_passed(part: Linear, rates: Real, passed: tuple[Indices, Real], places
 
 
 class BreakStates:
-    """States of modes at the breaks of straight pieces; of repeated ones in any period, without the periods between.
+    """States of modes at the breaks of straight pieces; for repeated pieces in any period, without the periods between.
 
     Parameters
     ----------
     part : Linear
         The pieces.
     rates : ndarray, shape (modes,)
-        1/s, > 0.
+        Rates of the modes [1/s], > 0.
     state : ndarray, shape (modes,)
-        At time 0 [V].
+        States at time 0 [V].
     wanted : ndarray of int, optional
         Breaks at which the states will be asked for; by default all.
     """
@@ -134,22 +134,21 @@ class BreakStates:
             self.states = _states_at(part, rates, state, self.places)
 
     def at(self, index: Indices, periods: Indices) -> Real:
-        """States at breaks of a period, as many periods after the first.
+        """Return the states at breaks of a period, some periods after the first.
 
         Parameters
         ----------
         index, periods : ndarray of int, shape (n,)
-            Which break, and how many periods later than in the first.
+            Index of the break, and number of whole periods before it.
 
         Returns
         -------
-        ndarray, shape (modes, n)
-            V.
+        states : ndarray, shape (modes, n)
+            States of the modes [V].
 
         Notes
         -----
-        After k periods T a mode is at x_0 + (x_settled - x_0)(1 - exp(-rate k T)); what it begins a period with decays
-        until the break.
+        After k periods T a mode is at x_0 + (x_settled - x_0)(1 - exp(-rate k T)); this state decays until the break.
         """
         if self.places is not None:
             index = np.searchsorted(self.places, index)

@@ -1,9 +1,8 @@
-"""Modes under a sine whose frequency runs evenly: in closed form at any time, however many cycles went before.
+"""Modes under a linear chirp, in closed form at any time, however many cycles went before.
 
-An exponential times a chirp has the exponential of a quadratic as its integrand, whose integral is an error
-function of a complex argument. Written with Faddeeva's function nothing of it grows: what is left is an envelope
-times the sine of the moment, and what the beginning left behind. The envelope varies slowly; at many times it is
-read from polynomials.
+The response is the integral of an exponential of a quadratic, an error function of a complex argument. Written with
+Faddeeva's function no factor of it grows: it is an envelope times the sine at that time, plus a decaying part from the
+beginning. The envelope varies slowly; at many times it is evaluated from polynomials.
 """
 
 from __future__ import annotations
@@ -26,41 +25,41 @@ FAR = 30.0
 """Modulus of an argument from which on `TERMS` terms of the expansion of Faddeeva's function are exact to rounding."""
 TERMS = 7
 GONE = 40.0
-"""Modes faster than this, as rate^2/(2 pi sweep), have forgotten by exp(-GONE) when a chirp passed their rate."""
+"""Above this value of rate^2/(2 pi sweep), the state from before the chirp passed the rate has decayed by exp(-GONE)."""
 DEGREE = 16
-"""Of the polynomials through the envelope."""
+"""Degree of the polynomials through the envelope."""
 FEW = 4 * DEGREE
-"""Times up to which the envelope of a piece is computed at each of them."""
+"""Largest number of times of a piece at each of which the envelope is computed."""
 
 
 def chirp_response(part: Chirped, rates: Real, gains: Real, time: Real, *, lag: bool = False) -> Real:
-    """Response of modes x' = rate (v - x) to a chirp, from rest.
+    """Compute the response of modes x' = rate (v - x) to a chirp, from rest.
 
     Parameters
     ----------
     part : Chirped
         The drive v.
     rates : ndarray, shape (modes,)
-        1/s, > 0.
+        Rates of the modes [1/s], > 0.
     gains : ndarray, shape (outputs, modes)
-        What each output takes of each mode.
+        Weight of each mode in each output.
     time : ndarray, shape (n,)
         Increasing, >= 0 [s].
     lag : bool
-        Take x - v in the place of x.
+        Use x - v in the place of x.
 
     Returns
     -------
-    ndarray, shape (outputs, n)
-        V.
+    response : ndarray, shape (outputs, n)
+        Sum of the weighted modes [V].
 
     Notes
     -----
     With p = rate + j w(0) and a = pi sweep, exp(E(u)), E = p u + j a u^2, has the integral exp(E) W,
     W = sqrt(pi)/(2 j alpha) w(E'/(2 alpha)), alpha^2 = j a, E' = rate + j w(u), where w(z) is Faddeeva's function
-    and w(u) the angular frequency. Fast modes take the root alpha whose argument lies in the upper half plane, where
-    W is close to 1/E', the answer to a sine of that moment; where a rising chirp passes w = rate the root changes, and
-    W by something that they have forgotten. Slow modes keep one root.
+    and w(u) the angular frequency. Fast modes use the root alpha whose argument lies in the upper complex half plane,
+    where W is close to 1/E', the response to a sine of the frequency at that time. Where a rising chirp passes w = rate
+    the root changes, and W by a term that has decayed in these modes. Slow modes keep one root.
     """
     modes = _Modes(part, rates, gains, lag)
     found = np.zeros((len(gains), len(time)))
@@ -79,7 +78,7 @@ def chirp_response(part: Chirped, rates: Real, gains: Real, time: Real, *, lag: 
 
 @dataclass(frozen=True)
 class _Modes:
-    """Outputs of modes before a chirp: rates [1/s], gains, and whether as x - v."""
+    """Outputs of modes under a chirp: rates [1/s], gains, and whether each mode enters as x - v."""
 
     part: Chirped
     rates: Real
@@ -87,7 +86,7 @@ class _Modes:
     lag: bool
 
     def envelope(self, time: Real) -> Complex:
-        """Give what times exp(j phase) has the outputs as its imaginary part, at increasing times."""
+        """Return the complex envelope at increasing times: the outputs are the imaginary part of envelope exp(j phase)."""
         found = np.empty((len(self.gains), len(time)), complex)
         for first, last, coefficients in self._pieces(time, 0, len(time)):
             some = time[first:last]
@@ -117,7 +116,7 @@ class _Modes:
         yield from self._pieces(time, middle, last)
 
     def answer(self, time: Real, *, lag: bool = False) -> Complex:
-        """Give rate W of each mode, less 1 for the lag."""
+        """Return rate W of each mode, less 1 for the lag."""
         from scipy.special import wofz
 
         rates, sweep = self.rates[:, None], self.part.sweep

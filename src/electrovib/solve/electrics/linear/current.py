@@ -1,4 +1,4 @@
-"""The voltage of a prescribed current, and what such a drive does not tell."""
+"""The voltage under a prescribed current, and the limits of that prescription."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ def drive_voltage(
     settled: bool,
     charge: float = 0.0,
 ) -> Real:
-    """Voltage that the amplifier has to give for its current.
+    """Compute the voltage that the amplifier has to supply for its current.
 
     Parameters
     ----------
     stack_voltage : ndarray, shape (n,)
-        Across the layers [V].
+        Voltage across the layers [V].
     drive : Drive
         A current [A].
     time : ndarray, shape (n,)
-        s.
+        Times [s].
     element : SeriesElement
         Source and return path.
     second : float
@@ -44,12 +44,12 @@ def drive_voltage(
     settled : bool
         As for `transient`.
     charge : float
-        On the body's capacitor at time 0 [C].
+        Charge of the body's capacitor at time 0 [C].
 
     Returns
     -------
-    ndarray, shape (n,)
-        V.
+    voltage : ndarray, shape (n,)
+        Voltage across stack, source and return path [V].
     """
     rates, gains, free = np.zeros(0), np.zeros(0), np.zeros(0)
     if element.elastance > 0:
@@ -61,9 +61,9 @@ def drive_voltage(
 
 
 def caveat() -> Diagnostic:
-    """Say what a prescribed current does not tell."""
+    """Return the diagnostic that the contact area and stray currents of a prescribed current are not known."""
     text = (
-        "the whole current of the drive is taken to cross this contact area: the force goes as 1/area, and what"
-        " passes through stray capacitance or leaks beside the gap does not pull; neither is known here"
+        "the whole current of the drive is assumed to cross this contact area, so the force is proportional to 1/area; a"
+        " current through stray capacitance or beside the gap does not attract, and its share is not known here"
     )
     return Diagnostic("current drive", "unknown", text)

@@ -1,7 +1,7 @@
-"""What relaxes after a corner, at very many times: polynomials on stretches that grow with the time since then.
+"""Relaxations after a corner at very many times: polynomials on intervals that grow with the time since the corner.
 
-A sum of relaxations changes, at a time t after a corner, in about the time t: between t and 2 t one polynomial holds
-it to rounding, however many relaxations there are and however far apart their rates lie.
+A sum of relaxations changes, at a time t after a corner, within about the time t: between t and 2 t a few polynomials
+represent it to rounding, however many relaxations there are and however far apart their rates lie.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
 
 DEGREE: Final = 10
-"""Of the polynomials: on these stretches exp(-z) has no larger Chebyshev coefficients beyond it than 1e-16 for any z."""
+"""Degree of the polynomials: on these intervals the Chebyshev coefficients of exp(-z) beyond it are below 1e-16."""
 STRETCHES: Final = 8
-"""Equal ones from each time to twice that time."""
+"""Number of equal intervals from each time to twice that time."""
 FEW: Final = 4 * DEGREE
-"""Times of a stretch up to which each of them is computed."""
+"""Largest number of times of an interval at each of which the sum is computed."""
 _AT_ONCE: Final = 4096
 _HELD: Final = 1 << 16
-"""Numbers of modes and times held at once."""
+"""Largest number of modes times output times in memory."""
 _FORGOTTEN: Final = 745.0
-"""Time constants after which nothing is left that a number could hold."""
+"""Time constants after which an exponential underflows to 0."""
 
 
 def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> list[Real]:
-    """Compute sums of relaxations at many times, from a few.
+    """Compute sums of relaxations at many times by interpolation between a few.
 
     Parameters
     ----------
@@ -44,8 +44,8 @@ def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> lis
 
     Returns
     -------
-    list of ndarray, shape (n,)
-        One for each output, in the unit of `evaluate`; off by some roundings of the largest value in each stretch.
+    outputs : list of ndarray, shape (n,)
+        One for each output, in the unit of `evaluate`; exact to some roundings of the largest value in each interval.
     """
     if len(since) <= STRETCHES * FEW:
         return list(evaluate(since))
@@ -77,26 +77,26 @@ def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> lis
 
 @functools.cache
 def _rule() -> tuple[Real, Real]:
-    """Nodes between -1 and 1, and Chebyshev's coefficients from the values there."""
+    """Return nodes between -1 and 1, and the matrix from values there to Chebyshev coefficients."""
     nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
     return nodes, np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, DEGREE)))
 
 
 def fading(weights: Real, rates: Real, since: Real) -> list[Real]:
-    """Sum weight exp(-rate t).
+    """Compute the sum of weight exp(-rate t) over modes.
 
     Parameters
     ----------
     weights : ndarray, shape (outputs, modes)
-        At time 0, in any unit.
+        Weights at time 0, in any unit.
     rates : ndarray, shape (modes,)
-        1/s, >= 0.
+        Rates of the modes [1/s], >= 0.
     since : ndarray, shape (n,)
         Increasing, >= 0 [s].
 
     Returns
     -------
-    list of ndarray, shape (n,)
+    outputs : list of ndarray, shape (n,)
         One for each output, in the unit of the weights.
     """
 

@@ -1,4 +1,4 @@
-"""Steady response to a repeating drive through its harmonics: exact for a finite number of them."""
+"""Steady response to a periodic drive from its harmonics: exact for a finite number of them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def periodic(
     transfer: Callable[[Real], Complex], drive: Drive, time: Real, *, static: float, harmonics: int = 4096
 ) -> Real:
-    """Steady response of one linear quantity.
+    """Compute the steady response of one linear quantity.
 
     Parameters
     ----------
@@ -29,17 +29,18 @@ def periodic(
     drive : Drive
         With a period.
     time : ndarray, shape (n,)
-        s.
+        Times [s].
     static : float
-        The response at zero frequency, which a formula in 1/(j w) cannot give.
+        Response at zero frequency, at which a formula in 1/(j w) is not defined.
     harmonics : int
-        Where the series of a drive with edges is cut; a sum of sines needs no cut.
+        Number of harmonics of a drive with edges; a sum of sines is complete.
 
     Returns
     -------
-    ndarray, shape (n,)
-        Real response. Straight pieces: harmonics fall as 1/n^2 (1/n at jumps), so what is left out is of the
-        order of 1/harmonics (of the peak, near a jump) or 1/harmonics^2.
+    response : ndarray, shape (n,)
+        Real response, in the unit of `transfer` times that of the drive. The harmonics of a piecewise linear drive
+        fall as 1/n^2 (as 1/n with discontinuities), so the truncation error is of the order of 1/harmonics^2 of the peak
+        (of 1/harmonics near a discontinuity).
 
     Raises
     ------
@@ -47,7 +48,7 @@ def periodic(
         If the drive has no period.
     """
     if drive.period is None:
-        raise InputError(f"drive: {type(drive).__name__} has no period, so no harmonics")
+        raise InputError(f"drive: {type(drive).__name__} has no period and therefore no harmonics")
     frequencies, amplitudes = spectrum(drive, harmonics=harmonics)
     gain = np.full(len(frequencies), static, complex)
     moving = frequencies > 0

@@ -1,4 +1,4 @@
-"""Exact marching of a smooth drive: a polynomial through each step, integrated in closed form."""
+"""Response to a smooth drive: a polynomial through each step, integrated in closed form."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ _STEPS_AT_ONCE = 4096
 
 
 def smooth_states(part: Smooth, rates: Real, times: Real) -> Real:
-    """States of the modes x' = rate (v - x) under a smooth drive, from rest.
+    """Compute the states of the modes x' = rate (v - x) under a smooth drive, from rest.
 
     Parameters
     ----------
     part : Smooth
         The drive.
     rates : ndarray, shape (modes,)
-        1/s, > 0.
+        Rates of the modes [1/s], > 0.
     times : ndarray, shape (n,)
         Increasing, from 0 on [s].
 
     Returns
     -------
-    ndarray, shape (modes, n)
-        V.
+    states : ndarray, shape (modes, n)
+        States of the modes [V].
     """
     grid = _grid(part, times)
     wanted = np.searchsorted(grid, times)
@@ -50,7 +50,7 @@ def smooth_states(part: Smooth, rates: Real, times: Real) -> Real:
 
 
 def _march(part: Smooth, rates: Real, grid: Real, state: Real) -> Real:
-    """States at the points of a grid, from that at its first."""
+    """Return the states at the points of a grid, from that at its first point."""
     inside = (grid[:-1] >= part.start) & (grid[1:] <= part.stop)
     states, steps = np.empty((len(rates), len(grid))), np.diff(grid)
     states[:, 0] = state
@@ -70,7 +70,7 @@ def _march(part: Smooth, rates: Real, grid: Real, state: Real) -> Real:
 
 
 def _grid(part: Smooth, times: Real) -> Real:
-    """Output times, switching times, and enough points between them."""
+    """Return output times, switching times, and enough points between them."""
     ends = np.unique(np.concatenate([[0.0], times, [part.start, part.stop]]))
     ends = ends[(ends >= 0) & (ends <= times[-1])]
     longest = RADIANS_PER_STEP / (2 * np.pi * part.highest_frequency)
@@ -82,7 +82,7 @@ def _grid(part: Smooth, times: Real) -> Real:
 
 
 def _weights(z: Real) -> tuple[Real, Real]:
-    """Decay and quadrature weights of one step, z = rate times step.
+    """Return decay and quadrature weights of one step, z = rate times step.
 
     Notes
     -----
@@ -103,7 +103,7 @@ def _weights(z: Real) -> tuple[Real, Real]:
 
 @functools.cache
 def _rules() -> tuple[Real, Real, Real, Real]:
-    """Gauss points and weights on 0 to 1, powers of the points, and coefficients from values at the nodes."""
+    """Return Gauss points and weights on 0 to 1, powers of the points, and the matrix from nodal values to coefficients."""
     points, gauss = np.polynomial.legendre.leggauss(32)
     s, orders = (points + 1) / 2, np.arange(DEGREE + 1)
     to_values = np.asarray(np.linalg.inv((orders / DEGREE)[:, None] ** orders), float)

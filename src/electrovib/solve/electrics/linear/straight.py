@@ -1,4 +1,4 @@
-"""Modes under straight pieces, exact at any output times, from a given state."""
+"""Modes under a piecewise linear drive, exact at any output times, from a given state."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.pieces import Linear
 
 CHUNK = 1 << 16
-"""States held at once, so that a million samples need no gigabyte."""
+"""Largest number of states in memory, so that a million samples need no gigabyte."""
 MANY_SAMPLES = 20_000
-"""From here on the block scan is faster than the closed form of each segment."""
+"""Number of samples from which the block scan is faster than the closed form of each segment."""
 _LONG = 8000
-"""Times in each piece, on average, from which on polynomials are faster than each time by itself."""
+"""Mean number of times in each piece from which polynomials are faster than each time by itself."""
 ROUNDING = 8 * float(np.finfo(float).eps)
-"""How far, over the last time, a grid may be off and still count as even."""
+"""Largest deviation of an evenly spaced grid, over its last time."""
 
 
 def straight_response(
@@ -37,33 +37,33 @@ def straight_response(
     direct: Real | None = None,
     lag: NDArray[np.bool_] | None = None,
 ) -> Real:
-    """Response of modes to straight pieces at any times.
+    """Compute the response of modes to straight pieces at any times.
 
     Parameters
     ----------
     part : Linear
         The pieces.
     rates : ndarray, shape (modes,)
-        1/s, > 0.
+        Rates of the modes [1/s], > 0.
     gains : ndarray, shape (outputs, modes)
-        What each output takes of each mode.
+        Weight of each mode in each output.
     time : ndarray, shape (n,)
         Increasing, from 0 on [s].
     state : ndarray, shape (modes,)
-        At time 0.
+        States at time 0 [V].
     direct : ndarray, shape (outputs,), optional
-        What each output takes of the drive itself; by default nothing.
+        Weight of the drive itself in each output; by default 0.
     lag : ndarray of bool, shape (outputs,), optional
-        Which outputs take of each mode what it lags behind the drive, x - v; by default none.
+        Which outputs take the lag x - v of each mode in the place of its state x; by default none.
 
     Returns
     -------
-    ndarray, shape (outputs, n)
-        direct v + sum gain x, or direct v + sum gain (x - v), V.
+    response : ndarray, shape (outputs, n)
+        direct v + sum gain x, or direct v + sum gain (x - v) [V].
 
     Notes
     -----
-    At the breaks themselves, and on an even grid that holds them, all outputs come from one march.
+    At the breaks themselves, and on an even grid that contains them, one recursion computes all outputs.
     """
     direct = np.zeros(len(gains)) if direct is None else direct
     lag = np.zeros(len(gains), bool) if lag is None else lag
@@ -80,17 +80,17 @@ def straight_rows(
     direct: Real,
     lag: NDArray[np.bool_],
 ) -> list[Real]:
-    """Response of modes to straight pieces at any times, each output in an array of its own.
+    """Compute the response of modes to straight pieces at any times, each output in an array of its own.
 
     Parameters
     ----------
     part, rates, gains, time, state, direct, lag
-        As for `straight_response`: 1/s, 1, s, V.
+        As for `straight_response`: rates in 1/s, gains dimensionless, time in s, states in V.
 
     Returns
     -------
-    list of ndarray, shape (n,)
-        V.
+    response : list of ndarray, shape (n,)
+        One array for each output [V].
     """
     marched = _marched(part, time)
     if marched is not None:
@@ -98,7 +98,7 @@ def straight_rows(
         output = march_rows(-rates, gains, direct, *marched, state, lag=lag, passed=passed)
         remember(part, rates, state, passed)
         jump = float(part.value(time[-1:])[0] - marched[1][-1])
-        if jump:  # at a jump the value after it, at the last time too
+        if jump:  # at a discontinuity the value after it, at the last time as well
             for row, more in zip(
                 output, (direct - np.where(lag, gains.sum(axis=1), 0.0)) * jump, strict=True
             ):
@@ -139,7 +139,7 @@ class _Asked:
     lag: NDArray[np.bool_]
 
     def at(self, time: Real, index: Indices, elapsed: Real, periods: Indices) -> Real:
-        """Give the outputs at times [s] in known pieces [V], shape (outputs, n)."""
+        """Return the outputs at times [s] in known pieces [V], shape (outputs, n)."""
         part, rates = self.states.part, self.states.rates
         now = part.after[index] + elapsed * part.slope_of(index)
         result = np.outer(self.direct, now)
@@ -156,19 +156,19 @@ class _Asked:
 
 
 def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:
-    """Response of modes to straight pieces less the drive itself, from the states at the breaks.
+    """Compute the response of modes to straight pieces less the drive itself, from the states at the breaks.
 
     Parameters
     ----------
     states : BreakStates
-        Of the modes [V].
+        States of the modes [V].
     gains, time
-        As for `straight_response`: 1, s.
+        As for `straight_response`: gains dimensionless, time in s.
 
     Returns
     -------
-    ndarray, shape (outputs, n)
-        sum gain (x - v), V.
+    response : ndarray, shape (outputs, n)
+        sum gain (x - v) [V].
     """
     part, rates = states.part, states.rates
     result = np.zeros((len(gains), len(time)))
@@ -191,24 +191,24 @@ def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:
 
 
 def chunks(samples: int, modes: int) -> list[slice]:
-    """Cut many times into stretches whose states are held at once.
+    """Split many times into intervals whose states fit in memory together.
 
     Parameters
     ----------
     samples, modes : int
-        How many.
+        Numbers of times and of modes.
 
     Returns
     -------
-    list of slice
-        Of the times.
+    intervals : list of slice
+        Slices of the times.
     """
     length = max(1, CHUNK // modes)
     return [slice(first, first + length) for first in range(0, samples, length)]
 
 
 def _marched(part: Linear, time: Real) -> tuple[Real, Real, Real | float] | None:
-    """Give starts, ends and durations of the pieces between output times, where these hold every break before the last."""
+    """Return starts, ends and durations of the pieces between output times that include every break; otherwise None."""
     if part.begins_with(time):
         last = len(time) - 1
         steps = part.lengths[:last] if part.step is None else part.step
@@ -221,7 +221,7 @@ def _marched(part: Linear, time: Real) -> tuple[Real, Real, Real | float] | None
 
 
 def _even_step(part: Linear, time: Real) -> float | None:
-    """Give the step of an even grid that begins at 0 and holds every break, if there are many samples."""
+    """Return the step of an even grid that begins at 0 and includes every break, if there are many samples."""
     if len(time) < MANY_SAMPLES or time[0] != 0:
         return None
     end = float(time[-1])
@@ -236,7 +236,7 @@ def _even_step(part: Linear, time: Real) -> float | None:
 
 
 def _sides(part: Linear, time: Real) -> tuple[Real, Real]:
-    """Drive just before and just after each time of a grid that holds every break."""
+    """Return the drive just before and just after each time of a grid that includes every break."""
     step = float(time[-1]) / (len(time) - 1)
     after = part.value(time)
     before = after.copy()

@@ -1,4 +1,4 @@
-"""Response over time: exact for straight pieces and sines at any output times, from rest or a given state."""
+"""Response over time: exact for piecewise linear drives and sines at any output times, from rest or a given state."""
 
 from __future__ import annotations
 
@@ -36,42 +36,42 @@ K = TypeVar("K")
 
 
 _MANY: Final = 10_000
-"""Times from which on it is worth to see which outputs are multiples of others."""
+"""Number of times from which it saves work to find outputs that are multiples of others."""
 _SAME: Final = 4 * float(np.finfo(float).eps)
 
 
 def transient(
     transfers: Mapping[K, Transfer], drive: Drive, time: Real, *, settled: bool = False
 ) -> dict[K, Real]:
-    """Response of linear quantities to a drive.
+    """Compute the response of linear quantities to a drive.
 
     Parameters
     ----------
     transfers : mapping of Key to Transfer
-        What to compute.
+        Quantities to compute.
     drive : Drive
         Off before time 0 when starting from rest.
     time : ndarray, shape (n,)
         Increasing, >= 0 [s]; need not be even.
     settled : bool
-        Start from the periodic state instead of rest: the drive has been repeating for ever.
+        Start from the periodic state instead of rest: the drive has been repeating since long before time 0.
 
     Returns
     -------
-    dict of Key to ndarray, shape (n,)
-        At a jump of the drive the value after it.
+    responses : dict of Key to ndarray, shape (n,)
+        In the unit of each quantity; at a discontinuity of the drive, the value after it.
 
     Raises
     ------
     InputError
-        If the drive has no period but its periodic state is asked for, or has a mean that something integrates.
+        If the periodic state is asked for and the drive has no period, or has a mean that a quantity integrates.
 
     Notes
     -----
     x' = rate (v - x) for each mode; y = direct v + slope v' + sum gain x + sum free exp(-rate t). Where the
-    response at zero frequency is known apart, y = static v + slope v' + sum gain (x - v) + ...: a small current
+    response at zero frequency is known separately, y = static v + slope v' + sum gain (x - v) + ...: a small current
     is then not the difference of two large ones. From rest an integrator is exact as one more slow mode; in the
-    periodic state its charge is counted from its own mean, because a constant charge is not known from the drive.
+    periodic state its charge is counted from its own mean, because the drive does not determine a constant charge.
     """
     if settled:
         refuse_unrepeated(drive)
@@ -94,7 +94,7 @@ def transient(
         active = np.any(gains != 0, axis=0) & (rates > 0)
         output = _Output(rates[active], gains[:, active], direct, lag)
         modal = output.of(drive.parts(), time, settled=settled)
-        kept = free * (rates == 0) if settled else free  # only trapped charge outlasts for ever
+        kept = free * (rates == 0) if settled else free  # only trapped charge remains in the periodic state
         if np.any(kept):
             modal = [row + left for row, left in zip(modal, fading(kept, rates, time), strict=True)]
         for name, transfer, row in zip(names, group, modal, strict=True):
@@ -105,14 +105,14 @@ def transient(
 
 
 def how_it_begins(drive: Drive, *, settled: bool) -> str:
-    """Say from which state a drive begins, and that its parts are exact."""
+    """Return in words from which state a response begins, and for which drives it is exact."""
     count = count_harmonics(drive) if settled else None
-    how = f"its {count} harmonics exactly" if count else "straight pieces and sines exactly"
+    how = f"exact (harmonics of the drive: {count})" if count else "exact for straight pieces and sines"
     return f"from {'the periodic state' if settled else 'rest'}, {how}"
 
 
 def _groups(transfers: Mapping[K, Transfer]) -> list[tuple[list[K], Real]]:
-    """Collect quantities with the same modes, so that these are marched once."""
+    """Collect quantities with the same modes, so that these are computed once."""
     groups: list[tuple[list[K], Real]] = []
     for name, transfer in transfers.items():
         for names, rates in groups:
@@ -131,13 +131,13 @@ class _Output:
     Parameters
     ----------
     rates : ndarray, shape (modes,)
-        1/s, > 0.
+        Rates of the modes [1/s], > 0.
     gains : ndarray, shape (outputs, modes)
-        What each takes of each mode x, or of its lag x - v.
+        Weight of each mode x, or of its lag x - v, in each quantity.
     direct : ndarray, shape (outputs,)
-        What each takes of the drive v itself.
+        Weight of the drive v itself in each quantity.
     lag : ndarray of bool, shape (outputs,)
-        Which of them take the lags.
+        Which quantities take the lags.
     """
 
     rates: Real
@@ -146,7 +146,7 @@ class _Output:
     lag: NDArray[np.bool_]
 
     def of(self, parts: Sequence[Part], time: Real, *, settled: bool) -> list[Real]:
-        """Give the response to the sum of some parts of a drive [V], each output in an array of its own."""
+        """Return the response to the sum of some parts of a drive [V], each output in an array of its own."""
         if len(time) < _MANY:
             return self._sum(parts, time, settled=settled)
         first, share = self._multiples()
@@ -161,7 +161,7 @@ class _Output:
         ]
 
     def _multiples(self) -> tuple[Indices, Real]:
-        """Find for each output the first one that it is a multiple of, and the factor: D = eps0 eps E of a layer."""
+        """Return for each output the first one of which it is a multiple, and the factor: D = eps0 eps E of a layer."""
         rows = np.concatenate([self.direct[:, None], self.gains], axis=1)
         first, share = np.arange(len(rows)), np.ones(len(rows))
         for later in range(1, len(rows)):
@@ -176,7 +176,7 @@ class _Output:
         return first, share
 
     def _sum(self, parts: Sequence[Part], time: Real, *, settled: bool) -> list[Real]:
-        """Give the same, output by output."""
+        """Return the response to the sum of some parts [V], without use of multiples."""
         total: list[Real] = []
         for part in parts:
             found = self._of_part(part, time, settled=settled)
@@ -188,7 +188,7 @@ class _Output:
         return total or [np.zeros(len(time)) for _ in self.direct]
 
     def _of_part(self, part: Part, time: Real, *, settled: bool) -> list[Real]:
-        """Give the response to one part [V]."""
+        """Return the response to one part [V]."""
         if not len(self.rates):
             return list(np.outer(self.direct, part.value(time)))
         if isinstance(part, Linear) and not (settled and part.is_step):
@@ -206,34 +206,34 @@ class _Output:
                 found[some] += chirp_response(part, self.rates, gains, time, lag=lag)
             elif isinstance(part, Smooth):
                 found[some] += gains @ (states - now if lag else states)
-            elif not lag:  # a constant that has been there for ever
+            elif not lag:  # a constant to which the modes have settled
                 found[some] += np.outer(gains.sum(axis=1), now)
         return list(found)
 
 
 def part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
-    """Response of modes to a part of a drive, less that part.
+    """Compute the response of modes to a part of a drive, less that part.
 
     Parameters
     ----------
     part : Linear, Tones or Smooth
         The part.
     rates, gains, time
-        As for `straight_response`: 1/s, 1, s.
+        As for `straight_response`: rates in 1/s, gains dimensionless, time in s.
     settled : bool
         In the periodic state instead of from rest.
 
     Returns
     -------
-    ndarray, shape (outputs, n)
-        sum gain (x - v), V.
+    response : ndarray, shape (outputs, n)
+        sum gain (x - v) [V].
     """
     lag = np.ones(len(gains), bool)
     return np.array(_Output(rates, gains, np.zeros(len(gains)), lag).of([part], time, settled=settled))
 
 
 def _tones(part: Tones, output: _Output, time: Real, *, settled: bool) -> list[Real]:
-    """Steady state of each tone, minus what it had to be at the switching times, decaying since."""
+    """Return the steady state of each tone, minus its modes' value at the switching times, which decays from there."""
     angular = 2j * np.pi * part.frequencies
     response = np.asarray(
         output.rates[:, None] / (output.rates[:, None] + angular), complex

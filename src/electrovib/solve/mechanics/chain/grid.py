@@ -1,4 +1,4 @@
-"""Grids that hold the wanted times and the jumps of a force, and are halved between them."""
+"""Grids that contain the output times and the corners of a force, and are halved between them."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ FEWEST = 3000
 PER_CHANGE = 4
 """Pieces of the first grid in the shortest time in which the force changes."""
 GROWTH = 3
-"""Power of its number with which a piece after a jump ends."""
+"""Power of a piece's index with which its end grows after a corner."""
 ROUNDING = 8 * float(np.finfo(float).eps)
-"""How far, over the largest time, a grid may be off and still count as even."""
+"""Difference of times over the largest one, below which they count as equal."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Grid:
-    """Knots, between which a force is smooth, and how each stretch between them is divided.
+    """Knots between which a force is smooth, and the division of the stretches between them.
 
     Parameters
     ----------
     knots : ndarray, shape (n,)
-        The wanted times and the jumps between them [s].
+        Output times and corners between them [s].
     wanted, jumps : ndarray of int
-        Which knots are wanted times, and which are jumps.
+        Indices of the knots that are output times, and of those that are corners.
     graded : ndarray of bool, shape (n - 1,)
-        Whether a stretch begins with a jump, after which the force may fade quickly: its pieces grow.
+        Whether a stretch begins with a corner, after which the force may decay quickly, so that its pieces grow.
     memory : float
-        Time after which nothing is left of a force [s].
+        Time after which the response to a force has decayed [s].
     """
 
     knots: Real
@@ -49,26 +49,29 @@ class Grid:
 
     @classmethod
     def over(cls, stamps: Real, jumps: Real, *, memory: float = math.inf) -> Grid:
-        """Lay a grid over wanted times with jumps.
+        """Return the grid of output times and corners.
 
         Parameters
         ----------
         stamps : ndarray, shape (n,)
-            Wanted times [s], increasing.
+            Output times, increasing [s].
         jumps : ndarray, shape (m,)
-            Any times [s]; those after the first stamp and up to the last count.
+            Corners at any times [s]; those after the first output time and up to the last count.
         memory : float
-            Time after which nothing is left of a force [s]: what lies further before every wanted time is one piece.
+            Time after which the response to a force has decayed [s]: earlier times than that before every output time
+            are one piece.
 
         Returns
         -------
         Grid
-            Undivided.
+            Not yet divided.
         """
         inside = jumps[(jumps > stamps[0]) & (jumps <= stamps[-1])]
         slack = ROUNDING * max(abs(stamps[0]), abs(stamps[-1]))
         near = stamps[np.clip(np.searchsorted(stamps, inside - slack), 0, len(stamps) - 1)]
-        inside = np.where(np.abs(near - inside) <= slack, near, inside)  # a jump at a stamp, but for rounding
+        inside = np.where(
+            np.abs(near - inside) <= slack, near, inside
+        )  # a corner at an output time, apart from rounding
         begins = (stamps - memory)[1:][np.diff(stamps) > 2 * memory]
         counts = ~_is_idle(inside, stamps, memory)
         inside = inside[counts]
@@ -84,28 +87,28 @@ class Grid:
 
     @property
     def is_point(self) -> bool:
-        """Tell whether it is one time."""
+        """Whether the grid is a single time."""
         return len(self.knots) == 1
 
     def counts(self, remaining: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Tell which stretches some of the wanted times remember.
+        """Return which stretches affect some of the output times.
 
         Parameters
         ----------
         remaining : ndarray of bool, shape (wanted,)
-            Which of the wanted times count.
+            Which of the output times count.
 
         Returns
         -------
-        ndarray of bool, shape (knots - 1,)
-            True where the force has to be followed.
+        affects : ndarray of bool, shape (knots - 1,)
+            True where the force has to be resolved.
         """
         if not np.any(remaining):
             return np.zeros(len(self.knots) - 1, bool)
         return ~_is_idle(self.knots[1:], self.knots[self.wanted[remaining]], self.memory)
 
     def density(self, *, shortest: float, most: int) -> float:
-        """Pieces in a second that make FEWEST pieces, and PER_CHANGE in the shortest change.
+        """Return the density of pieces for FEWEST pieces in all and PER_CHANGE in the shortest change.
 
         Parameters
         ----------
@@ -116,19 +119,19 @@ class Grid:
 
         Returns
         -------
-        float
-            1/s.
+        density : float
+            Pieces per second [1/s].
 
         Raises
         ------
         InputError
-            If there are more stretches than that.
+            If there are more stretches than half of `most`.
         """
         lengths = np.diff(self.knots)
         if 2 * len(lengths) > most:
             raise InputError(
                 f"the force on finger and rig has {len(lengths)} corners and output times up to {self.knots[-1]:.6g} s, which"
-                f" take twice as many pieces, more than {most}. Ask for a shorter time.duration, fewer time.samples or a slower"
+                f" take twice as many pieces, more than {most}. Choose a shorter time.duration, fewer time.samples or a slower"
                 " drive"
             )
         span = float(np.sum(lengths[self.counts(np.ones(len(self.wanted), bool))]))
@@ -137,21 +140,21 @@ class Grid:
         return min(max(FEWEST, PER_CHANGE * span / shortest), most / 2 - len(lengths)) / span
 
     def divisions(self, *, density: float, halvings: int, counts: NDArray[np.bool_]) -> Indices:
-        """Divide each stretch.
+        """Return the number of pieces of each stretch.
 
         Parameters
         ----------
         density : float
-            Pieces in a second [1/s] before any halving.
+            Pieces per second before any halving [1/s].
         halvings : int
-            How often each piece is halved.
+            Number of halvings of each piece.
         counts : ndarray of bool, shape (knots - 1,)
-            Stretches that are divided; of the others each is one piece.
+            Stretches that are divided; each of the others is one piece.
 
         Returns
         -------
-        ndarray of int, shape (knots - 1,)
-            Pieces of each stretch.
+        divisions : ndarray of int, shape (knots - 1,)
+            Number of pieces of each stretch.
         """
         # lengths of an even grid differ in their last digit only
         even = np.maximum(np.ceil(np.diff(self.knots) * density * (1 - 1e-9)), 1)
@@ -159,17 +162,17 @@ class Grid:
         return np.asarray(np.where(counts, first * 2**halvings, 1), np.intp)
 
     def points(self, divisions: Indices) -> tuple[Real, Real]:
-        """Begin of every piece, and how long it lasts.
+        """Return begin and duration of every piece.
 
         Parameters
         ----------
         divisions : ndarray of int, shape (knots - 1,)
-            Pieces of each stretch.
+            Number of pieces of each stretch.
 
         Returns
         -------
         begins, lengths : ndarray, shape (pieces,)
-            s.
+            Begin and duration of every piece [s].
         """
         whole, since = np.repeat(np.diff(self.knots), divisions), np.repeat(self.knots[:-1], divisions)
         count, power = np.repeat(divisions, divisions), np.repeat(np.where(self.graded, GROWTH, 1), divisions)
@@ -179,23 +182,23 @@ class Grid:
 
 
 def _is_idle(times: Real, wanted: Real, memory: float) -> NDArray[np.bool_]:
-    """Tell which times no wanted one remembers."""
+    """Return which times affect no output time."""
     after = np.append(wanted, math.inf)[np.searchsorted(wanted, times, side="left")]
     return np.asarray(after - times >= memory * (1 - 1e-9))
 
 
 def increasing(times: ArrayLike) -> Real:
-    """Give times as numbers, refusing what does not increase.
+    """Return times as an array, refusing those that do not increase.
 
     Parameters
     ----------
     times : array_like, shape (n,)
-        s.
+        Times [s].
 
     Returns
     -------
-    ndarray, shape (n,)
-        The same.
+    stamps : ndarray, shape (n,)
+        The times [s].
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Mechanics and sensors under a force that is no straight line, to a stated error."""
+"""Response of mechanics and sensors to a force of any course in time, to a stated error."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
     from electrovib.solve.mechanics.filters.filter import Filter
 
 FAINT = 1e-9
-"""Outputs are compared with no less than this share of what the filter could put out: below is rounding."""
+"""Smallest scale of an output's error, over the largest possible output: smaller outputs are rounding."""
 ROUNDING = 1e-13
-"""Share of what the filter could put out that rounding alone moves."""
+"""Change by rounding alone, over the largest possible output."""
 FORGOTTEN = 25.0
-"""Time constants after which nothing is left of a force: 1e-11 of it."""
+"""Time constants after which the response to a force counts as decayed: 1e-11 of it remains."""
 PIECES = 100_000
-"""Pieces of a first grid that are followed at once: more takes memory, less takes time for what comes before."""
+"""Pieces of a first grid that are computed at once: more take memory, fewer take time for the preceding decay."""
 EXTRAPOLATIONS = 2
-"""Powers of the length of a piece that are taken away."""
+"""Number of even powers of the length of a piece that extrapolation eliminates."""
 TOGETHER = 64
-"""Outputs that are followed until all of them stand still."""
+"""Outputs in a group that is refined until all of them have converged."""
 
 
 def respond_mechanically(
@@ -46,36 +46,37 @@ def respond_mechanically(
     shortest: float = math.inf,
     held: float = math.inf,
 ) -> tuple[dict[str, Real], float]:
-    """Outputs of linear mechanics and sensors under one force, to a stated error.
+    """Compute the outputs of linear mechanics and sensors under one force, to a stated error.
 
     Parameters
     ----------
     force_at : callable
-        Force [N] at increasing times [s], the value after at a jump; asked only between the first and the last
-        of `times`.
+        Force [N] at increasing times [s], at a discontinuity the value after it; evaluated only between the first and
+        the last of `times`.
     filters : mapping of str to Filter
-        What to compute.
+        Filters of the outputs.
     times : array_like, shape (n,)
-        When the outputs are wanted [s], increasing, need not be even.
+        Output times, increasing, not necessarily even [s].
     tolerance : float
-        Largest change of an extrapolated output by the last halving, as a share of its largest value.
+        Largest change of an extrapolated output by the last halving, over its largest value [1].
     most : int
-        Pieces of the finest grid allowed; where they do not suffice the error returned is above `tolerance`.
+        Largest number of pieces of the finest grid; where they do not suffice the error returned is above `tolerance`.
     jumps : array_like, shape (m,)
-        Times [s] at which the force jumps or bends, any order; between them it is smooth. A jump that is not
-        named costs the order of convergence.
+        Times [s] at which the force or its slope is discontinuous, in any order; between them it is smooth. A
+        discontinuity that is not named reduces the order of convergence.
     shortest : float
         Shortest time in which the force changes, for instance a period of its fastest oscillation [s]: a grid
-        that meets it at the same phase again and again would not see it.
+        in step with an oscillation would not resolve it.
     held : float
-        For how long the force at the first time had been held before [s]; 0 for rest, infinite for steadiness.
+        Duration of a constant force of the first value before the first time [s]; 0 for rest, infinite for the steady
+        state.
 
     Returns
     -------
     outputs : dict of str to ndarray, shape (n,)
-        In the order of `filters`.
+        Outputs in the order of `filters`.
     error : float
-        Largest change by the last halving, relative; some fifteen times the error of a smooth force.
+        Largest relative change by the last halving [1]; for a smooth force some fifteen times the error.
 
     Raises
     ------
@@ -84,10 +85,10 @@ def respond_mechanically(
 
     Notes
     -----
-    The force is taken as straight between the points of a grid, on which the modes are followed exactly, however
-    stiff. What is left is the bend of the force in a piece, of second order in its length; from grids that halve each
-    other's pieces two orders are known and taken away (Romberg), which leaves the sixth. What no output remembers any
-    more is not looked at, and what only outputs remember that stand still is not looked at more finely.
+    The force is linear between the points of a grid, for which the modes are exact, however stiff. The remaining error
+    is that of the curvature of the force in a piece, of second order in its length; extrapolation over grids of halved
+    pieces (Romberg) eliminates two orders, which leaves the sixth. Times that no output depends on any more are not
+    evaluated, and times that affect only converged outputs are not refined.
     """
     stamps, marks = increasing(times), np.asarray(jumps, dtype=float).ravel()
     memory = FORGOTTEN / _slowest(filters)
@@ -106,14 +107,14 @@ def respond_mechanically(
 
 @dataclass
 class _Size:
-    """Largest value of an output so far, and by how much the last halving of its grid moved it."""
+    """Largest value of an output so far, and its change by the last halving of its grid."""
 
     largest: float = 0.0
     moved: float = 0.0
 
 
 def _groups(stamps: Real, jumps: Real, memory: float, shortest: float) -> list[slice]:
-    """Outputs that are followed together: some `PIECES` of a first grid, if that is long against the memory [s]."""
+    """Return the groups of outputs computed together: some `PIECES` of a first grid, if long compared with the memory [s]."""
     lengths = np.append(0.0, np.minimum(np.diff(stamps), memory))
     pieces = np.cumsum(lengths * PER_CHANGE / shortest) + np.searchsorted(np.sort(jumps), stamps)
     together = max(PIECES, 4 * memory * PER_CHANGE / shortest)
@@ -132,7 +133,7 @@ def _settled(
     tolerance: float,
     sizes: dict[str, _Size],
 ) -> dict[str, Real]:
-    """Halve the pieces of a grid where outputs move, until they stand still or `most` pieces are used up."""
+    """Halve the pieces of a grid where outputs change, until they have converged or `most` pieces are used."""
     density, halvings = grid.density(shortest=shortest, most=most), 0
     remaining = np.ones(len(grid.wanted), bool)
     divisions = grid.divisions(density=density, halvings=halvings, counts=grid.counts(remaining))
@@ -162,18 +163,18 @@ def _settled(
 
 
 def _slowest(filters: Mapping[str, Filter]) -> float:
-    """Slowest rate of all filters [1/s]; 1e9 if none has a memory."""
+    """Return the slowest rate of all filters [1/s]; 1e9 if none has a memory."""
     return min((float(np.min(-each.poles.real, initial=1e9)) for each in filters.values()), default=1e9)
 
 
 def _with_neighbours(moved: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Mark whole groups of outputs, in which no single one stands still by chance."""
+    """Mark whole groups of outputs, so that none counts as converged by coincidence."""
     groups = np.arange(len(moved)) // TOGETHER
     return np.isin(groups, groups[moved])
 
 
 def _extrapolated(before: list[Real], fine: Real) -> list[Real]:
-    """Next row of Romberg's table: each grid halves the pieces, and the error goes in even powers of their length."""
+    """Return the next row of Romberg's table, for halved pieces and an error in even powers of their length."""
     row = [fine]
     for order, coarse in zip(range(1, EXTRAPOLATIONS + 1), before, strict=False):
         row.append(row[-1] + (row[-1] - coarse) / (4**order - 1))
@@ -187,7 +188,7 @@ def _on_grid(
     divisions: Indices,
     held: float,
 ) -> tuple[dict[str, Real], dict[str, float]]:
-    """Follow all filters on one grid; and the largest output that each could give."""
+    """Return the outputs of all filters on one grid, and the largest possible output of each."""
     begins, lengths = grid.points(divisions)
     force = finite(force_at(np.append(begins, grid.knots[-1])))
     marks = np.cumsum(np.append(0, divisions))

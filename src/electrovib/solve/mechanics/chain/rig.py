@@ -1,4 +1,4 @@
-"""What the skin does and what the rig reads."""
+"""Motion of the skin, and readings of the rig."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 
 
 def finger_filters(finger: Finger) -> dict[str, Filter]:
-    """Filters from lateral force to the motion of the skin.
+    """Return the filters from the lateral force to the motion of the skin.
 
     Parameters
     ----------
     finger : Finger
-        Declared; at one sliding speed.
+        Fingertip at one sliding speed.
 
     Returns
     -------
@@ -47,16 +47,16 @@ def finger_filters(finger: Finger) -> dict[str, Filter]:
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """What a rig reads.
+    """Readings of a rig.
 
     Parameters
     ----------
     signals : dict of str to ndarray, shape (n,)
-        ``normal_force_measured`` and ``lateral_force_measured`` at the times asked for [N].
+        ``normal_force_measured`` and ``lateral_force_measured`` at the output times [N].
     error : float
-        As from `respond_mechanically`; 0 for forces given as samples, which are followed exactly.
+        Relative error, as from `respond_mechanically` [1]; 0 for forces given as samples, whose response is exact.
     diagnostics : list of Diagnostic
-        One for each channel of a digitiser: whether it was driven beyond its range.
+        One for each channel of a digitiser: whether its range was exceeded.
     """
 
     signals: dict[str, Real]
@@ -79,26 +79,26 @@ def measured(
     before: float = 0.0,
     unknown: Callable[[Real], NDArray[np.bool_]] | None = None,
 ) -> Measured:
-    """Forces as the rig reads them: through its sensors, then digitised with its noise.
+    """Compute the readings of a rig: forces through its sensors, digitised with its noise.
 
     Parameters
     ----------
     rig : Rig
-        Declared.
+        Rig with its sensors and, optionally, a digitiser.
     times : array_like, shape (n,)
-        When readings are wanted [s], increasing. A digitiser reads from the first time on at its own rate, and
-        holds each reading until the next.
+        Output times, increasing [s]. A digitiser reads from the first time on at its own rate, and holds each reading
+        until the next.
     normal_force, lateral_force : callable or array_like, shape (n,)
-        True forces [N]: at any times between the first and the last, or at `times` and straight between them.
+        True forces [N]: at any times between the first and the last, or at `times` and linear between them.
     tolerance, most, jumps, shortest, held
-        As for `respond_mechanically`; `held` also for samples. A piezo sensor shows nothing of a force held for
-        ever before the first time.
+        As for `respond_mechanically`; `held` also for samples. A piezoelectric sensor reads 0 for a force that has been
+        constant for an infinite time.
     friction : Filter, optional
-        Between `lateral_force`, then a function, and the lateral force on the sensor.
+        Filter from `lateral_force`, then a function, to the lateral force on the sensor.
     before : float
-        How long before the first time `lateral_force` is followed, from a state held until then [s].
+        Time before the first output time from which `lateral_force` is computed, starting in the steady state [s].
     unknown : callable, optional
-        Tells at which times [s] the lateral reading stands on a force that is not known: it is NaN there.
+        Returns at which times [s] the lateral reading depends on an unknown force; the reading is NaN there.
 
     Returns
     -------
@@ -108,7 +108,7 @@ def measured(
     Raises
     ------
     InputError
-        As `respond_mechanically`; or if samples and times differ in number.
+        As `respond_mechanically`; or if the numbers of samples and times differ.
     """
     stamps = increasing(times)
     moments = stamps if rig.digitiser is None else _moments(rig.digitiser, stamps, most)
@@ -139,39 +139,39 @@ def measured(
 
 
 def _moments(digitiser: Digitiser, stamps: Real, most: int) -> Real:
-    """Times of the readings; one that falls on the last stamp but for rounding counts."""
+    """Return the times of the readings; one at the last output time, apart from rounding, is included."""
     count = refuse_readings(digitiser, span=float(stamps[-1] - stamps[0]), most=most)
     moments: Real = np.minimum(stamps[0] + np.arange(count) / digitiser.sampling_rate, stamps[-1])
     return moments
 
 
 def refuse_readings(digitiser: Digitiser, *, span: float, most: int) -> int:
-    """Count the readings of a digitiser, and refuse too many.
+    """Return the number of readings of a digitiser, refusing too many.
 
     Parameters
     ----------
     digitiser : Digitiser
-        With its rate.
+        With its sampling rate.
     span : float
-        From the first to the last output time [s].
+        Time from the first to the last output time [s].
     most : int
-        Twice as many as are allowed.
+        Twice the largest number that is allowed.
 
     Returns
     -------
-    int
-        How many.
+    count : int
+        Number of readings.
 
     Raises
     ------
     InputError
-        If there are more.
+        If there are more than allowed.
     """
     count = math.floor(span * digitiser.sampling_rate + 1e-6) + 1
     if 2 * count > most:
         raise InputError(
             f"digitiser.sampling_rate = {format_quantity(digitiser.sampling_rate, 'Hz')}: {count} readings are"
-            f" more than half of {most}. Lower it, or ask for a shorter time."
+            f" more than half of {most}. Lower the rate, or choose a shorter time."
         )
     return count
 
@@ -182,7 +182,7 @@ def _of_samples(
     samples = finite(force)
     if len(samples) != len(stamps):
         raise InputError(
-            f"{name}: {len(samples)} samples for {len(stamps)} times. Give one for each, or a function."
+            f"{name}: {len(samples)} samples for {len(stamps)} times. Pass one sample for each time, or a function."
         )
     part = Linear(stamps - stamps[0], samples, samples)
     return through_pieces(filter_, part, moments - stamps[0], filter_.state(float(samples[0]), held=held))
@@ -191,7 +191,7 @@ def _of_samples(
 def _digitised(
     rig: Rig, digitiser: Digitiser, forces: dict[str, Real]
 ) -> tuple[dict[str, Real], list[Diagnostic]]:
-    """Add noise, round, clip; one stream of noise for each channel."""
+    """Return readings with noise, quantisation and clipping, and their diagnostics; each channel has its own noise."""
     streams = np.random.SeedSequence(digitiser.seed).spawn(2)
     ranges = (digitiser.normal_range, digitiser.lateral_range)
     readings, diagnostics = {}, []
@@ -204,11 +204,9 @@ def _digitised(
         known, allowed = np.isfinite(seen), format_quantity(full_scale, "N")
         beyond = int(np.count_nonzero((readings[name] != nearest) & known))
         text = (
-            f"{beyond} of {np.count_nonzero(known)} {name} readings lie beyond the range of {allowed} and are"
+            f"{beyond} of {np.count_nonzero(known)} {name} readings lie beyond the range of {allowed} and are clipped"
             if beyond
-            else f"no {name} reading lies beyond the range of {allowed}, none is"
+            else f"no {name} reading lies beyond the range of {allowed}"
         )
-        diagnostics.append(
-            Diagnostic(f"{name} range", "warning" if beyond else "ok", f"{text} cut off there")
-        )
+        diagnostics.append(Diagnostic(f"{name} range", "warning" if beyond else "ok", text))
     return readings, diagnostics

@@ -1,4 +1,4 @@
-"""Linear filters in real poles and conjugate pairs: what mechanics and sensors make of a force."""
+"""Linear filters of mechanics and sensors, with real poles and conjugate pairs."""
 
 from electrovib.solve.mechanics.filters.declared import (
     cascade,

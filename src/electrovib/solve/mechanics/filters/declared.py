@@ -1,4 +1,4 @@
-"""Filters of the declared stages of a finger, a sensor or a rig, and of several one after the other."""
+"""Filters of the declared stages of a finger, a sensor or a rig, and their cascades."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ if TYPE_CHECKING:
     from electrovib.physics.stages import Stage
 
 CRITICAL = 1e-6
-"""This close to a damping ratio of 1 the response is interpolated between the two sides."""
+"""Distance from a damping ratio of 1 within which the response is interpolated between the two sides."""
 APART = 1e-5
-"""Poles of two stages nearer than this, relative, cannot be told apart in partial fractions."""
+"""Relative distance of poles of two stages below which partial fractions cannot separate them."""
 
 
 def second_order(*, natural_frequency: float, damping_ratio: float) -> Filter:
-    """Resonance of a mass on a spring and a damper: w0^2/(s^2 + 2 zeta w0 s + w0^2).
+    """Return the resonance of a mass on a spring and a damper: w0^2/(s^2 + 2 zeta w0 s + w0^2).
 
     Parameters
     ----------
     natural_frequency : float
         w0/(2 pi) [Hz], above 0.
     damping_ratio : float
-        zeta [-], above 0: ringing below 1, critical at 1, creeping above.
+        zeta [1], above 0: underdamped below 1, critical at 1, overdamped above.
 
     Returns
     -------
     Filter
-        One pair, or two real poles.
+        With a conjugate pair, or with two real poles.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def second_order(*, natural_frequency: float, damping_ratio: float) -> Filter:
 
     Notes
     -----
-    At zeta = 1 both poles fall on -w0 and no sum of modes remains. The response is smooth in zeta there, so
+    At zeta = 1 both poles coincide at -w0, and the response is no sum of modes. It is smooth in zeta there, so
     within CRITICAL of 1 it is interpolated between 1 - CRITICAL and 1 + CRITICAL: error below
     0.6 CRITICAL^2 = 6e-13 of the response, plus rounding times the gains, which reach 350: 1e-13.
     """
@@ -63,7 +63,7 @@ def second_order(*, natural_frequency: float, damping_ratio: float) -> Filter:
 
 
 def _two_modes(natural_frequency: float, damping_ratio: float) -> Filter:
-    """Give a resonance whose poles are apart."""
+    """Return a resonance with two distinct poles."""
     angular = 2 * math.pi * natural_frequency
     spread = math.sqrt(abs(damping_ratio - 1) * (1 + damping_ratio))
     if damping_ratio < 1:
@@ -75,41 +75,41 @@ def _two_modes(natural_frequency: float, damping_ratio: float) -> Filter:
 
 
 def first_order(cut_off: float) -> Filter:
-    """First-order lag 1/(1 + s/(2 pi cut_off)), cut-off in [Hz]."""
+    """Return the first-order lag 1/(1 + s/(2 pi cut_off)), cut-off frequency in [Hz]."""
     return Filter(np.array([-2 * math.pi * cut_off], complex), np.ones(1, complex))
 
 
 def high_pass(time_constant: float) -> Filter:
-    """What leaks away with one time constant T [s]: s T/(1 + s T)."""
+    """Return the first-order high-pass s T/(1 + s T) with the time constant T [s]."""
     return Filter(np.array([-1 / time_constant], complex), -np.ones(1, complex), 1.0)
 
 
 def relaxing(shares: ArrayLike, times: ArrayLike) -> Filter:
-    """What follows at once and then creeps on: 1 + sum share/(1 + s T).
+    """Return the response of an instantaneous part and creep: 1 + sum share/(1 + s T).
 
     Parameters
     ----------
     shares : array_like, shape (n,)
-        What each creep adds in the end [-].
+        Final contribution of each creep [1].
     times : array_like, shape (n,)
-        T [s], above 0.
+        Time constants T, above 0 [s].
 
     Returns
     -------
     Filter
-        Gain 1 for what is fast, 1 + sum of shares for what is slow.
+        With a gain of 1 at high and of 1 + sum of shares at zero frequency.
     """
     poles = np.asarray(-1 / np.asarray(times, float), complex)
     return Filter(poles, np.asarray(shares, complex), 1.0)
 
 
 def cascade(*filters: Filter) -> Filter:
-    """One filter after the other, by partial fractions.
+    """Return the cascade of filters, by partial fractions.
 
     Parameters
     ----------
     *filters : Filter
-        In any order; none gives what changes nothing.
+        In any order; without any, the cascade is the identity.
 
     Returns
     -------
@@ -119,7 +119,7 @@ def cascade(*filters: Filter) -> Filter:
     Raises
     ------
     InputError
-        If two of them share a pole: the product then has no such form. Nearer than APART, relative, counts as
+        If two of them share a pole: the product then has no such form. A relative distance below APART counts as
         shared; at APART the partial fractions have lost 5 of 16 digits.
     """
     return reduce(_product, filters, Filter(np.zeros(0, complex), np.zeros(0, complex), 1.0))
@@ -132,7 +132,7 @@ def _product(one: Filter, other: Filter) -> Filter:
     for row, column in np.argwhere(near < APART * np.abs(one.poles)[:, None])[:1]:
         raise InputError(
             f"cascade: two stages have poles at {one.poles[row]:.6g} and {other.poles[column]:.6g} per second,"
-            " too close to tell apart. Move a cut-off or a damping ratio by 0.1 % of its value."
+            " too close to be separated. Change a cut-off or a damping ratio by 0.1 % of its value."
         )
     gains = np.concatenate([one.gains * other.value(one.poles), other.gains * one.value(other.poles)])
     poles = np.concatenate([one.poles, other.poles])
@@ -140,12 +140,12 @@ def _product(one: Filter, other: Filter) -> Filter:
 
 
 def of_stages(stages: Iterable[Stage]) -> Filter:
-    """Filter of a declared chain of stages.
+    """Return the filter of a declared chain of stages.
 
     Parameters
     ----------
     stages : iterable of Stage
-        Of a finger, a sensor or a rig.
+        Stages of a finger, a sensor or a rig.
 
     Returns
     -------

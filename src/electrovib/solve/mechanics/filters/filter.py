@@ -1,4 +1,4 @@
-"""What a filter is: real poles, conjugate pairs and their gains."""
+"""Linear filter: real poles, conjugate pairs and their gains."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class Filter:
     Parameters
     ----------
     poles : ndarray of complex, shape (n,)
-        Real ones and of each pair the one with the positive imaginary part [1/s]; real parts negative.
+        Real poles, and of each pair the one with the positive imaginary part [1/s]; real parts negative.
     gains : ndarray of complex, shape (n,)
-        What each mode adds to the response at zero frequency; real for a real pole.
+        Contribution of each mode to the response at zero frequency; real for a real pole.
     direct : float
         Response at infinite frequency.
     """
@@ -31,7 +31,7 @@ class Filter:
     direct: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse what the recursion could not follow."""
+        """Refuse poles and gains that the recursion cannot represent."""
         poles, gains = (np.atleast_1d(np.asarray(each, complex)) for each in (self.poles, self.gains))
         if poles.shape != gains.shape or poles.ndim != 1:
             raise InputError(
@@ -39,7 +39,8 @@ class Filter:
             )
         if not np.all((poles.real < 0) & (poles.imag >= 0) & np.isfinite(poles) & np.isfinite(gains)):
             raise InputError(
-                f"filter.poles = {poles}: real parts must be negative; of a pair give the upper one only."
+                f"filter.poles = {poles}: real parts must be negative; of a pair give only the pole with the positive"
+                " imaginary part."
             )
         if np.any((poles.imag == 0) & (gains.imag != 0)):
             raise InputError(f"filter.gains = {gains}: the gain of a real pole must be real.")
@@ -48,11 +49,11 @@ class Filter:
 
     @classmethod
     def through(cls) -> Filter:
-        """Give the filter that changes nothing."""
+        """Return the identity."""
         return cls(np.zeros(0, complex), np.zeros(0, complex), 1.0)
 
     def value(self, s: ArrayLike) -> Complex:
-        """Transfer function at any complex s [1/s] that is no pole."""
+        """Return the transfer function at any complex s [1/s] that is not a pole."""
         where = np.asarray(s, complex)
         total = np.full(where.shape, self.direct, complex)
         for pole, gain in zip(self.poles, self.gains, strict=True):
@@ -62,53 +63,53 @@ class Filter:
         return total
 
     def at(self, frequency: ArrayLike) -> Complex:
-        """Response at frequencies [Hz], any shape."""
+        """Return the response at frequencies [Hz], any shape."""
         return self.value(2j * np.pi * np.asarray(frequency, dtype=float))
 
     def at_rest(self) -> float:
-        """Response at zero frequency, in output per input."""
+        """Return the response at zero frequency, output per input."""
         return float(self.direct + np.sum(self._weights() * self.gains).real)
 
     def rate(self) -> Filter:
-        """Filter that gives the rate of change of the output, [1/s] more; it must not follow jumps.
+        """Return the filter of the rate of change of the output, in the unit of the gains per second.
 
         Raises
         ------
         InputError
-            If the output jumps where the input does: its rate has no number there.
+            If the output is discontinuous where the input is: its rate of change is not defined there.
         """
         if self.direct != 0.0:
             raise InputError(
-                f"filter.direct = {self.direct:g}: the rate of what jumps is no filter; it must be 0."
+                f"filter.direct = {self.direct:g}: it must be 0, because the rate of a discontinuous output is not defined."
             )
         gains = self.gains * self.poles
         return Filter(self.poles, gains, -float(np.sum(self._weights() * gains).real))
 
     def __mul__(self, factor: float) -> Filter:
-        """Scale."""
+        """Return the filter with its gains multiplied by a factor."""
         return Filter(self.poles, self.gains * factor, self.direct * factor)
 
     __rmul__ = __mul__
 
     def __add__(self, other: Filter) -> Filter:
-        """Add two filters of one input."""
+        """Return the sum of two filters of one input."""
         poles = np.concatenate([self.poles, other.poles])
         return Filter(poles, np.concatenate([self.gains, other.gains]), self.direct + other.direct)
 
     def state(self, level: float, *, held: float = math.inf) -> Complex:
-        """State of the modes after an input has been held.
+        """Return the state of the modes after a constant input.
 
         Parameters
         ----------
         level : float
-            The input, in its unit; before it there was nothing.
+            Input, in its unit; before it the input was 0.
         held : float
-            For how long [s]; infinite for steadiness, 0 for rest.
+            Duration of the constant input [s]; infinite for the steady state, 0 for rest.
 
         Returns
         -------
-        ndarray of complex, shape (n,)
-            In the unit of the input.
+        state : ndarray of complex, shape (n,)
+            State of each mode, in the unit of the input.
         """
         if math.isinf(held):
             return np.full(len(self.poles), level, complex)

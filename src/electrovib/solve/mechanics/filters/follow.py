@@ -1,4 +1,4 @@
-"""Inputs through a filter: even samples, straight pieces at any times."""
+"""Output of a filter for even samples, and for straight pieces at any times."""
 
 from __future__ import annotations
 
@@ -19,29 +19,29 @@ if TYPE_CHECKING:
 
 
 def filtered(filter_: Filter, samples: ArrayLike, *, step: float, settled: bool, keep: int = 1) -> Real:
-    """Output of a filter for an input that runs straight from sample to sample, exactly.
+    """Return the exact output of a filter for an input that is linear from sample to sample.
 
     Parameters
     ----------
     filter_ : Filter
-        What the input goes through.
+        Filter.
     samples : array_like, shape (n,)
         Input at even times, finite.
     step : float
         Time between samples [s].
     settled : bool
-        The first sample has been held for ever before; otherwise there was nothing before it.
+        Whether the input has always had the value of the first sample before it; otherwise it was 0.
     keep : int
-        Every so many samples one is put out; what lies between is not computed.
+        Number of samples for each output; outputs between are not computed.
 
     Returns
     -------
-    ndarray, shape (ceil(n / keep),)
-        Output at the samples kept, in the unit of the input times that of the gains.
+    output : ndarray, shape (ceil(n / keep),)
+        Output at every `keep`-th sample, in the unit of the input times that of the gains.
     """
     values = finite(samples)
     start = filter_.state(values[0], held=math.inf if settled else 0.0)
-    if values.size == 1:  # no time passes
+    if values.size == 1:  # there is no time step
         return march_through(filter_, values, values, steps=0.0, state=start)[:1]
     return march_through(filter_, values[:-1], values[1:], steps=step, state=start, keep=keep)
 
@@ -49,25 +49,25 @@ def filtered(filter_: Filter, samples: ArrayLike, *, step: float, settled: bool,
 def march_through(
     filter_: Filter, starts: Real, ends: Real, *, steps: float | Real, state: Complex, keep: int = 1
 ) -> Real:
-    """Output of a filter for straight pieces that may jump, exactly.
+    """Return the exact output of a filter for straight pieces with discontinuities between them.
 
     Parameters
     ----------
     filter_ : Filter
-        What the input goes through.
+        Filter.
     starts, ends : ndarray, shape (pieces,)
         Input just after the beginning and just before the end of each piece.
     steps : float or ndarray, shape (pieces,)
         Their durations [s].
     state : ndarray of complex, shape (poles,)
-        Of the filter at the first point.
+        State of the filter at the first point.
     keep : int
-        Every so many points one is put out.
+        Number of points for each output.
 
     Returns
     -------
-    ndarray, shape (pieces // keep + 1,)
-        As from `recursion.march_pairs`.
+    output : ndarray, shape (pieces // keep + 1,)
+        Output at every `keep`-th point, as from `recursion.march_pairs`.
     """
     gains = filter_.gains[np.newaxis]
     outputs, _ = march_pairs(filter_.poles, gains, [filter_.direct], starts, ends, steps, state, keep=keep)
@@ -76,21 +76,21 @@ def march_through(
 
 
 def filtered_linear(filter_: Filter, part: Linear, times: ArrayLike) -> Real:
-    """Output of a filter for an input of straight pieces, from rest, exactly at any times.
+    """Return the exact output of a filter for an input of straight pieces, from rest, at any times.
 
     Parameters
     ----------
     filter_ : Filter
-        What the input goes through.
+        Filter.
     part : Linear
-        The input: off before time 0, straight between its breaks, with or without jumps.
+        Input: 0 before time 0, straight between its breaks, with or without discontinuities.
     times : array_like, shape (n,)
-        When the output is wanted [s], 0 or later, in any order.
+        Output times, >= 0, in any order [s].
 
     Returns
     -------
-    ndarray, shape (n,)
-        At a jump the value after it.
+    output : ndarray, shape (n,)
+        Output, at a discontinuity the value after it.
 
     Raises
     ------
@@ -99,28 +99,28 @@ def filtered_linear(filter_: Filter, part: Linear, times: ArrayLike) -> Real:
     """
     wanted = np.asarray(times, dtype=float)
     if not np.all((wanted >= 0) & np.isfinite(wanted)):
-        raise InputError("times: expected finite times from 0 on, where the input begins.")
+        raise InputError("times: expected finite times >= 0, where the input begins.")
     return through_pieces(filter_, part, wanted, filter_.state(0.0))
 
 
 def through_pieces(filter_: Filter, part: Linear, wanted: Real, state: Complex) -> Real:
-    """Output of a filter for straight pieces at any times, from any state.
+    """Return the exact output of a filter for straight pieces at any times, from any state.
 
     Parameters
     ----------
     filter_ : Filter
-        What the input goes through.
+        Filter.
     part : Linear
-        The input.
+        Input.
     wanted : ndarray, shape (n,)
-        Times from 0 on [s].
+        Output times, >= 0 [s].
     state : ndarray of complex, shape (poles,)
-        Of the filter at time 0.
+        State of the filter at time 0.
 
     Returns
     -------
-    ndarray, shape (n,)
-        At a jump the value after it.
+    output : ndarray, shape (n,)
+        Output, at a discontinuity the value after it.
     """
     pieces = part.until(float(np.max(wanted, initial=0.0)))
     inside = pieces.times <= np.max(wanted, initial=0.0)
@@ -138,22 +138,22 @@ def through_pieces(filter_: Filter, part: Linear, wanted: Real, state: Complex) 
 
 
 def finite(samples: ArrayLike) -> Real:
-    """Give samples as numbers, refusing none and what is not finite.
+    """Return samples as an array, refusing an empty one and values that are not finite.
 
     Parameters
     ----------
     samples : array_like, shape (n,)
-        In any unit.
+        Samples in any unit.
 
     Returns
     -------
-    ndarray, shape (n,)
-        The same.
+    values : ndarray, shape (n,)
+        The samples.
 
     Raises
     ------
     InputError
-        With the first index: one bad sample would spoil all after it.
+        With the first such index: one such sample would make all later outputs invalid.
     """
     values = np.asarray(samples, dtype=float)
     bad = np.flatnonzero(~np.isfinite(values))

@@ -1,4 +1,4 @@
-"""Inputs of straight pieces through filters, stretch by stretch: what a stretch gives is one product for all that are alike."""
+"""Output of filters for straight pieces, in groups of pieces (stretches); equal stretches share one matrix product."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ if TYPE_CHECKING:
     from electrovib.solve.mechanics.filters.filter import Filter
 
 _ALIKE = 1e-9
-"""Lengths that differ by less than this share of themselves are one."""
+"""Relative difference of lengths below which they count as equal."""
 _FEW = 64
-"""Pieces for each kind of stretch, below which each piece is followed on its own."""
+"""Pieces for each kind of stretch, below which each piece is computed separately."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stretches:
-    """Straight pieces, in stretches that may begin with a jump.
+    """Straight pieces, in stretches that may begin with a discontinuity.
 
     Parameters
     ----------
     begins, lengths : ndarray, shape (pieces,)
-        Of the pieces [s].
+        Begin and duration of the pieces [s].
     divisions, graded : ndarray of int, of bool, shape (stretches,)
-        Pieces of each stretch, and whether they grow within it.
+        Number of pieces of each stretch, and whether they grow within it.
     force : ndarray, shape (pieces + 1,)
         Input at the begin of each piece, and at the end.
     ends : ndarray, shape (stretches,)
@@ -45,19 +45,19 @@ class Stretches:
     ends: Real
 
     def output(self, filter_: Filter, *, held: float) -> Real:
-        """Output of a filter at the ends of the stretches, and at their first begin.
+        """Return the output of a filter at the first begin and at the ends of the stretches.
 
         Parameters
         ----------
         filter_ : Filter
-            What the input goes through.
+            Filter.
         held : float
-            For how long the first value has been held before [s].
+            Duration of a constant input of the first value before it [s].
 
         Returns
         -------
-        ndarray, shape (stretches + 1,)
-            At a jump the value after it.
+        output : ndarray, shape (stretches + 1,)
+            Output, at a discontinuity the value after it.
         """
         marks = np.cumsum(np.append(0, self.divisions))
         state = filter_.state(float(self.force[0]), held=held)
@@ -75,7 +75,7 @@ class Stretches:
         return np.asarray((states @ weights).real + filter_.direct * self.force[marks])
 
     def _kinds(self, marks: Indices) -> tuple[int, Indices]:
-        """Which stretches are alike: as long, and divided in the same way."""
+        """Return the number of kinds of stretches, equal in length and division, and the kind of each."""
         whole = np.add.reduceat(self.lengths, marks[:-1])
         numbers = np.stack([np.round(np.log(whole) / _ALIKE), self.divisions, self.graded])
         _, kind = np.unique(numbers, axis=1, return_inverse=True)
@@ -83,7 +83,7 @@ class Stretches:
         return int(kind.max()) + 1, kind
 
     def _states(self, filter_: Filter, state: Complex, marks: Indices, kinds: int, kind: Indices) -> Complex:
-        """States of the modes at the begin of every stretch, and at the end."""
+        """Return the states of the modes at the begin of every stretch, and at the end."""
         count, poles = len(self.divisions), filter_.poles
         columns, rows = fold_length(count)
         pushes, decays = (np.full((rows * columns, len(poles)), fill, complex) for fill in (0.0, 1.0))

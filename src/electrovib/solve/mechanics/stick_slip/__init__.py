@@ -1,1 +1,1 @@
-"""Skin that sticks and slips behind bristles, marched step by step."""
+"""Stick-slip motion of a skin with bristle friction, solved by time stepping."""

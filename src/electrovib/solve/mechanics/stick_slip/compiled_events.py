@@ -1,4 +1,4 @@
-"""Where a compiled step meets a reversal or the strength, and what changes there."""
+"""Events of a compiled step: reversals, and bristle forces that pass the strength."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LOOKS = np.array([0.2, 0.4, 0.6, 0.8, 1.0])
 
 @compiled
 def switch(kind: Any, state: Any, strength: Any, direction: Any, side: Any, law: Any, sizes: Any) -> Any:
-    """What stays above 0 as long as the mode holds: the speed along its direction, what is left to the strength."""
+    """Return a quantity that is above 0 in the mode: speed along its direction, or remaining share of the strength."""
     if kind == 0:
         return direction * state[2] + sizes.turned
     return side * (1 - direction * law.stiffness * state[0] / strength) + sizes.passed / strength
@@ -44,7 +44,7 @@ def _at_share(
     method: Any,
     state: Any,
 ) -> Any:
-    """A switch on the polynomial of a step."""
+    """Return a switch at a share of a step, on the polynomial of the step."""
     course, place, stretch, direction, law, _ = moment
     state_at(before, stages, share, method, state)
     strength = strength_in(course, place, course.last[stretch], start + share * size)
@@ -63,7 +63,7 @@ def first_fall(
     sizes: Any,
     method: Any,
 ) -> Any:
-    """Share of a step at which a switch first falls through 0, and which; 2 and -1 if none does."""
+    """Return the share of a step at which a switch first falls through 0, and its kind; 2 and -1 if none does."""
     state, low = np.empty(6), 0.0
     best, which = 2.0, -1
     for look in _LOOKS:
@@ -102,7 +102,7 @@ def land(
     method: Any,
     stages: Any,
 ) -> Any:
-    """Solve a shortened step again until its own end is the root of a switch; its length, and rates asked."""
+    """Solve a shortened step until a switch is 0 at its end; return its length and the number of evaluations."""
     state, asked, enough = np.empty(6), 0, ENOUGH * moment[0].stops[-1]
     for _ in range(_MOST_LANDINGS):
         converged, more = collocate(start, size, before, count, moment, sizes, method, stages)
@@ -123,7 +123,7 @@ def land(
 
 @compiled
 def turned(kind: Any, state: Any, strength: Any, direction: Any, side: Any, law: Any) -> Any:
-    """Direction and side after a switch has fallen."""
+    """Return direction and side of the mode after a switch has fallen through 0."""
     if kind == 1:
         return direction, -side
     left = 1 + direction * law.stiffness * state[0] / strength

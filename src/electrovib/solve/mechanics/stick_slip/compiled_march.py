@@ -1,4 +1,4 @@
-"""The march of a skin with bristles in compiled steps, with every reversal located."""
+"""Time stepping of a skin with bristles in compiled code, with every reversal located."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 DONE, UNSOLVED, CHATTERS, GOES_ON = range(4)
-"""How a call ends."""
+"""Status at the end of a call."""
 NOW, STRETCH, FILLED, WANTED, DIRECTION, SIDE, STEPS, ASKED, EVENTS, STATUS = range(10)
-"""What one call hands to the next: time [s], place among stretches and outputs, next step [s], mode, counts."""
-ASKED_IN_STEP = 20  # evaluations of the rate in a usual step; more where steps are refused
+"""State carried from one call to the next: time [s], indices of stretch and output, next step [s], mode, counts."""
+ASKED_IN_STEP = 20  # evaluations of the rate in a usual step; more where steps are rejected
 _SMALLEST_STEP = 1e-15
 
 
 @compiled
 def _note(when: Any, kind: Any, memory: Any, events: Any) -> Any:
-    """Write an event down."""
+    """Store an event."""
     count = int(memory[EVENTS])
     events[0][count], events[1][count] = when, kind
     memory[EVENTS] = count + 1
@@ -44,7 +44,7 @@ def _note(when: Any, kind: Any, memory: Any, events: Any) -> Any:
 
 @compiled
 def _hold(state: Any, moment: Any, now: Any, kinds: Any, memory: Any, sizes: Any, events: Any) -> Any:
-    """Let bristles off the plate go where a stretch begins, and change the mode until it holds."""
+    """At the begin of a stretch release bristles off the plate, and change the mode until it is consistent."""
     course, place, stretch, direction, law, _ = moment
     if course.touches[stretch] == 0:
         state[FRICTION] += law.stiffness * state[DEFLECTION] ** 2 / 2
@@ -73,7 +73,7 @@ def _put_out(
     states: Any,
     directions: Any,
 ) -> Any:
-    """States at the output times inside a step."""
+    """Write the states at the output times inside a step."""
     state, filled = np.empty(6), int(memory[FILLED])
     while filled < len(times) and times[filled] < reached:
         state_at(before, stages, (times[filled] - now) / size, method, state)
@@ -96,7 +96,7 @@ def _accepted(
     stages: Any,
     smallest: Any,
 ) -> Any:
-    """Try a step from where the march stands; tells whether its error is allowed, and says how long the next may be."""
+    """Try a step from the current time; return whether its error is allowed, and store the length of the next."""
     now = memory[NOW]
     converged, asked = collocate(now, size, state, count, moment, sizes, method, stages)
     memory[ASKED] += asked
@@ -111,7 +111,7 @@ def _accepted(
     if norm > 1 and size > smallest:
         memory[WANTED] = size * factor
         return False
-    if factor < 1 or memory[WANTED] <= size:  # a step cut short at a knot says nothing of the next
+    if factor < 1 or memory[WANTED] <= size:  # a step shortened at a knot does not limit the next
         memory[WANTED] = size * factor
     return True
 
@@ -131,17 +131,17 @@ def _step(
     events: Any,
     out: Any,
 ) -> Any:
-    """Go one step on, to the next knot or event at the furthest, or make the next one shorter."""
+    """Take one step, at most to the next knot or event, or shorten the next one."""
     now, stretch, side = memory[NOW], int(memory[STRETCH]), memory[SIDE]
     moment = (course, place, stretch, memory[DIRECTION], law, skin)
     count, enough, smallest = 3 if skin[0] > 0 else 1, ENOUGH * times[-1], _SMALLEST_STEP * times[-1]
     stages = np.empty((STAGES, 6))
     strength_in(course, place, course.last[stretch], now)
-    knot = course.knots[place[0] + 1]  # what a step spans is seen: it ends at the next knot at the latest
+    knot = course.knots[place[0] + 1]  # a step ends at the next knot at the latest, so that none is missed
     size = max(memory[WANTED], smallest)
     if now + size >= knot - enough:
         size = knot - now
-        if smallest >= size - enough:  # a shorter step would be cut to this one again
+        if smallest >= size - enough:  # a shorter step would be set to this one again
             smallest = size
     if not _accepted(size, state, moment, count, sizes, method, memory, stages, smallest):
         return
@@ -168,7 +168,7 @@ def _step(
 
 
 def _marching(stamp: int) -> Callable[..., Any]:
-    """Compile the march, which numba keeps on disk for this stamp of all it calls: it sees changes of this file alone."""
+    """Compile the time stepping; the stamp makes numba's cache, which sees only this file, depend on all functions called."""
 
     @compiled_for_python
     def march(
@@ -206,4 +206,4 @@ def _marching(stamp: int) -> Callable[..., Any]:
 
 _SOURCES = "".join(map(inspect.getsource, (bristle, compiled_step, compiled_events)))
 march = _marching(zlib.crc32(_SOURCES.encode()))
-"""March from where `memory` stands, some steps; events are moments [s] and kinds."""
+"""Take some steps from the state in `memory`; events are times [s] and kinds."""

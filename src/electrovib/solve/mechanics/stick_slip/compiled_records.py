@@ -1,4 +1,4 @@
-"""What the compiled march is given: numbers of the method, courses over time, sizes that count as small."""
+"""Inputs of the compiled time stepping: coefficients of the method, inputs over time, tolerances."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 class RadauNumbers(NamedTuple):
-    """Numbers of Radau's method: nodes, weights, and the polynomial through the stages."""
+    """Coefficients of Radau's method: nodes, weights, and the polynomial through the stages."""
 
     nodes: Real
     weights: Real
@@ -17,20 +17,20 @@ class RadauNumbers(NamedTuple):
 
 
 class GivenOverTime(NamedTuple):
-    """What is given over time, stretch by stretch between the stops.
+    """Speed, contact and strength over time, in stretches between the stops.
 
     Parameters
     ----------
     stops : ndarray, shape (n + 1,)
-        Where speed, strength or touch are not smooth, both ends among them [s].
+        Times at which speed, strength or contact are not smooth, with both ends [s].
     speeds, touches : ndarray, shape (n + 1,), (n,)
-        Of the bone at the stops [m/s], straight between them; 1 or 0 [1].
+        Speed of the bone at the stops, linear between them [m/s]; contact in each stretch, 1 or 0.
     first, last : ndarray of int, shape (n,)
-        Knots of the strength at the ends of each stretch.
+        Indices of the knots of the strength at the ends of each stretch.
     knots, values, slopes : ndarray
-        Strength as cubics [s], [N], [N/s].
+        Cubics of the strength: times [s], values [N], rates of change [N/s].
     floor : float
-        Strength of a lifted finger [N].
+        Strength without load or contact [N].
     """
 
     stops: Real
@@ -45,20 +45,20 @@ class GivenOverTime(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """What counts as small.
+    """Tolerances and limits.
 
     Parameters
     ----------
     tolerance : float
-        Local error of a step, relative and against the scale [1].
+        Local error of a step over the scale of each state [1].
     scale : ndarray, shape (3,)
-        Of the states [m], [m], [m/s].
+        Scales of the states [m], [m], [m/s].
     turned, passed : float
-        How far a speed must pass 0 [m/s], the force of the bristles the strength [N], before that counts.
+        Speed beyond 0 [m/s], and bristle force beyond the strength [N], above which an event counts.
     most_events : int
-        Beyond it the march gives up.
+        Number of events above which the run ends.
     at_once : int
-        Steps in one call of the march.
+        Number of steps in one call.
     """
 
     tolerance: float

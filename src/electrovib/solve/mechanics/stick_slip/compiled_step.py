@@ -1,4 +1,4 @@
-"""One compiled step of Radau's method of order 5 for a skin with bristles, and the error of it."""
+"""One compiled step of Radau's method of order 5 for a skin with bristles, and its error."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ if TYPE_CHECKING:
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function of numbers and arrays for others that are compiled; a division by 0 is infinite, as in arrays."""
+    """Compile a function that only compiled functions call; a division by 0 is infinite, as in arrays."""
     from numba import njit
 
-    # without the doors for Python, which take most of the compiler's time
+    # without wrappers for Python, which take most of the compilation time
     alone: dict[str, Any] = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     return njit(function, **alone)  # type: ignore[no-any-return]
 
 
 def compiled_for_python(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that Python calls, and keep it on disk where numba finds a folder to write to."""
+    """Compile a function that Python calls, and cache it on disk where numba finds a writable folder."""
     from numba import njit
 
     options: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
@@ -36,20 +36,20 @@ _level_at = compiled(strength_at_speed)
 _deflection_rate = compiled(yielding_rate)
 
 DEFLECTION, DISPLACEMENT, OVER_PLATE, WORK, DAMPER, FRICTION = range(6)
-"""Rows of a state [m], [m], [m/s], [J], [J], [J]; the march solves for the first, on a finger for the first three."""
+"""Rows of a state [m], [m], [m/s], [J], [J], [J]; solved implicitly for the first, with a fingertip for the first three."""
 STAGES = 3
 _MOST_ITERATIONS = 80
-_SETTLED = 1e-3  # of the tolerance: where Newton's iteration ends
+_SETTLED = 1e-3  # change over the tolerance at which Newton's iteration ends
 _CUBE = 3.0 ** (1 / 3)
 _REAL = 3 + _CUBE**2 - _CUBE
 """Real eigenvalue of the inverse of the weights (Hairer and Wanner 1996, IV.8)."""
 _DIFFERENCE = np.array([-13 - 7 * 6**0.5, -13 + 7 * 6**0.5, -1.0]) / 3
-"""Shares of the stages in the embedded error (the same place)."""
+"""Weights of the stages in the embedded error (ibid.)."""
 
 
 @compiled
 def strength_in(course: Any, place: Any, last: Any, time: Any) -> Any:
-    """Strength [N] and how it changes [N/s] at a time [s]; `place` remembers the interval."""
+    """Return the strength [N] at a time [s]; `place` stores the index of the interval."""
     knots, values, slopes = course.knots, course.values, course.slopes
     index = min(place[0], last - 1)
     while index + 1 < last and knots[index + 1] <= time:
@@ -69,7 +69,7 @@ def strength_in(course: Any, place: Any, last: Any, time: Any) -> Any:
 def _rates(
     state: Any, strength: Any, speed: Any, touch: Any, direction: Any, law: Any, skin: Any, rates: Any
 ) -> Any:
-    """Rates of all six rows, as in `skin.py`; a mass of 0 stands for a rigid finger, the law's `nearest` is a force [N]."""
+    """Compute the rates of all six rows; a mass of 0 stands for a rigid finger, the law's `nearest` is a force [N]."""
     mass, stiffness, damping = skin
     deflection = state[0]
     over_plate = state[2] if mass > 0 else speed
@@ -88,7 +88,7 @@ def _rates(
 
 @compiled
 def _factor(matrix: Any, pivots: Any) -> Any:
-    """Triangular factors in place."""
+    """Factorise a matrix in place, with pivots."""
     size = len(pivots)
     for column in range(size):
         best = column
@@ -108,7 +108,7 @@ def _factor(matrix: Any, pivots: Any) -> Any:
 
 @compiled
 def _solve(matrix: Any, pivots: Any, right: Any) -> Any:
-    """Solve in place with these factors."""
+    """Solve in place with the factors."""
     size = len(pivots)
     for row in range(size):
         best = pivots[row]
@@ -124,7 +124,7 @@ def _solve(matrix: Any, pivots: Any, right: Any) -> Any:
 
 @compiled
 def _jacobian(state: Any, count: Any, base: Any, given: Any, scale: Any, work: Any, matrix: Any) -> Any:
-    """Slopes of the solved rates in the solved states, by differences forward."""
+    """Compute the Jacobian of the implicit rates by forward differences."""
     for index in range(count):
         kept = state[index]
         state[index] = kept + 1.5e-8 * max(scale[index], abs(kept))
@@ -137,7 +137,7 @@ def _jacobian(state: Any, count: Any, base: Any, given: Any, scale: Any, work: A
 
 @compiled
 def given_at(time: Any, course: Any, place: Any, stretch: Any, direction: Any, law: Any, skin: Any) -> Any:
-    """Arguments of the rates at a time [s] that do not depend on the state."""
+    """Return the arguments of the rates at a time [s] that do not depend on the state."""
     begin, length = course.stops[stretch], course.stops[stretch + 1] - course.stops[stretch]
     rise = course.speeds[stretch + 1] - course.speeds[stretch]
     speed = course.speeds[stretch] + rise * ((time - begin) / length)
@@ -158,7 +158,7 @@ def _rates_of_stages(
     rates: Any,
     slopes: Any,
 ) -> Any:
-    """Rates at the stages, and how those that are solved for depend on the states."""
+    """Compute the rates at the stages, and the Jacobians of the implicit ones."""
     state, work = np.zeros(6), np.empty(6)
     for stage in range(STAGES):
         given = given_at(start + size * method.nodes[stage], *moment)
@@ -172,7 +172,7 @@ def _rates_of_stages(
 def _newton(
     size: Any, count: Any, method: Any, rates: Any, slopes: Any, stages: Any, matrix: Any, right: Any
 ) -> Any:
-    """Matrix and right-hand side of one of Newton's iterations on all stages."""
+    """Compute matrix and right-hand side of one Newton iteration for all stages."""
     for stage in range(STAGES):
         for index in range(count):
             row = stage * count + index
@@ -187,7 +187,7 @@ def _newton(
 
 @compiled
 def _moved(count: Any, right: Any, before: Any, scale: Any, stages: Any) -> Any:
-    """Correct the stages; by how much at most, over the size of each state."""
+    """Correct the stages, and return the largest correction over the scale of each state."""
     moved = 0.0
     for row in range(len(right)):
         stage, index = row // count, row % count
@@ -200,7 +200,7 @@ def _moved(count: Any, right: Any, before: Any, scale: Any, stages: Any) -> Any:
 def collocate(
     start: Any, size: Any, before: Any, count: Any, moment: Any, sizes: Any, method: Any, stages: Any
 ) -> Any:
-    """Solve the stages of one step by Newton's iteration; tells whether it converged, and how often rates were asked."""
+    """Solve the stages of one step by Newton's iteration; return whether it converged, and the number of evaluations."""
     total, asked = STAGES * count, 0
     matrix, pivots, right = np.empty((total, total)), np.empty(total, np.int64), np.empty(total)
     rates, slopes = np.empty((STAGES, 6)), np.empty((STAGES, count, count))
@@ -229,7 +229,7 @@ def collocate(
 
 @compiled
 def state_at(before: Any, stages: Any, share: Any, method: Any, state: Any) -> Any:
-    """State at a share of a step, on the polynomial through its stages."""
+    """Compute the state at a share of a step, on the polynomial through its stages."""
     for row in range(6):
         state[row] = before[row]
         power = share
@@ -241,7 +241,7 @@ def state_at(before: Any, stages: Any, share: Any, method: Any, state: Any) -> A
 
 @compiled
 def error_of(start: Any, size: Any, before: Any, count: Any, moment: Any, sizes: Any, stages: Any) -> Any:
-    """Embedded error of a step over what is allowed; a second look damps it where it is stiff. And rates asked."""
+    """Return the embedded error of a step over the allowed one, filtered a second time if above 1, and the evaluations."""
     rates, work, near = np.empty(6), np.empty(6), before.copy()
     matrix, pivots, error = np.empty((count, count)), np.empty(count, np.int64), np.empty(count)
     given = given_at(start, *moment)

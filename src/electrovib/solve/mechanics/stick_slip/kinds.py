@@ -1,4 +1,4 @@
-"""A sliding skin with inertia and a spring, and one that is rigid."""
+"""Equations of a sliding skin with mass and spring, and of a rigid one."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from electrovib.solve.mechanics.stick_slip.skin import Energies, SlidingSkin
 
 @dataclass(frozen=True, kw_only=True)
 class CompliantSlidingSkin(SlidingSkin):
-    """Skin with mass on a spring and a damper: displacement, speed, deflection, work, two heats.
+    """Skin with mass on a spring and a damper: displacement, speed, deflection, work, heat of damper and of friction.
 
     Parameters
     ----------
     law : BristleFriction
         Friction of the contact.
     mass, stiffness, damping : float
-        kg, N/m, N s/m; the first two above 0.
+        Mass [kg] and stiffness [N/m], above 0; damping [N s/m].
     """
 
     mass: float
@@ -31,7 +31,7 @@ class CompliantSlidingSkin(SlidingSkin):
     states: ClassVar[int] = 6
 
     def rate(self, now: Real, *, speed: float, strength: float, direction: int) -> Real:
-        """Rate of the slice: m/s, m/s2, m/s, W, W, W."""
+        """Return the rate of change of the states [m/s], [m/s2], [m/s], [W], [W], [W]."""
         displacement, over_plate, deflection = now[0], now[1], now[2]
         skin_speed = speed - over_plate
         rate, friction = _friction(self.law, deflection, over_plate, strength, direction)
@@ -48,43 +48,43 @@ class CompliantSlidingSkin(SlidingSkin):
         )
 
     def speed_over_plate(self, now: Real, *, speed: float | Real) -> Real:
-        """Second state [m/s]; the bone's does not matter."""
+        """Return the second state [m/s]; the speed of the bone is not used."""
         del speed
         return np.asarray(now[1])
 
     def deflection(self, now: Real) -> Real:
-        """Third state [m]."""
+        """Return the third state [m]."""
         return np.asarray(now[2])
 
     def displacement(self, now: Real) -> Real:
-        """First state [m]."""
+        """Return the first state [m]."""
         return np.asarray(now[0])
 
     def let_go(self, now: Real) -> Real:
-        """Slice without deflection [m], with its energy in the heat [J]."""
+        """Return the states with a deflection of 0 [m], whose energy has become heat [J]."""
         heat = now[5] + self.law.stiffness * now[2] ** 2 / 2
         return np.array([now[0], now[1], 0.0, now[3], now[4], heat])
 
     def scale(self, *, strength: float, speed: float) -> Real:
-        """Sizes from strength [N] and speed [m/s]."""
+        """Return the scale of each state for a strength [N] and a speed [m/s]."""
         stretch = strength / self.stiffness
         return np.array([stretch, speed, strength / self.law.stiffness, *[strength * stretch] * 3])
 
     def settled(self, *, speed: float, strength: float) -> Real:
-        """Slice at a steady speed [m/s] and strength [N]."""
+        """Return the states of sliding at a steady speed [m/s] and strength [N]."""
         deflection, friction = _steady(self.law, speed, strength)
         return np.array([friction / self.stiffness, speed, deflection, 0.0, 0.0, 0.0])
 
     def natural_speed(self, strength: float) -> float:
-        """Speed [m/s] of the skin let go from the stretch under a strength [N]."""
+        """Return the largest speed of the skin released from its stretch under a strength [N], in m/s."""
         return strength / float(np.sqrt(self.stiffness * self.mass))
 
     def natural_force(self, speed: float) -> float:
-        """Force [N] of the spring when the skin is stopped from a speed [m/s]."""
+        """Return the largest force of the spring when the skin is stopped from a speed [m/s], in N."""
         return speed * float(np.sqrt(self.stiffness * self.mass))
 
     def energies(self, now: Real) -> Energies:
-        """Energies [J]."""
+        """Return the energies over time [J]."""
         kinetic = self.mass * now[1] ** 2 / 2
         elastic = self.stiffness * now[0] ** 2 / 2
         bristle = self.law.stiffness * now[2] ** 2 / 2
@@ -102,7 +102,7 @@ class CompliantSlidingSkin(SlidingSkin):
 
 @dataclass(frozen=True)
 class RigidSlidingSkin(SlidingSkin):
-    """Skin that moves as the bone does: deflection, work, heat of the friction.
+    """Skin that moves with the bone: deflection, work, heat of the friction.
 
     Parameters
     ----------
@@ -113,50 +113,50 @@ class RigidSlidingSkin(SlidingSkin):
     states: ClassVar[int] = 3
 
     def rate(self, now: Real, *, speed: float, strength: float, direction: int) -> Real:
-        """Rate of the slice: m/s, W, W."""
+        """Return the rate of change of the states [m/s], [W], [W]."""
         rate, friction = _friction(self.law, now[0], speed, strength, direction)
         work = friction * speed
         return np.array([rate, work, work - self.law.stiffness * now[0] * rate])
 
     def speed_over_plate(self, now: Real, *, speed: float | Real) -> Real:
-        """Speed of the bone [m/s]."""
+        """Return the speed of the bone [m/s]."""
         del now
         return np.asarray(speed)
 
     def deflection(self, now: Real) -> Real:
-        """First state [m]."""
+        """Return the first state [m]."""
         return np.asarray(now[0])
 
     def displacement(self, now: Real) -> Real:
-        """None [m]."""
+        """Return a displacement of 0 [m]."""
         return np.zeros_like(now[0])
 
     def let_go(self, now: Real) -> Real:
-        """Slice without deflection [m], with its energy in the heat [J]."""
+        """Return the states with a deflection of 0 [m], whose energy has become heat [J]."""
         return np.array([0.0, now[1], now[2] + self.law.stiffness * now[0] ** 2 / 2])
 
     def scale(self, *, strength: float, speed: float) -> Real:
-        """Sizes from strength [N]; the speed [m/s] is given."""
+        """Return the scale of each state for a strength [N]; the speed [m/s] is not used."""
         del speed
         deflection = strength / self.law.stiffness
         return np.array([deflection, *[strength * deflection] * 2])
 
     def settled(self, *, speed: float, strength: float) -> Real:
-        """Slice at a steady speed [m/s] and strength [N]."""
+        """Return the states of sliding at a steady speed [m/s] and strength [N]."""
         return np.array([_steady(self.law, speed, strength)[0], 0.0, 0.0])
 
     def natural_speed(self, strength: float) -> float:
-        """Give 1 m/s: without a finger, whatever the strength [N], no speed but the hand's counts."""
+        """Return 1 m/s for any strength [N]: a rigid finger has no speed of its own."""
         del strength
         return 1.0
 
     def natural_force(self, speed: float) -> float:
-        """Give none [N]: a rigid finger needs no force for its speed [m/s]."""
+        """Return 0 N for any speed [m/s]: a rigid finger has no spring."""
         del speed
         return 0.0
 
     def energies(self, now: Real) -> Energies:
-        """Energies [J]."""
+        """Return the energies over time [J]."""
         bristle, nothing = self.law.stiffness * now[0] ** 2 / 2, np.zeros_like(now[0])
         return Energies(
             work=now[1],
@@ -172,13 +172,13 @@ class RigidSlidingSkin(SlidingSkin):
 def _friction(
     law: BristleFriction, deflection: Any, speed: Any, strength: Any, direction: Any
 ) -> tuple[Any, Any]:
-    """Rate of the deflection [m/s] and force [N]; the law takes numbers as it takes arrays."""
+    """Return the rate of the deflection [m/s] and the force [N], for numbers or arrays."""
     rate = law.deflection_rate(deflection, speed, strength, direction)
     return rate, law.force(deflection, rate, speed)
 
 
 def _steady(law: BristleFriction, speed: Any, strength: Any) -> tuple[float, float]:
-    """Deflection [m] and force [N] of steady sliding; none at rest."""
+    """Return the deflection [m] and the force [N] of steady sliding; 0 at rest."""
     deflection: Any = np.sign(speed) * law.strength_at(speed, strength) / law.stiffness
     rest: Any = 0.0
     return float(deflection), float(law.force(deflection, rest, speed))

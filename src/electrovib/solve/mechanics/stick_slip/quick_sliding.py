@@ -1,4 +1,4 @@
-"""A skin with bristles of a known formula under a known strength: the same as `sliding`, in compiled steps."""
+"""Stick-slip motion for bristle laws of a known formula: the equations of `sliding` in compiled steps."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from electrovib.solve.mechanics.stick_slip.skin import SlidingSkin
 
 AT_ONCE = 100_000
-"""Steps in one call, some tenths of a second: between calls the march can be interrupted, and tells how far it is."""
+"""Steps in one call, some tenths of a second: between calls the run can be interrupted and reports its progress."""
 STILL = 1e-12
-"""Speed against the motion, over the largest, at which a skin counts as turned: rounding alone does not turn it."""
+"""Speed against the direction of the mode, over the largest, above which it is a reversal rather than rounding."""
 
 
 def slide_quickly(
@@ -46,23 +46,23 @@ def slide_quickly(
     damping: float | None = None,
     tolerance: float = TOLERANCE,
 ) -> Slide:
-    """March a skin with bristles over the plate, as `sliding` does, in compiled steps.
+    """Compute the stick-slip motion of a skin with bristle friction, as `sliding` does, in compiled steps.
 
     Parameters
     ----------
     law : BristleFriction
         Friction of the contact; its `bristles` are not None.
     motion : Motion
-        Speed of the bone over the plate and touch; its time profile is straight between its corners. A finger that moves
-        at time 0 has always slid with the speed and strength of time 0; else it begins at rest, undeflected.
+        Speed of the bone over the plate, and contact; its time profile is linear between its corners. A finger that moves
+        at time 0 has always slid with the speed and strength of time 0; else it starts at rest, undeflected.
     strength : Between
-        What the law's steady friction gives under load and attraction [N]; its corners are also those of speed and touch.
+        Steady friction of the law under load and attraction [N]; its corners include those of speed and contact.
     times : ndarray, shape (n,)
-        Increasing, from 0 on [s].
+        Output times, increasing, from 0 on [s].
     mass, stiffness, damping : float, optional
-        Of the skin against the bone [kg], [N/m], [N s/m]; all absent for a rigid finger.
+        Mass [kg], stiffness [N/m] and damping [N s/m] of the skin against the bone; all absent for a rigid finger.
     tolerance : float
-        Local error of a step over the size of each state.
+        Local error of a step over the scale of each state [1].
 
     Returns
     -------
@@ -76,7 +76,7 @@ def slide_quickly(
     BudgetError
         If the steps take longer than is allowed.
     ElectrovibError
-        If a step cannot be made small enough, or events do not end.
+        If a step does not converge at the smallest length, or events accumulate.
     """
     from electrovib.solve.mechanics.stick_slip import compiled_records, compiled_step
     from electrovib.solve.mechanics.stick_slip.compiled_march import ASKED, STEPS
@@ -125,7 +125,7 @@ def slide_quickly(
 
 
 def _settled(skin: SlidingSkin, *, speed: float, strength: float) -> Any:
-    """State of a skin that has always slid so, in the rows of the compiled march; undeflected at rest."""
+    """Return the state of steady sliding in the rows of the compiled steps; undeflected at rest."""
     from electrovib.solve.mechanics.stick_slip import compiled_step
 
     state: Any = np.zeros(6)
@@ -138,7 +138,7 @@ def _settled(skin: SlidingSkin, *, speed: float, strength: float) -> Any:
 
 
 def _course(strength: Between, motion: Motion, floor: float) -> Any:
-    """Strength, speed and touch from corner to corner, as the compiled steps take them."""
+    """Return strength, speed and contact from corner to corner, in the form of the compiled steps."""
     from electrovib.solve.mechanics.stick_slip import compiled_records
 
     stops, pieces = strength.ends, strength.pieces
@@ -153,7 +153,7 @@ def _course(strength: Between, motion: Motion, floor: float) -> Any:
 def _marched(
     times: Real, state: Real, given: tuple[Any, ...]
 ) -> tuple[Real, Real, list[float], list[int], Real]:
-    """States and directions at the output times, moments [s] and kinds of events, and the counts."""
+    """Return states and directions at the output times, times [s] and kinds of events, and the counts."""
     from electrovib.solve.mechanics.stick_slip import compiled_march as march
     from electrovib.solve.mechanics.stick_slip import compiled_records
 
@@ -176,7 +176,9 @@ def _marched(
     if memory[march.STATUS] == march.UNSOLVED:
         raise ElectrovibError(f"the equations could not be solved beyond {memory[march.NOW]:.6g} s")
     if memory[march.STATUS] == march.CHATTERS:
-        raise ElectrovibError(f"more than {MOST_EVENTS} events before {memory[march.NOW]:.6g} s: it chatters")
+        raise ElectrovibError(
+            f"more than {MOST_EVENTS} events before {memory[march.NOW]:.6g} s: the contact chatters"
+        )
     filled = int(memory[march.FILLED])
     states[:, filled:], directions[filled:] = state[:, None], memory[march.DIRECTION]
     count = int(memory[march.EVENTS])

@@ -1,4 +1,4 @@
-"""Right-hand sides of a sliding skin, each with its own slice of the state: on a finger, or rigid."""
+"""Interface of the equations of a sliding skin, and its energies."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Energies:
-    """Where the work of the hand has gone since time 0.
+    """Energy balance of a sliding skin since time 0.
 
     Parameters
     ----------
     work : ndarray, shape (n,)
-        Done by the hand [J].
+        Work done by the hand [J].
     kinetic, elastic, bristle : ndarray, shape (n,)
-        Stored in the skin's motion over the plate, the fingertip and the contact [J].
+        Energy stored in the motion of the skin over the plate, in the fingertip and in the contact [J].
     damper, friction : ndarray, shape (n,)
-        Turned into heat in the fingertip and in the contact [J].
+        Heat dissipated in the fingertip and in the contact [J].
     stored_before : float
-        Stored at time 0 [J].
+        Energy stored at time 0 [J].
     """
 
     work: Real
@@ -39,7 +39,7 @@ class Energies:
 
     @property
     def residual(self) -> float:
-        """Largest work that is nowhere, over the largest work or stored energy [1]; 0 where nothing moves."""
+        """Largest error of the energy balance, over the largest work or the initial energy [1]; 0 without motion."""
         stored = self.kinetic + self.elastic + self.bristle
         missing = self.work - (stored - self.stored_before) - self.damper - self.friction
         size = float(max(np.max(np.abs(self.work)), self.stored_before))
@@ -48,7 +48,7 @@ class Energies:
 
 @dataclass(frozen=True)
 class SlidingSkin(ABC):
-    """What slides: a slice of the state and its rate.
+    """A sliding skin: its states and their rates.
 
     Parameters
     ----------
@@ -58,115 +58,116 @@ class SlidingSkin(ABC):
 
     law: BristleFriction
     states: ClassVar[int]
-    """Length of the slice."""
+    """Number of states."""
 
     @abstractmethod
     def rate(self, now: Real, *, speed: float, strength: float, direction: int) -> Real:
-        """Rate of change of the slice.
+        """Return the rate of change of the states.
 
         Parameters
         ----------
         now : ndarray, shape (states,)
-            The slice.
+            States.
         speed : float
-            Of the bone over the plate [m/s].
+            Speed of the bone over the plate [m/s].
         strength : float
-            Of the friction [N], above 0.
+            Strength of the friction, above 0 [N].
         direction : int
             Sign of the skin's speed over the plate.
 
         Returns
         -------
-        ndarray, shape (states,)
-            Unit of each state per second.
+        rate : ndarray, shape (states,)
+            Rate of each state, in its unit per second.
         """
 
     @abstractmethod
     def speed_over_plate(self, now: Real, *, speed: float | Real) -> Real:
-        """Speed of the skin over the plate.
+        """Return the speed of the skin over the plate.
 
         Parameters
         ----------
         now : ndarray, shape (states,) or (states, n)
-            The slice.
+            States.
         speed : float or ndarray, shape (n,)
-            Of the bone over the plate [m/s].
+            Speed of the bone over the plate [m/s].
 
         Returns
         -------
-        ndarray, shape () or (n,)
-            m/s.
+        over_plate : ndarray, shape () or (n,)
+            Speed of the skin over the plate [m/s].
         """
 
     @abstractmethod
     def deflection(self, now: Real) -> Real:
-        """Deflection of the bristles [m]."""
+        """Return the deflection of the bristles [m]."""
 
     @abstractmethod
     def displacement(self, now: Real) -> Real:
-        """Displacement of the skin against the bone [m]."""
+        """Return the displacement of the skin against the bone [m]."""
 
     def left(self, now: Real, *, strength: float, direction: int) -> float:
-        """Share of the strength that the bristles have left.
+        """Return the remaining share of the strength of the friction.
 
         Parameters
         ----------
         now : ndarray, shape (states,)
-            The slice.
+            States.
         strength : float
-            N, above 0.
+            Strength of the friction, above 0 [N].
         direction : int
             Sign of the skin's speed over the plate.
 
         Returns
         -------
-        float
-            1 where the bristles do not push, 0 at the strength, negative beyond [1].
+        share : float
+            1 minus the force of the bristles along `direction` over the strength [1]: 0 where the force equals the
+            strength, negative beyond.
         """
         return 1 - direction * self.law.stiffness * float(self.deflection(now)) / strength
 
     @abstractmethod
     def let_go(self, now: Real) -> Real:
-        """Slice without deflection [m]: what the bristles held has become heat [J]."""
+        """Return the states with a deflection of 0 [m], after the energy of the bristles has become heat [J]."""
 
     @abstractmethod
     def scale(self, *, strength: float, speed: float) -> Real:
-        """Size of each state.
+        """Return the scale of each state.
 
         Parameters
         ----------
         strength, speed : float
-            Largest of the friction [N] and of the bone [m/s], above 0.
+            Largest strength of the friction [N] and largest speed of the bone [m/s], above 0.
 
         Returns
         -------
-        ndarray, shape (states,)
-            In the unit of each, above 0.
+        scale : ndarray, shape (states,)
+            Scale of each state, in its unit, above 0.
         """
 
     @abstractmethod
     def settled(self, *, speed: float, strength: float) -> Real:
-        """Slice of steady sliding.
+        """Return the states of steady sliding.
 
         Parameters
         ----------
         speed, strength : float
-            Of the bone [m/s] and of the friction [N].
+            Speed of the bone [m/s] and strength of the friction [N].
 
         Returns
         -------
-        ndarray, shape (states,)
-            In the unit of each.
+        now : ndarray, shape (states,)
+            States, each in its unit.
         """
 
     @abstractmethod
     def natural_speed(self, strength: float) -> float:
-        """Speed [m/s] that a strength [N] gives where the hand rests."""
+        """Return the speed scale of a strength [N] where the hand rests, in m/s."""
 
     @abstractmethod
     def natural_force(self, speed: float) -> float:
-        """Force [N] that a speed [m/s] gives where nothing rubs."""
+        """Return the force scale of a speed [m/s] without friction, in N."""
 
     @abstractmethod
     def energies(self, now: Real) -> Energies:
-        """Energies [J] from the slices over time."""
+        """Return the energies of the states over time [J]."""

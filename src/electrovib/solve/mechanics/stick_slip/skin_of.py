@@ -1,4 +1,4 @@
-"""The sliding skin of a friction law and a fingertip, and the same lifted off the plate."""
+"""Sliding skin of a friction law and a fingertip, in contact and lifted off the plate."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 OverTime: TypeAlias = "Callable[[float | Real], float | Real]"
-"""A quantity at times [s], one or many; at a jump the value after it."""
+"""A quantity at times [s], one or many; at a discontinuity the value after it."""
 
 
 def _always(time: float | Real) -> Any:
@@ -27,56 +27,56 @@ def _always(time: float | Real) -> Any:
 
 
 class Lifted:
-    """Bristles of a finger off the plate: they let go, and nothing rubs.
+    """Friction law of a finger off the plate: all its forces are 0.
 
     Parameters
     ----------
     law : BristleFriction
-        Friction in touch.
+        Friction in contact.
     """
 
     def __init__(self, law: BristleFriction) -> None:
         self.stiffness = law.stiffness
 
     def strength_at(self, speed: Any, strength: Any) -> Any:
-        """Give none [N], whatever speed [m/s] and strength [N]."""
+        """Return a strength of 0 N for any speed [m/s] and strength [N]."""
         return 0 * (speed + strength)
 
     def deflection_rate(self, deflection: Any, speed: Any, strength: Any, direction: Any) -> Any:
-        """Give none [m/s], whatever deflection [m], speed [m/s], strength [N] and direction."""
+        """Return a rate of 0 m/s for any deflection [m], speed [m/s], strength [N] and direction."""
         return 0 * (deflection + speed + strength + direction)
 
     def force(self, deflection: Any, rate: Any, speed: Any) -> Any:
-        """Give none [N], whatever deflection [m], rate [m/s] and speed [m/s]."""
+        """Return a force of 0 N for any deflection [m], rate [m/s] and speed [m/s]."""
         return 0 * (deflection + rate + speed)
 
 
 def lifted(skin: SlidingSkin) -> SlidingSkin:
-    """Give a skin that nothing rubs."""
+    """Return the same skin without friction."""
     return replace(skin, law=Lifted(skin.law))  # type: ignore[arg-type]
 
 
 def skin_of(
     law: BristleFriction, *, mass: float | None, stiffness: float | None, damping: float | None
 ) -> SlidingSkin:
-    """Give the skin of a finger, or a rigid one.
+    """Return the skin of a finger, or a rigid one.
 
     Parameters
     ----------
     law : BristleFriction
         Friction of the contact.
     mass, stiffness, damping : float or None
-        Of the skin against the bone [kg], [N/m], [N s/m]; all None for a rigid finger.
+        Mass [kg], stiffness [N/m] and damping [N s/m] of the skin against the bone; all None for a rigid finger.
 
     Returns
     -------
-    Skin
-        What slides.
+    SlidingSkin
+        The skin with this friction.
 
     Raises
     ------
     InputError
-        If some of them are there and not all, or one has no meaning.
+        If only some of them are given, or one is outside its range.
     """
     if mass is None and stiffness is None and damping is None:
         return RigidSlidingSkin(law)
@@ -84,11 +84,11 @@ def skin_of(
         raise InputError("finger: needs mass, stiffness and damping, or none of them for a rigid finger")
     if not mass > 0:
         raise InputError(
-            f"finger.mass: {mass:.6g} kg: skin without mass has no speed of its own; give it some, or leave "
-            "the finger away for a rigid one"
+            f"finger.mass = {mass:.6g} kg: it must be above 0, because the speed of the skin is a state; omit the finger for"
+            " a rigid one"
         )
     if not (stiffness > 0 and damping >= 0):
         raise InputError(
-            f"finger: stiffness {stiffness:.6g} N/m must be above 0 and damping {damping:.6g} N s/m not below"
+            f"finger: stiffness = {stiffness:.6g} N/m must be above 0, and damping = {damping:.6g} N s/m must not be negative"
         )
     return CompliantSlidingSkin(law, mass=mass, stiffness=stiffness, damping=damping)

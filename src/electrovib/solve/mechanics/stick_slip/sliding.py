@@ -1,4 +1,4 @@
-"""Skin that sticks and slips: fingertip and bristles marched together, with every reversal located."""
+"""Stick-slip motion of fingertip and bristles as one stiff system, with every reversal located."""
 
 from __future__ import annotations
 
@@ -23,14 +23,15 @@ if TYPE_CHECKING:
 
 
 TOLERANCE = 1e-8
-"""Local error of a step: the energy then closes to some 1e-8 of the work."""
+"""Local error of a step, relative; the energy balance then closes to some 1e-8 of the work."""
 SMALLEST = 1e-9
-"""Strength of a lifted finger over the largest: its bristles let go at once, and nothing is divided by zero."""
+"""Smallest strength of the friction over the largest, which avoids a division by zero without load or contact."""
 DEAD_BAND = 1e-10
-"""By how much the bristles must pass the strength before that counts: rounding alone does not."""
+"""Relative excess of the bristle force over the strength below which the excess is rounding."""
 EVENTS = ("turns", "passes the strength")
-"""What the switches of a slide tell."""
+"""Events of a slide: the skin reverses over the plate, the bristle force passes the strength of the friction."""
 _LOOKS = 4096
+"""Number of output times at which speed and strength are checked beforehand."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,17 +41,17 @@ class Sliding(System):
     Parameters
     ----------
     skin : SlidingSkin
-        What moves, with its slice of the state: all of it, here.
+        Equations of the skin.
     speed, strength : callable
-        Of the finger's bone over the plate [m/s] and of the friction [N], smooth between the corners.
+        Speed of the bone over the plate [m/s] and strength of the friction [N], smooth between the corners.
     corners : tuple of float
-        Times [s] at which they are not smooth.
+        Times at which they are not smooth [s].
     largest_strength, largest_speed : float
-        What counts as small is measured against these [N], [m/s]; above 0.
+        Scales of strength [N] and speed [m/s], above 0.
 
     Notes
     -----
-    The mode is (sign of the speed of the skin over the plate, sign of what is left to the strength).
+    The mode is (sign of the speed of the skin over the plate, sign of the strength minus the bristle force).
     """
 
     skin: SlidingSkin
@@ -63,26 +64,26 @@ class Sliding(System):
 
     @property
     def scale(self) -> Real:
-        """Size of each state."""
+        """Scale of each state."""
         return self.skin.scale(strength=self.largest_strength, speed=self.largest_speed)
 
     def breaks(self, end: float) -> Sequence[float]:
-        """Corners of speed and strength [s]."""
+        """Return the corners of speed and strength before an end [s]."""
         return [corner for corner in self.corners if 0 < corner < end]
 
     def jump(self, state: Real, *, time: float) -> Real:
-        """State just after a time [s]: bristles that leave the plate let go."""
+        """Return the state just after a time [s]; off the plate the deflection of the bristles is 0."""
         return state if self.touches(time) else self.skin.let_go(state)
 
     def rate(self, state: Real, mode: Mode, *, time: float) -> Real:
-        """Rate of change of each state at a time [s]."""
+        """Return the rate of change of each state at a time [s]."""
         skin = self.skin if self.touches(time) else lifted(self.skin)
         return skin.rate(
             state, speed=float(self.speed(time)), strength=float(self.strength_of(time)), direction=mode[0]
         )
 
     def switches(self, state: Real, mode: Mode, *, time: float) -> Real:
-        """Speed [m/s] along the direction of the mode, and what is left to the strength [1] likewise, at a time [s]."""
+        """Return speed [m/s] and remaining share of the strength [1] at a time [s], each times its sign in the mode."""
         direction, side = mode
         along = direction * self.skin.speed_over_plate(state, speed=float(self.speed(time)))
         if self.skin.law.yields_smoothly:
@@ -91,7 +92,7 @@ class Sliding(System):
         return np.array([along, side * left + DEAD_BAND])
 
     def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
-        """Turn the direction, or the side of the strength, at a time [s]."""
+        """Return the mode after a reversal, or after the bristle force has passed the strength, at a time [s]."""
         direction, side = mode
         if index == 1:
             return (direction, -side)
@@ -100,18 +101,18 @@ class Sliding(System):
         return (turned, 1 if left >= 0 else -1)
 
     def strength_of(self, time: float | Real) -> Real:
-        """Strength [N] at times [s], above 0 for a lifted finger too."""
+        """Return the strength at times [s], above 0 also without load [N]."""
         return np.hypot(self.strength(time), SMALLEST * self.largest_strength)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Slide:
-    """How a skin slid.
+    """Motion, forces and energies of a sliding skin.
 
     Parameters
     ----------
     skin_displacement : ndarray, shape (n,)
-        Of the skin against the finger's bone, against the motion [m].
+        Displacement of the skin relative to the bone, positive against the motion [m].
     skin_speed : ndarray, shape (n,)
         Its rate of change [m/s].
     lateral_force : ndarray, shape (n,)
@@ -119,13 +120,13 @@ class Slide:
     bristle_deflection : ndarray, shape (n,)
         Deflection of the contact [m].
     energies : Energies
-        Where the work of the hand has gone.
+        Energy balance.
     energy_residual : float
-        Largest work that is nowhere, over the largest work done [1].
+        Largest error of the energy balance, over the largest work [1].
     events : tuple of (float, str)
-        When [s] the skin turned its direction over the plate or the bristles passed the strength.
+        Times [s] and kinds of the events, as in `EVENTS`.
     steps, evaluations : int
-        Of the integrator, and of the equations.
+        Number of time steps, and of evaluations of the equations.
     """
 
     skin_displacement: Real
@@ -154,7 +155,7 @@ def sliding(
     tolerance: float = TOLERANCE,
     step: float | None = None,
 ) -> Slide:
-    """March a skin with bristles over the plate: it sticks, it slips, and the energy is counted.
+    """Compute the stick-slip motion of a skin with bristle friction, with its energy balance.
 
     Parameters
     ----------
@@ -163,21 +164,21 @@ def sliding(
     speed : callable
         Speed of the finger's bone over the plate [m/s] at times [s].
     strength : callable
-        What the law's steady friction gives under load and attraction [N] at times [s], 0 or above.
+        Steady friction of the law under load and attraction [N] at times [s], >= 0.
     times : ndarray, shape (n,)
-        Increasing, from 0 on [s].
+        Output times, increasing, from 0 on [s].
     mass, stiffness, damping : float, optional
-        Of the skin against the bone [kg], [N/m], [N s/m]; all absent for a rigid finger.
+        Mass [kg], stiffness [N/m] and damping [N s/m] of the skin against the bone; all absent for a rigid finger.
     breaks : sequence of float
         Times at which speed or strength are not smooth [s].
     touches : callable
-        Whether the finger touches at times [s]; off the plate nothing rubs.
+        Whether the finger touches at times [s]; off the plate there is no friction.
     settled : bool
-        Whether it has always slid with the speed and strength of time 0; else it begins at rest, undeflected.
+        Whether the finger has always slid with the speed and strength of time 0; else it starts at rest, undeflected.
     tolerance : float
-        Local error of a step over the size of each state.
+        Local error of a step over the scale of each state [1].
     step : float, optional
-        Fixed steps [s], to measure the order of convergence.
+        Fixed time step, to measure the order of convergence [s].
 
     Returns
     -------
@@ -191,10 +192,11 @@ def sliding(
 
     Notes
     -----
-    m w' = k x + c x' - F(z, z', w), x' = u - w, z' of the law; u speed of the bone, w of the skin over the
-    plate. In the plate's frame the hand does (k x + c x') u, which goes into m w^2/2, k x^2/2, stiffness z^2/2,
-    c x'^2 and F w - stiffness z z'. A finger without load keeps 1e-9 of the largest strength (`SMALLEST`); a viscous
-    damping of the law does not know the load and stays, as long as the finger touches.
+    m w' = k x + c x' - F(z, z', w), x' = u - w, with z' from the law; u and w are the speeds of the bone and of the skin
+    over the plate. In the frame of the plate the power of the hand is (k x + c x') u; it changes m w^2/2, k x^2/2 and
+    stiffness z^2/2, and is dissipated as c x'^2 and F w - stiffness z z'. Without load the strength is 1e-9 of the
+    largest one (`SMALLEST`); a viscous damping of the law is independent of the load and acts as long as the finger
+    touches.
     """
     looks = _looks(times, breaks)
     strengths = np.asarray(strength(looks), dtype=float) + np.zeros(len(looks))
@@ -237,7 +239,7 @@ def sliding(
 
 
 def _looks(times: Real, breaks: Sequence[float]) -> Real:
-    """Times at which speed and strength are looked at beforehand."""
+    """Return the times at which speed and strength are checked beforehand [s]."""
     every = max(1, len(times) // _LOOKS)
     inside = [when for when in breaks if 0 <= when <= times[-1]]
     return np.unique([0.0, *times[::every], float(times[-1]), *inside])
@@ -249,7 +251,7 @@ def not_negative(times: Real, strengths: Real) -> None:
     Parameters
     ----------
     times, strengths : ndarray, shape (n,)
-        s, N.
+        Times [s] and strength of the friction there [N].
 
     Raises
     ------
@@ -259,6 +261,6 @@ def not_negative(times: Real, strengths: Real) -> None:
     wrong = np.flatnonzero(~(strengths >= 0))
     if len(wrong):
         raise InputError(
-            f"friction.steady: its strength is {strengths[wrong[0]]:.6g} N at {times[wrong[0]]:.6g} s; a contact "
-            "that slips needs 0 or above, so check load, attraction and contact"
+            f"friction.steady: its strength is {strengths[wrong[0]]:.6g} N at {times[wrong[0]]:.6g} s; a sliding contact"
+            " needs a strength of 0 or above, so check load, attraction and contact"
         )

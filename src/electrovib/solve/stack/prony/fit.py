@@ -1,4 +1,4 @@
-"""Debye terms of a polarisation spectrum, given as a function or as a table."""
+"""Debye terms of a spectrum of the bound permittivity, given as a function or as a table."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 PER_DECADE = 15
-# Terms this far beyond the band show in it as a constant, or as conduction, to less than 1 part in 100.
+# Terms this factor beyond the band act in it as a constant, or as conduction, to less than 1 part in 100.
 SLOW_ROOM, FAST_ROOM = 100.0, 1000.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class PronyFit:
-    """Debye terms of a spectrum and how well they follow it.
+    """Debye terms of a spectrum, with their error.
 
     Parameters
     ----------
     debye : DebyeSum
         The terms.
     largest_error, rms_error : float
-        Largest and root mean square of the modulus of fit/target - 1, 1, over ``band``.
+        Largest value and root mean square of the modulus of fit/target - 1 over ``band`` [1].
     band : tuple of float
-        Lowest and highest frequency of the target, Hz.
+        Lowest and highest frequency of the target [Hz].
     """
 
     debye: DebyeSum
@@ -45,26 +45,26 @@ class PronyFit:
 
 
 def fit_debye(
-    polarisation: Callable[[Real], npt.ArrayLike],
+    bound_permittivity: Callable[[Real], npt.ArrayLike],
     *,
     low: float,
     high: float,
     terms: int = 14,
     slowest: float | None = None,
 ) -> PronyFit:
-    """Reduce a polarisation law to Debye terms that are passive by construction.
+    """Reduce a law of the bound permittivity to Debye terms that are passive by construction.
 
     Parameters
     ----------
-    polarisation : callable
-        Takes frequencies, Hz, shape (N,), and gives the relative permittivity ``eps' - j eps''`` without
-        conduction, 1, shape (N,).
+    bound_permittivity : callable
+        Relative permittivity ``eps' - j eps''`` without conduction [1] as a function of frequencies [Hz], both of
+        shape (N,).
     low, high : float
-        Ends of the band, Hz, 0 < low < high.
+        Ends of the band, 0 < low < high [Hz].
     terms : int
-        Most Debye terms, 1 to 59; terms that come out as zero are dropped.
+        Largest number of Debye terms, 1 to 59; terms of strength 0 are omitted.
     slowest : float, optional
-        Longest relaxation time allowed, s, above 1/(2 pi high); by default 100/(2 pi low).
+        Longest relaxation time allowed, above 1/(2 pi high); by default 100/(2 pi low) [s].
 
     Returns
     -------
@@ -74,16 +74,16 @@ def fit_debye(
     Raises
     ------
     InputError
-        The band, ``terms`` or ``slowest`` is out of range, or the law is active (eps'' < 0), not finite, or
+        If the band, ``terms`` or ``slowest`` is out of range, or the law is active (eps'' < 0), not finite, or
         has eps' <= 0 in the band.
 
     Notes
     -----
     Non-negative least squares on a grid of relaxation times gives the start, least squares in the logarithms
-    of all parameters refines it, and reweighting [1]_ brings the largest relative error down. Non-negative
+    of all parameters refines it, and reweighting [1]_ reduces the largest relative error. Non-negative
     terms exist for Cole-Cole and constant-phase laws, and for Havriliak-Negami laws with alpha <= 1 and
-    alpha beta <= 1; a law without them still gets the nearest passive sum, and ``largest_error`` shows it.
-    Outside the band the sum is passive but says nothing about the material.
+    alpha beta <= 1; for a law without them the result is the nearest passive sum, with its ``largest_error``.
+    Outside the band the sum is passive but does not describe the material.
 
     References
     ----------
@@ -94,53 +94,53 @@ def fit_debye(
     decades = np.log10(high / low)
     count = max(int(np.ceil(PER_DECADE * decades)) + 1, 4 * terms + 1)
     frequency = np.geomspace(low, high, count)
-    target = evaluated(polarisation, frequency)
+    target = evaluated(bound_permittivity, frequency)
     refuse_active(frequency, target, allowed=1e-9)
     spectrum = _spectrum(frequency, target, SLOW_ROOM / (2 * np.pi * low) if slowest is None else slowest)
     found = tidied(spectrum, level_errors(spectrum, _least(spectrum, terms)))
     check = np.geomspace(low, high, 4 * count)
-    return _report(found, check, evaluated(polarisation, check))
+    return _report(found, check, evaluated(bound_permittivity, check))
 
 
 def fit_debye_table(
     frequency: npt.ArrayLike,
-    polarisation: npt.ArrayLike,
+    bound_permittivity: npt.ArrayLike,
     *,
     terms: int = 14,
     slowest: float | None = None,
 ) -> PronyFit:
-    """Reduce a measured polarisation spectrum to Debye terms that are passive by construction.
+    """Reduce a measured spectrum of the bound permittivity to Debye terms that are passive by construction.
 
     Parameters
     ----------
-    frequency : array_like
-        Frequencies, Hz, shape (N,), N >= 3, positive, in any order.
-    polarisation : array_like of complex
-        Relative permittivity ``eps' - j eps''`` with the declared conduction taken out, 1, shape (N,).
+    frequency : array_like, shape (N,)
+        Frequencies, N >= 3, above 0, in any order [Hz].
+    bound_permittivity : array_like of complex, shape (N,)
+        Relative permittivity ``eps' - j eps''`` without the declared conduction [1].
     terms : int
-        Most Debye terms, 1 to 59; never more than N - 1.
+        Largest number of Debye terms, 1 to 59; never more than N - 1.
     slowest : float, optional
-        Longest relaxation time allowed, s; by default 1/(2 pi min(frequency)).
+        Longest relaxation time allowed; by default 1/(2 pi min(frequency)) [s].
 
     Returns
     -------
     PronyFit
-        The terms, from fast to slow, and their error against the table itself, noise included.
+        The terms, from fast to slow, and their error relative to the table, with its noise.
 
     Raises
     ------
     InputError
-        The table is too short, not finite, not positive, or active beyond its noise.
+        If the table is too short, not finite, not positive, or active beyond its noise.
 
     Notes
     -----
     Plain least squares of the relative error: reweighting towards the worst point would follow the noise.
-    By default no term is slower than the lowest frequency shows, because noisy data cannot tell such a term
-    from conduction; loss of that kind left in the table stays as error at the lowest frequencies (6 % for a
-    constant phase of exponent 0.75). Where the conduction is known, ``slowest`` of ten times the default lets
-    the fit take it as polarisation.
+    By default no term is slower than 1/(2 pi) of the lowest frequency, because noisy data cannot distinguish such a term
+    from conduction; loss of that kind in the table remains as an error at the lowest frequencies (6 % for a
+    constant phase of exponent 0.75). Where the conduction is known, a ``slowest`` of ten times the default allows
+    the fit to represent that loss by relaxations.
     """
-    hertz, target = table(frequency, polarisation)
+    hertz, target = table(frequency, bound_permittivity)
     low, high = float(hertz[0]), float(hertz[-1])
     check_range(low=low, high=high, terms=terms, slowest=slowest)
     refuse_active(hertz, target, allowed=noise_limit(target))

@@ -1,4 +1,4 @@
-"""What the caller gives, checked before any fit."""
+"""Validation of the inputs of a fit."""
 
 from __future__ import annotations
 
@@ -17,32 +17,34 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Complex, Real
 
-# Points at which the estimate of the noise is itself so uncertain that twice of it is allowed.
+# Number of points for which twice the estimated noise is allowed, because the estimate itself is uncertain.
 FEW = 20
 
 
 def check_range(*, low: float, high: float, terms: int, slowest: float | None) -> None:
-    """Raise if the band, the number of terms or the slowest time is out of range.
+    """Refuse a band, a number of terms or a slowest time out of range.
 
     Parameters
     ----------
     low, high : float
-        Band, Hz.
+        Ends of the band [Hz].
     terms : int
-        Relaxations.
+        Number of relaxations.
     slowest : float or None
-        Longest relaxation time, s.
+        Longest relaxation time [s].
 
     Raises
     ------
     InputError
-        If one of them is out of range, with every one that is.
+        If any of them is out of range; names all that are.
     """
     problems = []
     if not (0 < low < high < np.inf):
         problems.append(f"band {low!r} to {high!r} Hz: needs 0 < low < high.")
     if not 1 <= terms <= DENSE:
-        problems.append(f"terms = {terms!r}: 1 to {DENSE} Debye terms are allowed; 14 serve six decades.")
+        problems.append(
+            f"terms = {terms!r}: 1 to {DENSE} Debye terms are allowed; 14 suffice for six decades."
+        )
     if not problems and slowest is not None and not 1 / (2 * np.pi * high) < slowest < np.inf:
         problems.append(
             f"slowest = {slowest!r} s: must lie above 1/(2 pi high) = {1 / (2 * np.pi * high):.3g} s."
@@ -51,48 +53,48 @@ def check_range(*, low: float, high: float, terms: int, slowest: float | None) -
         raise InputError(problems)
 
 
-def evaluated(polarisation: Callable[[Real], npt.ArrayLike], frequency: Real) -> Complex:
-    """Give the law at the frequencies, refused unless finite with a positive real part.
+def evaluated(bound_permittivity: Callable[[Real], npt.ArrayLike], frequency: Real) -> Complex:
+    """Return a law of the bound permittivity at given frequencies, refusing unphysical values.
 
     Parameters
     ----------
-    polarisation : callable
-        Frequencies to relative permittivity.
+    bound_permittivity : callable
+        Relative permittivity without conduction [1] as a function of frequencies [Hz].
     frequency : ndarray, shape (N,)
-        Hz.
+        Frequencies [Hz].
 
     Returns
     -------
-    ndarray of complex, shape (N,)
-        1.
+    target : ndarray of complex, shape (N,)
+        Relative permittivity without conduction [1].
 
     Raises
     ------
     InputError
         If the law does not give one finite value with a positive real part for each frequency.
     """
-    target = np.asarray(polarisation(frequency), dtype=complex)
+    target = np.asarray(bound_permittivity(frequency), dtype=complex)
     if target.shape != frequency.shape:
         raise InputError(
             f"the bound permittivity has shape {target.shape} for frequencies of shape {frequency.shape}: "
-            "give one value for each frequency."
+            "expected one value for each frequency."
         )
     _refuse_unphysical(frequency, target)
     return target
 
 
-def table(frequency: npt.ArrayLike, polarisation: npt.ArrayLike) -> tuple[Real, Complex]:
-    """Give a table in rising order of frequency, refused unless finite with a positive real part.
+def table(frequency: npt.ArrayLike, bound_permittivity: npt.ArrayLike) -> tuple[Real, Complex]:
+    """Return a table in rising order of frequency, refusing unphysical values.
 
     Parameters
     ----------
-    frequency, polarisation : array_like, shape (N,)
-        Hz; relative permittivity without conduction, 1.
+    frequency, bound_permittivity : array_like, shape (N,)
+        Frequencies [Hz]; relative permittivity without conduction [1].
 
     Returns
     -------
-    tuple of ndarray, shape (N,)
-        The same, sorted.
+    frequency, bound_permittivity : ndarray, shape (N,)
+        The same, sorted [Hz], [1].
 
     Raises
     ------
@@ -100,11 +102,11 @@ def table(frequency: npt.ArrayLike, polarisation: npt.ArrayLike) -> tuple[Real, 
         If the lists differ in length, have fewer than 3 points, or hold a value that is not finite or not positive.
     """
     hertz = np.asarray(frequency, dtype=float)
-    target = np.asarray(polarisation, dtype=complex)
+    target = np.asarray(bound_permittivity, dtype=complex)
     if hertz.ndim != 1 or hertz.shape != target.shape or hertz.size < 3:
         raise InputError(
-            f"frequency has shape {hertz.shape} and polarisation {target.shape}: "
-            "give two lists of equal length, at least 3 points."
+            f"frequency has shape {hertz.shape} and bound permittivity {target.shape}: "
+            "expected two lists of equal length, at least 3 points."
         )
     if not np.all(np.isfinite(hertz) & (hertz > 0)):
         raise InputError("frequency: all values must be finite and above 0 Hz.")
@@ -116,41 +118,41 @@ def table(frequency: npt.ArrayLike, polarisation: npt.ArrayLike) -> tuple[Real, 
 def _refuse_unphysical(frequency: Real, target: Complex) -> None:
     for wrong, what in (
         (~np.isfinite(target), "is not finite"),
-        (target.real <= 0, "has a real part <= 0, which no sum of Debye terms gives"),
+        (target.real <= 0, "has a real part <= 0, which no sum of Debye terms has"),
     ):
         if wrong.any():
             at = int(np.argmax(wrong))
-            raise InputError(f"polarisation = {target[at]:.4g} at {frequency[at]:.4g} Hz {what}.")
+            raise InputError(f"bound permittivity = {target[at]:.4g} at {frequency[at]:.4g} Hz {what}.")
 
 
 def noise_limit(target: Complex) -> float:
-    """Give five standard deviations of the loss tangent [1] of a spectrum, more for few points, from differences."""
+    """Return five standard deviations of a spectrum's loss tangent [1] from differences; more for few points."""
     tangent = -target.imag / np.abs(target)
     order = min(3, tangent.size - 1)
     jumps = np.abs(np.diff(tangent, order))
-    # The median of many leaves out the few of a steep relaxation; among few the largest is the safe one.
+    # The median of many differences excludes those of a steep relaxation; of few the largest is the safe choice.
     typical = np.median(jumps) / 0.6745 if jumps.size >= 12 else np.max(jumps)
-    # Noise enters an n-th difference with binomial(2n, n) times its variance; 1 mrad is a good instrument.
+    # Noise enters an n-th difference with binomial(2n, n) times its variance; 1 mrad is that of a good instrument.
     deviation = float(typical) / math.sqrt(math.comb(2 * order, order))
     return 1e-3 + 5 * deviation * (1 + FEW / tangent.size)
 
 
 def refuse_active(frequency: Real, target: Complex, *, allowed: float) -> None:
-    """Raise if eps'' < 0 beyond a loss tangent, at one point or in the mean of five.
+    """Refuse a negative loss beyond a loss tangent, at one point or in the mean of five.
 
     Parameters
     ----------
     frequency : ndarray, shape (N,)
-        Hz.
+        Frequencies [Hz].
     target : ndarray of complex, shape (N,)
-        Relative permittivity, 1.
+        Relative permittivity without conduction [1].
     allowed : float
-        Loss tangent that noise may have, 1.
+        Largest loss tangent of the noise [1].
 
     Raises
     ------
     InputError
-        If the loss is negative beyond what is allowed.
+        If the loss is negative beyond that.
     """
     gain = target.imag / np.abs(target)
     width = min(5, gain.size)
@@ -159,7 +161,7 @@ def refuse_active(frequency: Real, target: Complex, *, allowed: float) -> None:
     if (excess > 0).any():
         at = int(np.argmax(excess))
         raise InputError(
-            f"polarisation = {target[at]:.4g} near {frequency[at]:.4g} Hz has eps'' < 0: the dielectric "
-            "would give energy away. Write it as eps' - j eps'' with eps'' >= 0; check the sign of the loss, "
-            "and that not more conduction was taken out than the material has."
+            f"bound permittivity = {target[at]:.4g} near {frequency[at]:.4g} Hz has eps'' < 0: the dielectric "
+            "would be active. Write it as eps' - j eps'' with eps'' >= 0; check the sign of the loss, "
+            "and that not more conduction was subtracted than the material has."
         )

@@ -1,4 +1,4 @@
-"""Least squares in the logarithms of all parameters, then reweighting towards the smallest largest error."""
+"""Least squares in the logarithms of all parameters, and reweighting that reduces the largest error."""
 
 from __future__ import annotations
 
@@ -9,48 +9,48 @@ import numpy as np
 from electrovib.core.arrays import Complex, Real
 from electrovib.solve.stack.prony.spectrum import Spectrum, Terms, debye_responses, stacked
 
-# Far beyond any permittivity, well within floating-point numbers.
+# Far above any logarithm of a permittivity, well within the range of floating-point numbers.
 LARGEST_LOGARITHM = 200.0
-# Share of the smallest permittivity in the band below which a term cannot be told from nothing.
+# Share of the smallest permittivity in the band below which a term is negligible.
 NOTHING = 1e-12
-# The high permittivity stays above this share of it: a stack of layers divides by it.
+# The permittivity at high frequency stays above this share of it, because a stack of layers divides by it.
 HIGH_FLOOR = 1e-6
-# Two times closer than this in the logarithm act as one to about its square.
+# Two relaxation times closer than this in the logarithm are equivalent to one, with an error of about its square.
 COINCIDENT = 1e-4
-# A relative error below this is that of arithmetic, not of the number of terms.
+# A relative error below this is due to rounding, not to the number of terms.
 EXACT = 1e-9
 _FAR_OFF = 1e100
 
 
 @dataclass(frozen=True)
 class LogParameters:
-    """Map between Debye terms and unbounded numbers: positive and inside the limits by construction.
+    """Map between Debye terms and unbounded numbers: positive and within the limits by construction.
 
-    The vector holds log high, log strengths, and for each time a logistic place between the two limits.
+    The vector holds log high, log strengths, and for each time the logistic parameter of its place between the limits.
     """
 
     spectrum: Spectrum
 
     def pack(self, terms: Terms) -> Real:
-        """Give the vector of terms whose strengths are above 0."""
+        """Return the vector of terms whose strengths are above 0."""
         first, span = self._range()
         share = np.clip((np.log(terms.times) - first) / span, 1e-4, 1 - 1e-4)
         high = max(terms.high, 1e-3 * self.spectrum.smallest())
         return np.concatenate([[np.log(high)], np.log(terms.strengths), np.log(share / (1 - share))])
 
     def unpack(self, vector: Real) -> Terms:
-        """Give the terms of a vector of logarithms [1], in the order of the vector."""
+        """Return the terms of a vector of logarithms [1], in the order of the vector."""
         count = vector.size // 2
         first, span = self._range()
         sizes = np.exp(np.clip(vector[: count + 1], -LARGEST_LOGARITHM, LARGEST_LOGARITHM))
         return Terms(float(sizes[0]), sizes[1:], np.exp(first + span * _logistic(vector[count + 1 :])))
 
     def error(self, vector: Real) -> Complex:
-        """Give the relative error [1] at the samples, shape (N,)."""
+        """Return the relative error [1] at the samples, shape (N,)."""
         return self.spectrum.relative_error(self.unpack(vector))
 
     def jacobian(self, vector: Real) -> Complex:
-        """Give the derivative [1] of the relative error, shape (N, 2M + 1)."""
+        """Return the derivative [1] of the relative error, shape (N, 2M + 1)."""
         terms = self.unpack(vector)
         angular = self.spectrum.angular
         responses = debye_responses(angular, terms.times)
@@ -68,23 +68,23 @@ class LogParameters:
 def least_squares(
     spectrum: Spectrum, terms: Terms, *, evaluations: int, weights: Real | None = None
 ) -> Terms:
-    """Move all parameters to the weighted least squares of the relative error.
+    """Fit all parameters by weighted least squares of the relative error.
 
     Parameters
     ----------
     spectrum : Spectrum
-        What to fit.
+        Spectrum to fit.
     terms : Terms
         Start; strengths above 0, and 2M + 1 <= 2N.
     evaluations : int
-        Most evaluations of the model.
+        Largest number of evaluations of the model.
     weights : ndarray, optional
         Weight of the squared error at each sample, shape (N,); equal when absent.
 
     Returns
     -------
     Terms
-        As many terms as at the start.
+        The fitted terms, as many as at the start.
     """
     import scipy.optimize
 
@@ -92,7 +92,7 @@ def least_squares(
     roots = np.sqrt(np.ones(spectrum.angular.size) if weights is None else weights)
 
     def residuals(vector: Real) -> Real:
-        if not np.all(np.isfinite(vector)):  # a step from a matrix without an inverse: it is far off
+        if not np.all(np.isfinite(vector)):  # a step from a singular matrix, which has to be rejected
             return np.full(2 * roots.size, _FAR_OFF)
         return stacked(parameters.error(vector) * roots)
 
@@ -110,7 +110,7 @@ def least_squares(
 
 
 def level_errors(spectrum: Spectrum, terms: Terms, *, rounds: int = 12) -> Terms:
-    """Trade mean error against largest error by raising the weight of the worst samples."""
+    """Reduce the largest error, at the cost of the mean error, by raising the weights of the worst samples."""
     weights = np.ones(spectrum.angular.size)
     best, smallest = terms, np.inf
     for step in range(rounds + 1):
@@ -120,7 +120,7 @@ def level_errors(spectrum: Spectrum, terms: Terms, *, rounds: int = 12) -> Terms
             best, smallest = terms, largest
         if largest < EXACT or step == rounds:
             break
-        # The small share keeps samples in the game whose error happens to cross zero.
+        # The small constant keeps the weight of samples whose error crosses zero above 0.
         weights = weights * (error / largest + 1e-3)
         weights /= weights.mean()
         terms = least_squares(spectrum, terms, evaluations=6, weights=weights)
@@ -128,7 +128,7 @@ def level_errors(spectrum: Spectrum, terms: Terms, *, rounds: int = 12) -> Terms
 
 
 def tidied(spectrum: Spectrum, terms: Terms) -> Terms:
-    """Sort by time, drop terms that add nothing in the band, make one of those that coincide."""
+    """Sort terms by time, omit those that are negligible in the band, and merge those that coincide."""
     added = terms.strengths * np.abs(debye_responses(spectrum.angular[:1], terms.times))[0]
     used = np.flatnonzero(added > NOTHING * spectrum.smallest())
     order = used[np.argsort(terms.times[used])]

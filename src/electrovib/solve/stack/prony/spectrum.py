@@ -1,4 +1,4 @@
-"""The spectrum to be reduced, and what a fit of it consists of."""
+"""The spectrum to be reduced, and the Debye terms of a fit."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ class Terms(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Spectrum:
-    """Samples of a polarisation spectrum and the range allowed for relaxation times.
+    """Samples of a bound permittivity, and the range allowed for relaxation times.
 
     Parameters
     ----------
-    angular : ndarray
-        Angular frequency, rad/s, shape (N,), rising.
-    target : ndarray of complex
-        Relative permittivity without conduction, 1, shape (N,).
+    angular : ndarray, shape (N,)
+        Angular frequencies, rising [rad/s].
+    target : ndarray of complex, shape (N,)
+        Relative permittivity without conduction [1].
     fastest, slowest : float
-        Limits of the relaxation times, s, 0 < fastest < slowest.
+        Limits of the relaxation times, 0 < fastest < slowest [s].
     """
 
     angular: Real
@@ -38,37 +38,37 @@ class Spectrum:
     slowest: float
 
     def grid_limits(self) -> tuple[float, float]:
-        """Give the range of starting times: one decade beyond the band, within the limits."""
+        """Return the range of initial relaxation times: one decade beyond the band, within the limits [s]."""
         first, last = 0.1 / self.angular[-1], 10 / self.angular[0]
-        # Just inside: the map of polish.py has no slope at the limits themselves.
+        # Just inside the limits, at which the map of polish.py has a slope of 0.
         return max(float(first), 1.01 * self.fastest), min(float(last), self.slowest / 1.01)
 
     def smallest(self) -> float:
-        """Give the smallest modulus of the permittivity in the band."""
+        """Return the smallest modulus of the permittivity in the band."""
         return float(np.abs(self.target).min())
 
     def relative_error(self, terms: Terms) -> Complex:
-        """Give fit/target - 1 at the samples, shape (N,)."""
+        """Return fit/target - 1 at the samples, shape (N,)."""
         response = terms.high + debye_responses(self.angular, terms.times) @ terms.strengths
         return np.asarray(response / self.target - 1)
 
 
 def debye_responses(angular: Real, times: Real) -> Complex:
-    """Give 1/(1 + j w tau).
+    """Return 1/(1 + j w tau).
 
     Parameters
     ----------
     angular, times : ndarray, shapes (N,) and (M,)
-        rad/s; s.
+        Angular frequencies w [rad/s] and relaxation times tau [s].
 
     Returns
     -------
-    ndarray of complex, shape (N, M)
-        1.
+    responses : ndarray of complex, shape (N, M)
+        Response of each relaxation at each frequency [1].
     """
     return np.asarray(1 / (1 + 1j * angular[:, np.newaxis] * times))
 
 
 def stacked(values: Complex) -> Real:
-    """Put real parts above imaginary parts [same unit], shape (2N, ...)."""
+    """Return real parts followed by imaginary parts [same unit], shape (2N, ...)."""
     return np.concatenate([values.real, values.imag])

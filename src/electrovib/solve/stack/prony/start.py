@@ -1,4 +1,4 @@
-"""Starting terms from non-negative least squares on fixed grids of relaxation times."""
+"""Initial terms of a fit, from non-negative least squares on fixed grids of relaxation times."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.solve.stack.prony.spectrum import Spectrum, Terms, debye_responses, stacked
 
-# scipy's nnls may give up on long nearly dependent grids: 59 times and the high term stay clear of it.
+# scipy's nnls may fail on long, nearly dependent grids; it does not for 59 times and the high term.
 DENSE = 59
-# How far, in decades, the end points of the even grid may lie beyond the band.
+# Decades by which the end points of the even grid may lie beyond the band.
 SLOW_REACH = (0.0, 0.2, 0.4, 0.7, 1.0)
 FAST_REACH = (0.0, 0.2, 0.4, 0.7, 1.0)
 
@@ -22,16 +22,16 @@ def nonnegative_terms(spectrum: Spectrum, times: Real) -> tuple[Terms, float]:
     Parameters
     ----------
     spectrum : Spectrum
-        What to fit, with equal relative weight at every sample.
-    times : ndarray
-        Relaxation times, s, shape (M,), rising.
+        Spectrum to fit, with equal relative weight at every sample.
+    times : ndarray, shape (M,)
+        Relaxation times, rising [s].
 
     Returns
     -------
-    Terms
+    terms : Terms
         All M terms; many strengths are zero.
-    float
-        Root of the summed squares of the relative error.
+    misfit : float
+        Root of the summed squares of the relative error [1].
     """
     from scipy.optimize import lsq_linear, nnls
 
@@ -42,7 +42,9 @@ def nonnegative_terms(spectrum: Spectrum, times: Real) -> tuple[Terms, float]:
     wanted = stacked(np.ones(spectrum.angular.size, dtype=complex))
     try:
         weights, misfit = nnls(matrix, wanted, maxiter=50 * matrix.shape[1])
-    except RuntimeError:  # nnls met its own limit: an interior-point answer starts the polish as well
+    except (
+        RuntimeError
+    ):  # nnls reached its limit of iterations: an interior-point solution is as good a start
         solution = lsq_linear(matrix, wanted, bounds=(0, np.inf))
         weights, misfit = solution.x, float(np.sqrt(2 * solution.cost))
     weights = weights / sizes
@@ -50,7 +52,7 @@ def nonnegative_terms(spectrum: Spectrum, times: Real) -> tuple[Terms, float]:
 
 
 def even_start(spectrum: Spectrum, count: int) -> Terms:
-    """Place ``count`` times evenly in the logarithm, with the best end points of a coarse search."""
+    """Return terms with ``count`` times even in the logarithm, with the best end points of a coarse search."""
     low, high = spectrum.grid_limits()
     best, smallest = None, np.inf
     for slow, fast in itertools.product(SLOW_REACH, FAST_REACH):
@@ -65,9 +67,9 @@ def even_start(spectrum: Spectrum, count: int) -> Terms:
 
 
 def clustered_start(spectrum: Spectrum, count: int) -> Terms:
-    """Solve on a dense grid and draw neighbours together until at most ``count`` terms are left.
+    """Return the solution on a dense grid, with neighbours merged until at most ``count`` terms remain.
 
-    A relaxation that falls between two grid times comes out of the solver as a pair: the pair is one term.
+    A relaxation between two grid times appears in the solution as a pair, which is one term.
     """
     terms, _ = nonnegative_terms(spectrum, np.geomspace(*spectrum.grid_limits(), DENSE))
     used = np.flatnonzero(terms.strengths > 0)

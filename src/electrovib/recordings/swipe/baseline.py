@@ -1,4 +1,4 @@
-"""The zero of a sensor from where it is free of load, and what the choice of it leaves uncertain."""
+"""Zero of a sensor from the sections free of load, and the uncertainty due to its choice."""
 
 from __future__ import annotations
 
@@ -8,33 +8,33 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.swipe_parts import SHORTEST
+from electrovib.recordings.swipe.parts import SHORTEST
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.recordings.recording import Recording
     from electrovib.recordings.spans import Span
-    from electrovib.recordings.swipe_parts import Touch
+    from electrovib.recordings.swipe.parts import Touch
 
 BLOCKS = 10
-"""Parts of a window whose scatter gives the statistical error."""
+"""Number of parts of a window from whose scatter the statistical error is computed."""
 _COVERAGE = 2.262
-"""Standard errors added on either side of an interval: 95 % for a mean of ten parts (Student's t)."""
+"""Standard errors on either side of an interval: 95 % for a mean of ten parts (Student's t)."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number, its value for every choice of the baseline, and its statistical error.
+    """A measured number, its value for every choice of the baseline, and its statistical error.
 
     Parameters
     ----------
     value : float
-        With the best baseline there is: interpolated, else the only one.
+        Value with the interpolated baseline, or with the only one if there is no other.
     by_baseline : mapping of str to float
-        With each simple choice of the baseline.
+        Value with each simple choice of the baseline.
     standard_error : float
-        Of the mean over the window, from the scatter of its parts and of the baseline.
+        Standard error of the mean over the window, from the scatter of its parts and of the baseline.
     """
 
     value: float
@@ -48,12 +48,12 @@ class Estimate:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """The same with 2.26 standard errors, 95 %, on either side: the stated uncertainty."""
+        """The same, extended by 2.26 standard errors (95 %) on either side: the stated uncertainty."""
         low, high = self.baseline_interval
         return low - _COVERAGE * self.standard_error, high + _COVERAGE * self.standard_error
 
     def to_dict(self) -> dict[str, Any]:
-        """Give plain numbers for JSON."""
+        """Return plain numbers for JSON."""
         return {
             "value": self.value,
             "interval": list(self.interval),
@@ -65,7 +65,17 @@ class Estimate:
 
 @dataclass(frozen=True, kw_only=True)
 class Zero:
-    """The zero of both sensors in one unloaded stretch."""
+    """Zeros of both force sensors in one section free of load.
+
+    Parameters
+    ----------
+    time : float
+        Mean time of the section [s].
+    normal, lateral : float
+        Median readings [N].
+    normal_error, lateral_error : float
+        Their standard errors, without the drift [N].
+    """
 
     time: float
     normal: float
@@ -75,12 +85,12 @@ class Zero:
 
 
 def zeros_beside(recording: Recording, contact: Touch, window: Span) -> dict[str, Zero]:
-    """Take the zeros before and after from the unloaded samples nearest to the contact.
+    """Compute the zeros before and after a contact from the nearest samples free of load.
 
     Raises
     ------
     InputError
-        If no stretch free of load beside the contact is long enough.
+        If no section free of load before or after the contact is long enough.
     """
     longest = window[1] - window[0]
     found = {}
@@ -94,7 +104,7 @@ def zeros_beside(recording: Recording, contact: Touch, window: Span) -> dict[str
         )
     if not found:
         raise InputError(
-            f"{recording.source}: no part of {SHORTEST:g} s is free of load beside the contact that begins at"
+            f"{recording.source}: no section of {SHORTEST:g} s is free of load before or after the contact that begins at"
             f" {recording.time[contact.span[0]]:.3g} s, so the zero of the sensors is unknown."
         )
     return found
@@ -113,19 +123,19 @@ def _zero(recording: Recording, span: Span) -> Zero:
 
 
 def choices_of(zeros: dict[str, Zero], *, at: float) -> dict[str, tuple[float, float]]:
-    """Give the zeros of both forces by each simple choice.
+    """Return the zeros of both forces for each simple choice of the baseline.
 
     Parameters
     ----------
     zeros : dict of str to Zero
-        ``before``, ``after`` or both.
+        Zeros ``before`` and ``after`` the contact, or one of them.
     at : float
-        Time at which the line from before to after is taken [s].
+        Time at which the straight line between them is evaluated [s].
 
     Returns
     -------
     dict of str to tuple of float
-        Choice to the zeros of the normal and of the lateral force [N].
+        Name of the choice to the zeros of the normal and the lateral force [N].
     """
     found = {name: (zero.normal, zero.lateral) for name, zero in zeros.items()}
     if len(zeros) == 2:
@@ -138,32 +148,43 @@ def choices_of(zeros: dict[str, Zero], *, at: float) -> dict[str, tuple[float, f
 
 
 def block_means(values: NDArray[np.float64], span: Span, *, median: bool = False) -> NDArray[np.float64]:
-    """Means, or medians, of `BLOCKS` equal parts of a span.
+    """Return the means, or medians, of `BLOCKS` equal parts of a section.
 
     Parameters
     ----------
     values : ndarray, shape (n,)
-        Any unit.
+        Samples in any unit.
     span : tuple of int
-        Samples.
+        Section.
     median : bool
-        Of the median, which a touch in between moves less.
+        Whether medians are computed, which a brief touch changes less.
 
     Returns
     -------
-    ndarray, shape (10,)
-        Same unit.
+    means : ndarray, shape (10,)
+        Means or medians, in the unit of the samples.
     """
     blocks = np.array_split(values[slice(*span)], BLOCKS)
     return np.array([np.median(block) if median else np.mean(block) for block in blocks])
 
 
 def standard_error(means: NDArray[np.float64]) -> float:
-    """Standard error of the mean of independent numbers, in their own unit [any]."""
+    """Return the standard error of the mean of independent numbers.
+
+    Parameters
+    ----------
+    means : ndarray, shape (n,)
+        Independent numbers in any unit; n >= 2.
+
+    Returns
+    -------
+    error : float
+        Standard error of their mean, in the same unit.
+    """
     return float(np.std(means, ddof=1) / np.sqrt(len(means)))
 
 
 def _detrended(means: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Take a straight line off: a drift is no scatter, the choice of the baseline accounts for it."""
+    """Subtract a straight line, because a drift is covered by the choice of the baseline."""
     place = np.arange(len(means)) - (len(means) - 1) / 2
     return means - place * (place @ means) / (place @ place)

@@ -1,4 +1,4 @@
-"""What is known of a release and of the ringing behind it."""
+"""Result of the fit of a release and of the oscillation after it."""
 
 from __future__ import annotations
 
@@ -8,56 +8,54 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.recordings.release_parts import (
-    Decay,
-    Extremum,
-)
+from electrovib.recordings.release.parts import Decay, Extremum
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-    from electrovib.recordings.release_uncertainty import Uncertainty
+    from electrovib.recordings.release.uncertainty import Uncertainty
 
 
-@dataclass(frozen=True, kw_only=True)
-class Ringing:
-    """A release and the ringing after it. Times are s after the drive ends unless they say otherwise.
+@dataclass(frozen=True, kw_only=True, repr=False)
+class FittedRelease:
+    """A fitted release and the damped oscillation after it; times are after the end of the drive unless stated otherwise.
 
     Parameters
     ----------
     drive_end : float
-        When the drive ends, on the clock of the record [s]: half way between its last sample and the next.
+        Time of the end of the drive on the clock of the record [s]: mean of its last sample and the next.
     delay : float
-        Mean time by which the force lets go behind the drive [s]: of a fall that begins after a while and then
-        dies away exponentially, the while and the time constant together. The two apart are hardly ever determined.
+        Mean delay of the fall of the force after the end of the drive [s]: the dead time plus the time constant of the
+        exponential decay after it. A record rarely determines the two separately.
     fall_time : float
-        Time constant of the fall that fits best [s].
+        Time constant of the decay that fits best [s].
     fall_time_interval : tuple of float
-        Between which values it fits as well, 95 % on either side [s]; from 0 where a jump does.
+        Lowest and highest time constant that fit as well, 95 % on either side [s]; the lowest is 0 if a
+        discontinuity fits as well.
     held, after : float
-        Force before and long after the release [N].
+        Force before the release and long after it [N].
     frequency, quality : float
-        Natural frequency [Hz] and quality factor [1] of the one resonance that fits best: that of the whole
-        assembly, load cell with everything that hangs on it, which is lower than that of the bare cell.
+        Natural frequency [Hz] and quality factor [1] of the one resonance that fits best. It is that of the load cell
+        with its load, which is lower than that of the bare cell.
     uncertainty : mapping of str to Uncertainty
-        Of ``delay``, ``frequency`` and ``quality``, with its components.
+        Uncertainty of ``delay``, ``frequency`` and ``quality``, with its components.
     misfit, misfit_without : float
-        rms of what is left over rms of the force about its last level, after the drive ends [1]: with the
-        resonance, and with the best exponential release that the sensor would follow at once.
+        Rms of the residual over the rms of the force about its last level, after the end of the drive [1]: with the
+        resonance, and for the best exponential release recorded by a sensor without resonance.
     scatter : float
-        Standard deviation before the release [N].
+        Standard deviation of the force before the release [N].
     missing : int
-        Rows that were left out because they held a NaN.
+        Number of rows that were omitted because they held a NaN.
     extrema : tuple of Extremum
-        Turning points that stand out from the scatter.
+        Turning points that exceed the noise.
     early, late : Decay or None
-        Damped sines from the first turning point, and from three quarters of a period later.
+        Damped sines fitted from the first turning point on, and from three quarters of a period later.
     time, force, model, model_without : ndarray, shape (n,)
-        The samples that were fitted: s after the drive ends, and N.
+        Fitted samples: times after the end of the drive [s], forces [N], and both fits [N].
     words : tuple of str
-        What the record says, and what it does not determine.
+        Sentences that state what the record determines and what it does not.
     """
 
     drive_end: float
@@ -84,12 +82,16 @@ class Ringing:
 
     @property
     def half_periods(self) -> tuple[float, ...]:
-        """Frequencies [Hz] that successive turning points give."""
+        """Frequencies from the intervals between successive turning points [Hz]."""
         times = [extremum.time for extremum in self.extrema]
         return tuple(1 / (2 * (later - earlier)) for earlier, later in itertools.pairwise(times))
 
+    def __repr__(self) -> str:
+        """Return the sentences that state the result."""
+        return "\n".join(self.words)
+
     def to_dict(self) -> dict[str, Any]:
-        """Give plain numbers and words for JSON, in SI, without the samples."""
+        """Return plain numbers and texts for JSON, in SI, without the samples."""
         plain = (
             "drive_end", "delay", "fall_time", "held", "after", "frequency", "quality", "misfit", "misfit_without",
             "scatter", "missing",

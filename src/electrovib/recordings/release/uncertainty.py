@@ -1,4 +1,4 @@
-"""How far delay, fall time, frequency and quality of a release are determined by its record."""
+"""Uncertainty of the delay, the fall time, the frequency and the quality factor of a fitted release."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.recordings.correlated import autocovariance, covariance
-from electrovib.recordings.release_fit import refined
+from electrovib.recordings.release.least_squares import refined
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from electrovib.recordings.release_fit import Release
-    from electrovib.recordings.release_parts import Decay
+    from electrovib.recordings.release.least_squares import Release
+    from electrovib.recordings.release.parts import Decay
 
 JUDGED = ("delay", "frequency", "quality")
 _LATER_STARTS = (0.25, 0.5, 0.75)
-"""Periods after the release at which the window begins instead."""
+"""Alternative beginnings of the window after the release, in periods."""
 _FALLS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 1.0)
 """Fall times that are tried, in periods."""
 _INTERVAL = 3.29
@@ -29,53 +29,55 @@ _INTERVAL = 3.29
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Standard uncertainty of a number, by where it comes from.
+    """Standard uncertainty of a number, by its causes.
 
     Parameters
     ----------
     components : mapping of str to float
-        Each a standard uncertainty in the unit of the number: ``noise`` (of the fit, with neighbouring residuals
-        counted as alike), ``window`` (rms change when the fit begins up to three quarters of a period after the
-        release), ``fall time`` (of the other fall times that fit as well), for a delay ``end`` (of the drive, between
-        two samples), for frequency and quality ``change`` (while the ringing dies away).
+        Standard uncertainties in the unit of the number: ``noise`` (of the fit, with the correlation of the residuals),
+        ``window`` (rms change if the fit begins up to three quarters of a period after the release), ``fall time``
+        (of the other fall times that fit as well), for a delay ``end`` (of the drive, between two samples), for
+        frequency and quality factor ``change`` (during the decay).
     """
 
     components: Mapping[str, float]
 
     @property
     def total(self) -> float:
-        """Root of the sum of the squares of the components."""
+        """Root of the sum of squares of the components, in their unit."""
         return float(np.sqrt(sum(value**2 for value in self.components.values())))
 
     def to_dict(self) -> dict[str, float]:
-        """Give plain numbers for JSON: the components and their total."""
+        """Return plain numbers for JSON: the components and their total."""
         return {**self.components, "total": self.total}
 
 
 def uncertainties(
     *, stamps: NDArray[np.float64], force: NDArray[np.float64], window: float, best: Release
 ) -> tuple[dict[str, Uncertainty], tuple[float, float]]:
-    """Judge a fitted release.
+    """Compute the uncertainty of a fitted release.
 
     Parameters
     ----------
     stamps : ndarray, shape (n,)
-        s after the end of the drive.
+        Times after the end of the drive [s].
     force : ndarray, shape (n,)
-        N.
+        Force [N].
     window : float
-        How long after that end the samples go on [s].
+        Time after that end up to which there are samples [s].
     best : Release
-        Fitted to these samples.
+        Release fitted to these samples.
 
     Returns
     -------
-    tuple
-        Uncertainty of ``delay`` [s], ``frequency`` [Hz] and ``quality`` [1]; lowest and highest fall time that fit as
-        well (95 % on either side) [s], 0 where a jump does.
+    found : dict of str to Uncertainty
+        Uncertainty of ``delay`` [s], ``frequency`` [Hz] and ``quality`` [1].
+    interval : tuple of float
+        Lowest and highest fall time that fit as well, 95 % on either side [s]; the lowest is 0 if a discontinuity fits
+        as well.
     """
     jacobian, after = _jacobian(stamps, best), stamps >= 0
-    # before the end what is left is noise, after it also what no linear resonance is: the one that moves more counts
+    # the residual is noise before the end of the drive, and includes model error after it: the larger effect is taken
     kinds = (
         autocovariance(best.residual[~after], fitted=1),
         autocovariance(best.residual[after], fitted=jacobian.shape[1]),
@@ -105,19 +107,19 @@ def uncertainties(
 def with_change(
     found: Mapping[str, Uncertainty], decays: tuple[Decay | None, Decay | None]
 ) -> dict[str, Uncertainty]:
-    """Add what frequency and quality change while the ringing dies away, beyond the noise of either end.
+    """Add the change of frequency and quality factor during the decay, beyond the noise of both fits.
 
     Parameters
     ----------
     found : mapping of str to Uncertainty
-        Of ``delay``, ``frequency`` and ``quality``.
+        Uncertainty of ``delay``, ``frequency`` and ``quality``.
     decays : tuple of Decay or None
-        Fitted early and late.
+        Damped sines fitted early and late.
 
     Returns
     -------
     dict of str to Uncertainty
-        With the component ``change``: any value between early and late is as likely as another.
+        With the component ``change``, of a uniform distribution between the early and the late value.
     """
     early, late = decays
     if early is None or late is None:
@@ -132,7 +134,7 @@ def with_change(
 
 
 def _jacobian(stamps: NDArray[np.float64], at: Release, *, of_fall: bool = False) -> NDArray[np.float64]:
-    """Change of the force with delay, frequency, quality and both levels, and with the fall time at the same delay."""
+    """Return the derivatives by delay, frequency, quality factor and both levels; by the fall time at equal delay."""
     step = 1e-4 / at.frequency
     changes: list[tuple[float, dict[str, float]]] = [
         (step, {"start": step}),
@@ -158,8 +160,8 @@ def _falls(
     best: Release,
     alike: NDArray[np.float64],
 ) -> tuple[list[Release], tuple[float, float]]:
-    """Fit with other fall times; give the fits at both ends of those that are as good, and these ends."""
-    # near 0 a fall time is seen by its square alone: how much neighbours count is told where it is seen
+    """Return the fits with the lowest and the highest fall time that fit as well, and these two times."""
+    # near 0 the record depends on the square of the fall time, so the effect of the correlation is found further off
     fall = max(best.fall_time, _FALLS[2] / best.frequency)
     seen = _jacobian(stamps, replace(best, fall_time=fall, start=best.delay - fall), of_fall=True)
     with_neighbours, alone = (covariance(jacobian=seen, autocovariance=of)[3, 3] for of in (alike, alike[:1]))
@@ -184,7 +186,7 @@ def _falls(
 def _end(
     best: float, tried: Sequence[float], excess: Callable[[float], float], allowed: float
 ) -> float | None:
-    """Find where the sum of squares gets larger than allowed on the way to other fall times; None if it does not."""
+    """Find the fall time beyond which the sum of squares is larger than allowed; None if it never is."""
     inside, cost = best, 0.0
     for fall in tried:
         beyond = excess(fall)
@@ -195,7 +197,7 @@ def _end(
 
 
 def _crossing(inside: float, outside: float, cost: float, beyond: float, allowed: float) -> float:
-    """Find between two fall times the one at which the sum of squares is as large as allowed; it grows as a square."""
+    """Interpolate the fall time at which the sum of squares, taken as quadratic, is as large as allowed."""
     low, high, wanted = (np.sqrt(max(value, 0.0)) for value in (cost, beyond, allowed))
     share = (wanted - low) / (high - low) if high > low else 1.0
     return float(inside + np.clip(share, 0, 1) * (outside - inside))

@@ -1,4 +1,4 @@
-"""Pieces of a ringing: the end of the drive, turning points, damped sines, levels by least squares."""
+"""Parts of the analysis of a release: end of the drive, turning points, damped sines, levels by least squares."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _STANDS_OUT = 3.0
-"""A turning point is this many times the scatter away from the level."""
+"""Smallest distance of a turning point from the level, in standard deviations of the noise."""
 
 
 @dataclass(frozen=True)
 class Extremum:
-    """A turning point.
+    """A turning point of the force.
 
     Parameters
     ----------
     time, force : float
-        s and N.
+        Time [s] and force [N].
     """
 
     time: float
@@ -38,13 +38,13 @@ class Decay:
     Parameters
     ----------
     start : float
-        First sample that was fitted [s].
+        Time of the first fitted sample [s].
     frequency, quality : float
-        Of the damped oscillation [Hz], and its quality factor [1].
+        Frequency [Hz] and quality factor [1] of the damped oscillation.
     frequency_uncertainty, quality_uncertainty : float
-        Standard uncertainty of the fit, with neighbouring residuals counted as alike.
+        Standard uncertainties [Hz] and [1] of the fit, with the correlation of the residuals.
     misfit : float
-        rms of what is left [N].
+        Rms of the residual [N].
     """
 
     start: float
@@ -55,47 +55,47 @@ class Decay:
     misfit: float
 
     def to_dict(self) -> dict[str, float]:
-        """Give plain numbers for JSON."""
+        """Return plain numbers for JSON."""
         return asdict(self)
 
 
 def drive_end(*, time: NDArray[np.float64], voltage: NDArray[np.float64], name: str = "voltage") -> float:
-    """Find when a drive falls for the last time below half of its largest magnitude.
+    """Return the time at which a drive falls below half of its largest magnitude for the last time.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
-        s.
+        Times [s].
     voltage : ndarray, shape (n,)
-        V, as read back; or 1 while it is on.
+        Voltage as read back [V], or 1 while the drive is on and 0 otherwise.
     name : str
-        Of that column, for messages.
+        Name of that column, for messages.
 
     Returns
     -------
-    float
-        s: half way between the last sample above half and the next one; the fall lies between the two.
+    end : float
+        Mean of the times of the last sample above half of the magnitude and of the next one [s].
 
     Raises
     ------
     InputError
-        If there is no drive, or it does not end.
+        If there is no drive, or if it does not end.
     """
     on, peak = _on(voltage)
     if peak == 0 or len(on) == len(time):
         raise InputError(
-            f"{name}: lies between {voltage.min():g} and {voltage.max():g} and never goes on and off; is it the"
+            f"{name}: lies between {voltage.min():g} and {voltage.max():g} and is never switched on and off; is it the"
             " right column?"
         )
     if on[-1] == len(time) - 1:
-        raise InputError(f"{name}: the drive is still on at the last sample, so nothing lets go")
+        raise InputError(f"{name}: the drive is still on at the last sample, so the record holds no release")
     return float(time[on[-1]] + time[on[-1] + 1]) / 2
 
 
 def _on(voltage: NDArray[np.float64]) -> tuple[NDArray[np.intp], float]:
-    """Give the samples at which the drive is on, and its size."""
+    """Return the samples at which the drive is on, and its magnitude."""
     size = np.abs(voltage)
-    # of a read-back with spikes, the size is that of the upper part of what is on
+    # a median, because the read-back may have spikes
     peak = float(np.quantile(size[size >= size.max() / 2], 0.5))
     return np.flatnonzero(size > peak / 2), peak
 
@@ -103,22 +103,26 @@ def _on(voltage: NDArray[np.float64]) -> tuple[NDArray[np.intp], float]:
 def levels_and_misfit(
     *, shape: NDArray[np.float64], force: NDArray[np.float64], stamps: NDArray[np.float64]
 ) -> tuple[float, float, float, NDArray[np.float64], NDArray[np.float64]]:
-    """Fit the levels at 1 and at 0 of a shape to a force.
+    """Fit the two levels of a normalised shape to a force.
 
     Parameters
     ----------
     shape : ndarray, shape (n,)
-        1 before, 0 long after [1].
+        Normalised shape: 1 before the release, 0 long after it.
     force : ndarray, shape (n,)
-        N.
+        Force [N].
     stamps : ndarray, shape (n,)
-        s after the end of the drive.
+        Times after the end of the drive [s].
 
     Returns
     -------
-    tuple
-        Level at 1 and at 0 [N]; rms of the residual over rms of the force about its last level, both from the
-        end of the drive on [1]; residual and model [N].
+    held, after : float
+        Levels at which the shape is 1 and 0 [N].
+    misfit : float
+        Rms of the residual over the rms of the force about its last level, both after the end of the drive [1];
+        infinite if the force does not change.
+    residual, model : ndarray, shape (n,)
+        Model less force, and model [N].
     """
     centred = shape - shape.mean()
     square = float(centred @ centred)
@@ -142,25 +146,25 @@ def find_extrema(
     scatter: float,
     end: float,
 ) -> list[Extremum]:
-    """Find turning points after a release, one side after the other, until they sink into the scatter.
+    """Find the turning points after a release, on alternate sides of the level, as far as they exceed the noise.
 
     Parameters
     ----------
     stamps : ndarray, shape (n,)
-        s.
+        Times [s].
     force : ndarray, shape (n,)
-        N.
+        Force [N].
     start, end : float
-        Where to begin and to stop [s].
+        Limits of the search [s].
     period : float
-        About how long an oscillation lasts [s].
+        Approximate period of the oscillation [s].
     level, scatter : float
-        Force that it dies away to, and standard deviation of the noise [N].
+        Force to which the oscillation decays, and standard deviation of the noise [N].
 
     Returns
     -------
     list of Extremum
-        Each the top of a parabola through the samples within an eighth of a period.
+        Vertices of parabolas fitted to the samples within an eighth of a period.
     """
     before = force[stamps < 0]
     side = -1.0 if np.mean(before[-20:]) > level else 1.0
@@ -196,21 +200,21 @@ def _parabola(
 def damped_sine(
     stamps: NDArray[np.float64], force: NDArray[np.float64], *, start: float, end: float
 ) -> Decay | None:
-    """Fit a damped sine about a level to a part of a record.
+    """Fit a damped sine about a level to a section of a record.
 
     Parameters
     ----------
     stamps : ndarray, shape (n,)
-        s.
+        Times [s].
     force : ndarray, shape (n,)
-        N.
+        Force [N].
     start, end : float
-        Part to be fitted [s].
+        Limits of the section [s].
 
     Returns
     -------
     Decay or None
-        None where fewer than 12 samples are left.
+        Fitted damped sine; None if the section holds fewer than 12 samples.
     """
     from scipy.optimize import least_squares
 
@@ -237,7 +241,7 @@ def damped_sine(
     found = least_squares(residual, begin, bounds=bounds)
     frequency, rate = (float(value) for value in np.exp(found.x))
     left = residual(found.x)
-    # amplitudes and level are fitted anew for each frequency and rate, so their part is in these slopes already
+    # amplitudes and level are fitted for each frequency and rate, so the Jacobian contains their effect
     alike = covariance(jacobian=found.jac, autocovariance=autocovariance(left, fitted=5))
     quality = float(np.pi * frequency / rate)
     of_quality = float(alike[0, 0] + alike[1, 1] - 2 * alike[0, 1])

@@ -1,4 +1,4 @@
-"""Least-squares fits of a release, seen by a sensor that rings with its load and by one that does not."""
+"""Least-squares fits of a release recorded by a resonant sensor, and by one without resonance."""
 
 from __future__ import annotations
 
@@ -9,31 +9,31 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.resonance import release_seen_by_sensor
-from electrovib.recordings.release_parts import levels_and_misfit
+from electrovib.recordings.release.parts import levels_and_misfit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _SCALE = (0.05, 0.3, 0.1, 0.3)
-"""By how much start, logarithms of fall time, frequency and quality change what is fitted about equally."""
+"""Changes of the start and of the logarithms of fall time, frequency and quality with about equal effect on the fit."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Release:
-    """A fitted release. Times are s after the end of the drive.
+    """A fitted release, with times after the end of the drive.
 
     Parameters
     ----------
     start, fall_time : float
-        When the force begins to fall, and time constant of the fall [s].
+        Time at which the force begins to fall, and time constant of the fall [s].
     frequency, quality : float
-        Of the resonance [Hz], [1].
+        Natural frequency [Hz] and quality factor [1] of the resonance.
     held, after : float
-        Force before and long after [N].
+        Force before the release and long after it [N].
     misfit : float
-        rms of the residual over rms of the force about its last level, both after the end of the drive [1].
+        Rms of the residual over the rms of the force about its last level, both after the end of the drive [1].
     model, residual : ndarray, shape (n,)
-        At the samples [N].
+        Fitted force and its difference from the record at the samples [N].
     """
 
     start: float
@@ -48,11 +48,11 @@ class Release:
 
     @property
     def delay(self) -> float:
-        """Mean time at which the force lets go [s]."""
+        """Mean time of the fall of the force [s]: its start plus its time constant."""
         return self.start + self.fall_time
 
     def shape(self, stamps: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Give the reading at times [s] after the end of the drive, 1 before and 0 long after [1]."""
+        """Return the normalised reading at times [s] after the end of the drive: 1 before the release, 0 long after it."""
         return release_seen_by_sensor(
             stamps,
             start=self.start,
@@ -63,26 +63,26 @@ class Release:
 
 
 def resonant_release(*, stamps: NDArray[np.float64], force: NDArray[np.float64], window: float) -> Release:
-    """Fit a release and one resonance, from the best of a grid.
+    """Fit a release and one resonance, starting from the best points of a grid.
 
     Parameters
     ----------
     stamps : ndarray, shape (n,)
-        s after the end of the drive.
+        Times after the end of the drive [s].
     force : ndarray, shape (n,)
-        N.
+        Force [N].
     window : float
-        How long after that end the samples go on [s].
+        Time after that end up to which there are samples [s].
 
     Returns
     -------
     Release
-        The best of the four best starts.
+        Best of the fits from the four best starts.
 
     Raises
     ------
     InputError
-        If the samples are too far apart to show a ringing.
+        If the samples are too far apart to resolve an oscillation.
     """
     fit = _Fit(stamps, force, window)
     starts = [
@@ -106,25 +106,25 @@ def refined(
     window: float,
     fall_time: float | None = None,
 ) -> Release:
-    """Fit the same release to other samples or with a fall time that is given.
+    """Fit the same release to other samples, or with a prescribed fall time.
 
     Parameters
     ----------
     stamps : ndarray, shape (n,)
-        s after the end of the drive.
+        Times after the end of the drive [s].
     force : ndarray, shape (n,)
-        N.
+        Force [N].
     window : float
-        How long after that end the samples go on [s].
+        Time after that end up to which there are samples [s].
     begin : Release
-        Where the search begins.
+        Start of the search.
     fall_time : float, optional
-        Held at this [s]; fitted if not given.
+        Prescribed time constant of the fall [s]; fitted if not given.
 
     Returns
     -------
     Release
-        The nearest best one.
+        Local optimum.
     """
     fit = _Fit(stamps, force, window)
     fall = begin.fall_time if fall_time is None else fall_time
@@ -135,15 +135,17 @@ def refined(
 
 
 class _Fit:
-    """Samples, and what is looked for in them: start over window; logarithms of fall time, frequency, quality."""
+    """Least-squares problem in the start over the window and the logarithms of fall time, frequency and quality."""
 
     def __init__(self, stamps: NDArray[np.float64], force: NDArray[np.float64], window: float) -> None:
         step = float(np.median(np.diff(stamps)))
         self.stamps, self.force, self.window = stamps, force, window
         self.slow, self.fast = 0.5 / window, 1 / (6 * step)
         if self.fast <= self.slow:
-            raise InputError(f"samples {step:g} s apart are too few to show a ringing within {window:g} s")
-        # a fall faster than a tenth of the step cannot be told from a jump
+            raise InputError(
+                f"samples {step:g} s apart are too few to resolve an oscillation within {window:g} s"
+            )
+        # a fall faster than a tenth of the step cannot be distinguished from a discontinuity
         self.lowest = np.array([-step / window, np.log(step / 10), np.log(self.slow), np.log(0.6)])
         self.highest = np.array([0.5, np.log(window / 2), np.log(self.fast), np.log(100.0)])
 
@@ -205,21 +207,23 @@ class _Fit:
 def plain_release(
     *, stamps: NDArray[np.float64], force: NDArray[np.float64], window: float
 ) -> tuple[float, NDArray[np.float64]]:
-    """Fit an exponential release to a sensor that follows at once.
+    """Fit an exponential release recorded by a sensor without resonance.
 
     Parameters
     ----------
     stamps : ndarray, shape (n,)
-        s after the end of the drive.
+        Times after the end of the drive [s].
     force : ndarray, shape (n,)
-        N.
+        Force [N].
     window : float
-        How long after that end the samples go on [s].
+        Time after that end up to which there are samples [s].
 
     Returns
     -------
-    tuple
-        Misfit [1] and model, shape (n,) [N].
+    misfit : float
+        Rms of the residual over the rms of the force about its last level, both after the end of the drive [1].
+    model : ndarray, shape (n,)
+        Fitted force [N].
     """
     from scipy.optimize import least_squares
 

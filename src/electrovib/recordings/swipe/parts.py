@@ -1,4 +1,4 @@
-"""Where a recorded finger touches, where it slides and where its sensors are free: found from the record alone."""
+"""Sections of a record in which the finger touches, slides or leaves the sensors free of load."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ if TYPE_CHECKING:
     from electrovib.recordings.recording import Recording
 
 SMOOTHING = 20e-3
-"""Time over which a finger neither touches, leaves nor turns [s]."""
+"""Time within which a finger neither touches, nor lifts off, nor reverses [s]."""
 SHORTEST = 0.1
-"""Contacts and pauses shorter than this are bounces [s]."""
+"""Duration below which a contact or a pause counts as a bounce [s]."""
 _LIGHT = 0.3
-"""A contact, once it has reached half of the load, lasts as long as this part of it is left."""
+"""Fraction of the load above which a contact that has reached half of it continues."""
 CLEAR = 5.0
-"""A load stands this many standard deviations of the unloaded signal above it, or it is no contact."""
+"""Smallest load of a contact, in standard deviations of the signal without load."""
 FEWEST_COUNTS = 100.0
-"""A way of fewer counts of the encoder is no slide."""
+"""Smallest distance of a slide, in counts of the encoder."""
 
 
 @dataclass(frozen=True)
 class Touch:
-    """A touch: its samples, and the unloaded samples nearest to it on either side, where there are any.
+    """A contact: its samples, and the nearest samples free of load before and after it.
 
     Parameters
     ----------
     span : tuple of int
-        Loaded.
+        Samples under load.
     before, after : tuple of int or None
-        Free of load up to the neighbouring contact or the end of the record.
+        Samples free of load up to the neighbouring contact or the end of the record; None if there are none.
     """
 
     span: Span
@@ -45,19 +45,19 @@ class Touch:
 
 
 def smoothed(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Mean over `SMOOTHING` around each sample.
+    """Return the moving average over `SMOOTHING` around each sample.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
-        s.
+        Times [s].
     values : ndarray, shape (n,)
-        Any unit.
+        Samples in any unit.
 
     Returns
     -------
-    ndarray, shape (n,)
-        Same unit.
+    averaged : ndarray, shape (n,)
+        Moving average, in the unit of the samples.
     """
     from scipy.ndimage import uniform_filter1d
 
@@ -65,22 +65,22 @@ def smoothed(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[
 
 
 def find_contacts(recording: Recording) -> list[Touch]:
-    """Find where the finger presses: the higher of the two levels that split the normal force best.
+    """Find the contacts: the sections at the higher of the two levels that separate the normal force best.
 
     Parameters
     ----------
     recording : Recording
-        With the sign of the normal force as its calibration says.
+        Recording with the sign of the normal force that its calibration declares.
 
     Returns
     -------
     list of Touch
-        In time; at least one.
+        At least one contact, in the order of time.
 
     Raises
     ------
     InputError
-        If there are no two levels, or no part of the record is free of load.
+        If the normal force has no two levels, or if no section of the record is free of load.
     """
     time, force = recording.time, _level(recording.time, smoothed(recording.time, recording.normal_force))
     level = _split(force)
@@ -89,8 +89,8 @@ def find_contacts(recording: Recording) -> list[Touch]:
     noise = 1.4826 * float(np.median(np.abs(low - free)))
     if not loaded - free > CLEAR * noise:
         raise InputError(
-            f"{recording.source}: no contact found: the normal force has no two levels (the best split is"
-            f" {loaded - free:.3g} N with a scatter of {noise:.3g} N below it). Is normal.column the right one?"
+            f"{recording.source}: no contact found: the normal force has no two distinct levels (the best separation is"
+            f" {loaded - free:.3g} N, with a scatter of {noise:.3g} N at the lower level). Is normal.column the right one?"
         )
     count = max(1, round(SHORTEST / _period(time)))
     light = force > free + _LIGHT * (loaded - free)
@@ -98,37 +98,37 @@ def find_contacts(recording: Recording) -> list[Touch]:
     spans = [span for span in _runs(_closed(light, count)) if np.count_nonzero(heavy[slice(*span)]) >= count]
     if not spans:
         raise InputError(
-            f"{recording.source}: no contact found that lasts {SHORTEST:g} s; the normal force only jumps"
-            f" to {loaded - free:.3g} N for moments."
+            f"{recording.source}: no contact found that lasts {SHORTEST:g} s; the normal force reaches"
+            f" {loaded - free:.3g} N for shorter times only."
         )
     if spans[0][0] == 0 and spans[-1][1] == len(time):
         raise InputError(
             f"{recording.source}: begins and ends under load, so that the zero of the sensors is unknown. If the"
-            " finger was free then, normal.sensitivity has the wrong sign."
+            " finger was off the plate then, normal.sensitivity has the wrong sign."
         )
     return _with_free_sides(time, force, spans, (free, loaded))
 
 
 def find_slides(recording: Recording, contact: Touch) -> list[Span]:
-    """Find where the finger slides one way while it touches.
+    """Find the sections of a contact in which the finger slides in one direction.
 
     Parameters
     ----------
     recording : Recording
-        With or without its position.
+        Recording with or without the position.
     contact : Touch
-        One touch.
+        One contact.
 
     Returns
     -------
     list of tuple of int
-        Samples of each slide; none if there is no motion.
+        Samples of each slide; empty if there is no motion.
 
     Notes
     -----
-    With a position: at more than half of the greatest speed. Without: where the lateral force is more than half of
-    the largest that lasts, because nothing else in the record tells a slide from a rest; a finger that stops and stays
-    pressed may keep that much.
+    With a position, the finger slides where the speed exceeds half of its largest value. Without one, it is taken to slide
+    where the lateral force exceeds half of its largest lasting value, because nothing else in the record distinguishes
+    sliding from rest; the force of a finger that stops and stays pressed may remain as large.
     """
     first, last = contact.span
     moving = sliding_speed(recording)
@@ -142,15 +142,15 @@ def find_slides(recording: Recording, contact: Touch) -> list[Span]:
     count = max(1, round(SHORTEST / _period(recording.time)))
     found = []
     for sign in (1, -1):
-        ways = _runs(_closed(sign * moving[first:last] > threshold, count)) if threshold else []
-        found += [(first + a, first + b) for a, b in ways]
+        slides = _runs(_closed(sign * moving[first:last] > threshold, count)) if threshold else []
+        found += [(first + a, first + b) for a, b in slides]
     sizes = {span: _size(recording, span) for span in found}
     longest = max(sizes.values(), default=0.0)
     return sorted(span for span, size in sizes.items() if size >= max(least, longest / 5))
 
 
 def _rubbing(recording: Recording, contact: Touch) -> NDArray[np.float64] | None:
-    """Give the lateral force about its zero, or None where it does not stand out."""
+    """Return the lateral force about its zero, or None if it does not exceed its noise."""
     sides = [slice(*side) for side in (contact.before, contact.after) if side is not None]
     lateral = recording.lateral_force
     if not sides:
@@ -158,27 +158,27 @@ def _rubbing(recording: Recording, contact: Touch) -> NDArray[np.float64] | None
     zero = float(np.mean([np.median(lateral[side]) for side in sides]))
     even = smoothed(recording.time, lateral) - zero
     noise = max(float(np.std(even[side] - np.median(even[side]))) for side in sides)
-    # a peak that does not last, as where the finger sticks before it slides, does not set the level
+    # a short peak, as of a finger that sticks before it slides, does not determine the level
     size = np.abs(even[slice(*contact.span)])
     largest = float(np.quantile(size, 0.9))
     return np.clip(even, -largest, largest) if largest > CLEAR * noise else None
 
 
 def _size(recording: Recording, span: Span) -> float:
-    """Way of a slide [m], or how long it lasts [s] where there is no position."""
-    way = travel(recording, span)
-    return way if way is not None else float(recording.time[span[1] - 1] - recording.time[span[0]])
+    """Return the distance of a slide [m], or its duration [s] if there is no position."""
+    distance = travel(recording, span)
+    return distance if distance is not None else float(recording.time[span[1] - 1] - recording.time[span[0]])
 
 
 def travel(recording: Recording, span: Span) -> float | None:
-    """Way between the first and the last sample of a span [m]; None without a position."""
+    """Return the distance between the first and the last sample of a section [m]; None without a position."""
     if recording.position is None:
         return None
     return float(abs(recording.position[span[1] - 1] - recording.position[span[0]]))
 
 
 def sliding_speed(recording: Recording) -> NDArray[np.float64] | None:
-    """Speed of the carriage over `SMOOTHING`; single wrong counts do not show; None without a position."""
+    """Return the speed of the carriage over `SMOOTHING` [m/s], without single wrong counts; None without a position."""
     from scipy.ndimage import median_filter
 
     if recording.position is None:
@@ -192,28 +192,28 @@ def sliding_speed(recording: Recording) -> NDArray[np.float64] | None:
 
 
 def middle(recording: Recording, slide: Span, contact: Touch, *, trim: float) -> Span:
-    """Leave out a fraction of the way at both ends of a slide, and what is not well inside the contact.
+    """Return the steady middle of a slide: without a fraction at both ends, and well inside the contact.
 
     Parameters
     ----------
     recording : Recording
-        With its position; of the time, where it has none.
+        Recording; without a position the fraction is one of the time.
     slide : tuple of int
-        Samples.
+        Samples of the slide.
     contact : Touch
-        Around it.
+        Contact during which the finger slides.
     trim : float
-        Fraction of the way [1].
+        Fraction of the sliding distance that is omitted at either end [1].
 
     Returns
     -------
-    tuple of int
-        Samples of the steady middle.
+    first, end : int
+        First sample of the middle, and the one after its last.
     """
     first, last = slide
     along = recording.time if recording.position is None else recording.position
-    way = np.abs(along[first:last] - along[first])
-    inside = np.flatnonzero((way >= trim * way[-1]) & (way <= (1 - trim) * way[-1]))
+    gone = np.abs(along[first:last] - along[first])
+    inside = np.flatnonzero((gone >= trim * gone[-1]) & (gone <= (1 - trim) * gone[-1]))
     guard = _width(recording.time)
     begin = max(first + int(inside[0]), contact.span[0] + guard)
     end = min(first + int(inside[-1]) + 1, contact.span[1] - guard)
@@ -229,7 +229,7 @@ def _width(time: NDArray[np.float64]) -> int:
 
 
 def _level(time: NDArray[np.float64], force: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Take off the drift in proportion to time with which two levels describe the force best."""
+    """Subtract the drift proportional to time for which two levels describe the force best."""
     thin = slice(None, None, max(1, len(force) // 2000))
     few, at = force[thin], np.linspace(-0.5, 0.5, len(force[thin]))
     span = 2 * float(np.ptp(few))
@@ -244,7 +244,7 @@ def _level(time: NDArray[np.float64], force: NDArray[np.float64]) -> NDArray[np.
 def _with_free_sides(
     time: NDArray[np.float64], force: NDArray[np.float64], spans: list[Span], levels: tuple[float, float]
 ) -> list[Touch]:
-    """Add to each contact the free samples before and after it, without those in which the load comes and goes."""
+    """Add to each contact the samples free of load before and after it, without those in which the load changes."""
     free, loaded = levels
     tenth = force > free + (loaded - free) / 10
     shortest = max(3, round(SHORTEST / _period(time)))
@@ -254,7 +254,7 @@ def _with_free_sides(
         start, stop = bounds[2 * number], bounds[2 * number + 3]
         rise = _run_length(tenth[start:first][::-1])
         fall = _run_length(tenth[last:stop])
-        # the load reaches its tenth later than it begins: leave out as much again, but never all there is
+        # the load reaches a tenth later than it begins: as much again is omitted, but at most half of what there is
         lead = min(2 * rise + shortest, (first - start) // 2)
         tail = min(2 * fall + shortest, (stop - last) // 2)
         before = (start, first - lead) if first - lead - start >= shortest else None
@@ -264,7 +264,7 @@ def _with_free_sides(
 
 
 def _with_far_sides(contacts: list[Touch]) -> list[Touch]:
-    """Where a finger came back too soon, take the free samples on the other side of its neighbours."""
+    """Where a contact follows too soon, take the samples free of load before or after its neighbours."""
     before, after = None, None
     befores, afters = [], []
     for contact in contacts:

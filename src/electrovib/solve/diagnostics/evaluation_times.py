@@ -1,4 +1,4 @@
-"""When to look at a solution for its largest values, whatever times are asked for."""
+"""Evaluation times at which the largest values of a solution are sought, whatever the output times are."""
 
 from __future__ import annotations
 
@@ -14,50 +14,52 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.base import Drive
 
 PER_CYCLE = 64
-"""Looks at each cycle of the drive's fastest oscillation; a parabola through three of them meets a largest value to 1e-6."""
+"""Evaluation times in a cycle of the fastest oscillation of the drive; a parabola through three has the peak to 1e-6."""
 MOST_OSCILLATIONS = 250
-"""Of one stretch of time that are looked at throughout; of more, half as many at either end and scattered looks."""
+"""Cycles of one interval that are all evaluated; of more, half as many at either end, and scattered times between."""
 _GOLDEN = (5**0.5 - 1) / 2
-"""Multiples of it fall evenly, and on no beat of any oscillation."""
+"""Multiples of it modulo 1 are evenly distributed and in step with no oscillation."""
 FEW_CORNERS = 60
-"""After so many corners, the first and the last, a decay is looked for on a logarithmic scale."""
+"""Number of corners, the first and the last ones, that are followed by times on a logarithmic scale."""
 MOST_CORNERS = 10_000
-"""At which there is a look at all; beyond it, at an even choice of them."""
+"""Corners that are all evaluated; of more, an even choice."""
 AFTER = np.append(1e-9, np.geomspace(1e-6, 1.0, 73)[:-1])
-"""Looks between one corner and the next, as a share of the time between them."""
+"""Evaluation times after a corner, as fractions of the time to the next one."""
 BEFORE = 1 - np.array([1e-6, 1e-9])
-"""Looks just before a corner, as a share of the same."""
+"""Evaluation times just before a corner, as fractions of the time since the previous one."""
 FIRST_CYCLES = 20
-"""Cycles of a repeating drive that are all looked at from rest; after them a growing choice, and the last."""
+"""First cycles of a periodic drive from rest that are all evaluated; of the later ones a thinning choice, and the last two."""
 
 
-def looks(drive: Drive, *, end: float, settled: bool, beside: float = 0.0, seen: Real | None = None) -> Real:
-    """Choose times at which a linear response can be largest.
+def evaluation_times(
+    drive: Drive, *, end: float, settled: bool, beside: float = 0.0, seen: Real | None = None
+) -> Real:
+    """Return times at which a linear response can be largest.
 
     Parameters
     ----------
     drive : Drive
-        Off before time 0, unless the state is settled.
+        0 V before time 0, unless the state is periodic.
     end : float
-        Last time that counts [s].
+        Last output time [s].
     settled : bool
-        The response repeats with the drive: one period says all.
+        Whether the response is in its periodic state, so that one period suffices.
     beside : float
         Highest frequency of anything else that moves [Hz].
     seen : ndarray, optional
-        Output times [s]. Of a measured drive whose samples are all among them only the first and last are looked at;
-        `PeakRecord.just_before` looks at the largest values.
+        Output times [s]. Of a measured drive whose samples are all among them only the first and last intervals are
+        evaluated; `PeakRecord.just_before` adds times next to the largest values.
 
     Returns
     -------
-    ndarray
-        Increasing, from 0 on and up to the end, or up to the period of a settled drive [s].
+    moments : ndarray
+        Evaluation times, increasing, from 0 to `end`, or over one period of a periodic state [s].
 
     Notes
     -----
-    Corners of the drive, times just before them and on a logarithmic scale after them, and `PER_CYCLE` looks at
-    each cycle of its fastest oscillation. From rest the response to a repeating drive comes closer to its periodic
-    state from cycle to cycle, so that later cycles are looked at by choice.
+    They are the corners of the drive, times just before them and on a logarithmic scale after them, and `PER_CYCLE`
+    times in each cycle of its fastest oscillation. From rest the response to a periodic drive approaches its periodic
+    state, so that of the later cycles a choice suffices.
     """
     period = drive.period
     if seen is not None and shows_every_sample(drive, seen):
@@ -68,7 +70,7 @@ def looks(drive: Drive, *, end: float, settled: bool, beside: float = 0.0, seen:
         return _stretch(drive, 0.0, period, beside)
     within = (
         _stretch(drive, period, 2 * period, beside) - period
-    )  # a jump of the first cycle may be the switch alone
+    )  # a discontinuity in the first cycle may come from switching on alone
     count = int(np.ceil(end / period))
     later = np.geomspace(FIRST_CYCLES, max(count, FIRST_CYCLES + 1), FIRST_CYCLES).astype(int)
     cycles = np.unique(np.concatenate([np.arange(min(count, FIRST_CYCLES)), later, [count - 2, count - 1]]))
@@ -80,19 +82,19 @@ def looks(drive: Drive, *, end: float, settled: bool, beside: float = 0.0, seen:
 
 
 def shows_every_sample(drive: Drive, times: Real) -> bool:
-    """Tell whether times are the samples of a measured drive, too many to look just before each.
+    """Return whether times are the samples of a measured drive, and too many to evaluate just before each.
 
     Parameters
     ----------
     drive : Drive
-        Any.
+        Any drive.
     times : ndarray, shape (n,)
         Increasing [s].
 
     Returns
     -------
     bool
-        Never for a formula.
+        False for every drive given by a formula.
     """
     parts = drive.parts()
     return (
@@ -104,7 +106,7 @@ def shows_every_sample(drive: Drive, times: Real) -> bool:
 
 
 def _near_the_ends(drive: Drive, end: float, beside: float) -> Real:
-    """Looks between the first and between the last samples of a drive."""
+    """Return evaluation times between the first and between the last samples of a drive [s]."""
     corners, half = drive.corners(end)[0], FEW_CORNERS // 2
     corners = np.append(0.0, corners)
     spans = [corners[: half + 1], corners[-half - 1 :]]
@@ -113,17 +115,17 @@ def _near_the_ends(drive: Drive, end: float, beside: float) -> Real:
     return np.unique(np.concatenate([*found, *_oscillating(beside, 0.0, end)]))
 
 
-def count_looks(drive: Drive, *, end: float, settled: bool, beside: float = 0.0) -> int:
-    """Tell at most how many times `looks` chooses, without choosing them.
+def count_evaluation_times(drive: Drive, *, end: float, settled: bool, beside: float = 0.0) -> int:
+    """Return an upper estimate of the number of times that `evaluation_times` returns.
 
     Parameters
     ----------
     drive, end, settled, beside
-        As for `looks`: a Drive, s, bool, Hz.
+        As for `evaluation_times`: a Drive, s, bool, Hz.
 
     Returns
     -------
-    int
+    count : int
         About as many, or more.
     """
     period, cycles = drive.period, 1
@@ -139,7 +141,7 @@ def count_looks(drive: Drive, *, end: float, settled: bool, beside: float = 0.0)
 
 
 def _stretch(drive: Drive, start: float, end: float, beside: float) -> Real:
-    """Looks between two times, both included."""
+    """Return evaluation times between two times, both included [s]."""
     corners = drive.corners(end)[0]
     corners = np.unique(np.concatenate([[start], corners[(corners > start) & (corners <= end)], [end]]))
     if len(corners) > MOST_CORNERS:

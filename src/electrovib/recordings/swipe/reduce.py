@@ -1,4 +1,4 @@
-"""A recorded swipe reduced to normal force, lateral force and friction, with what the baseline leaves uncertain."""
+"""Reduction of a recorded swipe to normal force, lateral force and friction, with the uncertainty of the baseline."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
 from electrovib.recordings.rail import about_rails
-from electrovib.recordings.swipe_baseline import (
+from electrovib.recordings.swipe.baseline import (
     BLOCKS,
     Estimate,
     block_means,
@@ -18,16 +18,16 @@ from electrovib.recordings.swipe_baseline import (
     standard_error,
     zeros_beside,
 )
-from electrovib.recordings.swipe_parts import find_contacts, find_slides, middle, sliding_speed, travel
-from electrovib.recordings.swipe_result import SwipeResult
+from electrovib.recordings.swipe.parts import find_contacts, find_slides, middle, sliding_speed, travel
+from electrovib.recordings.swipe.result import SwipeResult
 
 if TYPE_CHECKING:
     import xarray
 
     from electrovib.recordings.recording import Recording
     from electrovib.recordings.spans import Span
-    from electrovib.recordings.swipe_baseline import Zero
-    from electrovib.recordings.swipe_parts import Touch
+    from electrovib.recordings.swipe.baseline import Zero
+    from electrovib.recordings.swipe.parts import Touch
 
 _BEST_FIRST = ("interpolated", "before", "after")
 
@@ -38,22 +38,23 @@ def reduce_swipe(recording: Recording, *, trim: float = 0.05) -> SwipeResult:
     Parameters
     ----------
     recording : Recording
-        From `electrovib.recordings.recording.read_recording`.
+        Recording from `electrovib.recordings.recording.read_recording`.
     trim : float
-        Fraction of the way that is left out at both ends of the slide [1], 0 to 0.4.
+        Fraction of the sliding distance that is omitted at both ends of the slide [1], 0 to 0.4.
 
     Returns
     -------
     SwipeResult
-        Of the swipe with the longest way, or time without a way; its words say how many there are.
+        Result for the swipe of the longest distance, or of the longest time if no position is recorded; its words state
+        how many swipes there are.
 
     Raises
     ------
     InputError
-        If no contact, no unloaded part or no motion is found.
+        If no contact, no section free of load or no motion is found.
     """
     found = reduce_swipes(recording, trim=trim)
-    return max(found, key=lambda swipe: swipe.way or swipe.window[1] - swipe.window[0])
+    return max(found, key=lambda swipe: swipe.distance or swipe.window[1] - swipe.window[0])
 
 
 def reduce_swipes(recording: Recording, *, trim: float = 0.05) -> tuple[SwipeResult, ...]:
@@ -62,30 +63,31 @@ def reduce_swipes(recording: Recording, *, trim: float = 0.05) -> tuple[SwipeRes
     Parameters
     ----------
     recording : Recording
-        From `electrovib.recordings.recording.read_recording`.
+        Recording from `electrovib.recordings.recording.read_recording`.
     trim : float
-        Fraction of the way that is left out at both ends of each slide [1], 0 to 0.4.
+        Fraction of the sliding distance that is omitted at both ends of each slide [1], 0 to 0.4.
 
     Returns
     -------
-    tuple of SwipeResult
-        In time; at least one.
+    swipes : tuple of SwipeResult
+        At least one, in the order of time.
 
     Raises
     ------
     InputError
-        If no contact, no unloaded part or no motion is found, or a sensor sits at its rail for most of a window.
+        If no contact, no section free of load or no motion is found, or if a sensor is at the end of its range for most
+        of a window.
 
     Notes
     -----
-    The zero of a sensor is the median of the nearest unloaded stretch, at most as long as the window. Before,
-    after, the mean of both and the straight line between them are four values of everything; the line is exact
-    for a drift in proportion to time, and any drift that lies between before and after at the time of the
-    swipe is inside the interval. The statistical error is that of the means of ten parts of the window, so a
+    The zero of a sensor is the median of the nearest section free of load, at most as long as the window. The zero before
+    the contact, the zero after it, the mean of both and the straight line between them give four values of each result.
+    The line is exact for a drift proportional to time; the interval contains any drift that lies between the two
+    zeros at the time of the swipe. The statistical error is that of the means of ten parts of the window, so a
     friction that changes along the plate counts as scatter.
     """
     if not 0 <= trim <= 0.4:
-        raise InputError(f"trim = {trim}: expected a fraction of the way between 0 and 0.4")
+        raise InputError(f"trim = {trim}: expected a fraction of the sliding distance between 0 and 0.4")
     contacts = find_contacts(recording)
     pairs = [(contact, slide) for contact in contacts for slide in find_slides(recording, contact)]
     windows = [(contact, slide, middle(recording, slide, contact, trim=trim)) for contact, slide in pairs]
@@ -102,13 +104,13 @@ def reduce_swipes(recording: Recording, *, trim: float = 0.05) -> tuple[SwipeRes
 
 
 def _stillness(recording: Recording, contacts: list[Touch]) -> str:
-    """Say what does not move."""
+    """Return why no motion was found."""
     if recording.position is None:
-        return "the lateral force does not stand out while the finger presses. Is lateral.column right?"
-    way = max(float(np.ptp(recording.position[slice(*contact.span)])) for contact in contacts)
-    return (
-        f"the carriage goes {way:.3g} m while the finger presses. Are encoder.column and encoder.step right?"
-    )
+        return (
+            "the lateral force does not exceed its noise while the finger presses. Is lateral.column right?"
+        )
+    distance = max(float(np.ptp(recording.position[slice(*contact.span)])) for contact in contacts)
+    return f"the carriage moves by {distance:.3g} m while the finger presses. Are encoder.column and encoder.step right?"
 
 
 def _reduced(recording: Recording, contact: Touch, slide: Span, window: Span, swipes: int) -> SwipeResult:
@@ -122,16 +124,16 @@ def _reduced(recording: Recording, contact: Touch, slide: Span, window: Span, sw
         direction = 1 if np.mean(recording.lateral_force[slice(*window)]) > zero else -1
     span = (float(recording.time[contact.span[0]]), float(recording.time[contact.span[1] - 1]))
     inside = (float(recording.time[window[0]]), float(recording.time[window[1] - 1]))
-    gone, way = travel(recording, window), travel(recording, slide)
-    speed = recording.channels.speed if gone is None else gone / (inside[1] - inside[0])
-    words = railed + _words(recording, zeros, contact, way, inside, swipes, estimates)
+    inner, distance = travel(recording, window), travel(recording, slide)
+    speed = recording.channels.speed if inner is None else inner / (inside[1] - inside[0])
+    words = railed + _words(recording, zeros, contact, distance, inside, swipes, estimates)
     result = dict(zip(("normal_force", "lateral_force", "friction"), estimates, strict=True))
     trace = _trace(recording, zeros, {name: value.to_dict() for name, value in result.items()}, words)
     return SwipeResult(
         **result,
         direction=direction,
         speed=speed,
-        way=way,
+        distance=distance,
         contact=span,
         window=inside,
         words=words,
@@ -142,7 +144,7 @@ def _reduced(recording: Recording, contact: Touch, slide: Span, window: Span, sw
 def _estimates(
     recording: Recording, zeros: dict[str, Zero], window: Span
 ) -> tuple[Estimate, Estimate, Estimate]:
-    """Give normal force, lateral force and friction with their uncertainty."""
+    """Return normal force, lateral force and friction with their uncertainty."""
     choices = choices_of(zeros, at=float(np.mean(recording.time[slice(*window)])))
     at = block_means(recording.time, window)
     normal, lateral = (
@@ -153,18 +155,18 @@ def _estimates(
     pressed = {name: float(np.mean(normal) - zero[0]) for name, zero in choices.items()}
     if min(pressed.values()) <= 0:
         raise InputError(
-            f"{recording.source}: the zero of the normal force drifts by more than the load, {pressed[best]:.3g} N: no"
-            " friction can be told."
+            f"{recording.source}: the zero of the normal force drifts by more than the load, {pressed[best]:.3g} N, so the"
+            " friction cannot be determined."
         )
     pulled = {name: side * float(np.mean(lateral) - zero[1]) for name, zero in choices.items()}
     ratio = {name: pulled[name] / pressed[name] for name in choices}
-    # a drift is no scatter: take the line between the zeros off before the parts of the window are compared
+    # a drift is no scatter: the line between the zeros is subtracted before the parts of the window are compared
     stamps = [zero.time for zero in zeros.values()]
     normal = normal - np.interp(at, stamps, [zero.normal for zero in zeros.values()])
     lateral = side * (lateral - np.interp(at, stamps, [zero.lateral for zero in zeros.values()]))
     normal_zero = max(zero.normal_error for zero in zeros.values())
     lateral_zero = max(zero.lateral_error for zero in zeros.values())
-    # of the ratio of means: scatter of lateral - ratio * normal, so that what both have in common cancels
+    # error of the ratio of means: scatter of lateral - ratio * normal, in which common variations cancel
     of_ratio = np.hypot(
         standard_error(lateral - ratio[best] * normal), np.hypot(lateral_zero, ratio[best] * normal_zero)
     )
@@ -179,34 +181,34 @@ def _words(
     recording: Recording,
     zeros: dict[str, Zero],
     contact: Touch,
-    way: float | None,
+    distance: float | None,
     window: tuple[float, float],
     swipes: int,
     estimates: tuple[Estimate, Estimate, Estimate],
 ) -> tuple[str, ...]:
-    """Say what was decided."""
+    """Write what was found, and what the record does not determine."""
     normal, lateral, friction = estimates
     first, last = (recording.time[place] for place in (contact.span[0], contact.span[1] - 1))
     said = [
-        f"The finger presses from {first:.2f} to {last:.2f} s and {_slide(recording, way)};"
-        f" forces are means from {window[0]:.2f} to {window[1]:.2f} s.",
+        f"The finger presses from {first:.2f} to {last:.2f} s and {_slide(recording, distance)};"
+        f" the forces are averaged from {window[0]:.2f} to {window[1]:.2f} s.",
         f"Normal force {normal.value:.3f} N, lateral force {lateral.value:.3f} N, friction {friction.value:.3f}"
-        f" ({friction.interval[0]:.3f} to {friction.interval[1]:.3f}, of which the choice of the baseline makes"
+        f" ({friction.interval[0]:.3f} to {friction.interval[1]:.3f}; due to the choice of the baseline alone"
         f" {friction.baseline_interval[0]:.3f} to {friction.baseline_interval[1]:.3f}).",
     ]
     if len(zeros) == 2:
         drift = zeros["after"].lateral - zeros["before"].lateral
         said.append(
-            f"The zero of the lateral force moves by {drift * 1e3:.0f} mN from before to after the contact."
+            f"The zero of the lateral force changes by {drift * 1e3:.0f} mN from before to after the contact."
         )
     else:
         said.append(
-            f"The sensors are free of load only {next(iter(zeros))} the contact: a drift cannot be judged, and the"
-            " interval does not contain it."
+            f"The sensors are free of load only {next(iter(zeros))} the contact: their drift is unknown and not included"
+            " in the interval."
         )
     if recording.missing:
         rows = "1 row that holds" if recording.missing == 1 else f"{recording.missing} rows that hold"
-        said.append(f"{rows} a NaN {'was' if recording.missing == 1 else 'were'} left out.")
+        said.append(f"{rows} a NaN {'was' if recording.missing == 1 else 'were'} omitted.")
     if recording.wraps:
         said.append(f"The encoder wrapped {recording.wraps} time{'s' * (recording.wraps > 1)}.")
     if swipes > 1:
@@ -214,15 +216,15 @@ def _words(
     return tuple(said)
 
 
-def _slide(recording: Recording, way: float | None) -> str:
-    """Say how far it slides and how that is known."""
-    if way is not None:
-        return f"slides {way * 1e3:.1f} mm"
+def _slide(recording: Recording, distance: float | None) -> str:
+    """Write the sliding distance and how it was found."""
+    if distance is not None:
+        return f"slides {distance * 1e3:.1f} mm"
     speed = recording.channels.speed
     return (
-        "is taken to slide where the lateral force is more than half of its largest, because no position is recorded (a"
-        " finger that has stopped may keep that force); the speed is"
-        f" {'unknown' if speed is None else f'the stated {speed * 1e3:.1f} mm/s'}"
+        "is taken to slide while the lateral force exceeds half of its largest value, because no position is recorded (the"
+        " force of a finger that has stopped may stay as large); the speed is"
+        f" {'unknown' if speed is None else f'the declared {speed * 1e3:.1f} mm/s'}"
     )
 
 

@@ -1,4 +1,4 @@
-"""Release of a clutch as its load cell shows it: when the force lets go, and how the loaded assembly rings."""
+"""Release of a clutch from the record of its load cell: its delay, and the damped oscillation of the loaded assembly."""
 
 from __future__ import annotations
 
@@ -11,17 +11,11 @@ from electrovib.physics.drive.readback import WholeVoltage
 from electrovib.physics.drive.sampled import Refuse
 from electrovib.recordings.correlated import line
 from electrovib.recordings.recording import increasing, without_missing
-from electrovib.recordings.release_fit import plain_release, resonant_release
-from electrovib.recordings.release_parts import (
-    Decay,
-    Extremum,
-    damped_sine,
-    drive_end,
-    find_extrema,
-)
-from electrovib.recordings.release_result import Ringing
-from electrovib.recordings.release_uncertainty import uncertainties, with_change
-from electrovib.recordings.release_words import about_the_record, words_about
+from electrovib.recordings.release.least_squares import plain_release, resonant_release
+from electrovib.recordings.release.parts import Decay, Extremum, damped_sine, drive_end, find_extrema
+from electrovib.recordings.release.result import FittedRelease
+from electrovib.recordings.release.statements import statements_on_fit, statements_on_record
+from electrovib.recordings.release.uncertainty import uncertainties, with_change
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,23 +24,23 @@ if TYPE_CHECKING:
 
     from electrovib.physics.drive.readback import Readback
     from electrovib.physics.drive.sampled import StampTreatment
-    from electrovib.recordings.release_fit import Release
+    from electrovib.recordings.release.least_squares import Release
 
 _REMAINS = 0.05
-"""The fit ends when the fitted ringing has fallen to this."""
+"""Fraction of its initial amplitude to which the fitted oscillation has fallen at the end of the fit."""
 _CLEAR = 5.0
-"""The force changes by this many standard errors at the release, or there is none."""
+"""Smallest change of the force at a release, in standard errors."""
 _DRIFTS = 3.0
-"""A slope before the release of this many standard errors is a drift that goes on."""
+"""Slope before the release, in standard errors, above which it counts as a drift that continues."""
 _FEWEST = 8
-"""Samples before and after of which a standard error can be told."""
+"""Smallest number of samples before and after the release from which a standard error is computed."""
 _LATER = 0.75
-"""The second decay starts this many periods after the first."""
+"""Start of the second fitted decay after the first, in periods."""
 _PERIODS = 4.0
 """Length of a fitted decay, in periods."""
 
 
-def ringing(
+def fit_release(
     time: NDArray[np.float64],
     force: NDArray[np.float64],
     voltage: NDArray[np.float64],
@@ -56,48 +50,50 @@ def ringing(
     enabled: NDArray[np.float64] | None = None,
     stamps: StampTreatment | None = None,
     missing_rows: int = 0,
-) -> Ringing:
-    """Fit a release and one resonance of the loaded assembly to a recorded force, and say what is left.
+) -> FittedRelease:
+    """Fit a release and one resonance of the loaded assembly to a recorded force, with the residual.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
-        s, increasing; may jitter.
+        Times [s], increasing; the sampling may jitter.
     force : ndarray, shape (n,)
-        Load cell [N].
+        Force of the load cell [N].
     voltage : ndarray, shape (n,)
-        Drive as read back [V]; it may alias, as long as its end shows.
+        Drive as read back [V]; it may be aliased as long as its end is visible.
     duration : float
-        How long after the drive ends to look at most [s].
+        Longest time after the end of the drive that is evaluated [s].
     readback : Readback, optional
-        What `voltage` is of the drive: all of it (if not given), or one of two electrodes in antiphase.
+        Relation of `voltage` to the drive: the whole drive (if not given), or one of two electrodes in antiphase.
     enabled : ndarray, shape (n,), optional
-        1 while the high voltage is on, else 0, where the rig records it: the drive then ends with it, whatever
-        `voltage` shows.
+        1 while the high voltage is on, else 0, if the rig records it; the drive then ends where it falls to 0,
+        regardless of `voltage`.
     stamps : StampTreatment, optional
-        What to do with stamps that do not increase; refused if not given.
+        Treatment of time stamps that do not increase; they are refused if not given.
     missing_rows : int
-        Largest number of rows with a NaN that may be left out.
+        Largest number of rows with a NaN that may be omitted.
 
     Returns
     -------
-    Ringing
-        The fit with its uncertainty, the turning points and the misfit.
+    FittedRelease
+        Fit with its uncertainty, the turning points and the misfit.
 
     Raises
     ------
     InputError
-        If the columns are no record, the drive does not end in it, or the force does not let go.
+        If the columns are no record, the drive does not end within it, or the force does not fall when the drive ends.
 
     Notes
     -----
-    The pull ends with the drive; the force is held for a while, then dies away exponentially, and is seen through
-    y'' + (w/Q) y' + w^2 y = w^2 f. Where the fall is short beside a period, while and time constant change the record
-    in the same way: their sum is the `delay`, and for the time constant an interval is given. The two levels follow
-    linearly. The fit ends where the fitted ringing has fallen to 5 %.
+    The attraction ends with the drive. The force f stays constant for a dead time and then decays exponentially; the load
+    cell responds with y'' + (w/Q) y' + w^2 y = w^2 f. If the time constant of the decay is short compared with a period,
+    dead time and time constant have nearly the same effect on the record; their sum is the `delay`, and an interval is
+    returned for the time constant. The levels before and after are found by linear least squares. The fit ends where
+    the fitted oscillation has fallen to 5 %.
 
-    The resonance is that of the load cell *and* what it carries. On the rig of Rauf and Follmer (2025) the bare cell
-    rings at 643 to 648 Hz with a quality of about 10; with clutches of several widths on it, at 314 to 609 Hz.
+    The resonance is that of the load cell together with its load. On the rig of Rauf and Follmer (2025) the bare cell
+    oscillates at 643 to 648 Hz with a quality factor of about 10; loaded with clutches of several widths, at 314 to
+    609 Hz.
     """
     columns = {"time": time, "force": force, "voltage": voltage}
     columns |= {} if enabled is None else {"enabled": enabled}
@@ -114,11 +110,11 @@ def ringing(
     )
     early, late = _decays(since, measured, extrema, period)
     uncertainty = with_change(uncertainty, (early, late))
-    words = words_about(
+    words = statements_on_fit(
         best, uncertainty, falls=interval, without=without, extrema=extrema, decays=(early, late)
     )
-    words += about_the_record(readback if enabled is None else None, missing)
-    return Ringing(
+    words += statements_on_record(readback if enabled is None else None, missing)
+    return FittedRelease(
         drive_end=end,
         delay=best.delay,
         fall_time=best.fall_time,
@@ -146,7 +142,7 @@ def ringing(
 def _fitted(
     since: NDArray[np.float64], measured: NDArray[np.float64], duration: float
 ) -> tuple[Release, NDArray[np.bool_], float]:
-    """Fit the release within a window that ends where the fitted ringing has fallen to the share that counts."""
+    """Fit the release within a window that ends where the fitted oscillation has fallen to `_REMAINS`."""
     window, best = duration, None
     for _ in range(6):
         here = (since > -duration / 2) & (since < window)
@@ -166,17 +162,17 @@ def _checked(
     stamps: StampTreatment,
     missing_rows: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, int]:
-    """Refuse what is no record; give times counted from the end of the drive, forces, that end, rows left out."""
+    """Refuse what is no record; return the times after the end of the drive, the forces, that end, and the rows omitted."""
     columns = {name: np.asarray(values, float) for name, values in given.items()}
     problems = []
     if len({values.shape for values in columns.values()}) > 1 or columns["time"].ndim != 1:
         shapes = ", ".join(f"{name} {values.shape}" for name, values in columns.items())
         *first, last = columns
         problems.append(
-            f"{', '.join(first)} and {last}: expected one row each, of one length; they have {shapes}"
+            f"{', '.join(first)} and {last}: expected one-dimensional arrays of equal length, not {shapes}"
         )
     if not 0 < duration < np.inf:
-        problems.append(f"duration = {duration}: expected a time, for instance 20e-3")
+        problems.append(f"duration = {duration}: expected a positive time in seconds, for instance 20e-3")
     if problems:
         raise InputError(problems)
     whole = without_missing(columns, missing_rows, "the record")
@@ -204,27 +200,27 @@ def _checked(
 
 
 def _scatter(stamps: NDArray[np.float64], force: NDArray[np.float64], duration: float) -> float:
-    """Refuse a force that does not let go; give its scatter before the release."""
+    """Refuse a force that does not fall at the release; return its standard deviation before the release [N]."""
     before, after = (stamps > -duration / 2) & (stamps < 0), (stamps > duration / 2) & (stamps < duration)
     if min(np.count_nonzero(before), np.count_nonzero(after)) < _FEWEST:
         raise InputError(
-            f"fewer than {_FEWEST} samples lie before the drive ends, or later than {duration / 2:g} s after; record"
-            " longer or change duration"
+            f"fewer than {_FEWEST} samples lie before the end of the drive, or later than {duration / 2:g} s after it;"
+            " record longer or change duration"
         )
     held, of_held, slope, of_slope = line(time=stamps[before], values=force[before])
     left, of_left, _, _ = line(time=stamps[after], values=force[after])
     fall, error = held - left, np.hypot(of_held, of_left)
     drifts = abs(slope) > _DRIFTS * of_slope
     if drifts:
-        # a force that drifted before would have gone on: only what it does beyond that is a release
+        # a drift before the release is continued after it; only the change beyond it is a release
         apart = float(np.mean(stamps[after]) - np.mean(stamps[before]))
         fall, error = fall + slope * apart, np.hypot(error, of_slope * apart)
     if not abs(fall) > _CLEAR * error:
         beyond = " beyond its drift" if drifts else ""
         raise InputError(
-            f"the force does not let go when the drive ends: its mean changes by {abs(fall):.3g} N{beyond}, with a"
-            f" standard error of {error:.3g} N. Is force the right column? If voltage is one of two electrodes in antiphase,"
-            " the drive may have ended later: give enabled, or readback with its stop"
+            f"the force does not fall when the drive ends: its mean changes by {abs(fall):.3g} N{beyond}, with a standard"
+            f" error of {error:.3g} N. Is force the right column? If voltage is one of two electrodes in antiphase, the drive"
+            " may have ended later: pass enabled, or a readback with its stop"
         )
     return float(np.std(force[before]))
 

@@ -1,0 +1,119 @@
+"""Changes of a model, written with the parameters that it stores: former names and derived parameters are translated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import BaseModel
+
+from electrovib.core.errors import InputError, Problem
+from electrovib.core.tables import place_of
+
+
+def stored_path(model: BaseModel, path: str) -> str:
+    """Return a dotted path with the names that parameters have today.
+
+    Parameters
+    ----------
+    model : Model
+        The model in which the path begins.
+    path : str
+        Dotted path, perhaps with former names of parameters.
+
+    Returns
+    -------
+    str
+        Dotted path; what leads to no parameter stays as it is.
+    """
+    parents, owner = _descended(model, path.split(".")[:-1])
+    last = path.rpartition(".")[2]
+    return ".".join([*parents, _name(owner, last)])
+
+
+def stored_changes(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+    """Return changes by the paths of the parameters that a model stores.
+
+    Parameters
+    ----------
+    model : Model
+        The model that is changed.
+    changes : mapping of str to value
+        Dotted path to value. A path may have former names and may end in a derived parameter.
+
+    Returns
+    -------
+    changes : dict of str to value
+        The same changes. What is set within a table, or within another model, that is given along with it keeps
+        its names, because the table has no stored values yet.
+    problems : list of Problem
+        One for each parameter that is given by two names, or that its model refuses.
+    """
+    named, problems = with_current_names(model, changes)
+    fresh = {path.removesuffix(".model") for path, value in named.items() if _is_fresh(model, path, value)}
+    found: dict[str, Any] = {}
+    together: dict[str, dict[str, Any]] = {}
+    for path, value in named.items():
+        parent, _, last = path.rpartition(".")
+        if any(f"{parent}.".startswith(f"{table}.") for table in fresh) or last == "model":
+            found[path] = value
+        else:
+            together.setdefault(parent, {})[last] = value
+    for parent, given in together.items():
+        _, owner = _descended(model, parent.split(".") if parent else [])
+        start = f"{parent}." if parent else ""
+        try:
+            kept = owner.stored(given) if hasattr(owner, "stored") else given
+        except InputError as error:
+            problems += [problem.within(parent) if parent else problem for problem in error.problems]
+            kept = {name: value for name, value in given.items() if name not in type(owner).derived}
+        found |= {f"{start}{name}": value for name, value in kept.items()}
+    return found, problems
+
+
+def derived_at(model: BaseModel, path: str) -> tuple[Any, str] | None:
+    """Return the model that derives the parameter at a dotted path, and the parameter's name; None for a stored one."""
+    *parents, last = path.split(".")
+    _, owner = _descended(model, parents)
+    return (owner, last) if last in getattr(type(owner), "derived", {}) else None
+
+
+def with_current_names(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+    """Return changes by the names that parameters have today, and a problem for each that is given by two names."""
+    named: dict[str, Any] = {}
+    given: dict[str, str] = {}
+    problems = []
+    for path, value in changes.items():
+        today = stored_path(model, path)
+        if today in named:
+            former = path if path != today else given[today]
+            problems.append(Problem(f"is the former name of '{today}', which is given as well", path=former))
+        named[today], given[today] = value, path
+    return named, problems
+
+
+def _is_fresh(model: BaseModel, path: str, value: Any) -> bool:
+    """Tell whether a change sets a whole table, or another model, in place of what is stored."""
+    if path.rpartition(".")[2] != "model":
+        return isinstance(value, (Mapping, list, tuple, BaseModel))
+    _, owner = _descended(model, path.split(".")[:-1])
+    return bool(type(owner).__name__ != value)
+
+
+def _descended(model: Any, keys: list[str]) -> tuple[list[str], Any]:
+    """Return the keys by their names of today, and what is stored there; None where they lead to nothing."""
+    found, owner = [], model
+    for key in keys:
+        found.append(_name(owner, key))
+        if isinstance(owner, BaseModel):
+            owner = dict(owner).get(found[-1])
+        elif isinstance(owner, tuple) and (place := place_of(owner, key)) is not None:
+            owner = owner[place]
+        else:
+            owner = None
+    return found, owner
+
+
+def _name(owner: Any, key: str) -> str:
+    former: Mapping[str, str] = getattr(type(owner), "former_parameters", {})
+    return former.get(key, key) if isinstance(owner, BaseModel) else key

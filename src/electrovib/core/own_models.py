@@ -1,0 +1,218 @@
+"""Models of a user: their file is imported, and a Trace that needs them names it with its SHA-256."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.util
+import sys
+import traceback
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Final
+
+from electrovib.core.discovery import find_member, find_members
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.model import Model
+
+ATTRIBUTE: Final = "own_models"
+"""Attribute of a Trace that lists the models which are not part of electrovib, with the files that define them."""
+_OURS: Final = __name__.partition(".")[0]
+_used: dict[Path, ModuleType] = {}
+
+
+def use_models(file: str | Path) -> ModuleType:
+    """Import a file that defines models, which can then be named like those of electrovib.
+
+    Parameters
+    ----------
+    file : str or Path
+        Python file with at least one final subclass of a family, for instance of ``ForceLaw``; modules beside it can be
+        imported by it. A file that was imported before is not imported again.
+
+    Returns
+    -------
+    module
+        The imported file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read or imported, with the line at fault, or if it defines no model.
+    """
+    path = Path(file).resolve()
+    imported = sys.modules.get(path.stem)
+    if path not in _used and getattr(imported, "__file__", None) == str(path) and imported is not None:
+        _used[path] = imported  # by another file
+    if path in _used:
+        return _used[path]
+    if not path.is_file():
+        raise InputError(
+            f"--models {file}: there is no such file; expected a Python file that defines models"
+        )
+    spec = importlib.util.spec_from_file_location(_module_name(path), path)
+    if spec is None or spec.loader is None:
+        raise InputError(f"--models {file}: expected a Python file, which ends in .py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[module.__name__] = module
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))
+    _used[path] = module
+    try:
+        spec.loader.exec_module(module)
+        _check(module, file)
+    except BaseException as error:
+        del _used[path], sys.modules[module.__name__]
+        if isinstance(error, ElectrovibError) or not isinstance(error, Exception):
+            raise
+        raise InputError(_told(error, path, file)) from None
+    return module
+
+
+def _module_name(path: Path) -> str:
+    """Name a module after its file, so that other files of the user import the same one, unless the name is taken."""
+    name = path.stem if path.stem.isidentifier() else "own_models"
+    taken = name in sys.modules
+    if not taken and (spec := importlib.util.find_spec(name)) is not None:
+        taken = spec.origin != str(path)
+    return f"{name}_models" if taken else name
+
+
+def _check(module: ModuleType, file: str | Path) -> None:
+    """Refuse a file without models, or with a model whose name is taken."""
+    found = [
+        each
+        for each in vars(module).values()
+        if isinstance(each, type) and issubclass(each, Model) and each.__module__ == module.__name__
+    ]
+    members = [each for each in found if each.is_member]
+    if not members:
+        raise InputError(
+            f"--models {file}: defines no model; expected a subclass of a family, for instance"
+            " 'class MyLaw(ForceLaw)' with 'from electrovib.physics.force import ForceLaw'"
+        )
+    for member in members:
+        find_members(_family(member))
+
+
+def _family(member: type[Model]) -> type[Model]:
+    """Family of a model: the widest one that is no plain Model."""
+    return [each for each in member.__mro__ if issubclass(each, Model) and each is not Model][-1]
+
+
+def _told(error: Exception, path: Path, file: str | Path) -> str:
+    """State file, line and kind of an error of a user's file."""
+    line = (
+        error.lineno if isinstance(error, SyntaxError) and error.filename == str(path) else _line(error, path)
+    )
+    where = f"{file}, line {line}" if line else str(file)
+    what = error.msg if isinstance(error, SyntaxError) else str(error)
+    return f"{where}: {type(error).__name__}: {what}"
+
+
+def _line(error: BaseException, path: Path) -> int | None:
+    """Last line of a file through which an error came."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return next((each.lineno for each in reversed(frames) if Path(each.filename) == path), None)
+
+
+def fault(error: Exception) -> str:
+    """Describe an error that comes from a file of `use_models`.
+
+    Parameters
+    ----------
+    error : Exception
+        Any.
+
+    Returns
+    -------
+    str
+        File, line and error; empty if no such file is at fault.
+    """
+    for path, module in reversed(_used.items()):
+        if _line(error, path) is not None:
+            return _told(error, path, path.name)
+        named = [
+            name for name, each in vars(module).items() if isinstance(each, type) and f"{name}." in str(error)
+        ]
+        if named:
+            return f"{path.name}, {named[0]}: {type(error).__name__}: {error}"
+    return ""
+
+
+def origins(model: Model) -> list[dict[str, str]]:
+    """List the models in a tree that are not part of electrovib, and the files that define them.
+
+    Parameters
+    ----------
+    model : Model
+        For instance a scenario.
+
+    Returns
+    -------
+    list of dict of str to str
+        For each class once: ``model``, ``family``, ``file`` (name without folder; empty for an interactive session) and
+        ``sha256`` of the file as it is now (empty without a file).
+    """
+    kinds = dict.fromkeys(type(each) for each in _tree(model))
+    return [_origin(kind) for kind in kinds if kind.__module__.partition(".")[0] != _OURS]
+
+
+def _tree(model: Model) -> Iterator[Model]:
+    yield model
+    for _, value in model:
+        for each in value if isinstance(value, tuple) else (value,):
+            if isinstance(each, Model):
+                yield from _tree(each)
+
+
+def _origin(kind: type[Model]) -> dict[str, str]:
+    file = getattr(sys.modules.get(kind.__module__), "__file__", None)
+    path = Path(file) if file else None
+    return {
+        "model": kind.__name__,
+        "family": _family(kind).__name__,
+        "file": path.name if path else "",
+        "sha256": _digest(path, path.stat().st_mtime_ns) if path and path.is_file() else "",
+    }
+
+
+@functools.cache
+def _digest(path: Path, changed: int) -> str:
+    del changed
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def missing_models(
+    kind: type[Model] | None, content: Any, path: str = ""
+) -> Iterator[tuple[str, type[Model], str]]:
+    """Find the models that nested tables name and that no loaded file defines.
+
+    Parameters
+    ----------
+    kind : type or None
+        Model or family that the tables are of.
+    content : object
+        Nested tables.
+    path : str
+        Dotted path of the tables.
+
+    Yields
+    ------
+    tuple
+        Dotted path, family and name.
+    """
+    if isinstance(content, (list, tuple)):
+        for index, item in enumerate(content):
+            yield from missing_models(kind, item, f"{path}.{index}")
+    if kind is None or not isinstance(content, Mapping):
+        return
+    name = content.get("model")
+    if kind.is_family and isinstance(name, str) and find_member(kind, name) is None:
+        yield path, kind, name
+    chosen = kind.chosen(content)
+    if chosen is None:
+        return
+    for key, item in content.items():
+        yield from missing_models(chosen.part(str(key)), item, f"{path}.{key}".removeprefix("."))

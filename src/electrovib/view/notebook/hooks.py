@@ -1,0 +1,70 @@
+"""Display functions, registered with IPython by the names of types, so that nothing is imported before it is shown."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import xarray
+    from matplotlib.axes import Axes
+
+    from electrovib.scenario import Scenario
+
+_SCENARIO: Final = ("electrovib.scenario.experiment", "Scenario")
+_DATASET: Final = ("xarray.core.dataset", "Dataset")
+_AXES: Final = ("matplotlib.axes._axes", "Axes")
+
+
+def register() -> bool:
+    """Register the display of this package with the IPython that runs.
+
+    Returns
+    -------
+    bool
+        False where no IPython runs; nothing has changed then.
+    """
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython is not None and hasattr(ipython, "get_ipython") else None
+    formatter = getattr(shell, "display_formatter", None)
+    if formatter is None:
+        return False
+    known: tuple[tuple[str, tuple[str, str], Callable[..., Any]], ...] = (
+        ("text/html", _SCENARIO, _scenario),
+        ("text/html", _DATASET, _dataset),
+        ("text/plain", _DATASET, _dataset_as_text),
+        ("image/png", _AXES, _picture),
+    )
+    for form, (module, name), show in known:
+        formatter.formatters[form].for_type_by_name(module, name, show)
+    return True
+
+
+def _scenario(scenario: Scenario) -> str:
+    from electrovib.view.notebook.scenario import scenario_html
+
+    return scenario_html(scenario)
+
+
+def _dataset(dataset: xarray.Dataset) -> str:
+    """Show a Trace; any other Dataset as xarray does."""
+    from electrovib.view.notebook.trace import is_own, trace_html
+
+    return trace_html(dataset) if is_own(dataset) else dataset._repr_html_()
+
+
+def _dataset_as_text(dataset: xarray.Dataset, printer: Any, cycle: bool) -> None:
+    """Write a Trace in a few lines; any other Dataset as xarray does."""
+    from electrovib.view.notebook.trace import is_own, trace_text
+
+    del cycle
+    printer.text(trace_text(dataset) if is_own(dataset) else repr(dataset))
+
+
+def _picture(axes: Axes) -> tuple[bytes, dict[str, int]] | None:
+    """Draw the figure that holds these Axes, unless pyplot shows it by itself."""
+    from electrovib.view.notebook.picture import picture
+
+    return picture(axes)

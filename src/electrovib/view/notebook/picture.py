@@ -1,0 +1,38 @@
+"""The picture of a plot, for a notebook."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from electrovib.view.svg import to_png
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_RESOLUTION: Final = 192.0
+"""Of the picture [dots per inch]: twice that at which it is shown, for screens with fine pixels."""
+
+
+def picture(axes: Axes) -> tuple[bytes, dict[str, int]] | None:
+    """Draw the figure that holds these Axes.
+
+    Parameters
+    ----------
+    axes : Axes
+        Of any figure.
+
+    Returns
+    -------
+    picture : tuple of bytes and dict of str to int, or None
+        PNG file, and its width and height on the page in pixels; None for a figure of pyplot, which a notebook shows by
+        itself at the end of the cell.
+    """
+    figure = axes.get_figure(root=True)
+    if figure is None or figure.canvas.manager is not None:
+        return None
+    width, height = figure.get_size_inches()
+    shown = _RESOLUTION / 2
+    return to_png(figure, resolution=_RESOLUTION), {
+        "width": round(width * shown),
+        "height": round(height * shown),
+    }

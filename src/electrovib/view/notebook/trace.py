@@ -1,0 +1,168 @@
+"""A Trace or a sweep in a notebook or in a terminal: how far to believe it, its key numbers, its dimensions."""
+
+from __future__ import annotations
+
+import base64
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.diagnostics import STATES
+from electrovib.core.signals import SIGNALS
+from electrovib.core.trace import FORMAT
+from electrovib.view import summary
+from electrovib.view.pages import page
+from electrovib.view.plots import over_time, quantity
+from electrovib.view.style import new_figure, style
+from electrovib.view.svg import to_png
+from electrovib.view.units import pretty_unit
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+
+_DRAWN: Final = ("electrostatic_force", "lateral_force", "lateral_force_measured", "drive_voltage")
+"""Of a Trace over time, the first of these that it has is drawn."""
+_RESOLUTION: Final = 80.0
+"""Of the small figure [dots per inch]."""
+_OVER: Final = frozenset({"time", "frequency"})
+"""Dimensions of a Trace; a Dataset without them, such as its mean over time, is shown as xarray does."""
+_MOST_DRAWN: Final = 2
+"""Swept parameters up to which a quantity of a sweep can be drawn."""
+
+
+def is_own(dataset: xarray.Dataset) -> bool:
+    """Return whether a Dataset is a Trace of this package, or a part of one that still runs over something."""
+    return dataset.attrs.get("format") == FORMAT and (
+        summary.is_sweep(dataset) or not _OVER.isdisjoint(dataset.dims)
+    )
+
+
+def trace_html(trace: xarray.Dataset) -> str:
+    """Write a Trace or a sweep as HTML for a notebook.
+
+    Parameters
+    ----------
+    trace : xarray.Dataset
+        Computed, measured or swept; signals may have been taken out of it.
+
+    Returns
+    -------
+    str
+        A part of a page, which needs neither style sheets nor scripts; every text is escaped.
+    """
+    return page(
+        "notebook_trace.html.jinja",
+        title=_title(trace),
+        diagnostics=_by_state(trace),
+        sentences=_sentences(trace),
+        numbers=_numbers(trace),
+        swept=summary.swept_texts(trace),
+        dimensions=_dimensions(trace),
+        signals=_signals(trace),
+        provenance=summary.provenance(trace),
+        figure=_figure(trace),
+    )
+
+
+def trace_text(trace: xarray.Dataset) -> str:
+    """Write a Trace or a sweep in a few lines.
+
+    Parameters
+    ----------
+    trace : xarray.Dataset
+        As for `trace_html`.
+
+    Returns
+    -------
+    str
+        Title, warnings, what is unknown, key numbers, dimensions.
+    """
+    found = _by_state(trace)
+    lines = [_title(trace)]
+    lines += [f"warning: {diagnostic['text']}" for diagnostic in found["warning"]]
+    counts = [f"{len(found[state])} {state}" for state in reversed(STATES) if found[state]]
+    if counts:
+        lines.append(f"validity: {', '.join(counts)}")
+    lines += _sentences(trace)
+    lines += [f"{what}: {text}" for what, text in _numbers(trace).items()]
+    lines.append(f"dimensions: {_dimensions(trace)}")
+    return "\n".join(lines)
+
+
+def _title(trace: xarray.Dataset) -> str:
+    kind = "Sweep" if summary.is_sweep(trace) else "Trace"
+    return f"{kind}: {trace.attrs.get('title') or trace.attrs.get('source') or 'without a title'}"
+
+
+def _sentences(trace: xarray.Dataset) -> list[str]:
+    """Return the sentences that the reduction of a recording has written."""
+    return str(trace.attrs.get("words", "")).splitlines()
+
+
+def _by_state(trace: xarray.Dataset) -> dict[str, list[dict[str, str]]]:
+    """Sort the validity diagnostics by their state; one of another state counts as unknown."""
+    found: dict[str, list[dict[str, str]]] = {state: [] for state in reversed(STATES)}
+    for diagnostic in summary.diagnostics(trace):
+        found[diagnostic["state"] if diagnostic["state"] in found else "unknown"].append(diagnostic)
+    return found
+
+
+def _numbers(trace: xarray.Dataset) -> dict[str, str]:
+    """Return the key numbers of the signals, or of the quantities, that the Dataset still has."""
+    if summary.is_sweep(trace):
+        whole = all(name in trace for name in summary.quantities_of(trace))
+        return summary.key_numbers(trace) if whole and all(trace.sizes.values()) else {}
+    if not trace.sizes.get("time"):
+        return {}
+    return summary.key_numbers(trace if "layer" in trace.dims else trace.drop_vars("field", errors="ignore"))
+
+
+def _dimensions(trace: xarray.Dataset) -> str:
+    return ", ".join(f"{name} ({size})" for name, size in trace.sizes.items()) or "none"
+
+
+def _signals(trace: xarray.Dataset) -> list[tuple[str, str, str, str]]:
+    """List the variables: name, unit, meaning, dimensions."""
+    found = []
+    for name, values in trace.data_vars.items():
+        known = SIGNALS.get(str(name))
+        unit = known.unit if known else str(values.attrs.get("units", ""))
+        dims = ", ".join(map(str, values.dims))
+        found.append((str(name), pretty_unit(unit), known.doc if known else "", dims))
+    return found
+
+
+def _figure(trace: xarray.Dataset) -> str:
+    """Draw the first force or voltage over time, or the first quantity of a sweep; nothing where there is none.
+
+    Returns
+    -------
+    str
+        PNG in base 64; empty without a figure.
+    """
+    axes = _drawn(trace)
+    if axes is None:
+        return ""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    content = to_png(figure, resolution=_RESOLUTION)
+    figure.clear()
+    return base64.b64encode(content).decode("ascii")
+
+
+def _drawn(trace: xarray.Dataset) -> Axes | None:
+    if summary.is_sweep(trace):
+        for name in summary.quantities_of(trace):
+            many = [size for size in trace[name].sizes.values() if size > 1] if name in trace else []
+            if 1 <= len(many) <= _MOST_DRAWN:
+                return quantity(trace, name, ax=_new_axes())
+        return None
+    for name in _DRAWN:
+        if name in trace and "time" in trace[name].dims and trace.sizes["time"] > 1:
+            return over_time(trace, name, ax=_new_axes())
+    return None
+
+
+def _new_axes() -> Axes:
+    """Make the Axes of a figure that pyplot does not know, so that no notebook shows it a second time."""
+    with style():
+        return new_figure().add_subplot()

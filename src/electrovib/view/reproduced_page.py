@@ -1,0 +1,165 @@
+"""The page of a reproduced paper, and the parts that other pages share with it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from electrovib.view.units import pretty_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from matplotlib.figure import Figure
+
+    from electrovib.study.reproduction import Panel, Reproduction, Row
+    from electrovib.view.report_figures import PageFigure
+
+PANEL_SIZE: Final = (8.2, 4.3)
+"""Width and height of a figure of a page [inch]."""
+
+
+def page_of(found: Reproduction, drawings: Mapping[str, str], *, curves: bool = False) -> str:
+    """Write the page of a reproduction.
+
+    Parameters
+    ----------
+    found : Reproduction
+        Of any paper.
+    drawings : mapping of str to str
+        Name of each panel to its SVG.
+    curves : bool
+        Whether the curves of each figure lie beside the page as CSV.
+
+    Returns
+    -------
+    str
+        HTML that needs nothing else.
+    """
+    from electrovib.view import summary
+    from electrovib.view.pages import page
+
+    compared = [row for row in found.rows if row.verdict != "check"]
+    return page(
+        "reproduction.html.jinja",
+        title=found.title or f"{found.paper}: the paper, reproduced",
+        found=found,
+        count=_count(compared, checks=len(found.rows) - len(compared)),
+        rows=[_cells(row) for row in compared],
+        checks=[_cells(row) for row in found.rows if row.verdict == "check"],
+        equations={number: equation(text, number) for number, text in found.equations.items()},
+        figures=page_figures(found.panels, drawings, curves=curves),
+        tables=[table for table in found.tables if table.on_page],
+        versions=summary.versions(),
+    )
+
+
+def page_figures(
+    panels: Sequence[Panel], drawings: Mapping[str, str], *, curves: bool = False
+) -> list[PageFigure]:
+    """Put panels and their drawings into the form of a page.
+
+    Parameters
+    ----------
+    panels : sequence of Panel
+        With titles and captions.
+    drawings : mapping of str to str
+        Name of each panel to its SVG.
+    curves : bool
+        Whether the curves of each figure lie beside the page as CSV.
+
+    Returns
+    -------
+    list of PageFigure
+        In the order of the panels.
+    """
+    from electrovib.view.pages import markup
+    from electrovib.view.report_figures import PageFigure
+    from electrovib.view.svg import inline
+
+    return [
+        PageFigure(
+            panel.title,
+            markup(inline(drawings[panel.id], name=panel.id, words=panel.title)),
+            f"{panel.caption} {_file(panel)}" if curves else panel.caption,
+        )
+        for panel in panels
+    ]
+
+
+def _file(panel: Panel) -> str:
+    """Name the file of the curves, and say whether it has more of them than the figure."""
+    more = any(not curve.drawn for curve in panel.curves)
+    return f"{'All curves' if more else 'Curves'}: {panel.id}.csv"
+
+
+def _count(compared: Sequence[Row], *, checks: int) -> str:
+    """State how many of the paper's numbers and statements are reproduced, consistent and open."""
+    of = {word: sum(row.verdict == word for row in compared) for word in ("reproduced", "consistent", "open")}
+    numbers = ", ".join(f"{number} {word}" for word, number in of.items())
+    ours = f", beside {checks} checks of this software" if checks else ""
+    return f"{len(compared)} numbers and statements of the paper: {numbers}{ours}."
+
+
+def _cells(row: Row) -> dict[str, str]:
+    """Write a row for the page, with what the paper states as a number or else in its words."""
+    printed = shown(row.paper, row.unit)
+    return {
+        "verdict": row.verdict,
+        "what": row.what,
+        "paper": f"in words: {row.stated}" if row.stated and row.paper is None else printed,
+        "ours": shown(row.ours, row.unit),
+        "note": row.brief or row.note,
+    }
+
+
+def drawn(panel: Panel) -> Figure:
+    """Draw one panel, with its title."""
+    from electrovib.view import plots
+    from electrovib.view.style import new_figure, style
+
+    figure = new_figure(PANEL_SIZE)
+    with style():
+        plots.panel(panel, ax=figure.add_subplot())
+    return figure
+
+
+def shown(value: float | tuple[float, float] | None, unit: str) -> str:
+    """Write a number or an interval in the unit of its row."""
+    if value is None:
+        return "not printed"
+    numbers = value if isinstance(value, tuple) else (value,)
+    digits = 3 if isinstance(value, tuple) else 4
+    text = " … ".join(f"{number:.{digits}g}" for number in numbers)
+    return f"{text} {pretty_unit(unit)}".strip()
+
+
+def equation(text: str, number: str) -> Any:
+    """Draw a formula written in mathtext; one that cannot be drawn is shown as it is written.
+
+    Parameters
+    ----------
+    text : str
+        With or without ``$``.
+    number : str
+        Of the equation, for readers who cannot see it.
+
+    Returns
+    -------
+    Markup or str
+        Inline SVG, or the text.
+    """
+    from electrovib.view.pages import markup
+    from electrovib.view.style import new_figure, style
+    from electrovib.view.svg import inline, to_svg
+
+    written = (text if "$" in text else f"${text}$").replace(
+        r"\frac", r"\dfrac"
+    )  # legible in a line of its own
+    figure = new_figure((6.0, 1.0))
+    try:
+        with style():
+            figure.text(0, 0.5, written, fontsize=13, math_fontfamily="stix", color="#222222")
+        svg = to_svg(figure, tight=True)
+    except ValueError:
+        return text
+    return markup(inline(svg, name=f"equation{number}", words=f"Equation {number}: {text}"))

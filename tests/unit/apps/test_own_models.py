@@ -1,0 +1,231 @@
+"""Models of a user's file at the command line: run in one process of its own, which registers them for good."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+LAW = '''"""A force law that levels off."""
+from typing import Annotated
+
+from electrovib.core.constants import VACUUM_PERMITTIVITY
+from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.force import ForceLaw
+
+
+class Saturating(ForceLaw):
+    """Maxwell stress in the gap that levels off near breakdown."""
+
+    breakdown: Annotated[Number, Quantity("V/m", 1e5, 1e9, "field at which the pressure has halved")] = 3e7
+
+    def pressure(self, E):
+        return VACUUM_PERMITTIVITY * E**2 / 2 / (1 + (E / self.breakdown) ** 2)
+
+
+class Failing(ForceLaw):
+    """Law with a mistake."""
+
+    def pressure(self, E):
+        return E / undefined
+
+
+class Misnamed(ForceLaw):
+    """Law whose argument has another name than its amplitude."""
+
+    def pressure(self, field):
+        return field**2
+'''
+DRIVER = """
+import contextlib, io, json, sys
+import numpy as np
+from electrovib.apps.cli import main
+import electrovib as ev
+
+def call(*arguments):
+    sys.argv = ["electrovib", *arguments]
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            main()
+            code = 0
+        except SystemExit as stop:
+            code = stop.code or 0
+    return code, out.getvalue(), err.getvalue()
+
+GAP = ["--set", "stack.gap.thickness=5um"]
+def law(name):
+    return [*GAP, "--set", "force.model=" + name]
+
+found = {}
+found["without the file"] = call("run", *law("Saturating"))
+for name in ("nothing.py", "syntax.py", "broken.py", "empty.py", "law.txt"):
+    found[name] = call("--models", name, "run")
+found["helper"] = call("--models", "second.py", "run", *law("Second"), "-o", "second.csv")
+found["its name"] = call("run", *law("Saturating"), "--models", "law.py", "-o", "own.nc")
+found["before the command"] = call("--models", "law.py", "run", *law("Saturating"))
+found["compared"] = call("compare", "vezzoli_2014/fig6", *GAP, "--models", "law.py,MaxwellStressInGap", "--models", "Saturating")
+found["listed"] = call("models", "Saturating")
+found["fails"] = call("run", *law("Failing"))
+found["misnamed"] = call("run", *law("Misnamed"))
+found["attribute"] = json.loads(ev.open_trace("own.nc").attrs["own_models"])
+found["repeated"] = call("run", "own.nc")
+with open("law.py", "a") as file:
+    file.write("\\n# changed\\n")
+found["changed"] = call("run", "own.nc")
+found["taken"] = call("--models", "taken.py", "run")
+print(json.dumps(found))
+"""
+READER = """
+import contextlib, io, json, sys
+exec(open("driver.py").read().split("GAP =")[0])
+found = {name: call(name, "own.nc") for name in ("run", "perceive", "equilibrium")}
+found["export"] = call("export", "own.nc", "own.cir")
+found["largest"] = float(ev.open_trace("own.nc").electrostatic_force.max())
+print(json.dumps(found))
+"""
+
+
+REPORTER = (
+    READER.split("found =", maxsplit=1)[0]
+    + """
+print(json.dumps(call("report", "own.nc", "-o", "own.html")))
+"""
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("own")
+    files = {
+        "law.py": LAW,
+        "syntax.py": "x = 1\nclass Law(\n",
+        "broken.py": "import math\n\nmath.nothing\n",
+        "empty.py": "x = 1\n",
+        "law.txt": LAW,
+        "second.py": LAW.split("class Failing", maxsplit=1)[0].replace("Saturating", "Second")
+        + "import shared\nassert shared.ONE == 1\n",
+        "shared.py": "ONE = 1\n",
+        "taken.py": LAW.replace("Saturating", "EffectiveMedium"),
+        "driver.py": DRIVER,
+        "reader.py": READER,
+        "reporter.py": REPORTER,
+    }
+    for name, text in files.items():
+        (place / name).write_text(text)
+    return place
+
+
+def outcomes(folder, script):
+    done = subprocess.run(
+        [sys.executable, script], cwd=folder, capture_output=True, text=True, check=False, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+@pytest.fixture(scope="module")
+def found(folder):
+    return outcomes(folder, "driver.py")
+
+
+@pytest.fixture(scope="module")
+def without(folder, found):
+    del found  # which writes the Trace
+    return outcomes(folder, "reader.py")
+
+
+def test_an_unknown_model_names_the_option(found):
+    code, _, err = found["without the file"]
+    assert code == 2
+    assert "unknown ForceLaw model 'Saturating'" in err
+    assert "'electrovib --models FILE.py ...', or import its file in Python" in err
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("nothing.py", "--models nothing.py: there is no such file"),
+        ("syntax.py", "syntax.py, line 2: SyntaxError: '(' was never closed"),
+        ("broken.py", "broken.py, line 3: AttributeError: module 'math' has no attribute 'nothing'"),
+        ("empty.py", "--models empty.py: defines no model"),
+        ("law.txt", "--models law.txt: expected a Python file"),
+        (
+            "taken",
+            "two models are called EffectiveMedium: electrovib.physics.force.maxwell_stress and taken; rename one",
+        ),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_one_line(found, name, sentence):
+    code, out, err = found[name]
+    assert (code, out) == (2, "")
+    assert sentence in err
+    assert err.count("\n") == 1
+
+
+def test_a_law_of_ones_own_runs_and_is_compared(found):
+    for how in ("its name", "before the command", "repeated"):
+        code, out, err = found[how]
+        assert (code, err) == (0, "")
+        assert "electrostatic force: 0 N to 208.2 mN" in out
+    code, out, _ = found["compared"]
+    assert code == 0
+    assert "Saturating" in out
+    assert "EffectiveMedium" not in out
+    assert out.startswith("Believe MaxwellStressInGap here, 432.5 mN")
+    assert "Maxwell stress in the gap that levels off" in found["listed"][1]
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("fails", "law.py, line 22: NameError: name 'undefined' is not defined"),
+        (
+            "misnamed",
+            "law.py, Misnamed: TypeError: Misnamed.pressure() got an unexpected keyword argument 'E'",
+        ),
+    ],
+)
+def test_an_error_in_the_file_is_one_line(found, name, sentence):
+    code, _, err = found[name]
+    assert code == 2
+    assert err == f"electrovib: {sentence}\n"
+
+
+def test_a_file_imports_what_lies_beside_it(found):
+    assert found["helper"][0] == 0
+
+
+def test_a_trace_names_the_file_of_its_models(found):
+    (entry,) = found["attribute"]
+    assert (entry["model"], entry["family"], entry["file"]) == ("Saturating", "ForceLaw", "law.py")
+    assert len(entry["sha256"]) == 64
+    assert "has changed since" not in found["repeated"][1]
+    assert (
+        "warning: the model 'Saturating' is not the one of this Trace: law.py has changed since"
+        in found["changed"][1]
+    )
+
+
+def test_a_trace_whose_model_is_missing_says_which_and_stays_readable(without, found):
+    start = found["attribute"][0]["sha256"][:12]
+    for command in ("run", "perceive", "equilibrium", "export"):
+        code, out, err = without[command]
+        assert (code, out) == (2, "")
+        assert "force: this Trace needs the ForceLaw model 'Saturating'" in err
+        assert f"it was defined in law.py (SHA-256 {start}...)" in err
+        assert "'electrovib --models law.py ...'" in err
+        assert err.count("\n") == 1
+    assert without["largest"] == pytest.approx(0.2082, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_report_shows_the_signals_and_states_what_is_missing(folder, found):
+    del found
+    code, out, err = outcomes(folder, "reporter.py")
+    assert (code, err) == (0, "")
+    assert (
+        "own.nc: shown without its parameters: force: this Trace needs the ForceLaw model 'Saturating'" in out
+    )
