@@ -82,7 +82,7 @@ def test_models_print_what_python_returns(cli):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["models", "Trapezum"], ["'Trapezium' (A ramp up, a hold, a ramp down"]),
+        (["models", "Trapezum"], ["Did you mean 'Trapezium' ("]),
         (
             ["scenarios", "vezoli_2014/fig6"],
             ["'vezzoli_2014/fig6' (Vezzoli 2014, figure 6", "'electrovib scenarios'"],
@@ -117,7 +117,7 @@ def test_a_wrong_preset_is_answered_with_the_nearest_three(wrong, cli):
 
 def test_a_wrong_model_in_a_scenario_is_answered_with_the_nearest_three(cli):
     _, _, err = cli("run", "--set", "drive.model=Trapezum")
-    assert "Did you mean 'Trapezium' (A ramp up, a hold, a ramp down" in err
+    assert "Did you mean 'Trapezium' (" in err
     assert err.count(" (") == 3
 
 

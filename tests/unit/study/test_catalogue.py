@@ -160,8 +160,19 @@ def test_every_material_of_the_library_is_listed_and_found_by_every_name():
 
 def test_a_parameter_and_a_note_are_found():
     assert "LuGre" in names(models("Stribeck speed"))
-    assert models("Stribeck speed")[0].reason.startswith("parameter stribeck_speed")
+    assert "stribeck_speed (" in models("Stribeck speed")[0].reason
+    assert "Square" in names(models("offset"))
     assert "gabriel_1996/wet" in names(models("whole skin"))
+
+
+def test_what_only_remarks_mention_is_not_listed_beside_an_entry_of_the_name():
+    assert "[notes" not in str(models("Square"))
+    assert "[notes" in str(models("Square", complete=True))
+
+
+def test_the_first_sentence_of_a_model_does_not_end_at_et_al():
+    (record,) = [record for record in models() if record.name == "Vezzoli2014Causal"]
+    assert "Vezzoli et al. 2014" in record.meaning
 
 
 def test_an_unknown_name_is_answered_with_three_and_what_each_is():

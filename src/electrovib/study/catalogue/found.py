@@ -10,7 +10,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import Model
 from electrovib.core.search import ALIAS, FORMER, NAME, SPELLING, Match, as_question, search, suggestions
 from electrovib.study.catalogue.columns import laid_out
-from electrovib.study.catalogue.items import Item, everything, scenario_items
+from electrovib.study.catalogue.items import REMARKS, Item, everything, scenario_items
 from electrovib.study.catalogue.listed import Listed, Listing
 from electrovib.study.catalogue.listing import all_table, found_table, scenario_table
 from electrovib.study.catalogue.overview import overview
@@ -156,6 +156,8 @@ def _as_text(query: str, full: list[Item], records: list[Listed], *, complete: b
     """Write what was found: entries of the name in full, the others one line each."""
     shown_in_full = {(item.record.name, item.record.kind) for item in full}
     others = [record for record in records if (record.name, record.kind) not in shown_in_full]
+    if full and not complete:
+        others = [record for record in others if not record.reason.startswith(REMARKS)]
     pages = [_with_former_name(query, item) for item in full]
     shown = others if complete else others[: MOST if not full else MOST // 2]
     if shown:
