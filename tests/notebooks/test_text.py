@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
 
 import pytest
 from pydantic import BaseModel
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.core.records import Records
+from electrovib.core.html_table import html_table
 from electrovib.scenario.toml import to_toml
 
 
@@ -79,44 +78,10 @@ def test_a_mistake_that_was_never_raised_has_no_line():
     assert InputError("drive.high: is missing")._render_traceback_() == ["InputError: drive.high: is missing"]
 
 
-@dataclass(frozen=True)
-class Row:
-    name: str
-    value: float
-    known: bool
-    note: str = ""
-    parts: tuple[str, ...] = ()
-    _private: str = "no"
-
-
-ROWS = Records([Row("<a>", 1 / 3, known=True, parts=("x", "y")), Row("b", 2e6, known=False)])
-
-
-def test_records_in_columns():
-    """A column without any content is omitted, and so is a private one."""
-    assert repr(ROWS).splitlines() == [
-        "name  value     known  parts",
-        "<a>   0.333333  yes    x, y",
-        "b     2e+06     no",
-    ]
-
-
-def test_records_as_html():
-    html = ROWS._repr_html_()
+def test_a_table_is_html_in_which_no_text_is_obeyed():
+    html = html_table(("name", "parts"), (("<a>", "x & y"), ("b", "")))
     assert "&lt;a&gt;" in html
+    assert "x &amp; y" in html
     assert "<a>" not in html
-    assert html.count("<th") == 1 + 4  # thead and four columns
-
-
-def test_long_records_are_cut():
-    many = Records(Row(str(n), n, known=True, note="word " * 30) for n in range(100))
-    lines = repr(many).splitlines()
-    assert lines[-1] == "... and 40 more of 100"
-    assert max(map(len, lines)) < 90
-    assert many._repr_html_().count("<tr>") == 101
-
-
-def test_records_of_nothing_and_of_anything():
-    assert repr(Records()) == "no records"
-    assert Records()._repr_html_() is None
-    assert repr(Records([1, 2])) == "Records([1, 2])"
+    assert html.count("<th") == 1 + 2  # thead and two columns
+    assert html.count("<tr>") == 3
