@@ -75,9 +75,9 @@ def test_a_law_of_magnitudes_has_a_static_force_but_no_step(leaky):
     assert literal.static == pytest.approx(found["Vezzoli2014Causal"].static, rel=1e-9)
 
 
-def test_defects_of_the_founding_paper_are_told(leaky):
+def test_defects_of_vezzoli_2014_are_listed(leaky):
     text = " ".join(paragraph for page in leaky.pages for paragraph in page.paragraphs)
-    for word in ("10.74", "1.0096", "falling edges", "answers before the pulse"):
+    for word in ("10.74", "1.0096", "falling edges", "responds before the pulse"):
         assert word in text
 
 

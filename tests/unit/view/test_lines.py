@@ -83,7 +83,7 @@ def test_labels(trace, other, measured):
 def test_what_is_not_a_trace_is_named(trace, scenario):
     with pytest.raises(InputError, match="expected a Trace, not Scenario"):
         labelled([trace, scenario])
-    with pytest.raises(InputError, match="at least one"):
+    with pytest.raises(InputError, match="at least one is needed"):
         labelled([])
 
 

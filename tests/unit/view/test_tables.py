@@ -82,8 +82,8 @@ def test_models_are_those_that_were_chosen(scenario):
     law = found["force"]
     assert law.name == "MaxwellStressInGap"
     assert law.equations == ("pressure = ε₀·E²/2",)
-    assert law.facts == ("Maxwell stress evaluated in: gap", "known from: derived")
-    assert law.notes.startswith("p = eps0 E^2/2. Equal to virtual work")
+    assert law.facts == ("Maxwell stress evaluated in: gap", "source status: derived")
+    assert law.notes.startswith("p = eps0 E^2/2, equal to the virtual work")
     assert "``" not in law.notes
 
 
