@@ -1,4 +1,4 @@
-"""What a plain interpreter shows: texts of a scenario and of records, names for completion, one sentence for a mistake."""
+"""What a plain interpreter shows: texts of a scenario, names for completion, one sentence for a mistake."""
 
 from __future__ import annotations
 
@@ -9,7 +9,11 @@ from pydantic import BaseModel
 
 import electrovib as ev
 from electrovib.core.errors import InputError
+<<<<<<< HEAD
 from electrovib.core.html_table import html_table
+=======
+from electrovib.core.trace import make_trace
+>>>>>>> main
 from electrovib.scenario.toml import to_toml
 
 
@@ -74,8 +78,18 @@ def test_a_mistake_is_one_line_and_where_it_was_made(scenario):
     assert lines[2].startswith("in line ")
 
 
+def test_the_line_is_that_which_called_the_package(tmp_path):
+    """Not one of a library that the package uses: here the error passes through contextlib."""
+    trace = make_trace({}, {}, {})
+    with pytest.raises(InputError) as caught:
+        ev.save(trace, tmp_path / "absent" / "a.nc")
+    assert any("contextlib" in str(frame.path) for frame in caught.traceback)
+    assert caught.value._render_traceback_()[-1].endswith('ev.save(trace, tmp_path / "absent" / "a.nc")')
+
+
 def test_a_mistake_that_was_never_raised_has_no_line():
     assert InputError("drive.high: is missing")._render_traceback_() == ["InputError: drive.high: is missing"]
+<<<<<<< HEAD
 
 
 def test_a_table_is_html_in_which_no_text_is_obeyed():
@@ -85,3 +99,5 @@ def test_a_table_is_html_in_which_no_text_is_obeyed():
     assert "<a>" not in html
     assert html.count("<th") == 1 + 2  # thead and two columns
     assert html.count("<tr>") == 3
+=======
+>>>>>>> main

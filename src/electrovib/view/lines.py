@@ -5,12 +5,16 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from os import PathLike
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.core.model import Model
+from electrovib.core.paths import quantity_at
 from electrovib.view.style import COLOURS, DASHES, between, layer_colours
 from electrovib.view.units import pretty_quantity
 
@@ -64,6 +68,12 @@ def labelled(traces: Traces) -> dict[str, xarray.Dataset]:
     import xarray
 
     given: Any = [traces] if isinstance(traces, xarray.Dataset) else traces
+    if isinstance(given, Model):
+        raise InputError(
+            f"expected a Trace, not a {type(given).__name__}; simulate first: trace = ev.simulate(scenario)"
+        )
+    if isinstance(given, (str, PathLike)):
+        raise InputError(f"expected a Trace, not '{given}'; open it first: trace = ev.open_trace(path)")
     found: dict[str, Any] = {}
     if isinstance(given, Mapping):
         found = {str(label): trace for label, trace in given.items()}
@@ -226,8 +236,9 @@ def swept_units(trace: xarray.Dataset) -> dict[str, str]:
     swept = swept_paths(trace)
     found = {path: str(trace[path].attrs["units"]) for path in swept if "units" in trace[path].attrs}
     if len(found) < len(swept) and (scenario := scenario_or_none(trace)):
-        declared = {path: quantity.unit for path, _, quantity in scenario.parameters()}
-        found = {path: declared[path] for path in swept if path in declared} | found
+        for path in swept:
+            with suppress(InputError):
+                found.setdefault(path, quantity_at(scenario, path).unit)
     return found
 
 

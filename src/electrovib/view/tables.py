@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.model import Model
+from electrovib.core.paths import followers
 from electrovib.physics.force import ForceLaw
 from electrovib.scenario import is_default
 from electrovib.view.units import pretty_quantity
@@ -81,9 +82,11 @@ def parameter_rows(
     found: dict[str, dict[str, tuple[str, str]]] = {}
     meanings: dict[str, str] = {}
     for label, scenario in scenarios.items():
+        texts = swept.get(label, {})
+        following = {each: f"follows {path}" for path in texts for each in followers(scenario, path)}
         for path, value, quantity in scenario.parameters():
-            shown = swept.get(label, {}).get(path) or pretty_quantity(value, quantity.unit, digits=6)
-            source = "swept" if path in swept.get(label, {}) else source_of(scenario, path, value=value)
+            shown = texts.get(path) or following.get(path) or pretty_quantity(value, quantity.unit, digits=6)
+            source = "swept" if path in texts or path in following else source_of(scenario, path, value=value)
             found.setdefault(path, {})[label] = (shown, source)
             meanings.setdefault(path, quantity.doc)
     rows = _model_choices(scenarios)

@@ -50,7 +50,7 @@ def test_every_level_and_assumption_is_printed_on_request(cli):
     assert "+0.0 dB relative" in out or "-0.0 dB relative" in out
     assert "(cited from memory, unverified)" in out
     assert "threshold: relative only, calibrate with perception.threshold" in out
-    assert "12 dB an octave: an assumption" in out
+    assert "12 dB per octave: an assumption" in out
     assert "Sci. Rep. 8, 4555 (2018)" in out
     assert "numerical error" in out
 

@@ -61,6 +61,18 @@ def test_a_quantity_for_every_combination():
     assert 0 <= trace["peak electrostatic_force"].attrs["numerical_error"] < 1e-9
 
 
+def test_values_with_units_are_read():
+    texts = sweep(SCENARIO, {"drive.high": ["100 V", 200, "0.3 kV"]}, quantities=[MEAN])
+    numbers = sweep(SCENARIO, {"drive.high": [100.0, 200.0, 300.0]}, quantities=[MEAN])
+    assert texts.identical(numbers)
+    with pytest.raises(InputError) as caught:
+        sweep(SCENARIO, {"drive.high": ["100 V", "1 kg"], "drive.rise": [None, 1e-3]})
+    assert [(problem.path, problem.value) for problem in caught.value.problems] == [
+        ("drive.high", "'1 kg'"),
+        ("drive.rise", "None"),
+    ]
+
+
 def test_the_usual_quantities_answer_if_none_is_asked():
     trace = sweep(SCENARIO, {"drive.high": [100.0, 200.0]})
     assert list(trace.data_vars) == list(DEFAULTS)

@@ -63,10 +63,8 @@ def parameters(model: type[Model]) -> Table:
         shown = needed or ("none" if default is None else format_quantity(default, quantity.unit))
         source = quantity.source or _source(model, default, needed)
         rows.append((name, quantity.unit, quantity.range(" to "), shown, quantity.doc, source))
-    stored = " and ".join(getattr(model, "stored_pair", ()))
     for name, quantity in model.derived.items():
-        shown = f"in place of {stored}"
-        rows.append((name, quantity.unit, quantity.range(" to "), "derived", quantity.doc, shown))
+        rows.append((name, quantity.unit, quantity.range(" to "), "derived", quantity.doc, quantity.source))
     return Table("parameters", ("name", "unit", "range", "default", "meaning", "source"), tuple(rows))
 
 
