@@ -421,7 +421,7 @@ def test_models_are_listed_and_shown(cli):
         (["models", "MaxwellStressInGp"], ["no model, material", "Did you mean 'MaxwellStressInGap' ("]),
         (
             ["compare", "vezzoli_2014/fig6", "--models", "MaxwellStressInGp"],
-            ["Did you mean 'MaxwellStressInGap'?"],
+            ["Did you mean 'MaxwellStressInGap' (", "'MaxwellStressInInsulator' ("],
         ),
         (["compare", "vezzoli_2014/fig6", "-o", "page.pdf"], [".html"]),
         (["compare", "nothing.toml"], ["nothing.toml"]),

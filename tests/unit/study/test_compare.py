@@ -248,7 +248,7 @@ def test_every_parameter_has_a_meaning_and_a_default_or_none_with_its_source(nam
     for _, _, _, default, meaning, source in table.rows:
         assert len(meaning) > 3
         assert default
-        assert (source == "yours to give") == (default == "needed")
+        assert (source == "no default") == (default == "required")
         assert source
 
 
@@ -256,7 +256,7 @@ def test_a_default_that_is_no_definition_names_its_source():
     rows = {row[0]: row for row in catalogue.parameters(MODELS["Grounded"]).rows}
     assert "IEEE" in rows["resistance"][-1]
     rows = {row[0]: row for row in catalogue.parameters(MODELS["Persson2018RoughGap"]).rows}
-    assert rows["mean_gap"][3:6:2] == ("needed", "yours to give")
+    assert rows["mean_gap"][3:6:2] == ("required", "no default")
     assert rows["spots"][3] == "PullingSpots"
 
 

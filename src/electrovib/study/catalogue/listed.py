@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, overload
 
+from electrovib.core.html_table import html_table
+
 if TYPE_CHECKING:
     from electrovib.study.reproduction import Table
 
@@ -82,11 +84,11 @@ class Listing(Sequence[Listed]):
 
     def __repr__(self) -> str:
         """Write what the command line prints."""
-        return self._text()
+        return self._text().rstrip("\n")
 
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        from electrovib.study.catalogue.columns import as_html
-
-        return as_html(self._table())
+        """Write a table with every text escaped."""
+        table = self._table()
+        return html_table(table.headings, table.rows)
