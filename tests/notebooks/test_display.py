@@ -218,13 +218,6 @@ def test_a_plot_of_pyplot_is_left_to_pyplot(formatter, trace):
         plt.close(axes.figure)
 
 
-<<<<<<< HEAD
-def test_records_are_a_table(formatter):
-    data, _ = formatter.format(ev.models())
-    assert "<th" in data["text/html"]
-    assert "Trapezium" in words(data["text/html"])
-    assert data["text/plain"] == str(ev.models())
-=======
 @pytest.mark.parametrize(("listed", "name"), [(ev.models, "Trapezium"), (ev.scenarios, "vezzoli_2014/fig6")])
 def test_the_catalogue_is_a_table(formatter, listed, name):
     data, _ = formatter.format(listed())
@@ -252,7 +245,6 @@ def test_a_percept_is_its_answer(formatter):
     assert lines[1].startswith("felt or not: unknown without perception.threshold")
     assert lines[-1].endswith("(calibrated_on lists assumptions)")
     assert len(lines) < 8
->>>>>>> main
 
 
 def test_importing_in_ipython_imports_nothing_heavy():

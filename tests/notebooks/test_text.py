@@ -9,11 +9,7 @@ from pydantic import BaseModel
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-<<<<<<< HEAD
-from electrovib.core.html_table import html_table
-=======
 from electrovib.core.trace import make_trace
->>>>>>> main
 from electrovib.scenario.toml import to_toml
 
 
@@ -89,15 +85,3 @@ def test_the_line_is_that_which_called_the_package(tmp_path):
 
 def test_a_mistake_that_was_never_raised_has_no_line():
     assert InputError("drive.high: is missing")._render_traceback_() == ["InputError: drive.high: is missing"]
-<<<<<<< HEAD
-
-
-def test_a_table_is_html_in_which_no_text_is_obeyed():
-    html = html_table(("name", "parts"), (("<a>", "x & y"), ("b", "")))
-    assert "&lt;a&gt;" in html
-    assert "x &amp; y" in html
-    assert "<a>" not in html
-    assert html.count("<th") == 1 + 2  # thead and two columns
-    assert html.count("<tr>") == 3
-=======
->>>>>>> main

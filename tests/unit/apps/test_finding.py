@@ -86,11 +86,7 @@ def test_models_print_what_python_returns(cli):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-<<<<<<< HEAD
         (["models", "Trapezum"], ["Did you mean 'Trapezium' ("]),
-=======
-        (["models", "Trapezum"], ["'Trapezium' (A trapezoidal pulse: a ramp up, a hold and a ramp down"]),
->>>>>>> main
         (
             ["scenarios", "vezoli_2014/fig6"],
             ["'vezzoli_2014/fig6' (Vezzoli 2014, figure 6", "'electrovib scenarios'"],
@@ -125,11 +121,7 @@ def test_a_wrong_preset_is_answered_with_the_nearest_three(wrong, cli):
 
 def test_a_wrong_model_in_a_scenario_is_answered_with_the_nearest_three(cli):
     _, _, err = cli("run", "--set", "drive.model=Trapezum")
-<<<<<<< HEAD
     assert "Did you mean 'Trapezium' (" in err
-=======
-    assert "Did you mean 'Trapezium' (A trapezoidal pulse: a ramp up, a hold and a ramp down" in err
->>>>>>> main
     assert err.count(" (") == 3
 
 

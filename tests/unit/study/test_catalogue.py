@@ -224,7 +224,7 @@ def test_records_show_themselves_in_a_terminal_and_in_a_notebook():
         assert repr(found) == str(found)
         page = found._repr_html_()
         assert page.count("<tr>") == len(found) + 1
-        assert page.startswith("<div")
+        assert page.startswith("<table>")
         assert all(record.name in page for record in found)
     assert "<script" not in catalogue.models("Maxwell")._repr_html_()
 

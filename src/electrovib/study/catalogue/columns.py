@@ -1,7 +1,8 @@
-"""A table as plain text, for a terminal of any width."""
+"""A table as plain text, for a terminal of any width, and as HTML for a notebook."""
 
 from __future__ import annotations
 
+import html
 import shutil
 import textwrap
 
@@ -38,6 +39,27 @@ def laid_out(table: Table) -> str:
     if table.caption:
         shown += ["", *textwrap.wrap(table.caption, room)]
     return "\n".join(shown) + "\n"
+
+
+def as_html(table: Table) -> str:
+    """Write a table as HTML, without styles of its own.
+
+    Parameters
+    ----------
+    table : Table
+        Words; every sign that HTML would obey is escaped.
+
+    Returns
+    -------
+    str
+        A ``table`` element with caption, head and body.
+    """
+    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in table.headings)
+    rows = "".join(
+        f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in row)}</tr>" for row in table.rows
+    )
+    title = f"<caption>{html.escape(table.title)}</caption>" if table.title else ""
+    return f"<table>{title}<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
 
 
 def terminal_width() -> int:

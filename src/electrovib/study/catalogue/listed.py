@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, overload
 
-from electrovib.core.html_table import html_table
-
 if TYPE_CHECKING:
     from electrovib.study.reproduction import Table
 
@@ -89,6 +87,6 @@ class Listing(Sequence[Listed]):
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        """Write a table with every text escaped."""
-        table = self._table()
-        return html_table(table.headings, table.rows)
+        from electrovib.study.catalogue.columns import as_html
+
+        return as_html(self._table())
