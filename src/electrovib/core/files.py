@@ -66,7 +66,7 @@ class DeclaresFile:
 
         Returns
         -------
-        tuple of mapping
+        parameters : tuple of mapping
             The first whose columns are in the file is added to the table.
         """
         del table

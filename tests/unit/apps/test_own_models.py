@@ -47,6 +47,10 @@ class Misnamed(ForceLaw):
 
     def pressure(self, field):
         return field**2
+
+
+class Unfinished(ForceLaw):
+    """Law without a pressure."""
 '''
 DRIVER = """
 import contextlib, io, json, sys
@@ -81,6 +85,7 @@ found["listed"] = call("models", "Saturating")
 found["fails"] = call("run", *law("Failing"))
 found["bare"] = call("run", "--set", "stack.insulator.material.model=Bare")
 found["misnamed"] = call("run", *law("Misnamed"))
+found["unfinished"] = call("run", *law("Unfinished"))
 found["attribute"] = json.loads(ev.open_trace("own.nc").attrs["own_models"])
 found["repeated"] = call("run", "own.nc")
 with open("law.py", "a") as file:
@@ -198,6 +203,7 @@ def test_a_law_of_ones_own_runs_and_is_compared(found):
             "misnamed",
             "law.py, Misnamed: TypeError: Misnamed.pressure() got an unexpected keyword argument 'E'",
         ),
+        ("unfinished", "force.model = 'Unfinished': the class does not define pressure(self, E)"),
     ],
 )
 def test_an_error_in_the_file_is_one_line(found, name, sentence):

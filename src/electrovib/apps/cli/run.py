@@ -81,8 +81,8 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
         lines += _numbers(trace)
     else:
         lines += [f"{name.replace('_', ' ')}: {_range(trace, name)}" for name in FORCES]
-    if trace.attrs.get("reduction_error"):
-        error = 100 * float(trace.attrs.get("transfer_error", float("nan")))
+    if trace.attrs.get("reduction_error") and "transfer_error" in trace.attrs:
+        error = 100 * float(trace.attrs["transfer_error"])
         lines.append(f"error of the response through materials reduced to relaxations: at most {error:.2g} %")
     lines += validity_lines(read_diagnostics(trace.attrs["validity"]))
     lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []

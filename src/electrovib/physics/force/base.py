@@ -57,10 +57,14 @@ class ForceLaw(Model, family=True):
 
         Raises
         ------
-        NotImplementedError
+        InputError
             If the member does not define it.
         """
-        raise NotImplementedError(f"{type(self).__name__} must define pressure({args}, {kwargs})")
+        del args
+        raise InputError(
+            f"force.model = '{type(self).__name__}': the class does not define pressure(self, {', '.join(kwargs)}), which"
+            " returns the attraction per area in Pa"
+        )
 
     def effective_voltage(self, section: Section) -> Linear | None:
         """Return the part of the voltage that causes the attraction; None where the law does not define one."""
