@@ -322,3 +322,24 @@ def test_edges_and_averages_over_periods(tmp_path):
         ev.import_file(tmp_path / "a.csv", columns, average="drive_voltage", crop="0 s..0.6 s")
     with pytest.raises(InputError, match="its periods differ"):
         average_periods(time, {"f": np.sin(2 * np.pi * (3 * time + time**2))}, "f")
+
+
+def test_quantised_noise_is_not_taken_for_repeated_samples(tmp_path):
+    random = np.random.default_rng(8)
+    rounded = np.round(random.normal(0, 4.0, (T.size, 1)) + 100)
+    np.savetxt(
+        tmp_path / "a.csv", np.column_stack([T, rounded]), delimiter=",", header="t [s],v [mV]", comments=""
+    )
+    found = validity(ev.import_file(tmp_path / "a.csv", {"drive_voltage": "v"}))["repeated samples"]
+    assert found["state"] == "ok"
+    assert float(found["text"].partition("%")[0]) == pytest.approx(7, abs=1.5)  # 1/(2 sqrt(pi) 4)
+
+
+def test_edges_between_samples_are_said_to_alias(tmp_path):
+    square = 300.0 * (np.sin(2 * np.pi * 80.3 * T) > 0) + NOISE
+    np.savetxt(
+        tmp_path / "a.csv", np.column_stack([T, square]), delimiter=",", header="t [s],v [V]", comments=""
+    )
+    found = validity(ev.import_file(tmp_path / "a.csv", {"drive_voltage": "v"}))["aliasing of drive_voltage"]
+    assert found["state"] == "warning"
+    assert "every 6.2" in found["text"]

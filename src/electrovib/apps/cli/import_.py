@@ -131,7 +131,7 @@ def _as_trace(file: str, columns: dict[str, str], output: str | None, force: boo
     """Import a Trace, write it, and print its history and diagnostics."""
     from pathlib import Path
 
-    from electrovib.apps.cli.run import told
+    from electrovib.apps.cli.run import validity_lines
     from electrovib.core.diagnostics import read_diagnostics
     from electrovib.export.save import check_output, save
     from electrovib.recordings.importing import import_file
@@ -141,7 +141,7 @@ def _as_trace(file: str, columns: dict[str, str], output: str | None, force: boo
     trace = import_file(file, columns, **options)
     sizes = ", ".join(f"{size} values of {name}" for name, size in trace.sizes.items())
     say(f"{', '.join(map(str, trace.data_vars))}: {sizes}", *trace.attrs["history"].split("\n"))
-    say(*told(read_diagnostics(trace.attrs["validity"])))
+    say(*validity_lines(read_diagnostics(trace.attrs["validity"])))
     if output is not None:
         say(*(f"written: {path}" for path in save(trace, output, force=force)))
 

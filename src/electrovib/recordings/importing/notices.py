@@ -19,6 +19,10 @@ _FEWEST: Final = 32
 """Fewest samples from which repetition and bandwidth are judged."""
 _REPEATED: Final = 0.001
 """Share of repeated rows from which on they are reported."""
+_BEYOND_CHANCE: Final = 2.0
+"""Factor beyond what noise and resolution explain from which on repeated rows are reported."""
+_EDGES: Final = 20
+"""Samples between steps of more than half the range, below which their harmonics beyond half the sampling rate matter."""
 _FEW: Final = 8
 """Samples per period below which the form of an oscillation is not resolved."""
 _STRONG: Final = 0.1
@@ -96,11 +100,25 @@ def _repeated(readings: Mapping[str, Real]) -> list[Diagnostic]:
             )
         ]
     share = float(np.mean((change == 0).all(axis=0)))
-    text = f"{share:.2%} of the samples repeat the one before in every imported signal"
-    if share < _REPEATED:
+    chance = float(np.prod([_chance(row) for row in change]))
+    text = f"{share:.2%} of the samples repeat the one before in every imported signal; noise and resolution explain {chance:.2%}"
+    if share < _REPEATED + _BEYOND_CHANCE * chance:
         return [Diagnostic("repeated samples", "ok", text)]
     more = "; the sensor may be read more often than it is updated" if share > 0.2 else ""
-    return [Diagnostic("repeated samples", "warning", text + more, share, _REPEATED, "1")]
+    return [
+        Diagnostic(
+            "repeated samples", "warning", text + more, share, _REPEATED + _BEYOND_CHANCE * chance, "1"
+        )
+    ]
+
+
+def _chance(change: Real) -> float:
+    """Return the share of equal successive samples that Gaussian noise rounded to the step of the converter has."""
+    moves = np.abs(change[change != 0])
+    if not moves.size:
+        return 1.0
+    scatter = float(np.median(moves)) / 0.6745
+    return min(1.0, float(moves.min()) / (np.sqrt(2 * np.pi) * scatter))
 
 
 def _is_noisy(change: Real) -> bool:
@@ -133,6 +151,15 @@ def _aliasing(name: str, time: Real, values: Real) -> Diagnostic:
             f"the strongest component of {name}, at {format_quantity(frequency, 'Hz', digits=4)}, has {per_period:.2g} samples a"
             f" period: its harmonics above {nyquist} appear at wrong frequencies, and so may the component itself",
             frequency, 1 / (_FEW * step), "Hz",
+        )  # fmt: skip
+    low, top = np.quantile(values, [0.05, 0.95])
+    jumps = int(np.count_nonzero(np.abs(np.diff(values)) > (top - low) / 2)) if top > low else 0
+    if jumps > 2 and values.size / jumps < _EDGES and near > total / 4:
+        return Diagnostic(
+            title, "warning",
+            f"{name} changes by more than half its range between two samples, every {values.size / jumps:.3g} samples:"
+            f" components above {nyquist} appear at wrong frequencies",
+            jumps / (values.size * step), 1 / (_EDGES * step), "Hz",
         )  # fmt: skip
     text = f"{high:.2g} of the power of {name} is in the upper quarter of the band below {nyquist}"
     if high > _STRONG:
