@@ -43,6 +43,15 @@ LAYOUTS = {
     "tabs and a row of units": "time\tforce\tvoltage\n[s]\t[V]\t[V]\n" + rows(TIMES, FIRST, SECOND, separator="\t"),
     "blanks": "# a comment\n" + rows(TIMES, FIRST, SECOND, separator="   "),
     "no headings": rows(TIMES, FIRST, SECOND),
+    "PicoScope": "Time,Channel A,Channel B\n(ms),(V),(V)\n\n" + rows(1e3 * TIMES, FIRST, SECOND),
+    "Digilent": "#Digilent WaveForms Oscilloscope\n#Device Name: x\n\nTime (s),Channel 1 (V),Channel 2 (V)\n"
+    + rows(TIMES, FIRST, SECOND),
+    "Rohde & Schwarz": "in s,C1 in V,C2 in V\n" + rows(TIMES, FIRST, SECOND),
+    "LabVIEW": "LabVIEW Measurement\nSeparator\tTab\nDate\t2019/01/01\n***End_of_Header***\t\t\nChannels\t2\t\nSamples\t60\t60"
+    "\nDelta_X\t4e-06\t4e-06\n***End_of_Header***\t\t\nX_Value\tVoltage\tVoltage 1\tComment\n"
+    + rows(TIMES, FIRST, SECOND, separator="\t"),
+    "numbered rows": ",t,u,w\n" + rows(np.arange(60), TIMES, FIRST, SECOND),
+    "a comment of MATLAB": "% t u w\n" + rows(TIMES, FIRST, SECOND, separator=" "),
     "a sample rate": "Sample Rate: 250 kHz\nStart: -1 ms\nCH1;CH2\n" + rows(FIRST, SECOND, separator=";"),
 }  # fmt: skip
 
@@ -52,8 +61,12 @@ LAYOUTS = {
 def test_layouts_are_read_without_an_option(tmp_path, name, encoding):
     (tmp_path / "a.csv").write_text(LAYOUTS[name] + "\n", encoding=encoding)
     found = read_laboratory_text(tmp_path / "a.csv")
-    np.testing.assert_allclose(found.times(), TIMES, rtol=0, atol=1e-11)
-    columns = [each for each in found.channels if each.name != found.time]
+    unit = next((each.unit for each in found.channels if each.name == found.time), "s")
+    times = found.times() * (1e-3 if unit == "ms" else 1)
+    np.testing.assert_allclose(times, TIMES, rtol=0, atol=1e-11)
+    columns = [each for each in found.channels if each.name not in (found.time, "column 0")]
+    if name == "no headings":
+        columns = list(found.channels[1:])
     np.testing.assert_allclose(columns[0].values, FIRST, rtol=0, atol=1e-8)
     if name != "Tektronix TDS":
         assert len(columns) == 2

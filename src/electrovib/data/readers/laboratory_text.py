@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 
 DESCRIPTION: Final = "delimited text of any instrument (.csv, .tsv, .txt, .dat)"
 _COUNTS: Final = frozenset({"sequence", "index", "nr", "no", "point", "points", "sample", "samples", "#"})
-_TIMES: Final = re.compile(r"(elapsed |trigger )?time\b.*|t|zeit|x-axis|x|seconds?|source", re.IGNORECASE)
+_TIMES: Final = re.compile(
+    r"(elapsed |trigger )?time\b.*|t|zeit|x-axis|x[_ ]?value|x|seconds?|source", re.IGNORECASE
+)
 _UNEVEN: Final = 2
 _LONGEST_LINE: Final = 1_000_000
 
@@ -176,9 +178,14 @@ def _recorded(
     counts = first.name.lower() in _COUNTS or first.unit.lower() in _COUNTS or _counts(first.values)
     if step is not None and (counts or layout.names[0].lower() == "x"):
         channels = channels[1:] or channels
-    elif len(channels) > 1 and _is_time(first) and not _is_index(layout, first):
-        time = first.name
-        step = None
+    else:
+        candidate = channels[1] if len(channels) > 2 and _is_index(layout, first) else first
+        if (
+            len(channels) > 1
+            and not (candidate is first and _is_index(layout, first))
+            and _is_time(candidate)
+        ):
+            time, step = candidate.name, None
     return Recorded(channels=tuple(channels), time=time, step=step, start=start, attributes=settings)
 
 

@@ -19,6 +19,8 @@ _NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
 _DECIMAL_COMMA: Final = re.compile(r"[+-]?(\d+,\d*|,\d+|\d+)([eEdD][+-]?\d+)?")
 _LONGEST_NUMBER: Final = 64
 """Most characters of a number; the bound keeps the matching fast."""
+_COMMENT: Final = ("#", "%")
+"""Signs that stand alone before headings."""
 _LONGEST_HEADING: Final = 200
 _NOT_A_NUMBER: Final = frozenset({"nan", "inf", "-inf", "+inf", "****", "--"})
 _BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
@@ -190,6 +192,7 @@ def _above(
     rows: Sequence[Sequence[str]], first: int, columns: tuple[int, ...], comma: bool
 ) -> tuple[tuple[str, ...], tuple[str, ...], tuple[tuple[str, ...], ...]]:
     """Read headings, units and preamble from the lines above the numbers."""
+    rows = [row[1:] if at < first and row and row[0] in _COMMENT else row for at, row in enumerate(rows)]
     above = [at for at in range(first) if any(rows[at])]
     headings: list[int] = []
     lower: list[str] = []
@@ -225,7 +228,7 @@ def _is_setting(row: Sequence[str], columns: tuple[int, ...]) -> bool:
     filled = [cell for cell in row if cell]
     if all(_as_unit(cell.strip("[]()")) is not None for cell in filled):
         return False
-    return 2 * len(filled) < len(columns) or (len(filled) == 2 and len(columns) > 2)
+    return 2 * len(filled) < len(columns) or (len(filled) == 2 and len(columns) > 2 and bool(row[0]))
 
 
 def name_and_unit(heading: str) -> tuple[str, str]:
@@ -247,6 +250,8 @@ def name_and_unit(heading: str) -> tuple[str, str]:
     if found := _BRACKETS.fullmatch(heading):
         name, unit = found.groups()
         return name or heading, _as_unit(unit) if _as_unit(unit) is not None else unit  # type: ignore[return-value]
+    if heading.startswith("in ") and _as_unit(heading[3:]):  # as Rohde & Schwarz write the time
+        return "time", _as_unit(heading[3:]) or ""
     for sign in (" in ", "/"):
         name, _, last = heading.rpartition(sign)
         if name and _as_unit(last):

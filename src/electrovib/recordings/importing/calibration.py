@@ -66,7 +66,8 @@ class SensorCalibration:
         """
         at = np.asarray(reading, dtype=float)
         (first, both), (_, second) = self.covariance
-        return np.sqrt(np.maximum(first + 2 * both * at + second * at**2, 0.0))
+        variance: Real = np.maximum(first + 2 * both * at + second * at**2, 0.0)
+        return np.asarray(np.sqrt(variance))
 
 
 def calibrate(reading: ArrayLike, known: ArrayLike) -> SensorCalibration:
