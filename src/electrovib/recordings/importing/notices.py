@@ -118,7 +118,7 @@ def _chance(change: Real) -> float:
     if not moves.size:
         return 1.0
     scatter = float(np.median(moves)) / 0.6745
-    return min(1.0, float(moves.min()) / (np.sqrt(2 * np.pi) * scatter))
+    return min(1.0, float(moves.min() / (np.sqrt(2 * np.pi) * scatter)))
 
 
 def _is_noisy(change: Real) -> bool:
