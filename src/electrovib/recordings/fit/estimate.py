@@ -59,6 +59,11 @@ class LeastSquaresEstimate:
         return self.count - len(self.values)
 
     @property
+    def variance(self) -> float:
+        """Sum of squares over the degrees of freedom, the variance of a residual; NaN without any left."""
+        return self.sum_of_squares / self.degrees_of_freedom if self.degrees_of_freedom > 0 else math.nan
+
+    @property
     def standard_deviations(self) -> dict[str, float]:
         """Of each parameter, in its unit; NaN where there is none."""
         if self.covariance is None:

@@ -102,8 +102,8 @@ def observed(measured: MeasuredTrace, signals: Sequence[str] | None = None) -> t
 
     Returns
     -------
-    tuple of Observed
-        At least one; samples that are no number are left out.
+    columns : tuple of Observed
+        At least one; samples that are no number are omitted.
 
     Raises
     ------

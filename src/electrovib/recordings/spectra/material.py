@@ -84,7 +84,7 @@ def fit_material(
 
     Returns
     -------
-    tuple of MaterialFit
+    fits : tuple of MaterialFit
         One for each form, the best by the criterion of Akaike first; all without the rows that are outliers of the best.
 
     Raises
