@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from electrovib.recordings.fit import MeasuredTrace, fit
+from electrovib.recordings.fit import MeasuredTrace, fit_scenario
 
 _place = Path(__file__).parents[1] / "unit" / "recordings" / "twins.py"
 _spec = importlib.util.spec_from_file_location("twins", _place)
@@ -36,7 +36,7 @@ def test_intervals_cover_and_estimates_are_unbiased(kinds):
     estimates, inside = [], []
     for _ in range(COUNT):
         data = [MeasuredTrace(trace=twins.noisy(each, rng), name=kind) for kind, each in exact.items()]
-        found = fit(PLATE, data, free=free)
+        found = fit_scenario(PLATE, data, free=free)
         assert "not" not in found.states.values()
         estimates.append([found.estimate.values[name] for name in free])
         intervals = [found.interval(name) for name in free]
@@ -60,7 +60,7 @@ def test_the_mean_over_sessions_is_covered(count):
             )
             for at, gap in enumerate(gaps)
         ]
-        found = fit(PLATE, data, free=[twins.GAP, twins.FILM], varying=[twins.GAP])
+        found = fit_scenario(PLATE, data, free=[twins.GAP, twins.FILM], varying=[twins.GAP])
         spread = found.sessions[twins.GAP]
         intervals = [spread.interval(), found.interval(twins.FILM)]
         estimates.append([spread.mean, found.estimate.values[twins.FILM]])
@@ -79,7 +79,7 @@ def test_profile_intervals_cover():
     exact, true = twins.exact(PLATE, "step"), twins.truth(PLATE)[twins.LEAK]
     inside = 0
     for _ in range(100):
-        found = fit(PLATE, twins.noisy(exact, rng, noise=0.03), free=twins.FREE)
+        found = fit_scenario(PLATE, twins.noisy(exact, rng, noise=0.03), free=twins.FREE)
         interval = found.profile(twins.LEAK)
         inside += interval.lower <= true <= interval.upper
     assert 89 <= inside <= 99

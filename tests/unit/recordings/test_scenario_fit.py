@@ -5,7 +5,7 @@ import pytest
 from twins import FILM, FREE, FREQUENCIES, GAP, LEAK, SIGNALS, TIMES, exact, noisy, plate, truth
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.fit import CancelledError, MeasuredTrace, fit
+from electrovib.recordings.fit import CancelledError, MeasuredTrace, fit_scenario
 
 SKIN, INSULATOR = "stack.stratum_corneum.material.conductivity", "stack.insulator.material.permittivity"
 ELSEWHERE = {GAP: 4e-6, LEAK: 4e-9, FILM: 1.5e-6}
@@ -20,7 +20,7 @@ def recorded(*kinds, seed=1, **settings):
 
 @pytest.mark.parametrize("kinds", [*[(kind,) for kind in SIGNALS], tuple(SIGNALS)])
 def test_known_parameters_come_back_from_other_starting_values(kinds):
-    found = fit(PLATE, recorded(*kinds), free=FREE, start=ELSEWHERE)
+    found = fit_scenario(PLATE, recorded(*kinds), free=FREE, start=ELSEWHERE)
     expected = truth(PLATE)
     assert found.estimate.converged
     for name, deviation in found.estimate.standard_deviations.items():
@@ -33,13 +33,13 @@ def test_known_parameters_come_back_from_other_starting_values(kinds):
 
 
 def test_joint_recordings_determine_more_than_each():
-    alone = fit(PLATE, recorded("step"), free=FREE).estimate.standard_deviations
-    together = fit(PLATE, recorded(*SIGNALS), free=FREE).estimate.standard_deviations
+    alone = fit_scenario(PLATE, recorded("step"), free=FREE).estimate.standard_deviations
+    together = fit_scenario(PLATE, recorded(*SIGNALS), free=FREE).estimate.standard_deviations
     assert all(together[name] < 0.5 * alone[name] for name in FREE)
 
 
 def test_without_noise_the_parameters_are_exact_and_in_the_scenario():
-    found = fit(PLATE, EXACT["sweep"], free=FREE, start=ELSEWHERE)
+    found = fit_scenario(PLATE, EXACT["sweep"], free=FREE, start=ELSEWHERE)
     assert found.estimate.values == pytest.approx(truth(PLATE), rel=1e-7)
     assert truth(found.scenario) == pytest.approx(truth(PLATE), rel=1e-7)
 
@@ -48,10 +48,10 @@ def test_an_unknown_zero_is_fitted_beside_the_parameters():
     trace = noisy(EXACT["step"], np.random.default_rng(2))
     trace["electrostatic_force"].values[:] += 0.05
     recording = MeasuredTrace(trace=trace, name="a", offsets=("electrostatic_force",))
-    found = fit(PLATE, recording, free=[GAP, LEAK])
+    found = fit_scenario(PLATE, recording, free=[GAP, LEAK])
     assert found.estimate.values["a: zero of electrostatic_force"] == pytest.approx(0.05, abs=0.005)
     assert found.estimate.values[GAP] == pytest.approx(3e-6, rel=0.05)
-    biased = fit(PLATE, MeasuredTrace(trace=trace), free=[GAP, LEAK])
+    biased = fit_scenario(PLATE, MeasuredTrace(trace=trace), free=[GAP, LEAK])
     assert biased.residuals[0].root_mean_square > 1.5 * found.residuals[0].root_mean_square
 
 
@@ -59,14 +59,14 @@ def test_the_zero_of_a_complex_signal_shifts_its_real_part():
     trace = EXACT["impedance"].copy(deep=True)
     trace["impedance"].values[:] += 500.0
     recording = MeasuredTrace(trace=trace, name="z", offsets=("impedance",))
-    found = fit(PLATE, recording, free=FREE)
+    found = fit_scenario(PLATE, recording, free=FREE)
     assert found.estimate.values["z: zero of impedance"] == pytest.approx(500.0, rel=1e-6)
 
 
 def test_stated_noise_scales_the_deviations_and_settles_the_sum_of_squares():
     peak = EXACT["step"]["electrostatic_force"].values.max()
     small, large = (
-        fit(PLATE, recorded("step", noise={"electrostatic_force": factor * peak}), free=[GAP, LEAK])
+        fit_scenario(PLATE, recorded("step", noise={"electrostatic_force": factor * peak}), free=[GAP, LEAK])
         for factor in (0.01, 0.02)
     )
     assert 30 < small.estimate.sum_of_squares < 95  # 58 degrees of freedom
@@ -83,14 +83,14 @@ def test_each_recording_has_its_own_settings():
         MeasuredTrace(trace=EXACT["step"], name="a"),
         MeasuredTrace(trace=half, name="b", changes={"drive.high": "50 V"}),
     ]
-    found = fit(PLATE, both, free=FREE, start=ELSEWHERE)
+    found = fit_scenario(PLATE, both, free=FREE, start=ELSEWHERE)
     assert found.estimate.values == pytest.approx(truth(PLATE), rel=1e-5)
 
 
 def test_samples_that_are_no_number_are_left_out():
     trace = EXACT["step"].copy(deep=True)
     trace["electrostatic_force"].values[10:20] = np.nan
-    found = fit(PLATE, trace, free=FREE, start=ELSEWHERE)
+    found = fit_scenario(PLATE, trace, free=FREE, start=ELSEWHERE)
     assert found.estimate.count == TIMES.size - 10
     assert found.estimate.values == pytest.approx(truth(PLATE), rel=1e-5)
 
@@ -99,7 +99,7 @@ def test_signals_of_one_recording_may_have_different_missing_samples():
     trace = EXACT["sweep"].merge(EXACT["impedance"]).copy(deep=True)
     trace["mean_force"].values[3] = np.nan
     trace["impedance"].values[7] = np.nan
-    found = fit(PLATE, trace, free=FREE, start=ELSEWHERE)
+    found = fit_scenario(PLATE, trace, free=FREE, start=ELSEWHERE)
     assert found.estimate.count == 3 * (FREQUENCIES.size - 1)
     assert found.estimate.values == pytest.approx(truth(PLATE), rel=1e-5)
 
@@ -107,7 +107,7 @@ def test_signals_of_one_recording_may_have_different_missing_samples():
 def test_a_long_recording_is_searched_with_few_samples_and_ends_with_all():
     long = exact(PLATE, "step", times=np.linspace(0, 30e-3, 4000))
     seen = []
-    found = fit(
+    found = fit_scenario(
         PLATE, long, free=FREE, start=ELSEWHERE, progress=lambda count, _: seen.append(count) or False
     )
     assert found.estimate.count == 4000
@@ -118,7 +118,7 @@ def test_a_long_recording_is_searched_with_few_samples_and_ends_with_all():
 @pytest.mark.parametrize("after", [1, 3])
 def test_the_callback_cancels(after):
     with pytest.raises(CancelledError, match="cancelled"):
-        fit(PLATE, recorded("sweep"), free=FREE, progress=lambda count, _: count >= after)
+        fit_scenario(PLATE, recorded("sweep"), free=FREE, progress=lambda count, _: count >= after)
 
 
 @pytest.mark.parametrize(
@@ -136,25 +136,25 @@ def test_the_callback_cancels(after):
 )
 def test_mistakes_are_named(settings, words):
     with pytest.raises(InputError, match=words):
-        fit(PLATE, recorded("sweep"), **settings)
+        fit_scenario(PLATE, recorded("sweep"), **settings)
 
 
 def test_recordings_need_their_own_names_and_known_signals():
     with pytest.raises(InputError, match="own"):
-        fit(PLATE, recorded("step", offsets=("electrostatic_force",)) * 2, free=[GAP])
+        fit_scenario(PLATE, recorded("step", offsets=("electrostatic_force",)) * 2, free=[GAP])
     with pytest.raises(InputError, match=r"'force'.*no such signal"):
-        fit(PLATE, recorded("step", noise={"force": 1.0}), free=[GAP])
+        fit_scenario(PLATE, recorded("step", noise={"force": 1.0}), free=[GAP])
     with pytest.raises(InputError, match="above 0"):
-        fit(PLATE, recorded("step", noise={"electrostatic_force": 0.0}), free=[GAP])
+        fit_scenario(PLATE, recorded("step", noise={"electrostatic_force": 0.0}), free=[GAP])
     with pytest.raises(InputError, match="at least as many"):
-        fit(PLATE, exact(PLATE, "step", times=TIMES[5:7]), free=FREE)
+        fit_scenario(PLATE, exact(PLATE, "step", times=TIMES[5:7]), free=FREE)
     with pytest.raises(InputError, match="at least one recording"):
-        fit(PLATE, [], free=[GAP])
+        fit_scenario(PLATE, [], free=[GAP])
 
 
 def test_a_product_that_alone_is_determined_is_named():
     free = [FILM, INSULATOR, GAP]
-    found = fit(PLATE, recorded("impedance"), free=free)
+    found = fit_scenario(PLATE, recorded("impedance"), free=free)
     assert found.states == {FILM: "not", INSULATOR: "not", GAP: "well"}
     (worst,) = found.undetermined
     assert worst.exponents == pytest.approx({FILM: 1.0, INSULATOR: 1.0}, rel=0.02)
@@ -169,7 +169,7 @@ def test_a_product_that_alone_is_determined_is_named():
 def test_the_decay_on_a_thick_film_determines_the_leak_and_not_the_skin():
     """With a film of 0.1 mm the gap discharges through its own leak: the skin's conduction is too large to count."""
     thick = plate(**{FILM: "100 um", "drive.high": "3 kV"})
-    found = fit(thick, noisy(exact(thick, "step"), np.random.default_rng(3)), free=[LEAK, SKIN])
+    found = fit_scenario(thick, noisy(exact(thick, "step"), np.random.default_rng(3)), free=[LEAK, SKIN])
     assert found.states == {LEAK: "well", SKIN: "not"}
     assert found.interval(LEAK)[0] < 2e-9 < found.interval(LEAK)[1]
     assert SKIN in found.why_no_interval(SKIN)
@@ -178,14 +178,14 @@ def test_the_decay_on_a_thick_film_determines_the_leak_and_not_the_skin():
 def test_a_parameter_on_its_bound_has_no_interval():
     sweep = EXACT["sweep"].copy(deep=True)
     sweep["mean_force"].values[:] *= 1e-9  # a force that small needs the widest gap
-    found = fit(PLATE, sweep, free=[GAP])
+    found = fit_scenario(PLATE, sweep, free=[GAP])
     assert found.states[GAP] == "bound"
     assert "bound" in found.why_no_interval(GAP)
     assert np.isnan(found.interval(GAP)).all()
 
 
 def test_the_profile_agrees_with_the_symmetric_interval_where_that_holds():
-    found = fit(PLATE, recorded("sweep"), free=[GAP, LEAK])
+    found = fit_scenario(PLATE, recorded("sweep"), free=[GAP, LEAK])
     profiled, (lower, upper) = found.profile(GAP), found.interval(GAP)
     assert (profiled.lower, profiled.upper) == pytest.approx((lower, upper), rel=2e-4)
     assert not profiled.open_below
@@ -194,7 +194,7 @@ def test_the_profile_agrees_with_the_symmetric_interval_where_that_holds():
 
 def test_the_profile_of_what_is_not_determined_is_open_and_may_still_give_a_limit():
     thick = plate(**{FILM: "100 um", "drive.high": "3 kV"})
-    found = fit(thick, noisy(exact(thick, "step"), np.random.default_rng(3)), free=[LEAK, SKIN])
+    found = fit_scenario(thick, noisy(exact(thick, "step"), np.random.default_rng(3)), free=[LEAK, SKIN])
     profiled = found.profile(SKIN)
     assert (profiled.lower, profiled.open_below, profiled.open_above) == (0.0, True, False)
     allowed, start = 4.007, found.estimate.sum_of_squares  # F(1, 58) at 95 %
@@ -212,7 +212,7 @@ def test_criteria_choose_the_leak_where_there_is_one():
             MeasuredTrace(trace=noisy(recording, np.random.default_rng(4)), name="force"),
             MeasuredTrace(trace=noisy(exact(scenario, "impedance"), np.random.default_rng(5)), name="z"),
         ]
-        leaky, tight = fit(PLATE, data, free=[GAP, LEAK]), fit(without, data, free=[GAP])
+        leaky, tight = fit_scenario(PLATE, data, free=[GAP, LEAK]), fit_scenario(without, data, free=[GAP])
         assert (leaky.aicc < tight.aicc) == (scenario is PLATE)
         assert (leaky.bic < tight.bic) == (scenario is PLATE)
 
@@ -227,7 +227,7 @@ def test_parameters_that_differ_between_sessions(count):
         )
         for at, gap in enumerate(gaps)
     ]
-    found = fit(PLATE, data, free=[GAP, FILM], varying=[GAP])
+    found = fit_scenario(PLATE, data, free=[GAP, FILM], varying=[GAP])
     spread = found.sessions[GAP]
     assert list(spread.values.values()) == pytest.approx(gaps, rel=0.05)
     assert spread.mean == pytest.approx(gaps.mean(), rel=0.03)

@@ -173,7 +173,7 @@ class _Search:
 
     def minimum(self, converged: float, most_evaluations: int) -> Any:
         """Search from the starting values, and give lmfit's result."""
-        lmfit = _lmfit()
+        lmfit = require_lmfit()
         searched = lmfit.Parameters()
         for at, each in enumerate(self.free.values()):
             start, low, high = (each.coordinate(value) for value in (each.start, each.lower, each.upper))
@@ -191,7 +191,14 @@ class _Search:
             return search.minimize(method="leastsq", Dfun=self.sloped, gtol=0.0, **ends)
 
 
-def _lmfit() -> Any:
+def require_lmfit() -> Any:
+    """Return the module lmfit, on which every fit is built.
+
+    Raises
+    ------
+    InputError
+        If it is not installed, with the line that installs it.
+    """
     try:
         import lmfit
     except ImportError:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 PRESCRIBED: Final = frozenset({"time", "frequency", "layer", "drive_voltage", "drive_current"})
 """Signals that a scenario is given and does not predict."""
+PROPORTIONAL: Final = frozenset({"impedance"})
+"""Signals whose noise is proportional to their modulus unless stated otherwise."""
 AXES: Final = ("time", "frequency")
 
 
@@ -49,7 +51,7 @@ class MeasuredTrace:
     name: str = "recording"
     changes: Mapping[str, Any] = field(default_factory=dict)
     noise: Mapping[str, float] = field(default_factory=dict)
-    proportional: Collection[str] = frozenset({"impedance"})
+    proportional: Collection[str] = PROPORTIONAL
     offsets: Collection[str] = ()
     session: str = ""
 
@@ -83,6 +85,11 @@ class Observed:
     noise: float | None
     scale: Real
     offset: bool
+
+    @property
+    def relative(self) -> bool:
+        """Whether the noise is proportional to the data."""
+        return bool((self.scale != 1).any())
 
     @property
     def parts(self) -> int:

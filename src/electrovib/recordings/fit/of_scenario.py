@@ -32,7 +32,7 @@ _FEW: Final = 400
 _ROUGH: Final = 1e-4
 
 
-def fit(
+def fit_scenario(
     scenario: Source,
     recordings: Sequence[MeasuredTrace | xarray.Dataset] | MeasuredTrace | xarray.Dataset,
     *,

@@ -140,7 +140,7 @@ class Prediction:
         begin = float(given)
         if begin == 0 == declared.low:
             raise InputError(
-                f"is 0, which gives the search no scale: begin with a value above 0, for instance start = {{'{unknown.path}': ...}}",
+                f"is 0, which gives the search no scale: begin above 0, with start = {{'{unknown.path}': ...}}",
                 path=unknown.path,
             )
         decades = declared.high > _DECADES * max(declared.low, begin if declared.low == 0 else declared.low)
