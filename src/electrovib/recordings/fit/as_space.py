@@ -32,12 +32,12 @@ def space_tables(
     -------
     tables : dict of str to dict
         Path to a normal distribution where the interval is symmetric, and to a log-normal one, with the median at the
-        estimate and the same 95 % interval, for an interval from a profile with two ends above 0. Parameters without an
-        interval are omitted. Correlations are not part of a space.
+        estimate and the same 95 % interval, for an interval from a profile with two ends above 0. Parameters that the data
+        do not determine are omitted. Correlations are not part of a space.
     """
     found: dict[str, dict[str, object]] = {}
     for row in rows:
-        if row.name not in paths or not row.method:
+        if row.name not in paths or not row.method or row.state == "not":
             continue
         if row.method == "profile":
             if 0 < row.lower < row.value < row.upper < math.inf:

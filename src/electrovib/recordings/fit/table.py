@@ -100,6 +100,8 @@ def _row(found: ScenarioFit, unknown: Unknown, *, profiles: bool) -> EstimatedPa
         ]
         if len(ends) == 2:
             lower, upper, method = math.nan, math.nan, ""
+        elif any(name in each.exponents and len(each.exponents) > 1 for each in found.undetermined):
+            note = f"{note}; the interval is what the declared ranges of the other parameters allow"
         elif ends:
             note = "; ".join(filter(None, [note, f"the data set no limit {ends[0]}"]))
     return EstimatedParameter(
