@@ -208,7 +208,8 @@ def _estimates(rows: Sequence[EstimatedParameter]) -> Table:
         "Parameter", "Estimate", "Standard deviation", "95 % interval", "Interval from", "Determined", "Note",
     )  # fmt: skip
     caption = (
-        "Well determined: the standard deviation of the logarithm is at most 0.1. Not determined: a member of a combination"
+        "Well determined: the standard deviation of the logarithm is at most 0.1, and the bias by the curvature of the model at"
+        " most 0.05 standard deviations. Not determined: a member of a combination"
         " whose logarithm has a standard deviation above 1."
     )
     return Table("Parameters", headings, tuple(shown), caption=caption)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.recordings.fit.curvature import BIASED, curvature_bias
 from electrovib.recordings.fit.identifiability import identifiability
 from electrovib.recordings.fit.measured import MeasuredTrace, Observed
 from electrovib.recordings.fit.prediction import Prediction
@@ -85,9 +86,12 @@ def fit_scenario(
         raise InputError("free: name at least one parameter, for instance stack.gap.thickness")
     base = read_scenario(scenario)
     prediction = Prediction(base, measured, free=free, varying=varying, signals=signals, start=start)
-    begin = _roughly(base, measured, prediction, (free, varying, signals), progress)
+    few = _with_few(base, measured, prediction, (free, varying, signals))
+    begin = _roughly(few, prediction, progress)
     noise, estimate, problem = _weighted(prediction, begin, progress)
-    return _judged(prediction, problem, estimate, noise, free=free, varying=varying)
+    return _judged(
+        problem, WeightedProblem(few or prediction, noise), estimate, noise, free=free, varying=varying
+    )
 
 
 def _measured(
@@ -101,8 +105,8 @@ def _measured(
 
 
 def _judged(
-    prediction: Prediction,
     problem: WeightedProblem,
+    few: WeightedProblem,
     estimate: LeastSquaresEstimate,
     noise: Sequence[float],
     *,
@@ -110,7 +114,7 @@ def _judged(
     varying: Sequence[str],
 ) -> ScenarioFit:
     """Judge what the data determine, and collect the result."""
-    values = estimate.values
+    prediction, values = problem.prediction, estimate.values
     inside = [name for name in values if name not in estimate.on_bound]
     rows = [list(values).index(name) for name in inside]
     zeros = [each.name for each in prediction.unknowns if each.is_offset]
@@ -127,6 +131,13 @@ def _judged(
         covariance=covariance,
         why_no_covariance="; ".join(each.sentence for each in judged.undetermined),
     )
+    kept = [name for name in inside if judged.states[name] != "not"]
+    at = [inside.index(name) for name in kept]
+    bias = curvature_bias(few, values, kept, judged.covariance[np.ix_(at, at)]) if kept else {}
+    states = {
+        name: "weakly" if state == "well" and abs(bias[name]) > BIASED else state
+        for name, state in judged.states.items()
+    }
     means = {
         path: between_sessions(
             estimate, {each.session: each.name for each in prediction.unknowns if each.path == path}
@@ -140,26 +151,35 @@ def _judged(
         scenario=prediction.prepared[0].scenario(shared | {path: each.mean for path, each in means.items()}),
         sessions=means,
         residuals=tuple(residuals_of(prediction, values, noise)),
-        states=dict(judged.states) | dict.fromkeys(estimate.on_bound, "bound"),
+        states=states | dict.fromkeys(estimate.on_bound, "bound"),
+        bias=bias,
         undetermined=judged.undetermined,
         problem=problem,
     )
 
 
-def _roughly(
+def _with_few(
     base: Scenario,
     measured: Sequence[MeasuredTrace],
     whole: Prediction,
     asked: tuple[Sequence[str], Sequence[str], Sequence[str] | None],
-    progress: Callback | None,
-) -> dict[str, FreeParameter]:
-    """Search with few samples of long recordings, and return where the search with all of them begins."""
+) -> Prediction | None:
+    """Make the prediction for a few samples of each recording; None where no recording is long."""
     thinned = [dataclasses.replace(each, trace=_thinned(each.trace)) for each in measured]
     if all(after.trace is before.trace for after, before in zip(thinned, measured, strict=True)):
-        return whole.free
+        return None
     free, varying, signals = asked
     few = Prediction(base, thinned, free=free, varying=varying, signals=signals)
     few.free = whole.free
+    return few
+
+
+def _roughly(
+    few: Prediction | None, whole: Prediction, progress: Callback | None
+) -> dict[str, FreeParameter]:
+    """Search with few samples of long recordings, and return where the search with all of them begins."""
+    if few is None:
+        return whole.free
     noise = [_first_guess(each) for group in few.columns for each in group]
     try:
         found = WeightedProblem(few, noise, progress).minimum(whole.free, known=True, converged=_ROUGH)

@@ -40,7 +40,9 @@ class ScenarioFit:
         For each signal of each recording.
     states : mapping of str to str
         Unknown to how the data determine it: ``"well"``, ``"weakly"`` or ``"not"``, or ``"bound"`` where the estimate lies on
-        a bound of the parameter.
+        a bound of the parameter. A parameter with a bias above 0.05 standard deviations counts as weakly determined.
+    bias : mapping of str to float
+        Unknown to its bias by the curvature of the model, over its standard deviation; absent where it is not determined.
     undetermined : tuple of UndeterminedCombination
         Combinations that the data do not determine, the worst first.
     problem : WeightedProblem
@@ -53,6 +55,7 @@ class ScenarioFit:
     sessions: Mapping[str, BetweenSessions]
     residuals: tuple[Residuals, ...]
     states: Mapping[str, str]
+    bias: Mapping[str, float]
     undetermined: tuple[UndeterminedCombination, ...]
     problem: WeightedProblem = field(repr=False)
 
