@@ -30,7 +30,7 @@ _SETTLED: Final = 1e-3
 _MOST_ROUNDS: Final = 20
 _FEW: Final = 400
 """Samples of each recording with which a search begins; the last steps take all of them."""
-_ROUGH: Final = 1e-4
+_ROUGH: Final = 1e-3
 
 
 def fit_scenario(
@@ -88,7 +88,7 @@ def fit_scenario(
     prediction = Prediction(base, measured, free=free, varying=varying, signals=signals, start=start)
     few = _with_few(base, measured, prediction, (free, varying, signals))
     begin = _roughly(few, prediction, progress)
-    noise, estimate, problem = _weighted(prediction, begin, progress)
+    noise, estimate, problem = _weighted(prediction, begin, progress, near=begin is not prediction.free)
     return _judged(
         problem, WeightedProblem(few or prediction, noise), estimate, noise, free=free, varying=varying
     )
@@ -197,7 +197,7 @@ def _thinned(trace: xarray.Dataset) -> xarray.Dataset:
 
 
 def _weighted(
-    prediction: Prediction, begin: Mapping[str, FreeParameter], progress: Callback | None
+    prediction: Prediction, begin: Mapping[str, FreeParameter], progress: Callback | None, *, near: bool
 ) -> tuple[list[float], LeastSquaresEstimate, WeightedProblem]:
     """Estimate parameters, and in turn with them the noise that is not stated."""
     columns = [each for group in prediction.columns for each in group]
@@ -211,7 +211,8 @@ def _weighted(
     free, evaluations = begin, 0
     for _ in range(_MOST_ROUNDS):
         problem = WeightedProblem(prediction, noise, progress)
-        estimate = problem.minimum(free, known=None not in stated)
+        search = problem.minimum_near if near else problem.minimum
+        estimate = search(free, known=None not in stated)
         evaluations += estimate.evaluations
         free = {name: each.starting_at(estimate.values[name]) for name, each in prediction.free.items()}
         taken = len(free) / sizes.sum()

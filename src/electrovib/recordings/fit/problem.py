@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 SEARCHED: Final = 1e-9
 """Relative change at which the search for parameters of a scenario ends: the precision of its derivatives."""
+_CLOSE: Final = 0.01
+"""Remaining step over the standard deviation up to which a search has ended."""
 Callback = Callable[[int, float], bool | None]
 
 
@@ -114,6 +116,40 @@ class WeightedProblem:
             noise_is_known=known,
             converged=converged,
         )
+
+    def minimum_near(self, free: Mapping[str, FreeParameter], *, known: bool) -> LeastSquaresEstimate:
+        """Minimise the sum of squares from starting values that are close to the minimum, with derivatives taken only there.
+
+        Parameters
+        ----------
+        free : mapping of str to FreeParameter
+            All unknowns, with their initial values.
+        known : bool
+            Whether the noise is known.
+
+        Returns
+        -------
+        estimate : LeastSquaresEstimate
+            Judged with derivatives at the minimum. Where these ask for a further step of more than 1 % of a standard
+            deviation, the search goes on with derivatives at each of its points.
+        """
+        begin = {name: each.start for name, each in free.items()}
+        slopes = self.derivatives(begin)
+        found = least_squares(
+            self.residual,
+            free,
+            derivatives=lambda _: slopes,
+            final_derivatives=self.derivatives,
+            noise_is_known=known,
+            converged=SEARCHED,
+        )
+        inside = [at for at, name in enumerate(free) if name not in found.on_bound]
+        step, *_ = np.linalg.lstsq(self.derivatives(found.values)[:, inside], self.residual(found.values))
+        deviations = np.array(list(found.standard_deviations.values()))[inside]
+        if found.converged and (np.abs(step) < _CLOSE * deviations).all():
+            return found
+        again = {name: each.starting_at(found.values[name]) for name, each in free.items()}
+        return self.minimum(again, known=known)
 
     def rise(
         self, name: str, value: float, at: Mapping[str, float], free: Mapping[str, FreeParameter]
