@@ -92,8 +92,8 @@ def main() -> None:
         "fit.md",
         "Five parameters from 10 000 samples",
         [
-            "Force and current of a step, 1 % of noise: thickness and conductivity of the gap, thickness of the insulator, contact"
-            " area, resistance. Both methods start from the same values; their estimates differ by"
+            "Force and current of a step, 1 % of noise: thickness and conductivity of the gap, thickness of the insulator,"
+            " contact area, resistance. Both methods start from the same values; their estimates differ by"
             f" {apart:.1g} at most.",
             surroundings(["numpy", "scipy", "lmfit", "electrovib"]),
         ],

@@ -131,7 +131,7 @@ def fit(
             _check_folder(Path(output), inputs, force=force)
     if problems or base is None:
         raise InputError(problems)
-    given = _Asked(
+    given = _FitRequest(
         measured=measured, free=free, varying=varying, signals=signals, start=start or {}, progress=progress
     )
     best = given.fit(base)
@@ -151,7 +151,7 @@ def fit(
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Asked:
+class _FitRequest:
     """What is fitted with each model."""
 
     measured: Sequence[MeasuredTrace]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
@@ -16,6 +16,45 @@ if TYPE_CHECKING:
     from electrovib.apps.fit import FitResult
 
 
+Vary: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(metavar="PATH,...", help="Those of them that differ between sessions; repeatable."),
+]
+Session: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(metavar="FILE=NAME", help="Session of a recording; by default each is its own. Repeatable."),
+]
+Noise: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="SIGNAL=VALUE",
+        help="Standard deviation of a signal, with its unit; of an impedance relative to it: impedance=0.01. Repeatable.",
+    ),
+]
+Zero: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(metavar="SIGNAL", help="Signal whose zero is unknown and is fitted; repeatable."),
+]
+OnlySignal: TypeAlias = Annotated[
+    list[str] | None, typer.Option(metavar="SIGNAL", help="Fit only this signal; repeatable.")
+]
+CompareWith: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="SCENARIO", help="Another model of the same experiment, compared by AICc and BIC; repeatable."
+    ),
+]
+Folder: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="DIR",
+        help="Folder for report.html, parameters.csv, parameters.toml and space.toml.",
+    ),
+]
+
+
 def register(app: typer.Typer) -> None:
     """Add the command."""
     app.command("fit")(command)
@@ -26,54 +65,20 @@ def command(
         str, typer.Argument(help="A TOML file or a paper's scenario; its values are where the search begins.")
     ],
     recordings: Annotated[
-        list[str],
-        typer.Argument(metavar="RECORD...", help="Trace files with signals over time or frequency."),
+        list[str], typer.Argument(metavar="RECORD...", help="Trace files with signals over time or frequency.")
     ],
     free: Annotated[
         list[str],
         typer.Option(metavar="PATH,PATH,...", help="Parameters to estimate, as dotted paths; repeatable."),
     ],
-    vary: Annotated[
-        list[str] | None,
-        typer.Option(metavar="PATH,...", help="Those of them that differ between sessions; repeatable."),
-    ] = None,
-    session: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="FILE=NAME", help="Session of a recording; by default each is its own. Repeatable."
-        ),
-    ] = None,
-    noise: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="SIGNAL=VALUE",
-            help="Standard deviation of a signal, with its unit; of an impedance relative to it: impedance=0.01. Repeatable.",
-        ),
-    ] = None,
-    zero: Annotated[
-        list[str] | None,
-        typer.Option(metavar="SIGNAL", help="Signal whose zero is unknown and is fitted; repeatable."),
-    ] = None,
-    signal: Annotated[
-        list[str] | None, typer.Option(metavar="SIGNAL", help="Fit only this signal; repeatable.")
-    ] = None,
-    compare_with: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="SCENARIO",
-            help="Another model of the same experiment, compared by AICc and BIC; repeatable.",
-        ),
-    ] = None,
+    vary: Vary = None,
+    session: Session = None,
+    noise: Noise = None,
+    zero: Zero = None,
+    signal: OnlySignal = None,
+    compare_with: CompareWith = None,
     changes: Changes = None,
-    output: Annotated[
-        str | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="DIR",
-            help="Folder for report.html, parameters.csv, parameters.toml, space.toml.",
-        ),
-    ] = None,
+    output: Folder = None,
     models: Models = None,
     force: Force = False,
 ) -> None:

@@ -22,7 +22,7 @@ LEVEL: Final = 0.95
 
 
 @dataclass(frozen=True, kw_only=True)
-class PowerLaw:
+class PowerLawFit:
     """A power law y = c_s x^(n + d_s) whose factor and exponent differ between sessions s.
 
     Parameters
@@ -60,7 +60,7 @@ class PowerLaw:
     sentence: str
 
 
-def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None = None) -> PowerLaw:
+def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None = None) -> PowerLawFit:
     """Fit a power law to measured points of one or several sessions.
 
     Parameters
@@ -74,7 +74,7 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None =
 
     Returns
     -------
-    law : PowerLaw
+    law : PowerLawFit
         Exponent with its interval, and both scatters.
 
     Raises
@@ -106,7 +106,7 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None =
     from scipy.stats import t
 
     half = float(t.ppf(0.5 + LEVEL / 2, freedom)) * error
-    return PowerLaw(
+    return PowerLawFit(
         exponent=mean,
         standard_error=error,
         lower=mean - half,
