@@ -61,7 +61,7 @@ def test_measured_swipe(tmp_path):
     swipe = module.main()
     low, high = swipe.friction.interval
     assert low <= 0.4 <= high
-    # the zero drifts in proportion to time, so the straight line is right: noise of 3 mV over 18 000 samples
+    # the zero drifts linearly in time, so the straight line is right: noise of 3 mV over 18 000 samples
     # and the 50 ms in which friction sets in leave less than 1 %
     assert swipe.friction.value == pytest.approx(0.4, rel=1e-2)
     assert max(swipe.friction.by_baseline.values()) > 0.43

@@ -194,3 +194,32 @@ def test_public_things_are_found():
         "physics.material.relaxations.Debye",
     } <= names
     assert len(names) > 200
+
+
+NUMBERS = re.compile(r"(float|int|complex|ndarray|tuple|array|number)\b")
+
+
+def nameless_returns(text):
+    """Lines of a Returns section that give the type of a number and no name: a reader has to know what it is."""
+    if "Returns\n-------\n" not in text:
+        return []
+    section = re.split(r"\n\n\w[\w ]*\n---", text.split("Returns\n-------\n")[1])[0]
+    return [
+        line for line in section.splitlines() if NUMBERS.match(line) and not re.match(r"\w[\w, ]* : ", line)
+    ]
+
+
+def test_every_number_that_is_returned_has_a_name():
+    wrong = []
+    for path, module in modules():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef):
+                found = nameless_returns(ast.get_docstring(node) or "")
+                wrong += [f"{module}.{node.name}: {line}" for line in found]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_a_number_without_a_name_is_noticed():
+    assert nameless_returns("Sum.\n\nReturns\n-------\nfloat\n    N.\n\nNotes\n-----\nfloat") == ["float"]
+    assert nameless_returns("Sum.\n\nReturns\n-------\nforce : float\n    Attraction [N].") == []
+    assert nameless_returns("Sum.\n\nReturns\n-------\nTrace\n    Of the run.") == []

@@ -46,6 +46,7 @@ FORCE = "electrostatic_force"
 FORCE_LAWS = ["MaxwellStressInGap", "MaxwellStressInInsulator"]
 USES = {
     "compare": lambda scenario: [e.static for e in ev.compare(scenario, models=FORCE_LAWS).entries],
+    "compare_materials": lambda scenario: [each.force for each in ev.compare_materials(scenario, materials=["silica"]).entries],
     "equilibrium": lambda scenario: ev.equilibrium(scenario).force,
     "export": exported,
     "init": ev.init,

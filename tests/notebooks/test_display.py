@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 import electrovib as ev
 from electrovib.core.trace import make_trace
+from electrovib.study.reproduction import Table
 from electrovib.view.notebook import register
 
 IPython = pytest.importorskip("IPython")
@@ -49,7 +50,7 @@ def swept(scenario):
 
 def words(html):
     """Text of HTML, without tags and pictures."""
-    return " ".join(re.sub(r"<[^>]*>", " ", html).replace("<wbr>", "").split())
+    return " ".join(re.sub(r"<[^>]*>", " ", html.replace("<wbr>", "")).split())
 
 
 def test_nothing_is_registered_without_a_shell(monkeypatch):
@@ -70,7 +71,12 @@ def test_a_scenario_shows_stack_and_parameters(formatter, scenario):
     assert "1 kV" in text
     assert "Vezzoli 2014, section 3.1" in text
     assert "voltage of the hold" in text
-    assert "parameters keep their defaults" in text
+    assert (
+        text.index("drive.high 1 kV")
+        < text.index("parameters keep their defaults")
+        < text.index("drive.delay 0 s")
+    )
+    assert "contact.length" not in text  # optional, and absent
     assert "&lt;b&gt;own&lt;/b&gt;" in html
     assert "<b>own" not in html
 
@@ -93,6 +99,16 @@ def test_what_is_unverified_is_marked(formatter, scenario):
     assert "unverified a textbook" in text
 
 
+def test_a_material_of_the_library_is_named_with_its_status(formatter, scenario):
+    text = words(formatter.format(scenario.replace({"stack.insulator.material": "silica"}))[0]["text/html"])
+    assert "silica, Constant: ε = 3.9" in text
+    assert "unverified" not in text
+    text = words(
+        formatter.format(scenario.replace({"stack.insulator.material": "polyimide"}))[0]["text/html"]
+    )
+    assert text.count("unverified set by the user to polyimide") == 2  # permittivity and conductivity
+
+
 def test_an_unverified_model_is_marked(formatter):
     rough = ev.load("persson_2018/coating")
     text = words(formatter.format(rough)[0]["text/html"])
@@ -105,6 +121,7 @@ def test_a_trace_shows_its_warnings_first(formatter, trace):
     peak = float(trace["electrostatic_force"].max())
     assert text.index("warning") < text.index("Validity:") < text.index("largest drive voltage 1 kV")
     assert "above 661 V" in text
+    assert "Validity: 1 warning, 4 ok" in text
     assert f"{1e3 * peak:.4g} mN" in text
     assert "time (2001), layer (2), frequency (5)" in text
     assert "data:image/png;base64," in data["text/html"]
@@ -201,11 +218,33 @@ def test_a_plot_of_pyplot_is_left_to_pyplot(formatter, trace):
         plt.close(axes.figure)
 
 
-def test_records_are_a_table(formatter):
-    data, _ = formatter.format(ev.models())
-    assert "<th" in data["text/html"]
-    assert "Trapezium" in words(data["text/html"])
-    assert data["text/plain"].splitlines()[0].split()[:2] == ["name", "predicts"]
+@pytest.mark.parametrize(("listed", "name"), [(ev.models, "Trapezium"), (ev.scenarios, "vezzoli_2014/fig6")])
+def test_the_catalogue_is_a_table(formatter, listed, name):
+    data, _ = formatter.format(listed())
+    assert "<th>" in data["text/html"]
+    assert name in words(data["text/html"])
+    assert data["text/plain"] == repr(listed()).rstrip()
+
+
+def test_tables_and_compared_materials_are_tables(formatter, scenario):
+    table = Table("A <title>", ("name", "value"), (("a", "1 V"), ("b & c", "2 V")))
+    data, _ = formatter.format(table)
+    assert "<td>b &amp; c</td>" in data["text/html"]
+    assert "b & c  2 V" in data["text/plain"].splitlines()
+    compared = ev.compare_materials(scenario, materials=["silica"])
+    data, _ = formatter.format(compared)
+    assert "silica" in words(data["text/html"])
+    assert data["text/html"].count("<table>") == len(compared.tables)
+    assert "MaterialComparison" not in data["text/plain"]
+    assert "silica" in data["text/plain"]
+
+
+def test_a_percept_is_its_answer(formatter):
+    lines = formatter.format(ev.perceive("vezzoli_2014/fig6"))[0]["text/plain"].splitlines()
+    assert lines[0].startswith("Vezzoli 2014, figure 6")
+    assert lines[1].startswith("felt or not: unknown without perception.threshold")
+    assert lines[-1].endswith("(calibrated_on lists assumptions)")
+    assert len(lines) < 8
 
 
 def test_importing_in_ipython_imports_nothing_heavy():

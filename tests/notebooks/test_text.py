@@ -1,16 +1,15 @@
-"""What a plain interpreter shows: texts of a scenario and of records, names for completion, one sentence for a mistake."""
+"""What a plain interpreter shows: texts of a scenario, names for completion, one sentence for a mistake."""
 
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
 
 import pytest
 from pydantic import BaseModel
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.core.records import Records
+from electrovib.core.trace import make_trace
 from electrovib.scenario.toml import to_toml
 
 
@@ -75,48 +74,14 @@ def test_a_mistake_is_one_line_and_where_it_was_made(scenario):
     assert lines[2].startswith("in line ")
 
 
+def test_the_line_is_that_which_called_the_package(tmp_path):
+    """Not one of a library that the package uses: here the error passes through contextlib."""
+    trace = make_trace({}, {}, {})
+    with pytest.raises(InputError) as caught:
+        ev.save(trace, tmp_path / "absent" / "a.nc")
+    assert any("contextlib" in str(frame.path) for frame in caught.traceback)
+    assert caught.value._render_traceback_()[-1].endswith('ev.save(trace, tmp_path / "absent" / "a.nc")')
+
+
 def test_a_mistake_that_was_never_raised_has_no_line():
     assert InputError("drive.high: is missing")._render_traceback_() == ["InputError: drive.high: is missing"]
-
-
-@dataclass(frozen=True)
-class Row:
-    name: str
-    value: float
-    known: bool
-    note: str = ""
-    parts: tuple[str, ...] = ()
-    _private: str = "no"
-
-
-ROWS = Records([Row("<a>", 1 / 3, known=True, parts=("x", "y")), Row("b", 2e6, known=False)])
-
-
-def test_records_in_columns():
-    """A column without any content is omitted, and so is a private one."""
-    assert repr(ROWS).splitlines() == [
-        "name  value     known  parts",
-        "<a>   0.333333  yes    x, y",
-        "b     2e+06     no",
-    ]
-
-
-def test_records_as_html():
-    html = ROWS._repr_html_()
-    assert "&lt;a&gt;" in html
-    assert "<a>" not in html
-    assert html.count("<th") == 1 + 4  # thead and four columns
-
-
-def test_long_records_are_cut():
-    many = Records(Row(str(n), n, known=True, note="word " * 30) for n in range(100))
-    lines = repr(many).splitlines()
-    assert lines[-1] == "... and 40 more of 100"
-    assert max(map(len, lines)) < 90
-    assert many._repr_html_().count("<tr>") == 101
-
-
-def test_records_of_nothing_and_of_anything():
-    assert repr(Records()) == "no records"
-    assert Records()._repr_html_() is None
-    assert repr(Records([1, 2])) == "Records([1, 2])"

@@ -79,7 +79,7 @@ def test_lateral_sensor_under_the_founding_force_against_an_adaptive_integrator(
         effective_force,
         {"reading": of_stages(sensor.stages())},
         times,
-        jumps=CORNERS,
+        corners=CORNERS,
         held=0.0,
         tolerance=1e-8,
     )
@@ -103,7 +103,7 @@ def test_relaxation_of_the_sensor_makes_falling_edges_smaller():
 
     def peaks(creep):
         rig = Tribometer(normal=normal, lateral=LateralSensor(**quick, creep=creep))
-        shown = measured(rig, times, friction, friction, jumps=CORNERS).signals["lateral_force_measured"]
+        shown = measured(rig, times, friction, friction, corners=CORNERS).signals["lateral_force_measured"]
         return shown[times < 0.13].max() - shown[0], shown[times > 0.13].max() - shown[0]
 
     rising, falling = peaks(None)

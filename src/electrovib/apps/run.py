@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any
 from electrovib.apps.changes import readable_changes
 from electrovib.apps.progress import tracked
 from electrovib.core.budget import listening
+from electrovib.core.changes import stored_changes
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
+from electrovib.core.paths import value_at
 from electrovib.core.trace import is_trace
 from electrovib.data.traces import open_if_trace
 from electrovib.scenario import DEFAULT, Scenario, Source, changed_models, read_scenario, sweep_of
@@ -147,6 +149,8 @@ def _prepared(
         with gathered(problems):
             _check_names(experiment, names)
     problems += _set_and_swept(found, axes, earlier.axes, scenario)
+    if experiment is not None and not problems:
+        axes = _set_levels(experiment, found, axes) | dict(axes)
     if records and not axes:
         problems.append("--records: keeps the records of a sweep; add --over")
     wanted = _Wanted(axes, names, records or earlier.records) if axes or names else None
@@ -169,6 +173,31 @@ def _set_and_swept(
         for path in changes
         if path in axes
     ]
+
+
+def _set_levels(
+    experiment: Scenario, changes: Mapping[str, Any], axes: Mapping[str, Any]
+) -> dict[str, list[Any]]:
+    """Return as axes of one value the set parameters that would otherwise follow a swept one, as low follows high."""
+    found = {}
+    for path in (path for path in changes if path not in axes):
+        points = [
+            {swept: value}
+            for swept, values in axes.items()
+            if len(values)
+            for value in (values[0], values[-1])
+        ]
+        if any(_follows(experiment, path, point) for point in points):
+            found[path] = [value_at(experiment, path)]
+    return found
+
+
+def _follows(experiment: Scenario, path: str, point: Mapping[str, Any]) -> bool:
+    """Tell whether a parameter changes with another one, or whether that can be changed only together with it."""
+    stored, problems = stored_changes(experiment, point)
+    if not problems:
+        return path in stored and path not in point
+    return not stored_changes(experiment, {**point, path: value_at(experiment, path)})[1]
 
 
 def _check_names(experiment: Scenario, names: Sequence[str]) -> None:

@@ -55,7 +55,7 @@ def stored_changes(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[s
     together: dict[str, dict[str, Any]] = {}
     for path, value in named.items():
         parent, _, last = path.rpartition(".")
-        if any(f"{parent}.".startswith(f"{table}.") for table in fresh) or last == "model":
+        if any(f"{parent}.".startswith(f"{table}.") for table in fresh):
             found[path] = value
         else:
             together.setdefault(parent, {})[last] = value

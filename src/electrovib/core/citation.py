@@ -125,7 +125,7 @@ class Citation:
             "note": _typeset("; ".join(part for part in remarks if part)),
         }
         lines = [f"  {name} = {{{value}}}" for name, value in fields.items() if value]
-        before = f"read here: {self.read}\n" if self.read else ""
+        before = f"% source status: {self.read}\n" if self.read else ""
         return f"{before}@{self.kind}{{{self.key or key},\n" + ",\n".join(lines) + "\n}"
 
 

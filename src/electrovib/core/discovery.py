@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, nearest, shortened
-from electrovib.core.search import Searchable, as_question, closest_entries
+from electrovib.core.search import Searchable, as_question, closest_entries, suggestions
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
@@ -211,7 +211,7 @@ def find_offer(name: str, functions: Collection[str]) -> Any:
     Raises
     ------
     InputError
-        If no paper does; the message has the nearest name.
+        If no paper does; the message has the three nearest names and what each is.
     """
     author_year = name.partition("/")[0]
     if author_year in {*paper_names(), *(entry.name for entry in _contributed())}:
@@ -219,9 +219,15 @@ def find_offer(name: str, functions: Collection[str]) -> Any:
         today = f"{author_year}/{name_of_today(paper(author_year), name.partition('/')[2])}"
         if today in found:
             return found[today]
-    raise InputError(
-        f"no paper offers '{shortened(name, LONGEST_QUOTED)}'.{nearest(name, offers(functions))}"
-    )
+    offered = offers(functions)
+    entries = [Searchable(name=key, kind="offer", meaning=_named(thing)) for key, thing in offered.items()]
+    near = as_question(suggestions(name, entries)) or nearest(name, offered)
+    raise InputError(f"no paper offers '{shortened(name, LONGEST_QUOTED)}'.{near}")
+
+
+def _named(offer: Any) -> str:
+    """Return what something that a paper offers is called: the title of a scenario, the name of a skin, or its class."""
+    return getattr(offer, "title", "") or getattr(offer, "name", "") or type(offer).__name__
 
 
 def paper_of(model: type[Model]) -> str:

@@ -96,12 +96,11 @@ class ElectrovibError(Exception):
 
     def _render_traceback_(self) -> list[str]:
         """Return what IPython prints instead of a traceback: the problems, and the user's line that met them."""
-        package = __name__.partition(".")[0]
-        theirs = [
-            FrameSummary(frame.f_code.co_filename, number, frame.f_code.co_name)
-            for frame, number in walk_tb(self.__traceback__)
-            if frame.f_globals.get("__name__", "").partition(".")[0] != package
-        ]
+        package, theirs = __name__.partition(".")[0], list[FrameSummary]()
+        for frame, number in walk_tb(self.__traceback__):
+            if str(frame.f_globals.get("__name__")).partition(".")[0] == package:
+                break
+            theirs.append(FrameSummary(frame.f_code.co_filename, number, frame.f_code.co_name))
         line = f"in line {theirs[-1].lineno}: {theirs[-1].line}" if theirs and theirs[-1].line else ""
         return [
             *(f"{type(self).__name__}: {problem}" for problem in self.problems),

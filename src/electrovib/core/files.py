@@ -5,10 +5,10 @@ from __future__ import annotations
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
 UNREAD: Final = "its file is read with a scenario; alone, read it with electrovib.scenario.read_part"
@@ -33,6 +33,44 @@ class FileColumn:
     name: str | int
     unit: str
     otherwise: str = ""
+
+
+class DeclaresFile:
+    """Declarations of a class whose parameters can be read from a file that its table names; by default there is none."""
+
+    @classmethod
+    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
+        """Return the columns of the file from which parameters are read.
+
+        Parameters
+        ----------
+        table : mapping
+            Table of the model, not yet validated.
+
+        Returns
+        -------
+        mapping of str to FileColumn
+            Parameter to column; empty if nothing has to be read, or if the table is wrong, which its validation reports.
+        """
+        del table
+        return {}
+
+    @classmethod
+    def file_variants(cls, table: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
+        """Return parameters with which to read the file of a table if it has not the columns of `file_columns`.
+
+        Parameters
+        ----------
+        table : mapping
+            Table of the model, not yet validated.
+
+        Returns
+        -------
+        parameters : tuple of mapping
+            The first whose columns are in the file is added to the table.
+        """
+        del table
+        return ()
 
 
 @contextmanager

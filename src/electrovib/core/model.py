@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
-import inspect
-import json
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Final, Self, TypeVar, get_args
+from typing import Any, ClassVar, Self, TypeVar, get_args
 
 from pydantic import (
-    BaseModel,
     ConfigDict,
     ModelWrapValidatorHandler,
     ValidationError,
@@ -20,20 +16,20 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.changes import stored_changes
+from electrovib.core.completion import ABOUT, hidden_names
 from electrovib.core.discovery import find_member, find_members, find_offer
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
-from electrovib.core.files import FileColumn
+from electrovib.core.files import DeclaresFile
+from electrovib.core.immutable import Immutable
 from electrovib.core.mistakes import explained, near_members, problem, wants
 from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.tables import put
+from electrovib.core.written import Written
 
 M = TypeVar("M", bound="Model")
 
-_ABOUT: Final = frozenset({"equation", "reference", "status"})
-"""What a class states of itself and completion lists beside its parameters."""
 
-
-class Model(BaseModel):
+class Model(Immutable, DeclaresFile, Written):
     """A thing with declared parameters: abstract (a family) or final, never in between.
 
     Notes
@@ -46,8 +42,6 @@ class Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
     is_family: ClassVar[bool] = True
-    is_member: ClassVar[bool] = False
-    """Whether it is one of a family, whose tables name it."""
     reference: ClassVar[str] = ""
     status: ClassVar[str] = ""
     equation: ClassVar[Mapping[str, str]] = {}
@@ -58,10 +52,10 @@ class Model(BaseModel):
     """What it was called: files that name it so are read too."""
     former_parameters: ClassVar[Mapping[str, str]] = {}
     """What its parameters were called, and what they are called now: such files are read too."""
-    later_parameters: ClassVar[frozenset[str]] = frozenset()
-    """Parameters that were added later: at their defaults they do not enter the hash, which older files carry."""
     derived: ClassVar[Mapping[str, Quantity]] = {}
     """Parameters that can be given in place of stored ones, and are read as attributes."""
+    derived_note: ClassVar[str] = ""
+    """How stored and derived parameters go together, for the list of models."""
     offered_by: ClassVar[tuple[str, ...]] = ()
     """Functions of papers that offer ready-made ones, which can then be named ``author_year/name``."""
 
@@ -108,40 +102,6 @@ class Model(BaseModel):
             if int in (annotation, *get_args(annotation)):
                 raise PydanticCustomError("count", "{why}", {"why": "expected a whole number"})
         return value
-
-    @classmethod
-    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
-        """Say which columns of the file that a table names its parameters are read from, by parameter.
-
-        Parameters
-        ----------
-        table : mapping
-            The model's own, not yet validated.
-
-        Returns
-        -------
-        mapping of str to FileColumn
-            Empty if nothing has to be read, or if the table is wrong, which is told when it is validated.
-        """
-        del table
-        return {}
-
-    @classmethod
-    def file_variants(cls, table: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
-        """Return parameters with which to read the file of a table if it has not the columns of `file_columns`.
-
-        Parameters
-        ----------
-        table : mapping
-            The model's own, not yet validated.
-
-        Returns
-        -------
-        tuple of mapping
-            The first whose columns are in the file is added to the table.
-        """
-        del table
-        return ()
 
     @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
@@ -226,60 +186,16 @@ class Model(BaseModel):
         """Take the model out of what a paper offers: that itself, unless a family says otherwise."""
         return cls.model_validate(offer)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Give the nested tables that build this model again, floats in SI.
-
-        Returns
-        -------
-        dict
-            Member of a family: with its ``model`` name first.
-        """
-        return self._tables(hashed=False)
-
-    def _tables(self, *, hashed: bool) -> dict[str, Any]:
-        content = {"model": type(self).__name__} if self.is_member else {}
-        fields, later = type(self).model_fields, self.later_parameters if hashed else ()
-        kept = ((name, value) for name, value in self if name not in later or value != fields[name].default)
-        return content | {name: _plain(value, hashed=hashed) for name, value in kept}
-
-    def canonical(self) -> str:
-        """Write the canonical JSON: what equality, hash and the scenario's hash are made of.
-
-        Returns
-        -------
-        str
-            Parameters in the order of their declaration, layers in that of the stack, which is physics.
-        """
-        return json.dumps(self._tables(hashed=True), separators=(",", ":"), default=_content)
-
-    def digest(self) -> str:
-        """Give the SHA-256 of the canonical JSON, hexadecimal."""
-        return hashlib.sha256(self.canonical().encode()).hexdigest()
-
-    def __eq__(self, other: object) -> bool:
-        """Compare the canonical JSON."""
-        return (
-            isinstance(other, Model) and type(self) is type(other) and self.canonical() == other.canonical()
-        )
-
-    def __hash__(self) -> int:
-        """Hash the canonical JSON."""
-        return hash((type(self).__name__, self.canonical()))
-
     def stored(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Return given parameters as those that this model stores: a member may offer derived ones beside them."""
         return dict(given)
 
     def __dir__(self) -> list[str]:
         """List the parameters and the methods of a model that exists, without pydantic's names and those of the class."""
-        inherited = {
-            name for name in dir(Model) if name in dir(BaseModel) or not callable(getattr(Model, name))
-        }
-        of_class = {
-            name for name in dir(Model) if isinstance(inspect.getattr_static(Model, name), classmethod)
-        }
-        about = {name for name in _ABOUT if getattr(self, name)}
-        names = (set(super().__dir__()) - inherited - of_class) | about | {name for name, _ in self}
+        about = {name for name in ABOUT if getattr(self, name)}
+        names = (
+            (set(super().__dir__()) - hidden_names(Model) - {"stored"}) | about | {name for name, _ in self}
+        )
         return sorted(name for name in names if not name.startswith("_"))
 
     @classmethod
@@ -365,17 +281,3 @@ def read_model(kind: type[M], content: object) -> M:
         return kind.model_validate(content)
     except ValidationError as error:
         raise InputError(problem(item) for item in error.errors(include_url=False)) from None
-
-
-def _plain(value: Any, *, hashed: bool) -> Any:
-    if isinstance(value, Model):
-        return value._tables(hashed=hashed)  # noqa: SLF001  # of its own kind
-    if isinstance(value, (tuple, list)):
-        return [_plain(item, hashed=hashed) for item in value]
-    if isinstance(value, Mapping):
-        return {key: _plain(item, hashed=hashed) for key, item in value.items()}
-    return value
-
-
-def _content(value: Any) -> Any:
-    return value.canonical_content()

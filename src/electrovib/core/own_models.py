@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import importlib.util
+import re
 import sys
 import traceback
 from collections.abc import Iterator, Mapping
@@ -15,6 +16,7 @@ from typing import Any, Final
 from electrovib.core.discovery import find_member, find_members
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.model import Model
+from electrovib.core.parsing import read_json
 
 ATTRIBUTE: Final = "own_models"
 """Attribute of a Trace that lists the models which are not part of electrovib, with the files that define them."""
@@ -133,9 +135,8 @@ def fault(error: Exception) -> str:
     for path, module in reversed(_used.items()):
         if _line(error, path) is not None:
             return _told(error, path, path.name)
-        named = [
-            name for name, each in vars(module).items() if isinstance(each, type) and f"{name}." in str(error)
-        ]
+        own = [name for name, each in vars(module).items() if isinstance(each, type)]
+        named = [name for name in own if re.search(rf"\b{name}\b", str(error))]
         if named:
             return f"{path.name}, {named[0]}: {type(error).__name__}: {error}"
     return ""
@@ -165,6 +166,18 @@ def _tree(model: Model) -> Iterator[Model]:
         for each in value if isinstance(value, tuple) else (value,):
             if isinstance(each, Model):
                 yield from _tree(each)
+
+
+def described(attribute: str) -> str:
+    """Write the attribute of a Trace that lists own models as text; a damaged one is returned as it is."""
+    try:
+        return "; ".join(
+            f"{each['family']} {each['model']}, {each['file'] or 'without a file'}"
+            + (f" (SHA-256 {each['sha256']})" if each["sha256"] else "")
+            for each in read_json(attribute)
+        )
+    except (ValueError, TypeError, KeyError):
+        return attribute
 
 
 def _origin(kind: type[Model]) -> dict[str, str]:

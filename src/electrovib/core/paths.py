@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from electrovib.core.changes import derived_at, stored_path
+from electrovib.core.changes import derived_at, stored_changes, stored_path
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.tables import place_of, unknown
 
@@ -66,3 +66,29 @@ def quantity_at(model: Model, path: str) -> Quantity:
         how = type(model).how_to_add(model.to_dict(), path)
         raise InputError(how or f"no physical parameter has this path.{nearest(path, declared)}", path=path)
     return declared[today]
+
+
+def followers(model: Model, path: str) -> list[str]:
+    """Find the parameters that change with another one.
+
+    Parameters
+    ----------
+    model : Model
+        Where to look.
+    path : str
+        Dotted path of a parameter, stored or derived.
+
+    Returns
+    -------
+    paths : list of str
+        Dotted paths of the stored parameters that change when that one alone is changed, without itself; none where
+        the path names no number.
+    """
+    try:
+        value = value_at(model, path)
+    except InputError:
+        return []
+    if not isinstance(value, float):
+        return []
+    stored, _ = stored_changes(model, {path: 0.9 * value or 1.0})
+    return [each for each, new in stored.items() if each != path and value_at(model, each) != new]

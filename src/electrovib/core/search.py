@@ -8,8 +8,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-NAME, ALIAS, FORMER, PREFIX, WORDS, SPELLING = "name", "alias", "former name", "prefix", "words", "spelling"
-STAGES: Final = (NAME, ALIAS, FORMER, PREFIX, WORDS, SPELLING)
+NAME, LAST, ALIAS, FORMER = "name", "last part of the name", "alias", "former name"
+PREFIX, WORDS, SPELLING = "prefix", "words", "spelling"
+STAGES: Final = (NAME, LAST, ALIAS, FORMER, PREFIX, WORDS, SPELLING)
 """How an entry was found, from best to worst."""
 
 _PART: Final = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
@@ -161,17 +162,18 @@ def as_question(matches: Iterable[Match]) -> str:
 def _judge(query: str, entry: Searchable) -> tuple[tuple[float, ...], Match] | None:
     """Rank one entry, smaller is better; None if it has nothing of the query."""
     low, name, squeezed = query.casefold(), entry.name, _squeezed(query)
-    if low == name.rpartition("/")[2].casefold() or squeezed == _squeezed(name):
-        rank = (0.0, float(name != query), float(name.casefold() != low))
-        return rank, Match(entry, NAME, "name")
+    if squeezed == _squeezed(name):
+        return (0.0, float(name != query)), Match(entry, NAME, "name")
+    if low == name.rpartition("/")[2].casefold():
+        return (1.0,), Match(entry, LAST, LAST)
     if squeezed in map(_squeezed, entry.aliases):
-        return (1.0,), Match(entry, ALIAS, f"'{query}' is another name of {name}")
+        return (2.0,), Match(entry, ALIAS, f"'{query}' is another name of {name}")
     if low in (former.casefold() for former in entry.former):
-        return (2.0,), Match(entry, FORMER, f"'{query}' is now called {name}")
+        return (3.0,), Match(entry, FORMER, f"'{query}' is now called {name}")
     parts = _PART.findall(name)
     starts = [name, *name.split("/"), *("".join(parts[at:]) for at in range(1, len(parts)))]
     if len(squeezed) > 1 and any(_squeezed(start).startswith(squeezed) for start in starts):
-        return (3.0, float(not name.casefold().startswith(low))), Match(entry, PREFIX, "part of the name")
+        return (4.0, float(not name.casefold().startswith(low))), Match(entry, PREFIX, "part of the name")
     return _by_words(query, entry)
 
 
@@ -188,7 +190,7 @@ def _by_words(query: str, entry: Searchable) -> tuple[tuple[float, ...], Match] 
             worst = places[0]
             label = list(texts)[worst]
             reason = f"{label}: {_excerpt(texts[label], word)}" if worst else "its description"
-    return ((4.0, float(worst)), Match(entry, WORDS, reason)) if reason else None
+    return ((5.0, float(worst)), Match(entry, WORDS, reason)) if reason else None
 
 
 def _words(text: str) -> list[str]:

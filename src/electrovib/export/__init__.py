@@ -1,4 +1,4 @@
-"""For other programs. The package can be called: it is the public function ``export`` too."""
+"""Export for other programs. The package is callable: it is also the public function ``export``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class _Callable(ModuleType):
-    """A package of the name of its main function: importing a part of it must not hide the function."""
+    """A package that has the name of its main function and can be called as that function."""
 
     def __call__(
         self,

@@ -1,4 +1,4 @@
-"""One call to write a Trace, in the format that the file name says."""
+"""Write a Trace in the format of the suffix of the file name."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import InputError, suggestion
+from electrovib.core.trace import is_trace
 from electrovib.data.atomic import check_writable
 from electrovib.data.marks import Form
 from electrovib.data.traces import csv_files, csv_forms, save_csv, save_nc
@@ -31,11 +32,11 @@ def save(trace: xarray.Dataset, path: str | Path, *, force: bool = False) -> lis
     Parameters
     ----------
     trace : xarray.Dataset
-        Any Trace; units are stamped again.
+        Any Trace; the units of its signals are written anew.
     path : str or Path
         The output: ``.nc`` (everything, netCDF), ``.csv`` (one dimension a file) or ``.mat`` (MATLAB).
     force : bool
-        Whether a file that we did not write may be replaced.
+        Whether a file that was not written by electrovib may be replaced.
 
     Returns
     -------
@@ -45,26 +46,29 @@ def save(trace: xarray.Dataset, path: str | Path, *, force: bool = False) -> lis
     Raises
     ------
     InputError
-        If the suffix is unknown, the file cannot be written or would replace one that we did not write in this
+        If the suffix is unknown, the file cannot be written or would replace one that electrovib did not write in this
         form, or the format cannot hold this Trace.
     """
     path = Path(path)
+    if not is_trace(trace):
+        why = f"only a Trace is saved, not a {type(trace).__name__}; a scenario is written by its to_toml()"
+        raise InputError(why, path=path)
     return _writer(path)(trace, path, force=force)
 
 
 def check_output(
     path: str | Path, sizes: Mapping[str, int], *, inputs: Iterable[Path] = (), force: bool = False
 ) -> None:
-    """Tell, before a long computation, whether `save` will work.
+    """Check before a long computation that `save` can write the output.
 
     Parameters
     ----------
     path : str or Path
         The output.
     sizes : mapping of str to int
-        The dimensions that the Trace will have; the sizes do not matter.
+        Dimensions of the Trace; their sizes are not used.
     inputs : iterable of Path
-        Files that are read; none of them is ever replaced.
+        Files that are read, none of which is replaced.
     force : bool
         As for `save`.
 

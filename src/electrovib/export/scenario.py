@@ -1,4 +1,4 @@
-"""One call to write a scenario for another program, in the format that the file name says."""
+"""Write a scenario for another program in the format of the suffix of the file name."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 WRITERS: Final[dict[str, Callable[..., str]]] = {".cir": netlist}
-"""Suffix to writer: takes the scenario, and as `name` what the file is called."""
+"""Suffix to writer, which takes the scenario and the `name` of the file."""
 
 
 def export(
@@ -31,7 +31,7 @@ def export(
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
     force: bool = False,
 ) -> Path:
-    """Write a scenario for another circuit simulator.
+    """Write a scenario as a netlist for a circuit simulator.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def export(
     set : mapping of str to value, optional
         Dotted path to value: ``{"drive.high": "150 V"}``.
     force : bool
-        Whether a file that we did not write may be replaced.
+        Whether a file that was not written by electrovib may be replaced.
 
     Returns
     -------
@@ -52,11 +52,11 @@ def export(
     Raises
     ------
     InputError
-        If the suffix is unknown, the file cannot be written or would replace one that is read or not ours,
-        something of the scenario has no exact form there, `simulate` refuses the scenario, or it exceeds one of its
-        declared `limits`.
+        If the suffix is unknown, the file cannot be written or would replace an input or a file not written by
+        electrovib, a part of the scenario has no exact form in a netlist, `simulate` refuses the scenario, or a result
+        exceeds one of its declared `limits`.
     NotCausalError
-        If the force law has no form in time.
+        If the force law has no time-domain form.
     """
     place = Path(path)
     writer = WRITERS.get(place.suffix.lower())
@@ -74,7 +74,7 @@ def export(
 
 
 def _refuse_what_breaks_a_limit(scenario: Scenario) -> None:
-    """Run the scenario, which refuses what cannot be run, and refuse what exceeds a declared limit."""
+    """Simulate the scenario and refuse it where a result exceeds a declared limit."""
     diagnostics = read_diagnostics(simulate(scenario).attrs["validity"])
     if problems := [f"{diagnostic.text}. Nothing was written" for diagnostic in broken(diagnostics)]:
         raise InputError(problems)

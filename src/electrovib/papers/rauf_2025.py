@@ -167,7 +167,7 @@ def scenarios() -> dict[str, Scenario]:
     """
     dielectric = {"model": "Constant", "permittivity": HIGH}
     field_50 = preset(
-        title="Rauf 2025, figure 2b, field_50",
+        title="Rauf 2025, figure 2b: clutch with a dielectric of permittivity 50",
         unchanged=_CODE,
         changes={
             "drive.level": (VOLTAGE, _CODE),
@@ -184,7 +184,7 @@ def scenarios() -> dict[str, Scenario]:
     )
     field_3 = preset(
         field_50,
-        title="Rauf 2025, figure 2b, field_3",
+        title="Rauf 2025, figure 2b: clutch with a dielectric of permittivity 3",
         changes={"stack.insulator.material.permittivity": (LOW, _CODE)},
     )
     edges = {"rise": (1e-5, "a choice"), "hold": (9e-4, "a choice"), "fall": (1e-5, "a choice")}

@@ -55,7 +55,7 @@ def in_words(model: Model) -> str:
     given = []
     for name, value in model:
         field = kind.model_fields.get(name)
-        if value is None or (field is not None and not field.is_required() and field.default == value):
+        if value is None or (field is not None and field.default == value):
             continue
         quantity = quantity_of(kind, name) if field is not None else None
         given.append(

@@ -85,7 +85,9 @@ def _place_layers(content: dict[str, Any], changes: dict[str, Any]) -> dict[str,
         role = _role(name, changes)
         if name and name not in placed and role in ORDER:
             layers = list(placed.items())
-            place = sum(_lies_before(other, table, role) for other, table in layers)
+            place = sum(
+                _lies_before(added.get(other) or _own_role(other, table), role) for other, table in layers
+            )
             placed = dict([*layers[:place], (name, {}), *layers[place:]])
             added[name] = role
     tables["stack"] = placed
@@ -99,13 +101,14 @@ def _role(name: str, changes: Mapping[str, Any]) -> Any:
     return IMPLIED.get(name, declared)
 
 
-def _lies_before(name: str, table: Any, role: Any) -> bool:
-    """Tell whether a layer of the stack lies on the plate's side of a new one of this role."""
-    other = IMPLIED.get(name) or (table.get("role") if isinstance(table, Mapping) else None)
-    if other not in ORDER:
-        return False
-    place, wanted = ORDER.index(other), ORDER.index(role)
-    return place < wanted or other == role == "plate"
+def _own_role(name: str, table: Any) -> Any:
+    """Role of a layer of the stack: that of its name, else the declared one, else None."""
+    return IMPLIED.get(name) or (table.get("role") if isinstance(table, Mapping) else None)
+
+
+def _lies_before(role: Any, new: Any) -> bool:
+    """Return whether a layer of one role lies on the plate's side of a new layer of another role."""
+    return role in ORDER and (ORDER.index(role) < ORDER.index(new) or role == new == "plate")
 
 
 def _absent(kind: type[Model], content: Any, keys: Sequence[str]) -> tuple[str, type[Model] | None]:

@@ -148,7 +148,7 @@ def paper_scenario(name: str) -> Scenario:
     Raises
     ------
     InputError
-        With the three nearest names and what each is.
+        If there is no such scenario; the message has the three nearest names and what each is.
     """
     author_year, _, wanted = name.partition("/")
     if author_year not in paper_names() and author_year not in papers():

@@ -185,7 +185,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Page:
-    """Explanations.
+    """Explanations of a reproduction or a comparison, in full and shortened for the page.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ def compare(
     output: str | Path | None = None,
     force: bool = False,
 ) -> Comparison:
-    """Run every force law on the same finger and plate, and say why they differ.
+    """Run every force law on the same finger and plate, and explain why they differ.
 
     Parameters
     ----------
@@ -34,19 +34,19 @@ def compare(
     over : sequence of str, or mapping of str to sequence of float
         ``"path=from:to:n"`` or ``"path=from:to:nlog"``: a figure of the static force over this parameter.
     output : str or Path, optional
-        An HTML file with tables, figures and explanations.
+        An HTML file with the law to believe, figures, tables and explanations.
     force : bool
         Whether a file that we did not write may be replaced.
 
     Returns
     -------
     Comparison
-        Numbers, figures as data, and words.
+        Numbers, figures as data, and explanations.
 
     Raises
     ------
     InputError
-        For a scenario, a law or a range that does not fit; nothing has been written then.
+        For a scenario, a law or a range that is not valid; nothing has been written then.
     """
     from electrovib.core.errors import InputError, gathered
     from electrovib.core.files import inputs_noted

@@ -1,4 +1,4 @@
-"""Long records: the points that a line on paper can still show."""
+"""Long records, reduced to the points that a printed line can show."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def envelope(
 
     Notes
     -----
-    A stretch with no number at all stays a gap. First and last point are kept.
+    A stretch without any number stays a gap. First and last point are kept.
     """
     if len(y) <= LONG:
         return x, y

@@ -28,7 +28,7 @@ def few_curves(panel: Panel) -> tuple[Panel, ...]:
 
     Returns
     -------
-    tuple of Panel
+    panels : tuple of Panel
         The panel itself where it has few curves. Curves that differ nowhere by more than 2 %, or 10 % on a logarithmic axis,
         are drawn as one with all their names. Each further panel begins with the first curve again, as a reference.
     """

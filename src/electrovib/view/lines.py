@@ -1,16 +1,20 @@
-"""Which lines a plot of Traces has: one a Trace, one a value of a sweep, one a layer."""
+"""The lines of a plot of Traces: one for each Trace, value of a sweep and layer."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from os import PathLike
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.core.model import Model
+from electrovib.core.paths import quantity_at
 from electrovib.view.style import COLOURS, DASHES, between, layer_colours
 from electrovib.view.units import pretty_quantity
 
@@ -36,7 +40,7 @@ class Line:
     x, y : ndarray, shape (n,)
         SI; y may be complex.
     label : str
-        What its colour stands for; empty where there is nothing to tell apart.
+        What its colour stands for; empty where there is only one line.
     colour : str
         Hexadecimal.
     kind : str
@@ -54,7 +58,7 @@ class Line:
 
 
 def labelled(traces: Traces) -> dict[str, xarray.Dataset]:
-    """Give each Trace a label of its own: the caller's, its title, or its number.
+    """Return the Traces under distinct labels: the caller's, the title, or the number.
 
     Raises
     ------
@@ -64,6 +68,12 @@ def labelled(traces: Traces) -> dict[str, xarray.Dataset]:
     import xarray
 
     given: Any = [traces] if isinstance(traces, xarray.Dataset) else traces
+    if isinstance(given, Model):
+        raise InputError(
+            f"expected a Trace, not a {type(given).__name__}; simulate first: trace = ev.simulate(scenario)"
+        )
+    if isinstance(given, (str, PathLike)):
+        raise InputError(f"expected a Trace, not '{given}'; open it first: trace = ev.open_trace(path)")
     found: dict[str, Any] = {}
     if isinstance(given, Mapping):
         found = {str(label): trace for label, trace in given.items()}
@@ -75,12 +85,12 @@ def labelled(traces: Traces) -> dict[str, xarray.Dataset]:
     if wrong:
         raise InputError(f"{label}: expected a Trace, not {kind}" for label, kind in wrong.items())
     if not found:
-        raise InputError("there is no Trace to draw: give at least one")
+        raise InputError("there is no Trace to draw; at least one is needed")
     return found
 
 
 def has(traces: Traces, name: str) -> bool:
-    """Tell whether any of these Traces has the signal."""
+    """Return whether any of these Traces has the signal."""
     return any(name in trace for trace in labelled(traces).values())
 
 
@@ -90,7 +100,7 @@ def lines(traces: Traces, name: str, along: str) -> list[Line]:
     Parameters
     ----------
     traces : Trace, sequence or mapping of Traces
-        Those without the signal are left out.
+        Those without the signal are omitted.
     name : str
         Signal.
     along : str
@@ -99,7 +109,7 @@ def lines(traces: Traces, name: str, along: str) -> list[Line]:
     Returns
     -------
     list of Line
-        Colour tells Traces apart, else the values of a sweep, else layers; dashes tell the rest.
+        Colours distinguish Traces, else the values of a sweep, else layers; dashes distinguish the rest.
 
     Raises
     ------
@@ -126,7 +136,7 @@ def lines_of(
     along : str
         Dimension of the horizontal axis.
     known : mapping of str to Trace
-        All Traces of the plot, by label: a Trace keeps its colour where another has nothing to show.
+        All Traces of the plot, by label, so that each keeps its colour where another lacks the signal.
 
     Returns
     -------
@@ -173,7 +183,7 @@ def _looks(
     value: tuple[str, int, float] | None,
     layer: tuple[str, int, list[str]] | None,
 ) -> dict[str, Any]:
-    """Choose what colour and dash stand for: the first of Trace, swept value and layer takes the colour."""
+    """Choose colour and dash of a line: the colour is that of the first of Trace, swept value and layer."""
     keys: list[tuple[str, str, int]] = []
     if trace is not None:
         keys.append((trace[0], COLOURS[trace[1] % len(COLOURS)], trace[1]))
@@ -207,7 +217,7 @@ def _readable(name: str) -> str:
 
 
 def scenario_or_none(trace: xarray.Dataset) -> Scenario | None:
-    """Give the scenario a Trace carries; None for a measurement, or for one that cannot be read any more."""
+    """Return the scenario of a Trace; None for a measurement, or for a scenario that this version cannot read."""
     from electrovib.scenario import scenario_of
 
     try:
@@ -222,17 +232,18 @@ def swept_paths(trace: xarray.Dataset) -> list[str]:
 
 
 def swept_units(trace: xarray.Dataset) -> dict[str, str]:
-    """Find the unit of each swept path: written at the coordinate, or declared by the scenario."""
+    """Return the unit of each swept path, from its coordinate or from the declaration in the scenario."""
     swept = swept_paths(trace)
     found = {path: str(trace[path].attrs["units"]) for path in swept if "units" in trace[path].attrs}
     if len(found) < len(swept) and (scenario := scenario_or_none(trace)):
-        declared = {path: quantity.unit for path, _, quantity in scenario.parameters()}
-        found = {path: declared[path] for path in swept if path in declared} | found
+        for path in swept:
+            with suppress(InputError):
+                found.setdefault(path, quantity_at(scenario, path).unit)
     return found
 
 
 def left_out(traces: Traces, name: str) -> str:
-    """Say how many values of a sweep a plot of this signal shows; nothing where it shows all."""
+    """State how many values of a sweep a plot of this signal shows; empty where it shows all."""
     known = labelled(traces)
     notes = []
     for trace in known.values():
@@ -246,5 +257,5 @@ def left_out(traces: Traces, name: str) -> str:
 
 
 def _most(array: xarray.DataArray, traces: int) -> int:
-    """Share the lines a plot may have among Traces and layers."""
+    """Return how many values of a sweep are drawn: the lines of a plot, shared among Traces and layers, but two at least."""
     return max(2, MOST_LINES // array.sizes.get("layer", 1) // traces)

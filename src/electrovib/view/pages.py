@@ -1,4 +1,4 @@
-"""HTML pages from templates: everything inside one file, nothing fetched from anywhere."""
+"""HTML pages from templates: each is one file that fetches nothing."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def page(template: str, **content: Any) -> str:
     template : str
         Name of a file in the folder ``templates``.
     **content
-        What the template names; texts are escaped, figures from `markup` are not.
+        Variables of the template; texts are escaped, figures from `markup` are not.
 
     Returns
     -------
@@ -37,7 +37,7 @@ def page(template: str, **content: Any) -> str:
 
 
 def check_page(path: Path, *, inputs: Iterable[Path] = (), force: bool = False) -> None:
-    """Tell, before the work, whether a page can be written.
+    """Check, before the computation, that a page can be written.
 
     Parameters
     ----------
@@ -59,14 +59,14 @@ def check_page(path: Path, *, inputs: Iterable[Path] = (), force: bool = False) 
 
 
 def breakable(path: str) -> Markup:
-    """Let a long dotted path break after its dots and underscores."""
+    """Return a dotted path that a browser may break after its dots and underscores."""
     from markupsafe import Markup, escape
 
     return Markup(str(escape(path)).replace(".", ".<wbr>").replace("_", "_<wbr>"))  # noqa: S704 - escaped
 
 
 def markup(svg: str) -> Markup:
-    """Mark an inline figure as safe to put into a page as it is."""
+    """Mark an inline figure as HTML that needs no escaping."""
     from markupsafe import Markup
 
     return Markup(svg)  # noqa: S704 - made by matplotlib, with its texts escaped

@@ -1,4 +1,4 @@
-"""The report of one run or several: one HTML file that needs nothing else."""
+"""The report of one run or several, as one HTML file."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ def report(
     title: str | None = None,
     force: bool = False,
 ) -> Path:
-    """Write a report: what was assumed, what came out, and how far it can be believed.
+    """Write a report: the result, its validity, the figures, the assumptions and their sources.
 
     Parameters
     ----------
     traces : Trace, file name, sequence of these, or mapping of label to these
-        Computed or measured; several are overlaid. A file name may also be a scenario, which is simulated.
+        Computed or measured; several are overlaid. A scenario, or the name of its file, is simulated.
     path : str or Path
         The HTML file; replaced as a whole.
     title : str, optional
@@ -67,18 +67,18 @@ def report(
 
 
 def collect(traces: Any) -> dict[str, xarray.Dataset]:
-    """Load or simulate what is named and give each Trace a label: the caller's, its title, or its file name.
+    """Load or simulate the sources, and label each Trace by the caller's label, its title or its file name.
 
     Raises
     ------
     InputError
-        For everything that cannot be loaded, all at once.
+        For everything that cannot be loaded, together.
     """
     return _simulated(_loaded(traces))
 
 
 def _loaded(traces: Any) -> dict[str, Any]:
-    """Load what is named; label to Trace or Scenario."""
+    """Load the sources; label to Trace or Scenario."""
     import xarray
 
     from electrovib.core.trace import is_trace
@@ -180,7 +180,7 @@ def _title(traces: Mapping[str, xarray.Dataset]) -> str:
 
 
 def _different(scenarios: Mapping[str, Scenario]) -> dict[str, Scenario]:
-    """Leave out scenarios whose models are the same as those of one before."""
+    """Return one scenario of each set of models, under the labels of all that share it."""
     from electrovib.view.tables import model_rows
 
     found: dict[str, Scenario] = {}
@@ -197,6 +197,6 @@ def _different(scenarios: Mapping[str, Scenario]) -> dict[str, Scenario]:
 
 
 def side_by_side(columns: Sequence[Mapping[str, str]]) -> dict[str, tuple[str, ...]]:
-    """Put the texts of several Traces beside each other; a dash where one has none."""
+    """Combine the texts of several Traces into rows; a dash where one has none."""
     words = dict.fromkeys(word for column in columns for word in column)
     return {word: tuple(column.get(word, "–") for column in columns) for word in words}

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 _WIDTH: Final = 9.4
 """Of a figure that fills the page [inch]; with it the letters come out at their size."""
+_ROW, _ALONE = 2.75, 3.8
+"""Height of a row of two plots, and of a single plot [inch]."""
 _LETTER: Final = 0.072
 """Width of a letter in a legend [inch]."""
 _MOST_STACKS: Final = 4
@@ -61,7 +63,7 @@ class PageFigure:
 
 
 def figures(traces: Mapping[str, xarray.Dataset], scenarios: Mapping[str, Scenario]) -> list[PageFigure]:
-    """Draw all figures for which the Traces have something to show.
+    """Draw all figures for which the Traces have signals.
 
     Parameters
     ----------
@@ -104,7 +106,7 @@ def _over_parameters(trace: xarray.Dataset, label: str, name: str) -> list[PageF
         at = ", ".join(f"{path} = {shown_value(chosen[path].item(), units.get(path, ''))}" for path in held)
         title = f"Over {' and '.join(paths[-_DRAWN_OVER:])}" + (f": {label}" if label else "")
         (drawn,) = _multiples({}, wanted, title, f"{name}_{place}")
-        caption = f"Numbers of {trace.attrs.get('taken_over', 'each case')}" + (f", at {at}." if at else ".")
+        caption = f"Taken over {trace.attrs.get('taken_over', 'each case')}" + (f", at {at}." if at else ".")
         figures.append(PageFigure(title, drawn.svg, caption))
     return figures
 
@@ -140,7 +142,7 @@ def _stacks(scenarios: Mapping[str, Scenario]) -> list[PageFigure]:
 
 
 def _over_time(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
-    """Draw the small multiples: drive, what pulls, attraction, friction."""
+    """Draw drive, effective voltage or layer voltages, attraction and friction over time."""
     wanted: list[tuple[str, Callable[..., Axes]]] = []
     if has(traces, "drive_voltage"):
         wanted.append(("drive", plots.drive))
@@ -156,7 +158,7 @@ def _over_time(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
 
 
 def _beyond(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
-    """Draw what amplifier, contact, finger and rig add, each signal that some Trace has and that moves."""
+    """Draw the signals of amplifier, contact, finger and rig that change in some Trace."""
     wanted: list[tuple[str, Callable[..., Axes]]] = [
         (name.replace("_", " "), functools.partial(plots.over_time, name=name))
         for name in BEYOND
@@ -166,7 +168,7 @@ def _beyond(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
 
 
 def _moves(trace: xarray.Dataset, name: str) -> bool:
-    """Tell whether a Trace has a signal that is not the same all the time."""
+    """Return whether a Trace has a signal that changes in time."""
     if name not in trace or "time" not in trace[name].dims:
         return False
     values = trace[name]
@@ -184,7 +186,7 @@ def _over_frequency(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
     figure = _multiples(traces, wanted, "Over frequency", "frequency")
     if figure and has(traces, "mean_force"):
         caption = (
-            "Mean force under one sine with the peak voltage of the drive, after everything has settled."
+            "Time mean of the force under a sine with the peak voltage of the drive, in the periodic state."
         )
         return [PageFigure(figure[0].title, figure[0].svg, caption)]
     return figure
@@ -201,7 +203,7 @@ def _multiples(
         return []
     rows = -(-len(wanted) // 2)
     columns = min(2, len(wanted))
-    figure = new_figure((_WIDTH, 2.75 * rows))
+    figure = new_figure((_WIDTH, _ROW * rows if columns > 1 else _ALONE))
     with style():
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
         for ax in axes[len(wanted) :]:
@@ -218,7 +220,7 @@ def _multiples(
 
 
 def _share_legend(figure: Figure, axes: Sequence[Axes]) -> None:
-    """Move what the legends of several plots explain above them, each thing once."""
+    """Collect the legends of several plots into one above them, each entry once."""
     legends = [legend for ax in axes if (legend := ax.get_legend()) is not None]
     entries: dict[str, Any] = {}
     for legend in legends:

@@ -1,4 +1,4 @@
-"""A reproduced paper as files: a page to read, numbers for programs, figures for slides."""
+"""A reproduced paper as files: a page, its numbers, figures, curves and tables."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def reproduce(
     skin: str | None = None,
     force: bool = False,
 ) -> Reproduction:
-    """Compute everything a paper states and write it beside what the paper prints.
+    """Compute everything that a paper states, and write it beside the printed values.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def reproduce(
     output : str or Path
         Folder; made if it is not there. Files of an earlier reproduction in it are replaced, others are left.
     skin : str, optional
-        File with a table of one's own skin, for papers that can use one.
+        File with a table of one's own skin, for papers that take one.
     force : bool
         Whether files of the same names that we did not write, or that were changed since, may be replaced.
 
@@ -64,7 +64,7 @@ def reproduce(
 
 
 def _check(folder: Path) -> None:
-    """Tell before the work that the output is, or would lie in, a file."""
+    """Refuse, before the computation, an output that is, or would lie in, a file."""
     nearest = next((place for place in (folder, *folder.parents) if place.exists()), Path())
     if not nearest.is_dir():
         raise InputError(f"'{nearest}' is a file, not a folder: give the name of a folder", path=folder)
@@ -129,7 +129,7 @@ def _refuse_to_replace(
 
 
 def _listed(page: Path) -> dict[str, str]:
-    """Give the checksums of the files that were written beside a page of ours."""
+    """Return the checksums of the files written beside a page of ours."""
     if not is_ours(page, Form.PAGE):
         return {}
     found = re.search(r"<!-- beside this page: (\{.*\}) -->", page.read_text(encoding="utf-8"))

@@ -87,7 +87,7 @@ def page_figures(
 
 
 def _file(panel: Panel) -> str:
-    """Name the file of the curves, and say whether it has more of them than the figure."""
+    """Name the file of the curves, and mark one that has more of them than the figure."""
     more = any(not curve.drawn for curve in panel.curves)
     return f"{'All curves' if more else 'Curves'}: {panel.id}.csv"
 

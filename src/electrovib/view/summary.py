@@ -1,4 +1,4 @@
-"""What a Trace says of itself, as texts for people: diagnostics, key numbers, how it was computed."""
+"""A Trace in words: diagnostics, key numbers, provenance."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
+from electrovib.core.own_models import described
 from electrovib.core.parsing import read_json
 from electrovib.core.signals import signal
 from electrovib.core.units import KINDS, format_quantity
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 PARTS: Final = ("electrovib", "numpy", "scipy", "xarray", "pydantic", "matplotlib")
-_TOLD_ELSEWHERE: Final = frozenset(
+_SHOWN_ELSEWHERE: Final = frozenset(
     {"format", "title", "scenario", "validity", "over", "quantities", "records"}
 )
 _WORDS: Final = {
@@ -33,6 +35,7 @@ _WORDS: Final = {
     "reduction_error": "largest error of a material reduced to relaxations",
     "transfer_error": "largest error of fields, voltages and attraction through it, in time and over frequency",
     "quadrature_error": "error of the mean over the contact",
+    "own_models": "models that are not part of electrovib",
     "dropped_samples": "samples of the measured drive that were dropped",
 }
 _LONGEST: Final = 400
@@ -79,19 +82,20 @@ def opening(trace: xarray.Dataset) -> str:
     for state in ("ok", "warning", "unknown"):
         of = [each["name"] for each in found if each["state"] == state]
         if of:
-            states.append(f"{len(of)} {state}" + ("" if state == "ok" else f" ({', '.join(of)})"))
+            words = "warnings" if state == "warning" and len(of) > 1 else state
+            states.append(f"{len(of)} {words}" + ("" if state == "ok" else f" ({'; '.join(of)})"))
     if states:
         parts.append(f"Validity: {', '.join(states)}.")
     return " ".join(parts)
 
 
 def key_numbers(trace: xarray.Dataset) -> dict[str, str]:
-    """Give the numbers one looks for first; of a sweep, the range of its quantities.
+    """Return the largest and mean values of a Trace; of a sweep, the range of its quantities.
 
     Returns
     -------
     dict of str to str
-        What, and how much with its unit.
+        Name of the number, and its value with unit.
     """
     if is_sweep(trace):
         return quantity_ranges(trace)
@@ -120,7 +124,7 @@ def key_numbers(trace: xarray.Dataset) -> dict[str, str]:
 
 
 def not_known(trace: xarray.Dataset, name: str) -> str:
-    """Say at how many of its times a friction is not known, because the finger rests.
+    """State the share of the times at which a friction is unknown, because the finger rests.
 
     Parameters
     ----------
@@ -133,7 +137,7 @@ def not_known(trace: xarray.Dataset, name: str) -> str:
     -------
     str
         For instance ``not known at 40 % of the times (the finger rests)``; empty where it is known, or where the
-        Trace does not say that the finger rests.
+        Trace has no diagnostic that the finger rests.
     """
     if name not in trace or not any(
         diagnostic["name"] == "friction at rest" for diagnostic in diagnostics(trace)
@@ -147,7 +151,7 @@ def not_known(trace: xarray.Dataset, name: str) -> str:
 
 
 def is_sweep(trace: xarray.Dataset) -> bool:
-    """Tell whether a Dataset holds numbers for each case of a sweep."""
+    """Return whether a Dataset holds numbers for each case of a sweep."""
     return "quantities" in trace.attrs
 
 
@@ -211,7 +215,7 @@ def _largest(values: xarray.DataArray, along: str) -> xarray.DataArray:
 
 
 def _mean(values: xarray.DataArray) -> xarray.DataArray:
-    """Average over time, missing samples left out, uneven stamps weighted by their distance."""
+    """Average over time without missing samples, uneven time stamps weighted by their distance."""
     time = values["time"]
     if time.size < 2:
         return values.mean("time")
@@ -230,7 +234,7 @@ def _range(values: xarray.DataArray, unit: str) -> str:
 
 
 def swept_texts(trace: xarray.Dataset) -> dict[str, str]:
-    """Write what was swept: dotted path to first and last value and how many."""
+    """Return for each swept path its first and last value and their number."""
     units = swept_units(trace)
     texts = {}
     for path in swept_paths(trace):
@@ -241,7 +245,7 @@ def swept_texts(trace: xarray.Dataset) -> dict[str, str]:
 
 
 def provenance(trace: xarray.Dataset) -> dict[str, str]:
-    """Tell how a Trace came to be: solver, errors, hash, and every other attribute.
+    """Return the provenance of a Trace: solver, errors, hash, and every other attribute.
 
     Returns
     -------
@@ -251,20 +255,21 @@ def provenance(trace: xarray.Dataset) -> dict[str, str]:
     found = {}
     for name in [*_WORDS, *(key for key in trace.attrs if key not in _WORDS)]:
         value = trace.attrs.get(name)
-        if value is None or name in _TOLD_ELSEWHERE or (name == "dropped_samples" and not value):
+        if value is None or name in _SHOWN_ELSEWHERE or (name == "dropped_samples" and not value):
             continue
         text = f"{100 * float(value):.2g} %" if name.endswith("_error") else str(value)
+        text = described(text) if name == OWN_MODELS else text
         found[_WORDS.get(str(name), str(name))] = text if len(text) <= _LONGEST else f"{text[:_LONGEST]} …"
     return found
 
 
 def versions() -> dict[str, str]:
-    """Give the versions of what made this page."""
+    """Return the versions of the packages that made a page."""
     return {"Python": platform.python_version()} | {name: version(name) for name in PARTS}
 
 
 def scenario_text(scenario: Scenario) -> str:
-    """Write a scenario as the TOML file that repeats it; long packed samples are cut out."""
+    """Write a scenario as the TOML file that repeats it; long packed samples are omitted."""
     from electrovib.scenario.toml import to_toml
 
-    return re.sub(r'"zlib\+base64:[^"]{80,}"', '"(measured samples, left out here)"', to_toml(scenario))
+    return re.sub(r'"zlib\+base64:[^"]{80,}"', '"(measured samples, omitted here)"', to_toml(scenario))

@@ -1,4 +1,4 @@
-"""Figures as text: the same figure gives the same bytes, and nothing in it asks another computer."""
+"""Figures as files and as elements of a page: the same figure gives the same bytes and fetches nothing."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ def to_svg(figure: Figure, *, tight: bool = False) -> str:
     Parameters
     ----------
     figure : Figure
-        Complete.
+        Finished.
     tight : bool
-        Cut to what is drawn.
+        Whether to crop the file to the drawing.
 
     Returns
     -------
@@ -52,14 +52,14 @@ def inline(svg: str, *, name: str, words: str) -> str:
     svg : str
         From `to_svg`.
     name : str
-        Letters, digits and ``-``; put before every identifier, because two figures share one page.
+        Letters, digits and ``-``; put before every identifier, because one page has several figures.
     words : str
         What the figure shows, for readers who cannot see it.
 
     Returns
     -------
     str
-        ``<svg>`` without the declarations of a file: HTML knows the namespaces itself.
+        ``<svg>`` without the declarations of a file: HTML has the namespaces already.
     """
     body = svg[svg.index("<svg") :]
     body = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", body)

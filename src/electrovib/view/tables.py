@@ -1,4 +1,4 @@
-"""What a scenario is made of, as rows for people: parameters with their sources, models, references."""
+"""A scenario as tables: parameters with their sources, models, references."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.model import Model
+from electrovib.core.paths import followers
 from electrovib.physics.force import ForceLaw
 from electrovib.scenario import is_default
 from electrovib.view.units import pretty_quantity
@@ -30,11 +31,11 @@ class ParameterRow:
     path : str
         Dotted path.
     values : tuple of str
-        One a scenario, with prefix and unit; a dash where it has none.
+        One for each scenario, with prefix and unit; a dash where it has none.
     meaning : str
         From its declaration.
     sources : tuple of str
-        Where each value is from, equal ones once.
+        Source of each value; equal ones once.
     """
 
     path: str
@@ -50,7 +51,7 @@ class ParameterRow:
 
 @dataclass(frozen=True, kw_only=True)
 class ModelRow:
-    """One model chosen in a scenario: where it stands, which it is, and what it says of itself."""
+    """One model chosen in a scenario: its path, its name and its own description."""
 
     path: str
     name: str
@@ -71,7 +72,7 @@ def parameter_rows(
     scenarios : mapping of str to Scenario
         Label to scenario.
     swept : mapping of str to mapping
-        Label to the text that stands for the values of each swept path.
+        Label to the text that describes the values of each swept path.
 
     Returns
     -------
@@ -81,9 +82,11 @@ def parameter_rows(
     found: dict[str, dict[str, tuple[str, str]]] = {}
     meanings: dict[str, str] = {}
     for label, scenario in scenarios.items():
+        texts = swept.get(label, {})
+        following = {each: f"follows {path}" for path in texts for each in followers(scenario, path)}
         for path, value, quantity in scenario.parameters():
-            shown = swept.get(label, {}).get(path) or pretty_quantity(value, quantity.unit, digits=6)
-            source = "swept" if path in swept.get(label, {}) else source_of(scenario, path, value=value)
+            shown = texts.get(path) or following.get(path) or pretty_quantity(value, quantity.unit, digits=6)
+            source = "swept" if path in texts or path in following else source_of(scenario, path, value=value)
             found.setdefault(path, {})[label] = (shown, source)
             meanings.setdefault(path, quantity.doc)
     rows = _model_choices(scenarios)
@@ -95,7 +98,7 @@ def parameter_rows(
 
 
 def _model_choices(scenarios: Mapping[str, Scenario]) -> list[ParameterRow]:
-    """Write as rows where the scenarios choose different models."""
+    """Return a row for each place at which the scenarios choose different models."""
     chosen = [{row.path: row.name for row in model_rows(scenario)} for scenario in scenarios.values()]
     paths = dict.fromkeys(path for names in chosen for path in names)
     rows = [
@@ -111,12 +114,12 @@ def _model_choices(scenarios: Mapping[str, Scenario]) -> list[ParameterRow]:
 
 
 def source_of(scenario: Scenario, path: str, *, value: float | None) -> str:
-    """Say where a value is from: what the file says of it or of its table, else whether it is the default."""
+    """Return the source of a value: that stated for it or for its table, else whether it is the default."""
     parts = path.split(".")
     for length in range(len(parts), 0, -1):
-        told = scenario.sources.get(".".join(parts[:length]))
-        if told:
-            return told
+        stated = scenario.sources.get(".".join(parts[:length]))
+        if stated:
+            return stated
     return DEFAULT if is_default(scenario, path, value) else NOT_GIVEN
 
 
@@ -136,7 +139,7 @@ def walk_models(model: Model, prefix: str = "") -> Iterator[tuple[str, Model]]:
 
 
 def model_rows(scenario: Scenario) -> list[ModelRow]:
-    """List the models that were chosen where another could stand: drive, law, materials, return path.
+    """List the models of a scenario for which there are alternatives: drive, law, materials, return path.
 
     Returns
     -------
@@ -151,7 +154,7 @@ def model_rows(scenario: Scenario) -> list[ModelRow]:
         facts = (
             [f"Maxwell stress evaluated in: {kind.evaluation_surface}"] if issubclass(kind, ForceLaw) else []
         )
-        facts += [f"known from: {kind.status}"] if kind.status else []
+        facts += [f"source status: {kind.status}"] if kind.status else []
         equations = tuple(f"{name} = {readable_equation(text)}" for name, text in kind.equation.items())
         meaning, _, rest = inspect.cleandoc(kind.__doc__ or "").partition("\n")
         notes = " ".join(rest.partition("Notes\n-----\n")[2].replace("``", "").split())
@@ -170,7 +173,7 @@ def model_rows(scenario: Scenario) -> list[ModelRow]:
 
 
 def readable_equation(text: str) -> str:
-    """Write a formula of the code as a person would: raised powers, Greek letters, dots."""
+    """Write a formula of the code with raised powers, Greek letters and multiplication dots."""
     for word, letter in {"eps0": "ε₀", "pi": "π", "I": "j"}.items():
         text = re.sub(rf"\b{word}\b", letter, text)
     text = re.sub(r"\*\*([23])(?![\d.])", lambda match: "²³"[int(match[1]) - 2], text)
@@ -197,7 +200,7 @@ def references(scenarios: Mapping[str, Scenario]) -> list[tuple[str, str]]:
             if model.reference and name not in cited.setdefault(model.reference, []):
                 cited[model.reference].append(name)
     found = [(reference, ", ".join(names)) for reference, names in cited.items()]
-    told: dict[str, int] = {}
+    counted: dict[str, int] = {}
     for source in (text for scenario in scenarios.values() for text in scenario.sources.values()):
-        told[source] = told.get(source, 0) + 1
-    return found + [(source, f"{count} value{'s' if count > 1 else ''}") for source, count in told.items()]
+        counted[source] = counted.get(source, 0) + 1
+    return found + [(source, f"{count} value{'s' if count > 1 else ''}") for source, count in counted.items()]

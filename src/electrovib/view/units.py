@@ -13,11 +13,13 @@ if TYPE_CHECKING:
 
 _FLAT = 1e-6
 """Relative spread below which a curve is drawn as the constant it is, instead of as magnified rounding."""
-_FEW_DECADES: Final = 2.0
+_FEW_DECADES: Final = 2.5
 _NO_DECADE: Final = 0.7
 """Decades below which 1, 2, 5 would leave an axis with one number or none."""
 _SHORTEST, _LONGEST = 0.0099, 1010.0
 """Smallest and largest number of a logarithmic axis that is written out, in the unit of its label."""
+_PLAIN: Final = (0.099, 2.02e4)
+"""Smallest and largest number of a logarithmic axis in the SI unit itself."""
 _MANY_DECADES: Final = 4.1
 """Decades above which a logarithmic axis has powers of ten."""
 
@@ -172,6 +174,8 @@ def _prefix_over_decades(low: float, high: float, unit: str) -> tuple[str, float
         return "", 1.0
     if math.log10(high / low) > _MANY_DECADES:
         return None
+    if low >= _PLAIN[0] and high <= _PLAIN[1]:
+        return "", 1.0
     candidates = [""] if unit not in KINDS or unit == "1" else SHOWN_PREFIXES
     power = 2 if re.match(r"[A-Za-z]+2", unit) else 1
     sizes = {prefix: 10.0 ** (PREFIXES[prefix] * power) for prefix in candidates}

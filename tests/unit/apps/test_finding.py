@@ -48,6 +48,10 @@ def complete(tmp_path, capsys, monkeypatch):
     return call
 
 
+def printed(records):
+    return f"{records}\n"
+
+
 @pytest.mark.parametrize("command", ["", *COMMANDS])
 def test_h_is_help_on_every_command(cli, command):
     said = cli(*command.split(), "-h")
@@ -66,23 +70,23 @@ def test_the_help_of_a_command_of_ours_is_not_cut_off(cli):
 
 
 def test_scenarios_print_what_python_returns(cli):
-    assert cli("scenarios") == (0, str(ev.scenarios()), "")
+    assert cli("scenarios") == (0, printed(ev.scenarios()), "")
     code, out, _ = cli("scenarios", "3M")
-    assert (code, out) == (0, str(ev.scenarios("3M")))
+    assert (code, out) == (0, printed(ev.scenarios("3M")))
     assert out.index("persson_2018/coating") < out.index("vardar_2017/sine")
 
 
 def test_models_print_what_python_returns(cli):
-    assert cli("models") == (0, str(ev.models()), "")
-    assert cli("models", "Constant") == (0, str(ev.models("Constant")), "")
-    assert cli("models", "--all") == (0, str(ev.models(complete=True)), "")
-    assert cli("models", "touchscreen") == (0, str(ev.models("touchscreen")), "")
+    assert cli("models") == (0, printed(ev.models()), "")
+    assert cli("models", "Constant") == (0, printed(ev.models("Constant")), "")
+    assert cli("models", "--all") == (0, printed(ev.models(complete=True)), "")
+    assert cli("models", "touchscreen") == (0, printed(ev.models("touchscreen")), "")
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["models", "Trapezum"], ["'Trapezium' (A ramp up, a hold, a ramp down"]),
+        (["models", "Trapezum"], ["Did you mean 'Trapezium' ("]),
         (
             ["scenarios", "vezoli_2014/fig6"],
             ["'vezzoli_2014/fig6' (Vezzoli 2014, figure 6", "'electrovib scenarios'"],
@@ -117,7 +121,7 @@ def test_a_wrong_preset_is_answered_with_the_nearest_three(wrong, cli):
 
 def test_a_wrong_model_in_a_scenario_is_answered_with_the_nearest_three(cli):
     _, _, err = cli("run", "--set", "drive.model=Trapezum")
-    assert "Did you mean 'Trapezium' (A ramp up, a hold, a ramp down" in err
+    assert "Did you mean 'Trapezium' (" in err
     assert err.count(" (") == 3
 
 
@@ -154,6 +158,22 @@ def test_names_of_scenarios_are_completed(complete):
     ]
     assert complete("init", "my_own") == []
     assert complete("init", "nobody_2014/f") == []
+
+
+@pytest.mark.parametrize("command", ["run", "compare", "equilibrium", "perceive", "export", "init"])
+def test_every_command_that_takes_a_scenario_completes_its_name(command, complete):
+    assert complete(command, "bau_2010/") == ["bau_2010/sine"]
+
+
+def test_every_argument_that_is_a_scenario_or_a_paper_is_completed():
+    for command in typer.main.get_command(app).commands.values():
+        for parameter in command.params:
+            if parameter.name in {"scenario", "paper", "query"}:
+                assert parameter.shell_complete(typer.Context(command), "vezzoli"), command.name
+
+
+def test_names_of_papers_are_completed(complete):
+    assert complete("reproduce", "v") == ["vardar_2017", "vezzoli_2014"]
 
 
 def test_only_the_paper_that_is_written_is_imported_for_a_completion():

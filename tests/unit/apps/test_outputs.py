@@ -1,4 +1,4 @@
-"""No command replaces what the user has: an input never, a file of somebody else's only with ``--force``."""
+"""No command replaces an input, and a file that electrovib did not write only with ``--force``."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ MEASURED = '[drive]\nmodel = "Sampled"\nfile = "drive.csv"\n'
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with two scenarios, a measured drive, a Trace and what belongs to somebody else."""
+    """Return a folder with two scenarios, a measured drive, a Trace and files of others."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(report, "figures", lambda *_: [])  # which take the time, and are not the point here
     for name, text in {
@@ -61,7 +61,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def cli(here, capsys, monkeypatch):
-    """Run a command in this process; gives exit code and error output."""
+    """Return a function that runs a command in this process: exit code and error output."""
 
     def call(*arguments: str) -> tuple[int, str]:
         monkeypatch.setattr(sys, "argv", ["electrovib", *arguments])

@@ -8,12 +8,15 @@ import sys
 
 import pytest
 
+from electrovib.core.own_models import described
+
 LAW = '''"""A force law that levels off."""
 from typing import Annotated
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.force import ForceLaw
+from electrovib.physics.material import Material
 
 
 class Saturating(ForceLaw):
@@ -32,11 +35,22 @@ class Failing(ForceLaw):
         return E / undefined
 
 
+class Bare(Material):
+    """Material without what the solvers read."""
+
+    def bound_permittivity(self, frequency):
+        return 7.0 + 0j * frequency
+
+
 class Misnamed(ForceLaw):
     """Law whose argument has another name than its amplitude."""
 
     def pressure(self, field):
         return field**2
+
+
+class Unfinished(ForceLaw):
+    """Law without a pressure."""
 '''
 DRIVER = """
 import contextlib, io, json, sys
@@ -69,7 +83,9 @@ found["before the command"] = call("--models", "law.py", "run", *law("Saturating
 found["compared"] = call("compare", "vezzoli_2014/fig6", *GAP, "--models", "law.py,MaxwellStressInGap", "--models", "Saturating")
 found["listed"] = call("models", "Saturating")
 found["fails"] = call("run", *law("Failing"))
+found["bare"] = call("run", "--set", "stack.insulator.material.model=Bare")
 found["misnamed"] = call("run", *law("Misnamed"))
+found["unfinished"] = call("run", *law("Unfinished"))
 found["attribute"] = json.loads(ev.open_trace("own.nc").attrs["own_models"])
 found["repeated"] = call("run", "own.nc")
 with open("law.py", "a") as file:
@@ -103,7 +119,7 @@ def folder(tmp_path_factory):
         "law.py": LAW,
         "syntax.py": "x = 1\nclass Law(\n",
         "broken.py": "import math\n\nmath.nothing\n",
-        "empty.py": "x = 1\n",
+        "empty.py": "from electrovib.physics.force import MaxwellStressInGap\n",
         "law.txt": LAW,
         "second.py": LAW.split("class Failing", maxsplit=1)[0].replace("Saturating", "Second")
         + "import shared\nassert shared.ONE == 1\n",
@@ -181,17 +197,20 @@ def test_a_law_of_ones_own_runs_and_is_compared(found):
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("fails", "law.py, line 22: NameError: name 'undefined' is not defined"),
+        ("fails", "law.py, line 23: NameError: name 'undefined' is not defined"),
+        ("bare", "law.py, Bare: AttributeError: 'Bare' object has no attribute 'conductivity'"),
         (
             "misnamed",
             "law.py, Misnamed: TypeError: Misnamed.pressure() got an unexpected keyword argument 'E'",
         ),
+        ("unfinished", "force.model = 'Unfinished': the class does not define pressure(self, E)"),
     ],
 )
 def test_an_error_in_the_file_is_one_line(found, name, sentence):
     code, _, err = found[name]
     assert code == 2
-    assert err == f"electrovib: {sentence}\n"
+    assert err.startswith(f"electrovib: {sentence}")
+    assert err.count("\n") == 1
 
 
 def test_a_file_imports_what_lies_beside_it(found):
@@ -229,3 +248,12 @@ def test_a_report_shows_the_signals_and_states_what_is_missing(folder, found):
     assert (
         "own.nc: shown without its parameters: force: this Trace needs the ForceLaw model 'Saturating'" in out
     )
+
+
+def test_the_list_of_own_models_is_written_as_text():
+    law = {"model": "Saturating", "family": "ForceLaw", "file": "law.py", "sha256": "ab12"}
+    typed = {"model": "Other", "family": "Material", "file": "", "sha256": ""}
+    text = described(json.dumps([law, typed]))
+    assert text == "ForceLaw Saturating, law.py (SHA-256 ab12); Material Other, without a file"
+    for damaged in ("{", "[1]", '[{"model": "x"}]'):
+        assert described(damaged) == damaged

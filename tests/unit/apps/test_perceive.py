@@ -12,7 +12,7 @@ from electrovib.apps.cli import main
 
 @pytest.fixture
 def cli(tmp_path, capsys, monkeypatch):
-    """Run a command in this process; gives exit code, output and error output."""
+    """Return a function that runs a command in this process: exit code, output and error output."""
     monkeypatch.chdir(tmp_path)
 
     def call(*arguments: str) -> tuple[int, str, str]:
@@ -50,7 +50,7 @@ def test_every_level_and_assumption_is_printed_on_request(cli):
     assert "+0.0 dB relative" in out or "-0.0 dB relative" in out
     assert "(cited from memory, unverified)" in out
     assert "threshold: relative only, calibrate with perception.threshold" in out
-    assert "12 dB an octave: an assumption" in out
+    assert "12 dB per octave: an assumption" in out
     assert "Sci. Rep. 8, 4555 (2018)" in out
     assert "numerical error" in out
 

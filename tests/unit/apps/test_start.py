@@ -1,4 +1,4 @@
-"""The first and the last moment of a command: what it may take, and Ctrl-C at any time."""
+"""Begin and end of a command: its imports, its budget, and Ctrl-C at any time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RUN = [sys.executable, "-m", "electrovib", "run", "vezzoli_2014/fig6"]
 
 @pytest.fixture
 def cli(tmp_path, capsys, monkeypatch):
-    """Run a command in this process; gives exit code, output and error output."""
+    """Return a function that runs a command in this process: exit code, output and error output."""
     monkeypatch.chdir(tmp_path)
 
     def call(*arguments):
@@ -58,7 +58,7 @@ def test_a_budget_that_is_none_is_told(cli):
 
 
 def interrupted(after):
-    """Exit code and error output of a run that Ctrl-C meets some time [s] after its start."""
+    """Return exit code and error output of a run that is interrupted some time [s] after its start."""
     process = subprocess.Popen(RUN, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     time.sleep(after)
     process.send_signal(signal.SIGINT)

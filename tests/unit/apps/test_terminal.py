@@ -1,4 +1,4 @@
-"""A terminal gets signs that it can show, and none that it would obey."""
+"""Output to a terminal: only characters that it can show, and no control characters."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ COMMANDS = (
 
 
 def words(folder: Path) -> Path:
-    """A scenario with words that ASCII does not have."""
+    """Return a scenario with characters that are not ASCII."""
     path = folder / "words.toml"
     changed = ev.load("vezzoli_2014/fig6_gap").model_copy(update={"title": "Größe 5 µm, 3 kΩ – τ ≤ 2 ☃"})
     ev.init(changed, output=path)
@@ -113,7 +113,7 @@ def words(folder: Path) -> Path:
 
 
 def test_every_command_writes_ascii_where_only_that_is_wanted(tmp_path):
-    """All in one process, with an output that knows ASCII only."""
+    """All in one process, with an output in ASCII."""
     words(tmp_path)
     code = f"""
 import sys

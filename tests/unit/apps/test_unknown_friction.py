@@ -1,4 +1,4 @@
-"""A friction that is not known is written, drawn and told as such, by everything that takes it."""
+"""A friction that is unknown is written, drawn and reported as unknown."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_a_sweep_holds_it_beside_what_is_known(scenario):
 
 
 def test_what_is_not_known_is_not_felt(scenario):
-    """Only windows in which the friction is known are felt; where there is none, that is said."""
+    """Perception uses only windows in which the friction is known, and refuses a record without one."""
     with pytest.raises(InputError, match=r"motion\.speed: the finger rests.*nothing to feel"):
         ev.perceive(scenario.replace({"motion": {"speed": 0.0}}))
     with pytest.raises(InputError, match=r"motion\.time_profile.*every window"):

@@ -1,4 +1,4 @@
-"""What is set counts, or it is refused: nothing is dropped without a word."""
+"""A parameter that is set has an effect, or is refused."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ QUICK = {"time.samples": 51, "frequency.samples": 3}
 
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory):
-    """A sweep of two values on disk."""
+    """Return the file of a sweep of two values."""
     path = tmp_path_factory.mktemp("swept") / "swept.nc"
     ev.run(
         set=QUICK, over={"drive.high": [500.0, 1000.0]}, quantities=["mean electrostatic_force"], output=path

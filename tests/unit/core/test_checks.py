@@ -1,4 +1,4 @@
-"""A number of a source can be held against ours, and can refuse it."""
+"""A number of a source is compared with the one computed here, and can disagree."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ def test_further_authors_are_others():
 def test_how_it_was_read_stands_before_the_entry_and_a_doubt_in_it_too():
     read = Citation(kind="misc", title="T", eprint="2099.00001", year=2099, read="abstract")
     doubtful = Citation(kind="misc", title="T", read="cited from memory, unverified", key="own_key")
-    assert read.bibtex("a_2099").startswith("read here: abstract\n@misc{a_2099,")
+    assert read.bibtex("a_2099").startswith("% source status: abstract\n@misc{a_2099,")
     assert "note" not in parsed(read.bibtex("a_2099"))[0][2]
     assert parsed(read.bibtex("a_2099"))[0][2]["archiveprefix"] == "arXiv"
     assert str(read) == "T, arXiv:2099.00001 (2099) (abstract)"

@@ -200,8 +200,10 @@ def test_final_classes_stay_final():
 
 
 def test_models_are_frozen():
-    with pytest.raises(ValueError, match="frozen"):
+    with pytest.raises(InputError, match="replace returns a changed copy"):
         Plain().value = 3.0
+    with pytest.raises(InputError, match=r"Plain\.value: is not deleted in place"):
+        del Plain().value
 
 
 def test_to_dict_names_members_only():

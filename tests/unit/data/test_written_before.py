@@ -63,6 +63,16 @@ def test_repeated_it_gives_the_same_numbers(name):
         np.testing.assert_allclose(again[coordinate], written[coordinate], rtol=1e-12)
 
 
+def test_a_sweep_over_a_former_parameter_is_repeated():
+    """Its parameter ``load.programme.rise`` has the name of today in what is computed again."""
+    name = "a727f48_sweep_of_profile.mat"
+    again, written = ev.run(WRITTEN / name), ev.open_trace(WRITTEN / name)
+    assert dict(again.sizes) == {"load.time_profile.rise": 2}
+    np.testing.assert_array_equal(again["load.time_profile.rise"], [1e-3, 2e-3])
+    for signal in ("peak electrostatic_force", "mean lateral_force"):
+        np.testing.assert_allclose(again[signal].values, written[signal].values, rtol=1e-12)
+
+
 def test_the_command_repeats_one(tmp_path, monkeypatch, capsys):
     output = tmp_path / "again.nc"
     monkeypatch.setattr(

@@ -10,6 +10,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
 from electrovib.data.traces import load_csv, load_mat, load_nc, open_trace
 from electrovib.export.save import check_output, save
+from electrovib.scenario import load
 
 
 def small() -> xarray.Dataset:
@@ -72,3 +73,9 @@ def test_check_before_a_long_computation(tmp_path):
         check_output(tmp_path / "a.csv", {"time": 2, "drive.rise": 2})
     check_output(tmp_path / "a.nc", {"time": 2, "drive.rise": 2})
     assert [p.name for p in tmp_path.iterdir()] == ["a.frequency.csv"]
+
+
+def test_a_scenario_is_no_trace(tmp_path):
+    with pytest.raises(InputError, match="only a Trace is saved, not a Scenario"):
+        save(load("vezzoli_2014/fig6"), tmp_path / "a.nc")
+    assert not list(tmp_path.iterdir())

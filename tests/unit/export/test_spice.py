@@ -100,7 +100,7 @@ def test_the_header_says_where_it_comes_from():
     assert lines[0] == "* a finger on a plate"
     assert lines[1] == f"* electrovib {version('electrovib')}, scenario {made.digest()}"
     assert "my_circuit.time.txt" in lines[2]
-    assert "steps of at most 5e-05 s; a jump of the drive takes 1e-08 s" in lines[3]
+    assert "steps of at most 5e-05 s; a step of the drive takes 1e-08 s" in lines[3]
     assert lines[-1] == ".end"
 
 
@@ -110,7 +110,7 @@ def test_a_layer_says_thickness_permittivity_and_reduction():
     text = " ".join(netlist(scenario(stack={"insulator": FILM, "stratum_corneum": skin}), name="c").split())
     assert "* insulator: 90 um of Constant on 1 cm2; relative permittivity 3.35; conductivity 0 S/m" in text
     assert re.search(
-        r"stratum_corneum: 200 um of ConstantPhase on 1 cm2; .* a sum of 2\d Debye terms, at most \S+e-0[56] of",
+        r"stratum_corneum: 200 um of ConstantPhase on 1 cm2; .* a sum of 2\d Debye terms, within \S+e-0[56] of",
         text,
     )
 
@@ -440,7 +440,7 @@ SALT = {"thickness": 1e-9, "material": {"model": "Constant", "permittivity": 80,
         ),
         (
             {"stack": {"insulator": FILM, "sweat": SALT | {"role": "finger"}}},
-            r"stack\.insulator: 3\.3e-11 F in series with something that conducts 1e\+07 S.*frequency\.low to .* Hz or more",
+            r"stack\.insulator: 3\.3e-11 F in series with a conductance of 1e\+07 S.*frequency\.low to .* Hz or more",
         ),
     ],
 )

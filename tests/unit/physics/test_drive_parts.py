@@ -43,7 +43,7 @@ def test_repetition_written_out(end):
 
 @pytest.mark.parametrize("frequency", [60, 50, 7, 0.1, 12345.6])
 def test_a_rounded_time_of_a_jump_counts_as_the_jump(frequency):
-    """k/f computed in two ways is on either side of the jump by a rounding: always the value after it."""
+    """k/f computed by two formulas differs by a rounding and may lie on either side of a step: the value is that after it."""
     period = 1 / frequency
     wave = Linear(
         np.array([0, period / 2, period]), np.array([-1.0, 1.0, -1.0]), np.array([1.0, -1.0, 1.0]), period

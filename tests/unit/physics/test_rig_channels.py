@@ -30,14 +30,14 @@ def test_a_column_that_is_a_force_needs_no_sensitivity():
     st.sampled_from([0.5e-6, -1e-6]),
 )
 def test_wraps_are_undone(declared, modulus, start, stride, step):
-    """Any register, declared or not, counting either way, from any count, gives back the way."""
+    """Any register, declared or not, counting in either direction, from any count, gives back the position."""
     if declared:
         modulus = declared
-    way = np.arange(400) * stride
-    counts = (start + way) % modulus
+    moved = np.arange(400) * stride
+    counts = (start + moved) % modulus
     encoder = Encoder(column=0, step=step, wraps_at=declared)
     # counts below 2^33 are exact in doubles; the product has one rounding
-    np.testing.assert_allclose(encoder.position(counts), step * way, rtol=1e-15, atol=0)
+    np.testing.assert_allclose(encoder.position(counts), step * moved, rtol=1e-15, atol=0)
 
 
 def test_a_register_with_a_sign_bit():

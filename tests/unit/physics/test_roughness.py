@@ -173,7 +173,7 @@ def test_what_is_no_distribution_is_refused(mean, rms, words):
 
 
 def test_real_contact_between_its_limits():
-    """For small pressures 1.596 p/(E* h'), for large ones everything; never more than in proportion."""
+    """For small pressures 1.596 p/(E* h'), for large ones 1; never more than proportional to the pressure."""
     pressure = np.geomspace(1.0, 1e9, 200)
     share = contact_fraction(pressure, modulus=1e7, slope=0.5)
     proportional = 1.596 * pressure / (1e7 * 0.5)

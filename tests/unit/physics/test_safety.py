@@ -77,7 +77,7 @@ def test_a_declared_strength_comes_first():
 
 
 def test_a_polymer_film_is_compared_with_the_weakest_of_the_library():
-    """At 90 um the data sheets admit 100 MV/m of PET, 118 of polyimide and of PTFE."""
+    """At 90 um the data sheets guarantee 100 MV/m of PET, 118 of polyimide and of PTFE."""
     assert film(99e6).state == "ok"
     diagnostic = film(101e6)
     assert (diagnostic.state, diagnostic.limit) == ("warning", 100e6)

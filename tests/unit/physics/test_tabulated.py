@@ -301,7 +301,7 @@ FAULTS = {
     "time for frequency": ({"frequency_unit": "ms"}, ["frequency_unit = 'ms'", "a frequency"]),
     "no such loss": (
         {"loss": {"model": "Resistvity"}},
-        ["unknown LossColumn model 'Resistvity'", "Did you mean 'Resistivity'?"],
+        ["unknown LossColumn model 'Resistvity'", "Did you mean 'Resistivity'"],
     ),
     "text": ({"loss_samples": ["a", *FOUR]}, ["loss_samples", "not numbers"]),
 }

@@ -1,4 +1,4 @@
-"""Files named in a scenario are looked for beside it, and a bad one joins the other mistakes."""
+"""Names of files in a scenario are relative to it, and a file that cannot be read is one mistake among others."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_numbers_that_came_along_are_not_read_again(folder):
 
 
 class Gauge(Model):
-    """A model of a test that takes one column of a file."""
+    """Model with one column of a file."""
 
     example: ClassVar[dict[str, Any]] = {}
     file: str = ""

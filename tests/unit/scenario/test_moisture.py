@@ -1,4 +1,4 @@
-"""What moisture changes in a scenario: only what is there."""
+"""Moisture changes only parameters that the scenario has."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_only_what_is_there_is_moved():
 
 
 def test_a_moist_finger_loses_a_held_force_sooner_and_rubs_harder():
-    """Attraction decays with the gap's resistivity; friction without voltage rises with the coefficient."""
+    """The attraction decays with the resistivity of the gap; friction without voltage rises with the coefficient."""
     scenario = with_layers(gap=GAP).replace({"time.duration": 1e-3, "time.samples": 51})
     left, rubs = [], []
     for level in (0.0, 0.5, 1.0):

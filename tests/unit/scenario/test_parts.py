@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 
 from electrovib.core.errors import InputError
@@ -60,10 +62,15 @@ def test_a_declared_role_places_a_layer_at_the_interface(role, order):
     assert list(scenario.replace(parts).stack.layers) == order
 
 
-def test_several_layers_are_added_at_once(touching):
-    layer = {"thickness": "1 um", "role": "finger", "material": FILM}
-    changed = touching.replace({"stack.sweat": layer, "stack.gap": {"thickness": "2 um"}})
-    assert list(changed.stack.layers) == ["insulator", "gap", "sweat", "stratum_corneum"]
+@pytest.mark.parametrize("order", [*itertools.permutations(["sweat", "primer", "gap"])])
+def test_several_layers_are_added_at_once_in_any_order(touching, order):
+    layers = {
+        "sweat": {"thickness": "1 um", "role": "finger", "material": FILM},
+        "primer": {"thickness": "1 um", "role": "plate", "material": FILM},
+        "gap": {"thickness": "2 um"},
+    }
+    changed = touching.replace({f"stack.{name}": layers[name] for name in order})
+    assert list(changed.stack.layers) == ["insulator", "primer", "gap", "sweat", "stratum_corneum"]
 
 
 @pytest.mark.parametrize(

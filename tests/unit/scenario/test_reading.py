@@ -1,4 +1,4 @@
-"""Scenarios and Traces from outside that are no scenarios."""
+"""Scenarios from files, names and Traces, and inputs that are none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When a result is wanted: even times, or the stamps of a measured drive."""
+"""Output times: evenly spaced, or the time stamps of a measured drive."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_samples_say_otherwise():
 
 
 def test_a_measured_kilohertz_keeps_its_mean_pull_when_a_duration_is_given():
-    """89 598 stamps of 1 kHz: at 2001 even times every 20th to 23rd phase is met and the mean is another one."""
+    """89 598 time stamps of a drive of 1 kHz: 2001 even times would alias it and change the mean."""
     time = np.linspace(0.0, 1.0, 89_598)
     record = {
         "model": "Sampled",

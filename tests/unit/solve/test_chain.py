@@ -92,7 +92,7 @@ def test_a_jump_that_is_named_costs_nothing():
 
     for times in (EVEN, UNEVEN):
         filters = {"sensor": FILTERS["sensor"], "pass": high_pass(0.1)}
-        outputs, error = respond_mechanically(step, filters, times, jumps=[0.0123], held=0.0)
+        outputs, error = respond_mechanically(step, filters, times, corners=[0.0123], held=0.0)
         since = times - 0.0123
         exact = filtered_step(filters["sensor"], since)
         assert error < 1e-12
@@ -118,7 +118,7 @@ def test_jumps_at_wanted_times_and_at_the_last():
         return np.floor(time * 1e3 + 1e-9)
 
     filters = {"sensor": FILTERS["sensor"], "pass": high_pass(0.1)}
-    outputs, error = respond_mechanically(stairs, filters, times, jumps=times, held=0.0)
+    outputs, error = respond_mechanically(stairs, filters, times, corners=times, held=0.0)
     assert error < 1e-12
     for name, shape in (
         ("sensor", lambda since: filtered_step(filters["sensor"], since)),

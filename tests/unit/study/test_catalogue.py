@@ -38,6 +38,11 @@ def test_every_preset_is_listed_with_its_title_and_what_it_reproduces():
         assert record.reproduces in str(scenarios())
 
 
+def test_a_line_does_not_repeat_the_paper_and_the_figure_that_stand_beside_it():
+    (line,) = [line for line in str(scenarios()).splitlines() if line.startswith("vezzoli_2014/fig6 ")]
+    assert line.split("figure 6")[1].strip().startswith("0 to 1000 V trapezoidal pulse")
+
+
 def test_a_figure_is_named_where_the_title_names_one():
     for record in scenarios():
         if ", figure " in record.meaning:
@@ -149,14 +154,25 @@ def test_every_material_of_the_library_is_listed_and_found_by_every_name():
 
     for substance in materials():
         for word in (substance.name, *substance.aliases):
-            assert substance.name in names(models(word)), word
+            assert f"{substance.name} (material)\n===" in str(models(word)), word
         assert substance.name in str(models())
 
 
 def test_a_parameter_and_a_note_are_found():
     assert "LuGre" in names(models("Stribeck speed"))
-    assert models("Stribeck speed")[0].reason.startswith("parameter stribeck_speed")
+    assert "stribeck_speed (" in models("Stribeck speed")[0].reason
+    assert "Square" in names(models("offset"))
     assert "gabriel_1996/wet" in names(models("whole skin"))
+
+
+def test_what_only_remarks_mention_is_not_listed_beside_an_entry_of_the_name():
+    assert "[notes" not in str(models("Square"))
+    assert "[notes" in str(models("Square", complete=True))
+
+
+def test_the_first_sentence_of_a_model_does_not_end_at_et_al():
+    (record,) = [record for record in models() if record.name == "Vezzoli2014Causal"]
+    assert "Vezzoli et al. 2014" in record.meaning
 
 
 def test_an_unknown_name_is_answered_with_three_and_what_each_is():
@@ -211,13 +227,6 @@ def test_records_show_themselves_in_a_terminal_and_in_a_notebook():
         assert page.startswith("<table>")
         assert all(record.name in page for record in found)
     assert "<script" not in catalogue.models("Maxwell")._repr_html_()
-
-
-def test_html_escapes_what_it_would_obey():
-    from electrovib.study.catalogue.columns import as_html
-    from electrovib.study.reproduction import Table
-
-    assert "<td>a &lt;b&gt; &amp; c</td>" in as_html(Table("", ("x",), (("a <b> & c",),)))
 
 
 def test_every_preset_of_a_paper_is_declared_and_no_other():

@@ -1,4 +1,4 @@
-"""Comparing laws, and the catalogue of them."""
+"""Comparison of force laws."""
 
 from __future__ import annotations
 
@@ -75,9 +75,9 @@ def test_a_law_of_magnitudes_has_a_static_force_but_no_step(leaky):
     assert literal.static == pytest.approx(found["Vezzoli2014Causal"].static, rel=1e-9)
 
 
-def test_defects_of_the_founding_paper_are_told(leaky):
+def test_defects_of_vezzoli_2014_are_listed(leaky):
     text = " ".join(paragraph for page in leaky.pages for paragraph in page.paragraphs)
-    for word in ("10.74", "1.0096", "falling edges", "answers before the pulse"):
+    for word in ("10.74", "1.0096", "falling edges", "responds before the pulse"):
         assert word in text
 
 
@@ -143,7 +143,7 @@ def test_air_that_breaks_down_is_marked_in_the_figure(coating):
 
 
 def test_a_law_pulls_as_the_gap_plane_at_some_gap(coating):
-    """V^2/(K + g)^2 of the Maxwell stress in the gap against each law: 8 and 15 um on the coating."""
+    """Each law equals V^2/(K + g)^2 at some gap g: 8 and 15 um on the coating."""
     why = {entry.name: entry.why for entry in coating.entries}
     electrical = 1e-6 / 3.9 + 200e-6 / 1650
     for name, ratio in (
@@ -248,7 +248,7 @@ def test_every_parameter_has_a_meaning_and_a_default_or_none_with_its_source(nam
     for _, _, _, default, meaning, source in table.rows:
         assert len(meaning) > 3
         assert default
-        assert (source == "yours to give") == (default == "needed")
+        assert (source == "no default") == (default == "required")
         assert source
 
 
@@ -256,7 +256,7 @@ def test_a_default_that_is_no_definition_names_its_source():
     rows = {row[0]: row for row in catalogue.parameters(MODELS["Grounded"]).rows}
     assert "IEEE" in rows["resistance"][-1]
     rows = {row[0]: row for row in catalogue.parameters(MODELS["Persson2018RoughGap"]).rows}
-    assert rows["mean_gap"][3:6:2] == ("needed", "yours to give")
+    assert rows["mean_gap"][3:6:2] == ("required", "no default")
     assert rows["spots"][3] == "PullingSpots"
 
 
@@ -298,7 +298,7 @@ def test_parts_without_a_choice_are_found_too():
     ["MaxwellStressInInsulator", "MaxwellStressInStratumCorneum", "EffectiveMedium", "MaxwellStressInGap"],
 )
 def test_a_filled_gap_is_accounted_for(law):
-    """The field in a gap falls with what fills it, and its stress with the square: no law has further terms."""
+    """The field in a gap decreases with the permittivity of its filling, its stress with the square: no further terms."""
     filled = {"stack.gap.material.permittivity": 2.5, "force": {"model": law}}
     scenario = load("vezzoli_2014/fig6_gap").replace(filled)
     plane = static_force(scenario.replace({"force": {"model": "MaxwellStressInGap"}}), voltage=100.0)

@@ -132,6 +132,29 @@ def test_a_square_set_to_another_high_level_on_the_command_line():
         ev.sweep(square, {"drive.high": [1.0, 2.0], "drive.amplitude": [1.0, 2.0]})
 
 
+def test_a_level_that_is_set_stays_beside_a_swept_one():
+    """A symmetric drive stays symmetric, unless the other level is set with the sweep."""
+    square = scenario("Square", high=100, low=-100)
+    lows = [-75.0, 0.0]  # of the drive; the stack loses less than 1e-4 of it in the resistance
+    alone = ev.run(square, over={"drive.low": [-75.0, -30.0]}, quantities=["peak stack_voltage"])
+    np.testing.assert_allclose(alone["peak stack_voltage"], [75, 30], rtol=1e-4)
+    for set_, over in (
+        ({"drive.high": 75}, {"drive.low": lows}),
+        (["drive.high=75 V"], ["drive.low=-75:0:2"]),
+    ):
+        trace = ev.run(
+            square, set=set_, over=over, quantities=["maximum stack_voltage", "minimum stack_voltage"]
+        )
+        assert trace["drive.high"].values.tolist() == [75]
+        np.testing.assert_allclose(trace["maximum stack_voltage"].squeeze(), [75, 75], rtol=1e-4)
+        np.testing.assert_allclose(trace["minimum stack_voltage"].squeeze(), lows, rtol=1e-4, atol=1e-2)
+    with pytest.raises(InputError, match=r"drive.high: is given beside 'amplitude'"):
+        ev.run(square, set={"drive.high": 75}, over={"drive.amplitude": [1.0, 2.0]})
+    offset = ev.run(square, set={"drive.offset": 10}, over={"drive.amplitude": [1.0, 2.0]})
+    assert set(offset.dims) == {"drive.amplitude"}
+    assert ev.scenario_of(offset).drive.offset == 10
+
+
 def test_another_drive_takes_nothing_from_the_levels_of_the_former():
     sine = scenario("Sine", amplitude=100)
     table = {"drive.model": "Square", "drive.high": 75, "drive.frequency": 60}
@@ -160,3 +183,10 @@ def test_the_list_of_models_shows_both_pairs():
             assert rows[each][1] == "V"
             assert rows[each][5] == f"in place of {stored}"
         assert set(rows) >= {"amplitude", "offset", "high", "low"}
+    for name, note in (
+        ("Sine", "or both high and low"),
+        ("Square", "or amplitude and offset (0 unless given)"),
+    ):
+        page = " ".join(str(ev.models(name)).split())
+        assert note in page
+        assert "a drive that is symmetric about 0 stays symmetric" in page

@@ -1,4 +1,4 @@
-"""The spectrum that perception looks at."""
+"""The spectrum from which perception is computed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def of(values, before):
 
 
 def test_the_swing_counts_from_the_value_just_before_a_window():
-    """A force that jumps from 0.2 N to between 1 and 1.5 N as the window begins moves the skin by all of that."""
+    """A step of the force from 0.2 N to between 1 and 1.5 N at the beginning of the window enters the swing in full."""
     values = 1.25 + 0.25 * np.sin(2 * np.pi * np.arange(64) / 64)
     assert of(values, before=0.2).swing == pytest.approx((1.5 - 0.2) / 2)
     assert of(-values, before=-0.2).swing == pytest.approx((1.5 - 0.2) / 2)

@@ -1,4 +1,4 @@
-"""Cases that share a stack are answered at once: with the numbers, errors and checks of each by itself."""
+"""Cases that share a stack are solved at once, with the numbers, errors and diagnostics of each on its own."""
 
 from __future__ import annotations
 

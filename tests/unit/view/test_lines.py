@@ -81,9 +81,15 @@ def test_labels(trace, other, measured):
 
 
 def test_what_is_not_a_trace_is_named(trace, scenario):
+    with pytest.raises(InputError, match="expected a Trace, not a Scenario; simulate first"):
+        labelled(scenario)
+    with pytest.raises(
+        InputError, match=r"expected a Trace, not 'a\.nc'; open it first: trace = ev\.open_trace"
+    ):
+        labelled("a.nc")
     with pytest.raises(InputError, match="expected a Trace, not Scenario"):
         labelled([trace, scenario])
-    with pytest.raises(InputError, match="at least one"):
+    with pytest.raises(InputError, match="at least one is needed"):
         labelled([])
 
 

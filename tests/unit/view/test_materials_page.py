@@ -18,7 +18,10 @@ def test_the_page_is_as_the_library_is():
 def test_every_value_stands_with_its_status():
     page = as_markdown()
     assert "| relative permittivity 3.4 | 1 kHz, 25 um, 23 C | unverified |" in page
-    assert "| breakdown strength 236 MV/m | measured at 25.4 um; lowest admitted, 60 Hz | full text |" in page
+    assert (
+        "| breakdown strength 236 MV/m | measured at 25.4 um; minimum of the data sheet, 60 Hz | full text |"
+        in page
+    )
     assert "| conductivity, upper bound 0.1 fS/m |" in page
     assert (
         "over frequency: ConstantPhase, permittivity = 3.1, reference_frequency = 1000, exponent = 0.99325"

@@ -113,7 +113,7 @@ def test_the_page_opens_with_the_result_and_its_validity(tmp_path, trace, other)
     assert "electrowetting" in before
     assert numbers < validity < stack
     several = written(tmp_path, {"a": trace, "b": other})[1]
-    assert several.words.count("a.") == several.words.count("b.") == 1
+    assert several.words.count("a:") == several.words.count("b:") == 1
 
 
 def test_effective_voltage_stands_where_the_law_has_one(tmp_path, trace, other):
@@ -137,7 +137,7 @@ def test_a_sweep_says_what_was_swept(tmp_path, swept):
     _, page = written(tmp_path, swept)
     assert "Each diagnostic is that of the case nearest to its limit, or furthest beyond it." in page.words
     assert "Over stack.gap.thickness" in page.words
-    assert "Numbers of the whole time." in page.words
+    assert "Taken over the whole time." in page.words
     assert "Over time" not in page.words, "a curve over the parameter, never records on top of each other"
     assert page.tags.count("svg") == 2
     assert "100 nm … 100 µm (15 values)" in page.words
@@ -150,7 +150,7 @@ def test_a_measurement_shows_what_there_is(tmp_path, measured):
     assert "Parameters" not in page.words
 
 
-def test_a_scenario_of_another_version_is_told(tmp_path, trace):
+def test_a_scenario_of_another_version_is_reported(tmp_path, trace):
     old = trace.copy()
     old.attrs["scenario"] = '{"schema": 0}'
     _, page = written(tmp_path, old)
@@ -189,7 +189,7 @@ def test_files_scenarios_and_labels(tmp_path, scenario, measured):
     assert list(collect(measured)) == ["tribometer"]
 
 
-def test_everything_that_cannot_be_loaded_is_told_at_once(tmp_path, trace):
+def test_everything_that_cannot_be_loaded_is_reported_at_once(tmp_path, trace):
     with pytest.raises(InputError) as caught:
         report([trace, "missing_2099/nothing", str(tmp_path / "gone.toml")], tmp_path / "r.html")
     assert len(caught.value.problems) == 2
@@ -197,7 +197,7 @@ def test_everything_that_cannot_be_loaded_is_told_at_once(tmp_path, trace):
 
 
 @pytest.mark.parametrize("name", ["no/such/folder/r.html", "."])
-def test_an_unwritable_output_is_told_before_the_work(tmp_path, monkeypatch, trace, name):
+def test_an_unwritable_output_is_refused_before_the_work(tmp_path, monkeypatch, trace, name):
     monkeypatch.setattr(module, "page_of", lambda *_, **__: pytest.fail("drawn in vain"))
     with pytest.raises(ElectrovibError):
         report(trace, tmp_path / name)

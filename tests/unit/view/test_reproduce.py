@@ -284,7 +284,7 @@ def test_a_paper_without_reproduction_names_those_with_one(tmp_path, paper):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_output_that_is_a_file_is_told_before_the_work(tmp_path, paper):
+def test_an_output_that_is_a_file_is_refused_before_the_work(tmp_path, paper):
     file = tmp_path / "file"
     file.write_text("mine", encoding="utf-8")
     for output in (file, file / "below"):

@@ -1,6 +1,8 @@
-"""What a Trace says of itself."""
+"""A Trace in words."""
 
 from __future__ import annotations
+
+import json
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from electrovib.scenario import load
 from electrovib.view.summary import (
     diagnostics,
     key_numbers,
+    opening,
     provenance,
     quantity_ranges,
     scenario_text,
@@ -82,6 +85,30 @@ def test_diagnostics(trace, measured):
         assert diagnostics(broken) == []
 
 
+@pytest.mark.parametrize(
+    ("states", "line"),
+    [
+        ({"a": "ok", "b": "ok"}, "Validity: 2 ok."),
+        ({"a": "warning", "b": "ok"}, "Validity: 1 ok, 1 warning (a)."),
+        (
+            {"a, 1": "warning", "b": "warning", "c": "unknown"},
+            "Validity: 2 warnings (a, 1; b), 1 unknown (c).",
+        ),
+    ],
+)
+def test_the_opening_states_the_result_and_counts_the_diagnostics(states, line):
+    found = ramp(np.array([0.0, 1.0]), np.array([0.5, 2.0]))
+    assert opening(found) == "Largest electrostatic force: 2 N."
+    diagnostics = [{"name": name, "state": state, "text": ""} for name, state in states.items()]
+    found.attrs["validity"] = json.dumps(diagnostics)
+    assert opening(found) == f"Largest electrostatic force: 2 N. {line}"
+
+
+def test_the_opening_of_a_sweep_is_the_range_of_its_first_quantity(swept):
+    assert opening(swept).startswith("Peak electrostatic force: ")
+    assert "(at stack.gap.thickness = 100 nm)" in opening(swept)
+
+
 def test_provenance(trace, measured):
     found = provenance(trace)
     assert found["hash of the scenario"] == trace.attrs["scenario_hash"]
@@ -104,7 +131,7 @@ def test_the_scenario_repeats_but_leaves_long_records_out(scenario, tmp_path):
     times = np.linspace(0, 1, 5000)
     drive = {"model": "Sampled", "time_samples": times, "voltage_samples": np.sin(times)}
     text = scenario_text(scenario.replace({"drive": drive}))
-    assert text.count("(measured samples, left out here)") == 2
+    assert text.count("(measured samples, omitted here)") == 2
     assert "base64" not in text
 
 

@@ -39,6 +39,20 @@ def test_sources_are_those_of_the_file_else_default_or_not_given(scenario):
     assert rows_of(changed)["drive.rise"].sources == ("set by the user",)
 
 
+def test_a_parameter_that_follows_a_swept_one_shows_no_value(scenario):
+    square = scenario.replace({"drive": {"model": "Square", "high": 75, "low": -75, "frequency": 60}})
+    found = rows_of(square, {"drive.amplitude": "10 V … 20 V (3 values)"})
+    for path in ("drive.high", "drive.low"):
+        assert (found[path].values, found[path].sources) == (("follows drive.amplitude",), ("swept",))
+    assert found["drive.frequency"].values == ("60 Hz",)
+    found = rows_of(square, {"drive.high": "10 V … 20 V (3 values)"})
+    assert found["drive.high"].values == ("10 V … 20 V (3 values)",)
+    assert found["drive.low"].values == ("follows drive.high",)
+    both = rows_of(square, {"drive.high": "10 V … 20 V (3 values)", "drive.low": "-1 V … 0 V (2 values)"})
+    assert both["drive.low"].values == ("-1 V … 0 V (2 values)",)
+    assert rows_of(square, {"no.such": "1 … 2 (2 values)"})["drive.low"].values[0].endswith("75 V")
+
+
 def test_a_swept_parameter_shows_its_range(scenario):
     row = rows_of(scenario, {"drive.rise": "1 ms … 9 ms (3 values)"})["drive.rise"]
     assert (row.values, row.sources) == (("1 ms … 9 ms (3 values)",), ("swept",))
@@ -82,8 +96,8 @@ def test_models_are_those_that_were_chosen(scenario):
     law = found["force"]
     assert law.name == "MaxwellStressInGap"
     assert law.equations == ("pressure = ε₀·E²/2",)
-    assert law.facts == ("Maxwell stress evaluated in: gap", "known from: derived")
-    assert law.notes.startswith("p = eps0 E^2/2. Equal to virtual work")
+    assert law.facts == ("Maxwell stress evaluated in: gap", "source status: derived")
+    assert law.notes.startswith("p = eps0 E^2/2, equal to the virtual work")
     assert "``" not in law.notes
 
 

@@ -21,6 +21,7 @@ from electrovib.apps.cli import (
     scenarios,
     settings,
 )
+from electrovib.apps.cli.completion import complete_arguments
 from electrovib.apps.cli.terminal import complain, prepare
 from electrovib.apps.exit_codes import INTERRUPTED, MISTAKE
 from electrovib.core.errors import ElectrovibError
@@ -52,6 +53,7 @@ for _command in (
     settings,
 ):
     _command.register(app)
+complete_arguments(app)
 
 
 def main() -> None:

@@ -32,4 +32,4 @@ def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -
     found = not_in_paper(scenario, paper) if paper else {}
     swept = set(without)
     paths = ", ".join(path for path in found if path not in swept)
-    return [f"not found in {paper}, chosen: {paths} (electrovib models {paper})"] if paths else []
+    return [f"not found in {paper}: {paths} (electrovib models {paper})"] if paths else []

@@ -59,40 +59,44 @@ def command(
 ) -> None:
     """Compare the force laws on one stack, which to believe and why they differ, or the materials of its insulator."""
     from electrovib.apps.changes import read_changes
-    from electrovib.apps.cli.table import as_text
 
+    changed = read_changes(changes or [])
+    of_laws: dict[str, object] = {"--models": models or None, "--over": over, "--output": output}
     if not scenario:
-        from electrovib.study.surfaces import ANSWER, compare_surfaces
+        _print_static({"--set": changed or None, "--materials": materials, **of_laws})
+    elif materials is not None:
+        _refuse_with_materials(of_laws)
+        _print_materials(scenario, changed, materials, layer)
+    else:
+        _print_laws(scenario, changed, models or [], over or [], output, everything=everything, force=force)
 
-        _refuse_without_scenario(
-            {
-                "--set": changes or None,
-                "--models": models or None,
-                "--over": over,
-                "--materials": materials,
-                "--output": output,
-            }
-        )
-        say(ANSWER)
-        show(as_text(compare_surfaces()))
-        return
-    if materials is not None:
-        _refuse_with_materials({"--models": models, "--over": over, "--output": output})
-        _print_materials(scenario, read_changes(changes or []), materials, layer)
-        return
+
+def _print_static(options: dict[str, object]) -> None:
+    from electrovib.apps.cli.table import as_text
+    from electrovib.study.surfaces import ANSWER, compare_surfaces
+
+    _refuse_without_scenario(options)
+    say(ANSWER)
+    show(as_text(compare_surfaces()))
+
+
+def _print_laws(
+    scenario: str,
+    changes: Mapping[str, Any],
+    models: list[str],
+    over: list[str],
+    output: str | None,
+    *,
+    everything: bool,
+    force: bool,
+) -> None:
+    from electrovib.apps.cli.table import as_text
     from electrovib.apps.progress import tracked
     from electrovib.view.compare import compare
 
-    names = _laws(models or [])
+    names = _laws(models)
     with tracked("comparing force laws"):
-        found = compare(
-            scenario,
-            set=read_changes(changes or []),
-            models=names,
-            over=over or [],
-            output=output,
-            force=force,
-        )
+        found = compare(scenario, set=changes, models=names, over=over, output=output, force=force)
     say(found.answer, "")
     for table in found.tables:
         show(as_text(table))

@@ -53,7 +53,7 @@ def command(
 
 def summary(found: Balance) -> list[str]:
     """Describe the states in a few lines."""
-    from electrovib.apps.cli.run import told
+    from electrovib.apps.cli.run import validity_lines
     from electrovib.core.units import format_quantity
 
     def shown(value: float, unit: str) -> str:
@@ -77,7 +77,7 @@ def summary(found: Balance) -> list[str]:
         lines.append(
             "a flatter state, with more than half of the area in contact, is not described by this surface topography"
         )
-    return lines + told(found.diagnostics)
+    return lines + validity_lines(found.diagnostics)
 
 
 def _kind(state: Equilibrium) -> str:

@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from electrovib.apps.cli.completion import scenario_names
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.options import Changes
 from electrovib.apps.cli.terminal import say
@@ -19,9 +18,7 @@ def register(app: typer.Typer) -> None:
 
 
 def command(
-    scenario: Annotated[
-        str, typer.Argument(help="A paper's scenario, or a file.", autocompletion=scenario_names)
-    ] = "vezzoli_2014/fig6",
+    scenario: Annotated[str, typer.Argument(help="A paper's scenario, or a file.")] = "vezzoli_2014/fig6",
     changes: Changes = None,
     output: Annotated[str | None, typer.Option("--output", "-o", help="The TOML file to write.")] = None,
     force: Force = False,

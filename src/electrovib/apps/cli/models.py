@@ -37,7 +37,7 @@ def command(
     if bibtex:
         _print_bibtex(query)
     else:
-        show(str(catalogue.models(query, complete=complete)).removesuffix("\n"))
+        show(str(catalogue.models(query, complete=complete)))
 
 
 def _print_bibtex(name: str) -> None:

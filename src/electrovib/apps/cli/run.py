@@ -81,10 +81,10 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
         lines += _numbers(trace)
     else:
         lines += [f"{name.replace('_', ' ')}: {_range(trace, name)}" for name in FORCES]
-    if trace.attrs.get("reduction_error"):
-        error = 100 * float(trace.attrs.get("transfer_error", float("nan")))
+    if trace.attrs.get("reduction_error") and "transfer_error" in trace.attrs:
+        error = 100 * float(trace.attrs["transfer_error"])
         lines.append(f"error of the response through materials reduced to relaxations: at most {error:.2g} %")
-    lines += told(read_diagnostics(trace.attrs["validity"]))
+    lines += validity_lines(read_diagnostics(trace.attrs["validity"]))
     lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
     lines.append(f"solver: {trace.attrs['solver']}")
     if "friction_solver" in trace.attrs:
@@ -120,7 +120,7 @@ def _numbers(trace: Any) -> list[str]:
     return lines + [f"{name}: {text}" for name, text in quantity_ranges(trace, plain=True).items()]
 
 
-def told(diagnostics: Sequence[Diagnostic]) -> list[str]:
+def validity_lines(diagnostics: Sequence[Diagnostic]) -> list[str]:
     """Return one line for each exceeded limit, and one for all that could not be judged."""
     lines = [f"warning: {diagnostic.text}" for diagnostic in diagnostics if diagnostic.state == "warning"]
     unknown = [diagnostic.text for diagnostic in diagnostics if diagnostic.state == "unknown"]

@@ -31,4 +31,4 @@ def command(
     """
     from electrovib.study import catalogue
 
-    show(str(catalogue.scenarios(query)).removesuffix("\n"))
+    show(str(catalogue.scenarios(query)))

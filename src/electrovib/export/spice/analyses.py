@@ -1,4 +1,4 @@
-"""What ngspice is asked to do, and what it writes."""
+"""Analyses of the netlist and the tables that ngspice writes."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ if TYPE_CHECKING:
     from electrovib.scenario import FrequencyGrid
 
 OPTIONS = ".options method=gear reltol=1e-6 vntol=1e-12 abstol=1e-15 trtol=1"
-"""Tolerances below the error of the steps; trapezia would let the current ring where a resistance is small."""
+"""Tolerances below the error of the steps; Gear, because the trapezoidal rule rings where a resistance is small."""
 
 
 def analyses(timing: Timing, grid: FrequencyGrid, *, smallest_charge: float) -> list[str]:
-    """Write the analyses: over time from the given start, and over frequency for a drive of 1 V or 1 A.
+    """Return the analyses over time, from the given initial state, and over frequency for a drive of 1 V or 1 A.
 
     Parameters
     ----------
     timing : Timing
         Duration and longest step.
     grid : FrequencyGrid
-        Its points fall on those of ngspice where a whole number of them makes a decade.
+        Frequencies, which ngspice meets where a whole number of them makes a decade.
     smallest_charge : float
-        Changes of charge below it are noise [C].
+        Change of charge below which it counts as rounding [C].
 
     Returns
     -------
-    list of str
+    lines : list of str
         Lines of the netlist.
     """
     decades = math.log10(grid.high / grid.low)
@@ -47,12 +47,12 @@ def analyses(timing: Timing, grid: FrequencyGrid, *, smallest_charge: float) -> 
 
 
 def saved(nodes: Iterable[str]) -> list[str]:
-    """Keep the voltages of these nodes, and the current."""
+    """Return the line that keeps the voltages of these nodes and the current."""
     return [continued(f".save {' '.join(f'v({node})' for node in nodes)} i(V_current)")]
 
 
 def results(section: ReadSection, nodes: Mapping[str, str], name: str, *, step: float) -> list[str]:
-    """Write the commands that run the analyses and write two tables.
+    """Return the commands that run the analyses and write two tables.
 
     Parameters
     ----------
@@ -63,11 +63,11 @@ def results(section: ReadSection, nodes: Mapping[str, str], name: str, *, step: 
     name : str
         Beginning of the names of the tables.
     step : float
-        Of the search for the operating point [s].
+        Time step of the search for the operating point [s].
 
     Returns
     -------
-    list of str
+    lines : list of str
         Lines of the netlist.
     """
     over_time, over_frequency = _over_time(section, nodes), _over_frequency(section.slabs, nodes)
@@ -91,10 +91,12 @@ def results(section: ReadSection, nodes: Mapping[str, str], name: str, *, step: 
 
 
 def _operating_point(slabs: Mapping[str, LayerElements], step: float) -> list[str]:
-    """Write how .ac finds its operating point: any will do for a linear circuit, a leak needs that of no drive."""
+    """Return how .ac finds its operating point; with a leak, which is not linear, it has to be that without a drive."""
     if any(slab.layer.leak is not None for slab in slabs.values()):
         return []
-    why = "* blocking layers leave no way for direct current, so the operating point is found by letting time pass"
+    why = (
+        "* blocking layers leave no path for direct current, so the operating point is found by time stepping"
+    )
     return [why, f"optran 0 0 0 {number(step)} {number(100 * step)} 0"]
 
 

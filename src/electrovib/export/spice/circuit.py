@@ -1,4 +1,4 @@
-"""The circuit of a scenario: amplifier, layers, finger, body."""
+"""The circuit of a scenario: amplifier, layers, finger and body."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ if TYPE_CHECKING:
 
 @dataclass(kw_only=True)
 class BuiltCircuit:
-    """From the amplifier through finger and body to ground.
+    """The circuit from the amplifier through finger and body to ground.
 
     Parameters
     ----------
     scenario : Scenario
-        What is built.
+        Scenario of which the circuit is built.
     start : Start
-        How the capacitors are charged.
+        Initial voltages of the capacitors.
     reductions : dict of str to Reduction
         Polarisation of each layer as Debye terms.
     slabs : dict of str to LayerElements
         Layers of the first contact.
     all_slabs : list of LayerElements
-        Those of a second one too.
+        Layers of the first and of a second contact.
     nodes : list of str
-        In the order in which they are met.
+        Nodes in the order of the circuit.
     blocks : list of list of str
-        Elements that belong together.
+        Elements of the netlist, grouped.
     """
 
     scenario: Scenario
@@ -52,17 +52,17 @@ class BuiltCircuit:
 
     @classmethod
     def of(cls, scenario: Scenario) -> BuiltCircuit:
-        """Build it."""
+        """Build the circuit of a scenario."""
         found = reductions(scenario)
         debye = {name: reduction.debye for name, reduction in found.items()}
         built = cls(scenario=scenario, start=Start.of(scenario, debye), reductions=found)
         built._amplifier()
         built._first_contact()
-        built._way_back()
+        built._return_path()
         return built
 
     def sources(self, timing: Timing) -> list[str]:
-        """Write the drive."""
+        """Return the sources of the drive."""
         return drive_sources(self.scenario.drive, timing)
 
     def _amplifier(self) -> None:
@@ -89,7 +89,7 @@ class BuiltCircuit:
             self.blocks.append(slab.elements())
             self._reach(*(branch.node for branch in slab.branches), after)
 
-    def _way_back(self) -> None:
+    def _return_path(self) -> None:
         around, path = Surroundings.of(self.scenario), self.scenario.circuit.return_path
         back = path.element()
         self.blocks.append([remark(f"return path: {type(path).__name__}")])
@@ -107,7 +107,7 @@ class BuiltCircuit:
             self.blocks[-1] += lines
 
     def _second_contact(self, around: Surroundings, *, last: str) -> None:
-        """Lead the current out through the same layers the other way: their fields point away from the finger."""
+        """Add a second contact with the same layers in reverse order, whose fields point away from the finger."""
         layers = [*self.scenario.stack.layers]
         for name in reversed(layers):
             forced = around.second * self.start.level(self.start.field(name))
@@ -139,5 +139,5 @@ class BuiltCircuit:
         return slab
 
     def _reach(self, *nodes: str) -> None:
-        """Note new nodes; the last is where the next element begins."""
+        """Add nodes; the next element begins at the last one."""
         self.nodes += [node for node in nodes if node != "0"]

@@ -1,4 +1,4 @@
-"""The drive as sources of the circuit: points, sines, formulas of time."""
+"""The drive as sources of the circuit: piecewise linear, sinusoidal, or formulas of time."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.parts import Part
 
 MOST_TONES = 500
-"""In one formula; each is evaluated at each step."""
+"""Largest number of sines in one formula, each of which is evaluated at every step."""
 
 
 def drive_sources(drive: Drive, timing: Timing) -> list[str]:
-    """Write the sources between the nodes ``drive`` and ``0``.
+    """Return the sources between the nodes ``drive`` and ``0``.
 
     Parameters
     ----------
     drive : Drive
-        A voltage, whose parts are put in series, or a current, whose parts are put side by side.
+        A voltage, whose parts are connected in series, or a current, whose parts are connected in parallel.
     timing : Timing
-        The length of an edge that should have none is the only approximation.
+        Steps in time; the duration of the edge that replaces a step is the only approximation.
 
     Returns
     -------
-    list of str
-        Elements; one of them is the unit source of the frequency response.
+    lines : list of str
+        Elements of the netlist, one of them the unit source of the frequency response.
 
     Raises
     ------
     InputError
-        If a part of the drive cannot be written.
+        If a part of the drive has no form in a netlist.
     """
     lines, bottom = [], "0"
     current, parts = drive.quantity == "current", drive.parts()
@@ -51,13 +51,13 @@ def drive_sources(drive: Drive, timing: Timing) -> list[str]:
         lines += _elements(source, f"drive_{count}", top, below, current=current)
         bottom = f"drive_{count}"
     kind, ends = ("I", "0 drive") if current else ("V", f"drive {bottom}")
-    begin = [remark("no part of the circuit: its corner makes the first step a short one")]
+    begin = [remark("not part of the circuit: the corner of this source makes the first step short")]
     begin += [f"V_begin begin 0 DC 0 {_pwl([(0.0, 0.0), (timing.edge, 1.0)])}", "R_begin begin 0 1.0"]
     return [*lines, f"{kind}_response {ends} DC 0 AC 1", *begin]
 
 
 def _elements(source: tuple[str, str], name: str, top: str, below: str, *, current: bool) -> list[str]:
-    """Write one source and the gate that switches it, if it has one."""
+    """Return one source, with the gate that switches it if it has one."""
     text, gate = source
     lines = [continued(f"V_{name}_gate {name}_gate 0 DC 0 {gate}")] if gate else []
     if not text.startswith("="):
@@ -67,7 +67,7 @@ def _elements(source: tuple[str, str], name: str, top: str, below: str, *, curre
 
 
 def _source(part: Part, timing: Timing, *, label: str) -> tuple[str, str]:
-    """Give the waveform of an independent source, or '= formula' of a behavioural one, and its gate."""
+    """Return the waveform of an independent source, or '= formula' of a behavioural one, and its gate."""
     if isinstance(part, Linear):
         return _points(part, timing), ""
     gate = _gate(part, timing)
@@ -78,7 +78,7 @@ def _source(part: Part, timing: Timing, *, label: str) -> tuple[str, str]:
 
 
 def _points(part: Linear, timing: Timing) -> str:
-    """Write the corners up to the end; a jump becomes a short edge around it, but at time 0 it has happened."""
+    """Return the corners up to the end; a step becomes a short edge around its time, except at time 0."""
     pieces, half = part.until(timing.duration), timing.edge / 2
     rising = np.append((pieces.before[1:] - pieces.after[:-1]) / np.diff(pieces.times), 0.0)
     corners = [(0.0, float(pieces.after[0]))]
@@ -99,7 +99,7 @@ def _pwl(corners: list[tuple[float, float]]) -> str:
 
 
 def _gate(part: Tones | Smooth, timing: Timing) -> list[tuple[float, float]]:
-    """Give when a part is on: corners of the solution too; at the operating point it is off."""
+    """Return the corners of the gate of a part, 1 while it is on; at the operating point the part is off."""
     half, corners = timing.edge / 2, [(0.0, 1.0)]
     if part.start > 0:
         corners = [(0.0, 0.0), (part.start - half, 0.0), (part.start + half, 1.0)]
@@ -109,7 +109,7 @@ def _gate(part: Tones | Smooth, timing: Timing) -> list[tuple[float, float]]:
 
 
 def _turned(amplitude: complex) -> tuple[float, float]:
-    """Give peak value and phase [rad] against a sine, rounding taken out of a phase of 0 or a quarter turn."""
+    """Return peak value and phase [rad] relative to a sine, the phase rounded near multiples of a quarter turn."""
     phase = math.remainder(math.atan2(amplitude.imag, amplitude.real) + math.pi / 2, 2 * math.pi)
     quarters = round(phase / (math.pi / 2))
     near = quarters * math.pi / 2
@@ -130,8 +130,8 @@ def _tones(part: Tones, label: str) -> str:
     ]
     if len(heard) > MOST_TONES:
         raise InputError(
-            f"drive = {label}: it is a sum of {len(heard)} sines, more than the {MOST_TONES} that a netlist takes;"
-            " lower drive.depth, or export the voltage as a record: Sampled"
+            f"drive = {label}: it is a sum of {len(heard)} sines, more than the {MOST_TONES} allowed in a netlist; lower"
+            " drive.depth, or give the voltage as a record, drive.model = Sampled"
         )
     terms = [
         f"{number(size)}*sin({number(2 * math.pi * frequency)}*time{f' + {number(phase)}' if phase else ''})"
@@ -141,13 +141,13 @@ def _tones(part: Tones, label: str) -> str:
 
 
 def _smooth(part: Smooth, label: str) -> str:
-    """Run the formula on the word `time`."""
+    """Return the formula in the variable `time`."""
     found: Any = None
     with suppress(TypeError, ValueError, AttributeError):
         found = part.formula(cast("Any", Formula("time")))
     if not isinstance(found, Formula):
         raise InputError(
-            f"drive = {label}: its formula is more than arithmetic and elementary functions, which a netlist cannot"
-            " hold; export the voltage as a record: Sampled"
+            f"drive = {label}: its formula has more than the arithmetic and elementary functions of a netlist; give the"
+            " voltage as a record, drive.model = Sampled"
         )
     return found.text

@@ -1,4 +1,4 @@
-"""The printed equation of a model, or its code, as a formula of the circuit."""
+"""The declared equation of a model, or its code, as a formula of ngspice."""
 
 from __future__ import annotations
 
@@ -44,23 +44,23 @@ _REASONS = (TypeError, ValueError, KeyError, AttributeError, SyntaxError, np.exc
 
 
 def written(model: Model, method: str, arguments: Mapping[str, Formula], *, path: str) -> Formula:
-    """Write what a method of a model computes.
+    """Return the result of a method of a model as a formula of ngspice.
 
     Parameters
     ----------
     model : Model
-        With the printed equation of the method, or with a method of plain arithmetic.
+        Model with a declared equation of the method, or with a method of plain arithmetic.
     method : str
-        Its name.
+        Name of the method.
     arguments : mapping of str to Formula
-        What stands for its arguments.
+        Formulas of the arguments.
     path : str
-        Where the model stands in the scenario, for a message.
+        Dotted path of the model in the scenario, for a message.
 
     Returns
     -------
     Formula
-        The same, in the words of ngspice.
+        The formula in the syntax of ngspice.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def _checked(value: Any) -> Formula:
 
 
 def _evaluated(node: ast.AST, known: Mapping[str, Any]) -> Any:
-    """Evaluate the few things an equation is made of; anything else raises KeyError or TypeError."""
+    """Evaluate an equation of arithmetic and elementary functions; anything else raises KeyError or TypeError."""
     match node:
         case ast.Constant(value=int() | float() as value):
             return value

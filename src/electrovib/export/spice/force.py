@@ -1,4 +1,4 @@
-"""The attraction as a behavioural source: what a law reads of the circuit, and its pressure times the area."""
+"""The attraction as a behavioural source: the pressure of the force law times the area."""
 
 from __future__ import annotations
 
@@ -16,34 +16,35 @@ if TYPE_CHECKING:
 
 
 def force_sources(law: ForceLaw, section: ReadSection, *, second: float) -> tuple[list[str], dict[str, str]]:
-    """Write a law of force.
+    """Return the sources of a force law.
 
     Parameters
     ----------
     law : ForceLaw
-        Causal.
+        A causal force law.
     section : ReadSection
-        The circuit to read; filters of the law are taken from it.
+        Readings of the circuit, to which the filters of the law are added.
     second : float
-        First contact area over that of a second; 0 for none.
+        Area of the first contact over that of a second one [1]; 0 without a second contact.
 
     Returns
     -------
     elements : list of str
-        Node ``force`` has the attraction in newton.
+        Elements of the netlist; the voltage of node ``force`` is the attraction in newton.
     nodes : dict of str to str
-        Linear quantity of the law to the node at which it stands.
+        Linear quantity of the law to its node.
 
     Raises
     ------
     InputError
-        If the law is no formula of voltages and currents of the circuit.
+        If the law is not a formula of voltages and currents of the circuit.
     """
     amplitudes = _readings(law, section)
     names, nodes = Names(), {}
     lines = [
         remark(
-            f"force: {type(law).__name__}, plane: {law.evaluation_surface}; V(force) is the attraction in N"
+            f"force: {type(law).__name__}, Maxwell stress evaluated in: {law.evaluation_surface}; V(force) is the attraction"
+            " in N"
         )
     ]
     sources = []
@@ -61,7 +62,7 @@ def force_sources(law: ForceLaw, section: ReadSection, *, second: float) -> tupl
 
 
 def _readings(law: ForceLaw, section: ReadSection) -> dict[str, MeterReading]:
-    """Ask a law for its linear quantities."""
+    """Return the linear quantities of a law."""
     try:
         found: dict[str, Any] = dict(law.amplitudes(section))
         effective = law.effective_voltage(section)
@@ -73,7 +74,7 @@ def _readings(law: ForceLaw, section: ReadSection) -> dict[str, MeterReading]:
         found["effective_voltage"] = effective
     if not all(isinstance(reading, MeterReading) for reading in found.values()):
         raise InputError(
-            f"force = {type(law).__name__}: what it takes from the stack is no sum of voltages and currents of a"
-            f" circuit{why}; use 'electrovib run', or another force.model such as MaxwellStressInGap"
+            f"force = {type(law).__name__}: its amplitudes are not sums of voltages and currents of a circuit{why}; use"
+            " 'electrovib run', or another force.model such as MaxwellStressInGap"
         )
     return found

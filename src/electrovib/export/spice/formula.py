@@ -1,4 +1,4 @@
-"""A formula of Python, written down while it runs: the text of a behavioural source."""
+"""Formulas of behavioural sources, recorded from Python arithmetic."""
 
 from __future__ import annotations
 
@@ -29,24 +29,23 @@ _MOST_FACTORS = 4
 
 
 class Formula:
-    """A number that a behavioural source computes; arithmetic on it gives the text of the result.
+    """A number that a behavioural source computes; arithmetic on it gives the formula of the result.
 
     Parameters
     ----------
     text : str
-        In the words of ngspice, closed: a name, a call or something in brackets.
+        Formula in the syntax of ngspice: a name, a call, or an expression in brackets.
 
     Notes
     -----
-    numpy's elementary functions are written by their names. What chooses between values, or wants to know the
-    number itself, raises TypeError.
+    Elementary functions of numpy become those of ngspice. Comparisons and conversions to a number raise TypeError.
     """
 
     def __init__(self, text: str) -> None:
         self.text = text
 
     def __bool__(self) -> bool:
-        """Refuse: nothing is known of the value while the text is written."""
+        """Refuse: a formula has no value until ngspice evaluates it."""
         raise TypeError("a formula has no value yet")
 
     def __add__(self, other: object) -> Formula:
@@ -82,7 +81,7 @@ class Formula:
         return _joined(other, "/", self)
 
     def __neg__(self) -> Formula:
-        """Write the opposite."""
+        """Write the negative."""
         return Formula(f"(0 - {self.text})")
 
     def __abs__(self) -> Formula:
@@ -90,7 +89,7 @@ class Formula:
         return Formula(f"abs({self.text})")
 
     def __pow__(self, exponent: object) -> Formula:
-        """Write a power; ngspice would take the magnitude of what it raises, so signs are kept by hand."""
+        """Write a power, with the sign of the base, of which ngspice takes the magnitude."""
         if not isinstance(exponent, (int, float)):
             raise TypeError("an exponent has to be a number")
         whole = float(exponent).is_integer()

@@ -1,4 +1,4 @@
-"""A layer as capacitors and resistors: one capacitor above all relaxations, a series branch for each, a leak."""
+"""A layer as capacitors and resistors: a capacitor above all relaxations, a series branch for each, and a leak."""
 
 from __future__ import annotations
 
@@ -34,21 +34,21 @@ class LayerElements:
     Parameters
     ----------
     path : str
-        Its name in the scenario.
+        Name of the layer in the scenario.
     name : str
-        Its name in the circuit.
+        Name of the layer in the circuit.
     plate_side, finger_side : str
-        Nodes.
+        Nodes on both sides.
     layer : Layer
-        Thickness, conduction, leak.
+        Thickness, conduction and leak.
     reduction : Reduction
         Polarisation as Debye terms.
     area : float
-        Of this contact [m2].
+        Area of this contact [m2].
     field : float
-        At the start in the capacitor above all relaxations [V/m].
+        Initial field in the capacitor above all relaxations [V/m].
     relaxed : tuple of float
-        At the start in those of the relaxations, fastest last [V/m].
+        Initial fields in the capacitors of the relaxations, fastest last [V/m].
     """
 
     path: str
@@ -85,7 +85,7 @@ class LayerElements:
 
     @property
     def voltage(self) -> str:
-        """Voltage from the plate's side to the finger's, as ngspice calls it."""
+        """Voltage from the plate's side to the finger's side, in the syntax of ngspice."""
         return between(self.plate_side, self.finger_side)
 
     @property
@@ -96,7 +96,7 @@ class LayerElements:
         return max(leak, fastest), leak, max([self.high, *(branch.capacitance for branch in self.branches)])
 
     def elements(self) -> list[str]:
-        """Write the layer."""
+        """Return the elements of the layer."""
         ends, layer = f"{self.plate_side} {self.finger_side}", self.layer
         start = self.field * layer.thickness
         lines = [self._remark(), f"C_{self.name}_high {ends} {number(self.high)}{_initial(start)}"]
@@ -128,8 +128,8 @@ class LayerElements:
             said[-1] = f"relative permittivity {debye.high:.6g} above and {static:.6g} below its relaxations"
         if self.reduction.largest_error:
             said.append(
-                f"a sum of {len(self.branches)} Debye terms, at most {self.reduction.largest_error:.2g} of the"
-                " declared permittivity off"
+                f"a sum of {len(self.branches)} Debye terms, within {self.reduction.largest_error:.2g} of the declared"
+                " permittivity"
             )
         said.append(f"conductivity {format_quantity(layer.material.conductivity, 'S/m', digits=6)}")
         if layer.leak is not None:
@@ -138,7 +138,7 @@ class LayerElements:
 
 
 def between(first: str, second: str) -> str:
-    """Give the voltage between two nodes, as ngspice calls it."""
+    """Return the voltage between two nodes in the syntax of ngspice."""
     return f"V({first})" if second == "0" else f"V({first},{second})"
 
 

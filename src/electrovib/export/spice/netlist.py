@@ -22,30 +22,30 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 OF_A_LAYER = {"thickness", "role", "material", "leak", "initial_charge", "breakdown_field"}
-"""What a layer is made of here; anything else that a scenario gives it is refused, never left out."""
+"""Parameters of a layer that a netlist represents; a layer with any other is refused."""
 
 
 def netlist(scenario: Scenario, *, name: str) -> str:
-    """Write a scenario as a netlist that ngspice runs as it is.
+    """Return a scenario as a netlist that ngspice runs without further input.
 
     Parameters
     ----------
     scenario : Scenario
-        With a causal force law.
+        Scenario with a causal force law.
     name : str
         Beginning of the names of the tables that ngspice writes.
 
     Returns
     -------
-    str
-        The same for the same scenario and name.
+    text : str
+        The netlist, determined by scenario and name.
 
     Raises
     ------
     InputError
-        If something of the scenario has no exact form in a circuit.
+        If a part of the scenario has no exact form in a circuit.
     NotCausalError
-        If the force law has no form in time.
+        If the force law has no time-domain form.
     """
     _check(scenario)
     timing = Timing.of(scenario.drive, scenario.time)
@@ -75,22 +75,22 @@ def _check(scenario: Scenario) -> None:
     law = scenario.force
     if not law.causal:
         raise NotCausalError(
-            f"force = {type(law).__name__}: it gives the size of a response at one frequency and is not causal, so"
-            f" no circuit has it. Use {law.instead or 'a causal law'}"
+            f"force = {type(law).__name__}: it gives the magnitude of a response at one frequency and is not causal, so no"
+            f" circuit represents it. Use {law.instead or 'a causal law'}"
         )
     problems = [
-        f"stack.{name}.{extra}: a netlist does not know it; leave it out, or use 'electrovib run'"
+        f"stack.{name}.{extra}: a netlist does not represent it; omit it, or use 'electrovib run'"
         for name, layer in scenario.stack.layers.items()
         for extra in sorted(set(type(layer).model_fields) - OF_A_LAYER)
         if getattr(layer, extra) != type(layer).model_fields[extra].default
     ]
     problems += [
-        f"{path}: a netlist does not hold it; leave it out, or use 'electrovib run'"
+        f"{path}: a netlist does not represent it; omit it, or use 'electrovib run'"
         for path in _moving(scenario)
     ]
     if not isinstance(scenario.contact, FixedArea):
         problems.append(
-            f"contact = {type(scenario.contact).__name__}: its area follows load and attraction, and a netlist holds one area;"
+            f"contact = {type(scenario.contact).__name__}: its area follows load and attraction, but that of a netlist is fixed;"
             " use contact.model = FixedArea with the gross_contact_area that 'electrovib run' gives"
         )
     if problems:
@@ -98,7 +98,7 @@ def _check(scenario: Scenario) -> None:
 
 
 def _moving(scenario: Scenario) -> list[str]:
-    """Name what of a scenario changes the circuit in a way that no netlist here has."""
+    """Return the paths of parts of a scenario that change the circuit and that a netlist does not represent."""
     found = {
         "circuit.amplifier": scenario.circuit.amplifier is not None,
         "motion.distance": scenario.motion.moved_gap is not None,
@@ -114,7 +114,7 @@ def _header(scenario: Scenario, timing: Timing, name: str) -> list[str]:
         title,
         f"electrovib {version('electrovib')}, scenario {scenario.digest()}",
         f"ngspice -b of this file writes {name}.time.txt and {name}.frequency.txt into the working folder.",
-        f"Over time: steps of at most {timing.step:.6g} s; a jump of the drive takes {timing.edge:.6g} s.",
+        f"Over time: steps of at most {timing.step:.6g} s; a step of the drive takes {timing.edge:.6g} s.",
         "Over frequency: small signals; permittivities are those of the sums below, not the declared ones.",
         unsigned(Form.NETLIST),
     ]

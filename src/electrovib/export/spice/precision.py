@@ -1,4 +1,4 @@
-"""How many digits ngspice has: it solves for the voltages of nodes, and takes differences of them."""
+"""Limits from the digits of ngspice, which solves for node voltages and takes differences of them."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 ROUNDING = float(np.finfo(float).eps)
 NOISE = 1e-8
-"""Rounding of a charge, a hundred times over, over the tolerance of 1e-6 that a step is judged with."""
+"""A hundred times the relative rounding of a charge, over the tolerance of 1e-6 of a step."""
 LOST = 1e-4
-"""Share of an admittance that rounding of the largest conductance beside it may take."""
+"""Largest rounding of the largest conductance, relative to an admittance in series with it."""
 
 
 def smallest_charge(scenario: Scenario, circuit: BuiltCircuit, timing: Timing) -> float:
-    """Give the charge [C] below which a change is rounding of the largest charge in the circuit."""
+    """Return the charge [C] below which a change is rounding of the largest charge in the circuit."""
     voltage = sum(part.bound() for part in scenario.drive.parts()) or 1.0
-    if scenario.drive.quantity == "current":  # a hundred steps of it, on the smallest capacitor
+    if scenario.drive.quantity == "current":  # its charge of a hundred steps on the smallest capacitor
         voltage *= 100 * timing.step / min(slab.high for slab in circuit.all_slabs)
     voltage = max([voltage, *(abs(slab.field) * slab.layer.thickness for slab in circuit.all_slabs)])
     capacitance = max(slab.admittances[2] for slab in circuit.all_slabs)
@@ -33,12 +33,12 @@ def smallest_charge(scenario: Scenario, circuit: BuiltCircuit, timing: Timing) -
 
 
 def check_digits(scenario: Scenario, circuit: BuiltCircuit, timing: Timing) -> None:
-    """Refuse conductances so far above the rest that ngspice would lose the rest in rounding.
+    """Refuse conductances so large that ngspice would lose the other admittances in rounding.
 
     Raises
     ------
     InputError
-        With the step or the frequency from which on it would be right.
+        With the time step or the frequency that would avoid it.
     """
     element = Surroundings.of(scenario).element
     largest = max(slab.admittances[0] for slab in circuit.all_slabs)
@@ -50,24 +50,21 @@ def check_digits(scenario: Scenario, circuit: BuiltCircuit, timing: Timing) -> N
     needed, path, capacitance = max(
         (_rate_needed(capacitance, leak, largest), path, capacitance) for path, capacitance, leak in parts
     )
-    reason = (
-        f"{path}: {capacitance:.2g} F in series with something that conducts {largest:.2g} S is more than the 16"
-        " digits of ngspice can tell"
-    )
+    reason = f"{path}: {capacitance:.2g} F in series with a conductance of {largest:.2g} S is beyond the 16 digits of ngspice"
     problems = []
     if 1 / timing.step < needed:
         problems.append(
-            f"{reason} in steps of {timing.step:.2g} s: they would have to be {1 / needed:.2g} s, see time.samples"
+            f"{reason} in steps of {timing.step:.2g} s; steps of {1 / needed:.2g} s are needed, see time.samples"
         )
     if 2 * np.pi * scenario.frequency.low < needed:
         lowest = needed / (2 * np.pi)
         problems.append(
-            f"{reason} at {scenario.frequency.low:.3g} Hz: set frequency.low to {lowest:.2g} Hz or more"
+            f"{reason} at {scenario.frequency.low:.3g} Hz; set frequency.low to {lowest:.2g} Hz or more"
         )
     if problems:
         raise InputError(problems)
 
 
 def _rate_needed(capacitance: float, leak: float, largest: float) -> float:
-    """Give the rate [1/s] above which an admittance outweighs the rounding of the largest one."""
+    """Return the rate [1/s] above which an admittance exceeds the rounding of the largest conductance."""
     return max(0.0, ROUNDING * largest / LOST - leak) / capacitance

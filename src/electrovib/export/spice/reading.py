@@ -1,4 +1,4 @@
-"""What a voltmeter reads in the circuit: linear in the drive, so that a force law can be asked for it."""
+"""Readings of the circuit that are linear in the drive, from which a force law is computed."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ class MeterReading:
     Parameters
     ----------
     weights : mapping of str to float
-        Voltage or current, as ngspice calls it, to its factor.
+        Voltage or current, in the syntax of ngspice, to its factor.
     transfer : Transfer or None
-        The same quantity in modes, where it is needed to know how the circuit begins.
+        The same quantity in modes, where the initial state of the circuit needs it.
     """
 
     weights: Mapping[str, float]
     transfer: Transfer | None = None
 
-    __array_ufunc__ = None  # a numpy number on the left hands the product over
+    __array_ufunc__ = None  # so that a numpy number on the left uses __rmul__
 
     @property
     def text(self) -> str:
-        """The sum in the words of ngspice."""
+        """The sum in the syntax of ngspice."""
         terms = [name if weight == 1 else f"{number(weight)}*{name}" for name, weight in self.weights.items()]
         return " + ".join(terms).replace("+ -", "- ") or "0"
 
@@ -49,7 +49,7 @@ class MeterReading:
         return self + other * -1.0
 
     def __mul__(self, other: float | FilterToBuild) -> MeterReading:
-        """Scale, or filter."""
+        """Scale or filter."""
         if isinstance(other, FilterToBuild):
             return other.through(self)
         factor = float(other)
@@ -59,20 +59,20 @@ class MeterReading:
     __rmul__ = __mul__
 
     def __truediv__(self, other: float) -> MeterReading:
-        """Scale by one over a number."""
+        """Divide by a number."""
         return self * (1 / float(other))
 
 
 @dataclass(frozen=True, eq=False)
 class FilterToBuild:
-    """A filter that becomes part of the circuit once something goes through it.
+    """A filter that is added to the circuit when a reading is passed through it.
 
     Parameters
     ----------
     transfer : Transfer
-        Real poles, no free part.
+        Transfer function with real poles and without a free part.
     build : callable
-        Puts the filter of a transfer behind a reading into the circuit; gives the reading of its output.
+        Function that adds the filter of a transfer function after a reading and returns the reading of its output.
     """
 
     transfer: Transfer
@@ -81,11 +81,11 @@ class FilterToBuild:
     __array_ufunc__ = None
 
     def through(self, signal: MeterReading) -> MeterReading:
-        """Give what comes out when this reading goes in."""
+        """Return the reading of the output for a reading of the input."""
         return self.build(self.transfer, signal)
 
     def __mul__(self, other: MeterReading | float) -> MeterReading | FilterToBuild:
-        """Filter a reading, or scale."""
+        """Filter a reading, or scale the filter."""
         if isinstance(other, MeterReading):
             return self.through(other)
         return FilterToBuild(self.transfer * float(other), self.build)

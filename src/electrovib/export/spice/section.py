@@ -1,4 +1,4 @@
-"""The stack as a force law sees it, with voltmeters in place of fields."""
+"""The stack for a force law, with readings of the circuit in place of fields."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.transfer import Transfer
 
 PRECISION = 1e-9
-"""Relative error that the square root's filter aims at: far below that of the time steps."""
+"""Relative error of the filter of the square root, far below that of the time steps."""
 CAPACITANCE = 1e-9
-"""Of the filter's sections [F]; their resistance follows from the rate. Any value gives the same filter."""
+"""Capacitance of the sections of the filter [F]; the resistance follows from the rate, so any value gives the same filter."""
 
 
 ENDLESS = 1e18
-"""Resistance beside a capacitor that integrates [ohm]: ngspice asks for a path of direct current."""
+"""Resistance in parallel with an integrating capacitor [ohm], because ngspice needs a path for direct current."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReadLayer:
-    """A layer's state as readings of the circuit."""
+    """The state of a layer as readings of the circuit."""
 
     thickness: float
     material: Material
@@ -43,18 +43,18 @@ class ReadLayer:
 
 @dataclass(kw_only=True)
 class ReadSection:
-    """The stack as readings of the circuit; filters that a law asks for are added to it.
+    """The stack as readings of the circuit, to which the filters of a law are added.
 
     Parameters
     ----------
     slabs : mapping of str to LayerElements
-        First contact, from the plate to the finger.
+        Layers of the first contact, from the plate to the finger.
     start : Start
-        How the capacitors are charged just before time 0.
+        Initial voltages of the capacitors.
     area : float
-        Of the first contact [m2].
+        Area of the first contact [m2].
     elements : list of str
-        The filters.
+        Elements of the filters.
     """
 
     slabs: dict[str, LayerElements]
@@ -82,7 +82,7 @@ class ReadSection:
         return tuple(self.slabs)
 
     def __getitem__(self, name: str) -> ReadLayer:
-        """Look up a layer: its field, and as displacement the charge on its capacitors over the area."""
+        """Return the state of a layer; its displacement is the charge on its capacitors over the area."""
         slab = self.slabs[name]
         thickness, area = slab.layer.thickness, slab.area
         charge = {slab.voltage: slab.high / area}
@@ -110,12 +110,12 @@ class ReadSection:
 
     @property
     def interface_displacement(self) -> MeterReading:
-        """Displacement where plate and finger separate, if there is no gap.
+        """Displacement at the interface of plate and finger, for a stack without a gap.
 
         Notes
         -----
-        Where nothing crosses the plate's last layer it is the charge on that layer; else what the current has
-        brought, on a capacitor of its own.
+        If the last layer of the plate does not conduct, it is the charge on that layer; else it is the integral of the
+        current, on a separate capacitor.
         """
         last = beside_interface(self.roles, "plate")
         charged = any(slab.layer.initial_charge for slab in self.slabs.values())
@@ -125,7 +125,7 @@ class ReadSection:
             charge = self.start.interface_charge()
             held = f" IC={number(charge * self.area / CAPACITANCE)}" if charge else ""
             self.elements += [
-                remark("charge at the interface: V(interface) times 1 nF is what the current has brought"),
+                remark("charge at the interface: V(interface) times 1 nF is the integral of the current"),
                 "F_interface 0 interface V_current 1",
                 f"C_interface interface 0 {number(CAPACITANCE)}{held}",
                 f"R_interface interface 0 {number(ENDLESS)}",
@@ -140,19 +140,19 @@ class ReadSection:
         return layer.leak is None and layer.material.conductivity == 0
 
     def inverse_root_thickness(self, names: Sequence[str]) -> FilterToBuild:
-        """Give (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter."""
+        """Return (sum T/eps_pol)^(-1/2) over these layers [m^-1/2] as a filter."""
         slabs = [(self.slabs[name].layer.thickness, self.slabs[name].reduction.debye) for name in names]
         section = self.start.section
         avoid = None if section is None else section.modes.rates
         return FilterToBuild(inverse_root_thickness(slabs, avoid=avoid, tolerance=PRECISION), self._filtered)
 
     def _filtered(self, transfer: Transfer, signal: MeterReading) -> MeterReading:
-        """Put a filter behind a reading: sections of first order, side by side, and the signal itself."""
+        """Add a filter after a reading: first-order sections in parallel, and the signal itself."""
         if not len(transfer.rates):
             return signal * transfer.direct
         self.filters += 1
         name = f"filter_{self.filters}"
-        said = f"square root of the layers' capacitance: {len(transfer.rates)} sections of first order, within {PRECISION:g}"
+        said = f"square root of the layers' capacitance: {len(transfer.rates)} first-order sections, to {PRECISION:g}"
         self.elements.append(remark(said))
         self.elements.append(continued(f"B{name} {name} 0 V = {signal.text}"))
         weights = {f"V({name})": transfer.direct}

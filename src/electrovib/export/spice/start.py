@@ -1,4 +1,4 @@
-"""How the capacitors of the circuit are charged when time begins, a jump of the drive at 0 included."""
+"""Initial voltages of the capacitors of the circuit, after a step of the drive at time 0."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.section import ModalSection
 
 APART = 1e-7
-"""Relative distance that a relaxation is moved from a rate of the stack, so that the two can be told apart."""
+"""Relative distance by which a relaxation rate is moved from an equal rate of the stack, to avoid a double pole."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Start:
-    """Voltages at time 0: of the periodic state, or from rest what a jump of the drive and initial charge give.
+    """Voltages at time 0: those of the periodic state, or from rest those of initial charge and a step of the drive.
 
     Parameters
     ----------
     scenario : Scenario
-        With its drive and initial state.
+        Scenario with its drive and initial state.
     section : ModalSection or None
-        The stack in modes, where the periodic state is wanted.
+        The stack in modes for the periodic state; None from rest.
     fields : mapping of str to float
-        From rest, field of each layer [V/m].
+        Field of each layer from rest [V/m].
     second_fields : mapping of str to float
-        The same for a second contact, in the direction of the current.
+        Field of each layer of a second contact from rest, in the direction of the current [V/m].
     body : float
-        From rest, voltage of the body's capacitance [V].
+        Voltage of the capacitance of the body from rest [V].
     interface : float
-        From rest, displacement where plate and finger separate [C/m2].
+        Displacement at the interface of plate and finger from rest [C/m2].
     """
 
     scenario: Scenario
@@ -56,12 +56,12 @@ class Start:
 
     @classmethod
     def of(cls, scenario: Scenario, debye: Mapping[str, DebyeSum]) -> Start:
-        """Find it.
+        """Compute the voltages at time 0 of a scenario.
 
         Raises
         ------
         InputError
-            If the circuit cannot begin there.
+            If a netlist cannot represent the initial state.
         """
         if not isinstance(scenario.time.initial_state, PeriodicState):
             fields, second, body, interface = _charged(scenario, debye)
@@ -85,32 +85,32 @@ class Start:
         )
 
     def field(self, name: str) -> Transfer | None:
-        """Field of a layer [V/m per volt], where it is needed."""
+        """Return the field of a layer in modes [V/m per volt]; None from rest."""
         return None if self.section is None else self.section[name].field
 
     def displacement(self, name: str) -> Transfer | None:
-        """Bound displacement of a layer [C/m2 per volt], where it is needed."""
+        """Return the bound displacement of a layer in modes [C/m2 per volt]; None from rest."""
         return None if self.section is None else self.section[name].displacement
 
     def current_density(self) -> Transfer | None:
-        """Current density [A/m2 per volt], where it is needed."""
+        """Return the current density in modes [A/m2 per volt]; None from rest."""
         return None if self.section is None else self.section.current_density
 
     def interface_charge(self) -> float:
-        """Displacement where plate and finger separate at time 0 [C/m2]."""
+        """Return the displacement at the interface of plate and finger at time 0 [C/m2]."""
         if self.section is None:
             return self.interface
         return self.level(self.section.interface_displacement)
 
     def level(self, signal: Transfer | None) -> float:
-        """Value at time 0 of a quantity linear in the drive [its unit]."""
+        """Return the value at time 0 of a quantity that is linear in the drive [its unit]; 0 without modes."""
         if signal is None:
             return 0.0
         forced = replace(signal, slope=0.0, free=np.zeros(len(signal.rates)))
         return float(transient({"": forced}, self.scenario.drive, np.zeros(1), settled=True)[""][0])
 
     def lowpassed(self, signal: Transfer | None, rates: Real) -> list[float]:
-        """Values at time 0 of a quantity behind filters rate/(s + rate), rates in 1/s."""
+        """Return the values at time 0 of a quantity after filters rate/(s + rate), with rates in 1/s [its unit]."""
         if signal is None:
             return [0.0] * len(rates)
         forced = replace(signal, free=np.zeros(len(signal.rates)))
@@ -120,7 +120,7 @@ class Start:
         ]
 
     def body_voltage(self) -> float:
-        """Voltage of the body's capacitance at time 0 [V]: what stack and resistance leave of the drive."""
+        """Return the voltage of the capacitance of the body at time 0 [V]: the drive less stack and resistance."""
         if self.section is None:
             return self.body
         around = Surroundings.of(self.scenario)
@@ -134,14 +134,14 @@ class Start:
 
 
 def _kept_clear(signal: Transfer, rate: float) -> Transfer:
-    """Move the rates of a signal that nearly agree with another rate."""
+    """Return a signal in modes whose rates are moved away from a given rate [1/s]."""
     close = np.abs(signal.rates - rate) < APART * rate
     return replace(signal, rates=np.where(close, rate * (1 + APART), signal.rates))
 
 
 def _check_periodic(scenario: Scenario) -> None:
     layers = scenario.stack.layers.items()
-    where = "time.initial_state = PeriodicState: a netlist cannot begin there"
+    where = "time.initial_state = PeriodicState: a netlist cannot begin in the periodic state"
     instead = "use AtRest and a longer time.duration"
     problems = [
         f"{where} with stack.{name}.leak, which is not linear; {instead}"
@@ -149,7 +149,7 @@ def _check_periodic(scenario: Scenario) -> None:
         if layer.leak
     ]
     problems += [
-        f"{where} with stack.{name}.initial_charge, of which the periodic state keeps only what is trapped; {instead}"
+        f"{where} with stack.{name}.initial_charge, of which only trapped charge remains in that state; {instead}"
         for name, layer in layers
         if layer.initial_charge
     ]
@@ -160,14 +160,14 @@ def _check_periodic(scenario: Scenario) -> None:
 def _charged(
     scenario: Scenario, debye: Mapping[str, DebyeSum]
 ) -> tuple[dict[str, float], dict[str, float], float, float]:
-    """Fields of both contacts, voltage of the body and displacement at the interface at time 0, from rest.
+    """Return the fields of both contacts, the voltage of the body and the displacement at the interface from rest.
 
     Notes
     -----
-    Before time 0 the plate holds the image q of the charges Q_k on the plate's side of each part, so that the
-    voltages add up to 0; under a prescribed current it holds none. Where no resistance holds the current back,
-    a jump of the drive brings its charge at once: q sum T/eps = eps0 v - sum Q_k T_k/eps_k, both sums over all
-    that is in series.
+    Before time 0 the plate carries the image q of the charges Q_k on the plate's side of each element, so that the
+    voltages add up to 0; under a prescribed current it carries none. Without a resistance in series, a step of the
+    drive changes the charge at once: q sum T/eps = eps0 v - sum Q_k T_k/eps_k, with both sums over all elements in
+    series.
     """
     layers, around, drive = scenario.stack.layers, Surroundings.of(scenario), scenario.drive
     charges = np.cumsum([0.0, *(layer.initial_charge for layer in layers.values())]).tolist()

@@ -1,4 +1,4 @@
-"""How ngspice wants its words: numbers, names that differ in more than capitals, lines of a readable length."""
+"""Text of a netlist: numbers, names that differ without regard to case, and lines of a readable length."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ import unicodedata
 from dataclasses import dataclass, field
 
 WIDTH = 110
-"""Characters in a line, where it can be broken."""
+"""Largest number of characters in a line that can be broken."""
 
 
 def number(value: float) -> str:
-    """Write a number [any unit] with 15 digits, more than ngspice keeps of a voltage."""
+    """Return a number [any unit] with 15 digits, more than the precision of a voltage in ngspice."""
     return f"{float(value):.15g}"
 
 
 def continued(line: str) -> str:
-    """Break a long element at blanks, with the sign that continues it."""
+    """Return a long element broken at blanks, with the continuation sign of ngspice."""
     return "\n".join(textwrap.wrap(line, WIDTH, subsequent_indent="+ ", break_long_words=False))
 
 
 def remark(text: str) -> str:
-    """Write a comment: one line for each of the text's, broken where it gets long, nothing unprintable in it."""
+    """Return a text as comment lines, long lines broken and unprintable characters removed."""
     lines = []
     for paragraph in text.splitlines():
         plain = "".join(sign for sign in paragraph if sign.isprintable())
@@ -32,18 +32,18 @@ def remark(text: str) -> str:
 
 @dataclass
 class Names:
-    """Names in use: ngspice knows no capitals, so each is lower case and unlike all others.
+    """Names in use, all lower case and different, because ngspice ignores case.
 
     Parameters
     ----------
     taken : set of str
-        Names that are used already.
+        Names in use.
     """
 
     taken: set[str] = field(default_factory=set)
 
     def new(self, wanted: str) -> str:
-        """Give a free name of letters a to z, digits and underscores, as near to the wanted one as possible."""
+        """Return an unused name of letters a to z, digits and underscores, as near to the wanted one as possible."""
         plain = unicodedata.normalize("NFKD", wanted).encode("ascii", "ignore").decode().lower()
         plain = re.sub(r"[^a-z0-9_]", "_", plain).strip("_") or "layer"
         name, count = plain, 1

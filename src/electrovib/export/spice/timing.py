@@ -1,4 +1,4 @@
-"""How long, in which steps, and how steep an edge that has no length of its own."""
+"""Duration and steps in time of a netlist, and the duration of the edge that replaces a step of the drive."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ if TYPE_CHECKING:
     from electrovib.scenario import TimeGrid
 
 STEPS = 2000
-"""Steps of the whole time at least."""
+"""Smallest number of steps in the whole time."""
 PER_CYCLE = 300
-"""Steps in a cycle of the fastest oscillation at least."""
+"""Smallest number of steps in a cycle of the fastest oscillation."""
 SHARPNESS = 2e-4
-"""An edge without length, over the longest step."""
+"""Duration of the edge that replaces a step of the drive, over the longest time step."""
 FINEST = 1e4
-"""Longest step over the shortest straight piece of the drive: ngspice joins corners 5e-5 of a step apart."""
+"""Longest time step over the shortest straight piece of the drive; ngspice merges corners 5e-5 of a step apart."""
 
 
 @dataclass(frozen=True)
 class Timing:
-    """Duration, longest step, and the length of an edge that should have none [s]."""
+    """Duration, longest time step, and duration of the edge that replaces a step of the drive [s]."""
 
     duration: float
     step: float
@@ -29,7 +29,7 @@ class Timing:
 
     @classmethod
     def of(cls, drive: Drive, grid: TimeGrid) -> Timing:
-        """Choose the steps of a drive over the times that a scenario asks for."""
+        """Return the timing of a drive over the time grid of a scenario."""
         duration = float(grid.times(drive)[-1])
         fastest, shortest = drive.highest_frequency, drive.shortest_piece(duration)
         step = duration / max(STEPS, (grid.samples or 0) - 1)

@@ -20,7 +20,7 @@ from electrovib.papers.vardar_2017.thresholds import (
 from electrovib.physics.material import Material
 from electrovib.scenario import skins
 from electrovib.study.felt_threshold import ThresholdCurves, threshold_over_frequency
-from electrovib.study.reproduction import Curve, Panel
+from electrovib.study.reproduction import REFERENCE, Curve, Panel
 
 TIME_CONSTANTS: Final = (1e-3, 3e-3, 7.7e-3, 15e-3, 30e-3)
 """Of skins without dispersion, C_i + C_s times R_s [s]."""
@@ -33,12 +33,27 @@ WEIGHTS: Final = {
     "both channels, on the force": BOTH_CHANNELS,
     "Pacinian, on the displacement": ON_DISPLACEMENT,
 }
+LOOKS: Final = (
+    "7.7 ms",
+    "1963 skin",
+    "1 ms",
+    "3 ms",
+    "15 ms",
+    "30 ms",
+    "Pacinian, on the force",
+    "both channels, on the force",
+    "Pacinian, on the displacement",
+    "edges",
+)
+"""What the colours stand for in all figures, in the order of the palette."""
+KINDS: Final = {"sine": "line", "square": "dashed"}
+"""Lines of the drives; that of a square with edges is dotted."""
 DECIBELS: Final = "1"
-"""Unit of an axis that says dB in its name: a plain number."""
+"""Unit of an axis whose label contains dB: a plain number."""
 
 
 def panels() -> tuple[Panel, ...]:
-    """Give all figures."""
+    """Return all figures."""
     return thresholds(), ratio(), crossovers()
 
 
@@ -85,14 +100,22 @@ def thresholds() -> Panel:
     ):
         found = curves_of(skin)
         for drive, level in found.level.items():
-            kind = "dashed" if "edges" in drive else "line"
-            curves.append(Curve(label=f"{drive}, {name}", x=found.frequency, y=level, kind=kind))
+            curves.append(
+                Curve(
+                    label=f"{drive}, {name}",
+                    x=found.frequency,
+                    y=level,
+                    kind=KINDS.get(drive, "dotted"),
+                    look=LOOKS.index(name),
+                    drawn=drive in KINDS or name == "7.7 ms",
+                )
+            )
     return Panel(
         id="thresholds",
         title="Threshold voltage of sine and square over frequency",
         caption="In dB above the lowest threshold on that skin: the thresholds in volts were not read, and no threshold of"
-        " displacement is calibrated. Both channels, weight on the force. The square falls below the sine at low"
-        " frequencies; ideal edges make it rise at high ones, where its square hardly moves any more.",
+        " displacement is calibrated. Both channels, weight on the force. The square has the lower threshold at low frequencies;"
+        " with ideal edges its threshold rises at high ones, where the square of the voltage is nearly constant.",
         x=("frequency", "Hz"),
         y=("threshold voltage, dB", DECIBELS),
         curves=tuple(curves),
@@ -112,18 +135,25 @@ def ratio() -> Panel:
             y=rows.min(axis=0),
             upper=rows.max(axis=0),
             kind="band",
+            look=REFERENCE,
         ),
-        Curve(label="equal", x=frequency, y=np.zeros(len(places)), kind="dashed"),
+        Curve(label="equal", x=frequency, y=np.zeros(len(places)), kind="dashed", look=REFERENCE),
     ]
     curves += [
-        Curve(label=f"{tau / 1e-3:g} ms", x=frequency, y=ratios(first_order_skin(time_constant=tau), places))
-        for tau in TIME_CONSTANTS
+        Curve(
+            label=name,
+            x=frequency,
+            y=ratios(first_order_skin(time_constant=tau), places),
+            look=LOOKS.index(name),
+        )
+        for name, tau in ((f"{tau / 1e-3:g} ms", tau) for tau in TIME_CONSTANTS)
     ]
     return Panel(
         id="ratio",
         title="Threshold of a sine over that of a square",
         caption="Above 0 the square is felt at a lower voltage, as the paper reports below 60 Hz. Pacinian weight on the force,"
-        " ideal edges. Above the frequency of equal thresholds the paper reports similar ones; the model overshoots.",
+        " ideal edges. Above the frequency of equal thresholds the paper reports similar ones; the model overestimates the"
+        " difference.",
         x=("frequency", "Hz"),
         y=("sine over square threshold, dB", DECIBELS),
         curves=tuple(curves),
@@ -139,18 +169,25 @@ def crossovers() -> Panel:
         points = weight.startswith("both")
         chosen = taus[::2] if points else taus
         found = np.array([crossover_of(time_constant=float(tau), weight=weight) for tau in chosen])
-        curves.append(Curve(label=weight, x=chosen, y=found, kind="points" if points else "line"))
+        kind = "points" if points else "line"
+        curves.append(Curve(label=weight, x=chosen, y=found, kind=kind, look=LOOKS.index(weight)))
     edged = np.array([crossover_of(time_constant=float(tau), edge=EDGE) for tau in taus])
     known = np.isfinite(edged)  # where the edges leave a crossing at all
     curves.append(
-        Curve(label="Pacinian, on the force, edges of 200 us", x=taus[known], y=edged[known], kind="dashed")
+        Curve(
+            label="Pacinian, on the force, edges of 200 us",
+            x=taus[known],
+            y=edged[known],
+            look=LOOKS.index("edges"),
+        )
     )
-    curves.append(Curve(label="60 Hz, the paper", x=taus[[0, -1]], y=np.full(2, 60.0), kind="dashed"))
+    reported = np.full(2, 60.0)
+    curves.append(Curve(label="60 Hz, the paper", x=taus[[0, -1]], y=reported, kind="dashed", look=REFERENCE))
     return Panel(
         id="crossover",
         title="Frequency of equal thresholds against the time constant of the skin",
-        caption="Skins without dispersion on the coating. A reading of the skin, and a little of the weight: 60 Hz is forced"
-        " by nothing. A channel for low frequencies changes nothing here: its points lie on the first line.",
+        caption="Skins without dispersion on the coating. The frequency depends on the skin and little on the weight; nothing"
+        " here imposes 60 Hz. A channel for low frequencies changes nothing: its points lie on the first line.",
         x=("time constant", "s"),
         y=("frequency of equal thresholds", "Hz"),
         curves=tuple(curves),

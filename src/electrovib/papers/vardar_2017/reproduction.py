@@ -1,4 +1,4 @@
-"""What the abstract states, in one object."""
+"""Everything that the abstract states, in one object."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
     Returns
     -------
     Reproduction
-        Rows, panels and words; nothing is drawn.
+        Rows, panels and words; figures are drawn elsewhere.
 
     Raises
     ------
     InputError
-        If a table of skin is given: its conduction, on which everything here stands, would not be known.
+        If a table of skin is given: its conduction, on which everything here depends, would be unknown.
     """
     if skin is not None:
         raise InputError(
-            f"--skin {skin}: vardar_2017 stands on the conduction of the skin, which a table does not give; use"
+            f"--skin {skin}: vardar_2017 depends on the conduction of the skin, which a table does not give; use"
             " electrovib perceive with your scenario"
         )
     found = rows()
@@ -57,13 +57,13 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
         tables=(skin_table(),),
         equations=EQUATIONS,
         references=(Pacinian.reference, NonPacinian.reference, RYU),
-        title="Vardar 2017: sine against square",
+        title="Vardar et al. 2017: sine and square voltage",
         findings=_findings(found),
     )
 
 
 def rows() -> tuple[Row, ...]:
-    """Give the numbers; the abstract prints one, 60 Hz."""
+    """Return the numbers; the abstract prints one, 60 Hz."""
     return (_direction(), _u_shape(), *_equal(), *_beyond())
 
 
@@ -78,8 +78,8 @@ def _direction() -> Row:
         (low, high),
         "1",
         "consistent" if low > 0 else "open",
-        "The paper reports the direction, above 0, and no size. The size is too large where a channel for low"
-        " frequencies is left out of the sine.",
+        "The paper reports the direction, above 0, and no size. The size is overestimated where the sine lacks a channel for low"
+        " frequencies.",
         "lower thresholds for square than for sine voltages below 60 Hz",
     )
 
@@ -97,7 +97,7 @@ def _u_shape() -> Row:
         "Hz",
         "consistent" if shaped else "open",
         "The paper reports a U. The force of a sine moves at twice its frequency, so the lowest threshold is at half"
-        " of what the Pacinian channel likes best.",
+        " the frequency at which the Pacinian channel is most sensitive.",
         "U-shaped thresholds",
     )
 
@@ -122,7 +122,7 @@ def _equal() -> tuple[Row, ...]:
             (min(over_tau), max(over_tau)),
             "Hz",
             "open",
-            "A reading of the skin, whose time constant the abstract does not give. Each: "
+            "It depends on the skin, whose time constant the abstract does not give. Each: "
             + ", ".join(
                 f"{tau / 1e-3:g} ms {found:.0f} Hz" for tau, found in zip(taus, over_tau, strict=True)
             ),
@@ -137,7 +137,7 @@ def _equal() -> tuple[Row, ...]:
             ", ".join(
                 f"{name} {found:.0f} Hz" for name, found in zip(figures.WEIGHTS, over_weight, strict=True)
             )
-            + ". The corner of the skin in the last, 100 Hz, is recalled.",
+            + ". The corner frequency of the skin in the last, 100 Hz, is cited from memory, unverified.",
         ),
         Row(
             "tau_of_60",
@@ -146,7 +146,7 @@ def _equal() -> tuple[Row, ...]:
             1e3 * time_constant_of(REPORTED),
             "ms",
             "open",
-            "Found from the model, not from the paper: 60 Hz is not evidence for it. No skin here is tuned to it.",
+            "Computed from the model, not from the paper: 60 Hz is no evidence for it. No skin here is fitted to it.",
         ),
     )
 
@@ -187,7 +187,7 @@ def _beyond() -> tuple[Row, ...]:
             (min(low.values()), max(low.values())),
             "1",
             "open",
-            f"The paper's size was not read. The non-Pacinian channel hears the sine, and changes this by {both:.1f} dB.",
+            f"The size in the paper was not read. The non-Pacinian channel detects the sine, and changes this by {both:.1f} dB.",
         ),
     )
 
@@ -204,12 +204,12 @@ def skin_table() -> Table:
         ("skin", "15 Hz", "30 Hz", "60 Hz", "480 Hz"),
         lines,
         caption="Pacinian weight on the force, ideal edges, body of 1 kohm. Skins that do not conduct lose no charge and"
-        " turn the direction round: they are left out, not forgotten.",
+        " reverse the direction; they are omitted.",
     )
 
 
 def _findings(rows: tuple[Row, ...]) -> tuple[str, ...]:
-    """Say what to take home, with the numbers of this run."""
+    """State the main results with the numbers of this run."""
     found = {row.id: row.ours for row in rows}
     direction, taus, weights, edges = (
         found[name] for name in ("direction", "crossover_tau", "crossover_weight", "edges_480")
@@ -220,13 +220,11 @@ def _findings(rows: tuple[Row, ...]) -> tuple[str, ...]:
     assert isinstance(edges, tuple)
     return (
         "The direction follows from the circuit: at 15 and 30 Hz every skin here that conducts needs more voltage for the sine"
-        " than"
-        f" for the square, by {direction[0]:.2g} to {direction[1]:.2g} dB. How much more is no number of the abstract.",
-        "The frequency of equal thresholds is a reading of the skin: it goes from"
-        f" {taus[0]:.0f} to {taus[1]:.0f} Hz with time constants from 30 to 1 ms, and only from {weights[0]:.0f} to"
-        f" {weights[1]:.0f} Hz"
-        f" with how touch is weighed. 60 Hz would need {found['tau_of_60']:.2g} ms, which nothing here confirms.",
-        "Above it the model goes wrong with ideal edges, because an ideal square voltage has a constant square:"
+        f" than for the square, by {direction[0]:.2g} to {direction[1]:.2g} dB. The abstract prints no such number.",
+        f"The frequency of equal thresholds depends on the skin: it rises from {taus[0]:.0f} to {taus[1]:.0f} Hz with time"
+        f" constants from 30 to 1 ms, but only from {weights[0]:.0f} to {weights[1]:.0f} Hz with the weight of the channels."
+        f" 60 Hz would need {found['tau_of_60']:.2g} ms, which nothing here confirms.",
+        "Above that frequency ideal edges overestimate the difference, because an ideal square voltage has a constant square:"
         f" {edges[0]:.1f} dB at 480 Hz, and {edges[1]:.1f} dB with edges of 200 us, where the paper reports similar thresholds.",
     )
 
@@ -236,11 +234,11 @@ def _page() -> Page:
         "What is open",
         (
             NOT_READ,
-            "60 Hz is not required of the model: the frequency of equal thresholds follows the time constant of the"
-            " skin on the coating, and depends little on how touch is weighed.",
-            "Above it the model has the square less felt than the sine by more than the paper's 'similar', because an"
-            " ideal square voltage has a constant square. Edges of 200 us take most of that away.",
+            "60 Hz is not imposed on the model: the frequency of equal thresholds follows the time constant of the skin on the"
+            " coating, and depends little on the weight of the channels.",
+            "Above it the square is less perceptible than the sine in the model, by more than the paper's 'similar', because an"
+            " ideal square voltage has a constant square. Edges of 200 us remove most of this difference.",
             f"The weights: {Pacinian.reference}. {NonPacinian.reference}.",
-            f"Relative throughout: no threshold of displacement is calibrated. {MOTION[0].upper()}{MOTION[1:]}.",
+            f"All thresholds are relative: no threshold of displacement is calibrated. {MOTION[0].upper()}{MOTION[1:]}.",
         ),
     )

@@ -28,13 +28,13 @@ PRESETS = {
 }
 
 CHOICE = "not printed in the abstract; a choice"
-COATING = "not printed in the abstract; recalled of 3M-type screens, and the coating of vezzoli_2014"
+COATING = "not printed in the abstract; as of 3M-type screens (cited from memory, unverified), and the coating of vezzoli_2014"
 SKIN = "plutchik_1963: solved from its abstract with 1 cm2 and 200 um assumed; the paper's own curves were not read"
 
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give a sine and a square voltage of one peak and one frequency on one screen."""
+    """Return a sine and a square voltage of one peak and one frequency on one screen."""
     fundamental = (30.0, "Vardar 2017, abstract: one of seven")
     screen = {
         "force.model": "MaxwellStressInStratumCorneum",
@@ -43,7 +43,7 @@ def scenarios() -> dict[str, Scenario]:
         "stack.stratum_corneum": (plutchik_1963.layer(), SKIN),
         "stack.stratum_corneum.thickness": (
             plutchik_1963.THICKNESS,
-            "recalled of this line of papers, printed in vezzoli_2014",
+            "used by these authors (cited from memory, unverified), printed in vezzoli_2014",
         ),
     }
     sine = {"model": "Sine", "amplitude": VOLTAGE, "frequency": fundamental}

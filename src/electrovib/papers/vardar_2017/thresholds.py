@@ -20,23 +20,23 @@ BOTH_CHANNELS: Final = Perception()
 ON_DISPLACEMENT: Final = Perception(
     channels=(Pacinian(),), compliance=ElasticViscousSkin(stiffness=1000.0, corner=UNVERIFIED_CORNER)
 )
-"""The Pacinian weight after a skin with a recalled corner; its stiffness plays no part in a ratio."""
+"""The Pacinian weight after a skin with a corner frequency cited from memory, unverified; its stiffness cancels in a ratio."""
 
 
 def weight(frequency: ArrayLike) -> Real:
-    """Sensitivity of the Pacinian channel [1] at a frequency [Hz], 2 x^2/(1 + x^4), x = f/250 Hz."""
+    """Return the sensitivity of the Pacinian channel [1] at a frequency [Hz], 2 x^2/(1 + x^4) with x = f/250 Hz."""
     return Pacinian().weight(frequency)
 
 
 def felt_level(scenario: Scenario, person: Perception = ON_FORCE) -> float:
-    """Attraction in the periodic state as the channel that decides weighs it [N]; with a skin, displacement [m]."""
+    """Return the attraction in the periodic state, weighted by the deciding channel [N]; with a skin, displacement [m]."""
     return perceive.felt_level(scenario.replace({"friction.coefficient": 1.0}), person)
 
 
 def pair(
     skin: Material, *, frequency: float, edge: float = 0.0, resistance: float = 0.0
 ) -> tuple[Scenario, Scenario]:
-    """Give sine and square of one peak [V] on a skin; frequency in Hz, edge in s, resistance of the body in ohm."""
+    """Return sine and square of one peak [V] on a skin; frequency in Hz, edge in s, resistance of the body in ohm."""
     common = {
         "drive.frequency": frequency,
         "stack.stratum_corneum.material": skin,
@@ -71,8 +71,8 @@ def sine_over_square(
 
     Returns
     -------
-    float
-        dB; above 0 the square is felt at a lower voltage. The level grows as the square of the voltage.
+    ratio : float
+        Threshold ratio [dB]; above 0 the square is felt at a lower voltage. The level grows as the square of the voltage.
     """
     drives = pair(skin, frequency=frequency, edge=edge, resistance=resistance)
     return felt_threshold.threshold_ratio(*drives, person)
@@ -92,8 +92,9 @@ def crossover(skin: Material, *, edge: float = 0.0, person: Perception = ON_FORC
 
     Returns
     -------
-    float
-        Hz; infinite if the square is felt at a lower voltage up to 1920 Hz, 0 if nowhere above 15 Hz.
+    frequency : float
+        Frequency of equal thresholds [Hz]; infinite if the square is felt at a lower voltage up to 1920 Hz, 0 if
+        nowhere above 15 Hz.
     """
     low, high = FREQUENCIES[0], FREQUENCIES[-1]
     return felt_threshold.crossover(

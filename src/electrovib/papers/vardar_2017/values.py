@@ -1,4 +1,4 @@
-"""Where the paper stands, and what was not read of it."""
+"""The citation of the paper, and what was not read of it."""
 
 from __future__ import annotations
 
@@ -31,6 +31,6 @@ CITATIONS = (
 CITATION = cited(CITATIONS)
 STATUS = "abstract"
 NOT_READ = (
-    "The circuit and the law of the force are recalled; the polynomials of the skin's permittivity and resistivity"
-    " and the thresholds in volts were not read."
+    "The circuit and the law of the force are cited from memory, unverified; the polynomials of the skin's permittivity and"
+    " resistivity and the thresholds in volts were not read."
 )

@@ -1,10 +1,10 @@
 """E. Vezzoli, M. Amberg, F. Giraud, B. Lemaire-Semail, "Electrovibration modeling analysis", EuroHaptics 2014.
 
 Claims: the attraction of a finger fades after a voltage step and grows with frequency because the stratum
-corneum conducts, with electrical values that depend on frequency; charge that has crossed it no longer pulls.
-Does not claim: a return path, a ramp time, a coefficient of friction, printed values of the skin's permittivity and
-resistivity at more than one frequency (its figure 4 draws their product), anything on the mechanics of finger and
-sensor. What it leaves open is in `open_questions`.
+corneum conducts, with electrical values that depend on frequency; charge that has crossed it no longer attracts.
+Does not claim: a return path, a ramp time, a coefficient of friction, the skin's permittivity and resistivity at more
+than one frequency (its figure 4 shows their product), or the mechanics of finger and sensor. What this leaves open is in
+`open_questions`.
 """
 
 from __future__ import annotations

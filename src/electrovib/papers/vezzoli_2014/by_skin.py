@@ -23,7 +23,7 @@ class TrapeziumForce:
     Parameters
     ----------
     name : str
-        Of the skin or the gap.
+        Of the skin or of the gap.
     force : float
         Peak attraction with the ramp taken here [N].
     ramp : float

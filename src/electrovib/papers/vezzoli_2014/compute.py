@@ -1,4 +1,4 @@
-"""The paper's quantities for a skin and a law, without drawing or words."""
+"""The paper's quantities for a skin and a law."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def point(tau: float) -> Scenario:
 
 
 def leaky_gap(thickness: float) -> Scenario:
-    """Figure 6 with a gap that leaks with 7.7 ms, cut in the gap: tau = eps0 rho (1 + C_i/C_g)."""
+    """Return figure 6 with a gap that leaks with 7.7 ms, tau = eps0 rho (1 + C_i/C_g), and the Maxwell stress in the gap."""
     ratio = values.FILM_PERMITTIVITY * thickness / values.FILM_THICKNESS  # C_i/C_g
     conductivity = eps0 * (1 + ratio) / values.TAU_MODEL
     changes = {"stack.gap.thickness": thickness, "stack.gap.material.conductivity": conductivity}
@@ -59,9 +59,9 @@ def leaky_gap(thickness: float) -> Scenario:
 
 
 def figure_6_cases() -> dict[str, Scenario]:
-    """Give figure 6 for every skin under the causal law, and for leaky gaps cut in the gap.
+    """Return figure 6 for every skin under the causal law, and with the Maxwell stress in leaky gaps.
 
-    The paper's point stands there twice: 7.7 ms as the time constant of the voltage, and as the decay of the force.
+    The paper's point occurs twice: with 7.7 ms as the time constant of the voltage, and as the decay of the force.
     """
     causal = scenarios()["fig6"]
     found = {name: with_skin(causal, skin.material) for name, skin in force_skins().items()}
@@ -101,8 +101,8 @@ def lateral_decay(scenario: Scenario) -> float:
 
     Returns
     -------
-    float
-        Time in which the lateral force in excess of the load's falls to 1/e.
+    decay : float
+        Time in which the lateral force above that of the load falls to 1/e [s].
     """
     step = {"drive": {"model": "Step", "level": values.VOLTAGE}}
     time = np.array([0.0, 5e-3, 10e-3])
@@ -138,7 +138,7 @@ def frequency_force(material: Material, frequency: Real, *, thickness: float = v
 
 
 def rise_and_saturation(material: Material) -> tuple[float, float, float]:
-    """Measure figure 7: F(10 kHz)/F(100 Hz), F(10 kHz)/largest F, and F(5 kHz)/F(10 kHz)."""
+    """Compute for figure 7 F(10 kHz)/F(100 Hz), F(10 kHz)/largest F and F(5 kHz)/F(10 kHz) [1]."""
     frequency = np.geomspace(100.0, 1e4, 161)
     force = frequency_force(material, frequency)
     half = float(np.interp(np.log(5e3), np.log(frequency), force))
@@ -146,7 +146,7 @@ def rise_and_saturation(material: Material) -> tuple[float, float, float]:
 
 
 def floating_factor(scenario: Scenario, *, capacitance: float) -> float:
-    """Static attraction with the body floating over that with the body grounded."""
+    """Compute the static attraction with a floating body over that with a grounded one [1]."""
     static = scenario.replace(
         {"drive": {"model": "Step", "level": 1.0}, "force.model": "EffectiveMedium"}
     ).replace(
@@ -159,7 +159,7 @@ def floating_factor(scenario: Scenario, *, capacitance: float) -> float:
 
 
 def causality_residual(material: Material, *, ramp: float = 20e-3, before: float = 1e-3) -> float:
-    """Size of the literal law's answer before a ramp begins, as a share of its peak.
+    """Compute the response of the law as printed before a ramp begins, as a share of its peak.
 
     Parameters
     ----------
@@ -168,12 +168,12 @@ def causality_residual(material: Material, *, ramp: float = 20e-3, before: float
     ramp : float
         Time the ramp takes [s].
     before : float
-        How long before the ramp one looks [s].
+        Time before the ramp at which the response is evaluated [s].
 
     Returns
     -------
-    float
-        |v_e(-before)|/max |v_e|; 0 for a causal law.
+    residual : float
+        |v_e(-before)|/max |v_e| [1]; 0 for a causal law.
 
     Notes
     -----
@@ -186,15 +186,15 @@ def causality_residual(material: Material, *, ramp: float = 20e-3, before: float
     frequency = np.asarray(np.fft.rfftfreq(count, period / count)[1:], dtype=np.float64)
     film = eps0 * values.FILM_PERMITTIVITY / values.FILM_THICKNESS
     skin = eps0 * material.complex_permittivity(frequency) / values.SKIN_THICKNESS
-    spectrum[0] = 0.0  # the law gives nothing at zero frequency
+    spectrum[0] = 0.0  # the response of the law at zero frequency
     spectrum[1:] *= literal_response(frequency, insulator=film, skin=skin)
-    answer = np.fft.irfft(spectrum, count)
-    early: NDArray[np.float64] = np.interp([-before], time, answer)
-    return float(abs(early[0]) / np.max(np.abs(answer)))
+    response = np.fft.irfft(spectrum, count)
+    early: NDArray[np.float64] = np.interp([-before], time, response)
+    return float(abs(early[0]) / np.max(np.abs(response)))
 
 
 def static_force(law: str, *, gap: float | None = None, skin: float = values.SKIN_THICKNESS) -> float:
-    """Attraction at 1000 V on the paper's film where nothing conducts [N].
+    """Compute the attraction at 1000 V on the paper's film without conduction.
 
     Parameters
     ----------
@@ -207,8 +207,8 @@ def static_force(law: str, *, gap: float | None = None, skin: float = values.SKI
 
     Returns
     -------
-    float
-        N.
+    force : float
+        Attraction [N].
     """
     base = scenarios()["fig6_static" if gap is None else "fig6_gap"]
     changes: dict[str, Any] = {
@@ -223,7 +223,7 @@ def static_force(law: str, *, gap: float | None = None, skin: float = values.SKI
 
 
 def suspended_constancy(*, conductivity: float) -> float:
-    """Figure 2: attraction at the end of the hold over that at its beginning."""
+    """Compute for figure 2 the attraction at the end of the hold over that at its beginning [1]."""
     scenario = scenarios()["fig2"]
     if conductivity:
         leaky = {"model": "Constant", "permittivity": 1.0, "conductivity": conductivity}

@@ -265,8 +265,7 @@ def figure_7_thickness() -> Panel:
     return Panel(
         id="fig7_thickness",
         title="Figure 7: range over the thickness of the stratum corneum",
-        caption="Law (1) under 100 V, palmar women 20 uS. The thicknesses are a choice. In the gap, thickness hardly matters on a"
-        " thick film.",
+        caption="Law (1) under 100 V, palmar women 20 uS; the thicknesses are a choice.",
         x=("frequency", "Hz"),
         y=("mean electrostatic force", "N"),
         curves=(

@@ -1,4 +1,4 @@
-"""The paper's lost charge, in the two readings its frequency-dependent skin allows."""
+"""The paper's lost charge, in the two readings that its frequency-dependent skin allows."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from electrovib.physics.stack import Layer, LayerState, Linear, Section
 from electrovib.physics.tabulated import Tabulated
 
 READINGS_AGREE = 0.1
-"""Relative difference of the effective voltage up to which both readings are said to agree, a choice."""
+"""Relative difference of the effective voltage up to which both readings count as equal, a choice."""
 _ROUNDING = 1e-9
 _LAYERS: tuple[Role, ...] = ("plate", "finger")
 _REFERENCE = "Vezzoli et al., Electrovibration modeling analysis, EuroHaptics 2014, hal-01253573"
@@ -49,10 +49,10 @@ class Vezzoli2014Causal(ForceLaw):
     -----
     The charge lost to the insulator's surface is Q_i = D_insulator - D_skin, the conducted one, so
     v_e = v - Q_i/C_i, that is H = 1 - (sigma/T_s)/(Y_s + j w C_i) with Y_s = j w eps0 eps_s*/T_s. All
-    polarisation of the skin is bound charge. Without dispersion it is equation (5) of the paper. With
-    dispersion it differs from the other reading, `Vezzoli2014PerFrequency`: every Trace says by how much at
-    most over its frequencies. It stands on the conductivity alone, which has to be declared. The paper's
-    factor 1/K(w) acts before the square, as K^(-1/2) inside the filter.
+    polarisation of the skin is bound charge. Without dispersion this is equation (5) of the paper. With
+    dispersion it differs from the other reading, `Vezzoli2014PerFrequency`; every Trace states the largest
+    difference over its frequencies. The law depends on the conductivity alone, which has to be declared. The
+    paper's factor 1/K(w) acts before the square, as K^(-1/2) inside the filter.
     """
 
     reference: ClassVar[str] = _REFERENCE
@@ -62,13 +62,13 @@ class Vezzoli2014Causal(ForceLaw):
     needs: ClassVar[tuple[str, ...]] = _LAYERS
 
     def effective_voltage(self, section: Section) -> Linear:
-        """Voltage minus what the lost charge takes on the insulator."""
+        """Return the voltage minus that of the lost charge on the insulator [V]."""
         film, skin = (layer_of(section, role) for role in _LAYERS)
         lost = film.displacement - skin.displacement
         return section.voltage - lost * (film.thickness / (eps0 * insulator_permittivity(film)))
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
-        """Give the equivalent field v_e/sqrt(K (T_i + T_s))."""
+        """Return the equivalent field v_e/sqrt(K (T_i + T_s)) [V/m]."""
         return {"E": equivalent_field(section, self.effective_voltage(section))}
 
     def pressure(self, E: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -76,9 +76,9 @@ class Vezzoli2014Causal(ForceLaw):
         return eps0 * E**2 / 2
 
     def diagnostics(self, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
-        """Warn when nothing conducts, and when a table leaves open how much does."""
+        """Warn where nothing conducts, and where a table does not determine how much does."""
         film, skin = (layers[name] for role in _LAYERS if (name := beside_interface(roles_of(layers), role)))
-        found = []
+        found = [*super().diagnostics(layers)]
         if skin.material.conductivity == 0 and skin.leak is None:
             text = "the stratum corneum has conductivity 0: no charge is ever lost, the force never fades"
             found.append(Diagnostic("lost charge", "warning", text))
@@ -87,7 +87,7 @@ class Vezzoli2014Causal(ForceLaw):
         return tuple(found)
 
     def diagnostics_over_frequency(self, section: Section) -> tuple[Diagnostic, ...]:
-        """Say by how much the paper's other reading gives another effective voltage; nothing without dispersion."""
+        """Return the largest difference from the paper's other reading; no diagnostic without dispersion."""
         frequency = np.asarray(section.frequency, dtype=float)
         own = np.abs(self.effective_voltage(section))
         other = np.abs(Vezzoli2014PerFrequency().effective_voltage(section))
@@ -101,7 +101,7 @@ class Vezzoli2014Causal(ForceLaw):
             f"the paper's law as printed, Vezzoli2014PerFrequency, gives an effective voltage that differs from this one by"
             f" {100 * difference:+.3g} % at {at}, {ratio[worst] ** 2:.3g} times the force: the largest difference from {low}"
             f" to {high}."
-            " The paper does not say which of the two it means; for other frequencies set frequency.low and frequency.high"
+            " The paper does not state which of the two it means; for other frequencies set frequency.low and frequency.high"
         )
         state = "ok" if abs(difference) <= READINGS_AGREE else "warning"
         return (
@@ -112,13 +112,13 @@ class Vezzoli2014Causal(ForceLaw):
 
 
 def _interval(film: Layer, skin: Layer, table: Tabulated) -> str:
-    """Say between what |v_e/v| lies as long as the table's loss may be conduction or slow polarisation."""
+    """State the range of |v_e/v| while the loss of the table may be conduction or slow polarisation."""
     lowest = table.band[0]
     admittance = 1 / skin.impedance(lowest) + 1 / film.impedance(lowest)
     least, most = (abs(1 - s / skin.thickness / admittance) for s in reversed(table.conduction_bounds()))
     declared = abs(1 - table.conductivity / skin.thickness / admittance)
     return (
-        f"a table does not say how much of its slow loss is conduction: at {lowest:.3g} Hz |v_e/v| lies between"
+        f"a table does not determine how much of its slow loss is conduction: at {lowest:.3g} Hz |v_e/v| lies between"
         f" {least:.2g} (all of it) and {most:.2g} (none); with the declared conductivity it is {declared:.2g}"
     )
 
@@ -142,7 +142,7 @@ class Vezzoli2014PerFrequency(ForceLaw):
     instead: ClassVar[str] = "Vezzoli2014Causal"
 
     def effective_voltage(self, section: Section) -> Linear:
-        """Equation (5) with the values at each frequency."""
+        """Return the effective voltage of equation (5) with the values at each frequency [V]."""
         film, skin = (layer_of(section, role) for role in _LAYERS)
         return section.voltage * literal_response(
             section.frequency,
@@ -151,7 +151,7 @@ class Vezzoli2014PerFrequency(ForceLaw):
         )
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
-        """Give the equivalent field, 1/K with the real permittivity at the frequency."""
+        """Return the equivalent field [V/m], with the real permittivity at the frequency in 1/K."""
         film, skin = (layer_of(section, role) for role in _LAYERS)
         permittivity = skin.material.bound_permittivity(section.frequency).real
         electrical = film.thickness / insulator_permittivity(film) + skin.thickness / permittivity
@@ -166,7 +166,7 @@ class Vezzoli2014PerFrequency(ForceLaw):
 def literal_response(
     frequency: NDArray[np.float64], *, insulator: float, skin: NDArray[np.complex128]
 ) -> NDArray[np.complex128]:
-    """Equation (5) with real frequency-dependent capacitance and conductance.
+    """Compute equation (5) with real capacitance and conductance that depend on frequency.
 
     Parameters
     ----------
@@ -179,8 +179,8 @@ def literal_response(
 
     Returns
     -------
-    ndarray of complex
-        v_e/v.
+    response : ndarray of complex, shape of `frequency`
+        v_e/v [1].
     """
     angular = 2 * np.pi * frequency
     charging = 1j * angular * (insulator + skin.real)

@@ -123,7 +123,7 @@ def findings(rows: tuple[Row, ...]) -> tuple[str, ...]:
 
     Returns
     -------
-    tuple of str
+    findings : tuple of str
         Three, of one or two sentences each.
     """
     found = {row.id: row for row in rows}

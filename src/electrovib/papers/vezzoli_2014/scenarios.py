@@ -43,12 +43,12 @@ _SKIN: Final = {
         "permittivity": (values.SKIN_PERMITTIVITY, f"{PRINTED} (its reference 6), frequency not printed"),
         "conductivity": (
             values.CONDUCTIVITY,
-            "inverse of the printed 7.7 ms, read as the voltage's; circular",
+            "from the printed 7.7 ms, taken as the time constant of the voltage; circular",
         ),
     },
 }
 _GAP: Final = {
-    "thickness": (1e-6, "not in the paper; of the order of skin roughness"),
+    "thickness": (1e-6, "not in the paper; of the order of the roughness of skin"),
     "material": {
         "model": "Constant",
         "permittivity": (1.0, "air"),
@@ -65,12 +65,12 @@ _TRAPEZIUM: Final = {
 
 
 def _set_up(title: str, changes: dict[str, Any]) -> Scenario:
-    """Give what figures 6 and 7 have in common, and change it."""
+    """Return the set-up common to figures 6 and 7, with changes."""
     common = {
         "contact.area": (values.AREA, PRINTED),
         "circuit.return_path.resistance": (
             1000.0,
-            "not printed: the paper does not say whether the subject was grounded",
+            "not printed: the paper does not state whether the subject was grounded",
         ),
         "limits.current": (250e-6, "Vezzoli 2014, section 4"),
     }
@@ -119,7 +119,7 @@ def _figure_6() -> dict[str, Scenario]:
     )
     gap = preset(
         fig6,
-        title="Vezzoli 2014, figure 6 as a stack with a leaky gap, cut in the gap",
+        title="Vezzoli 2014, figure 6 as a stack with a leaky gap, Maxwell stress in the gap",
         changes={
             "force.model": "MaxwellStressInGap",
             "stack": {"insulator": _FILM, "gap": _GAP, "stratum_corneum": _SKIN},
@@ -156,12 +156,12 @@ def _figure_7() -> Scenario:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Give the paper's set-ups.
+    """Return the paper's set-ups.
 
     Returns
     -------
     dict of str to Scenario
-        Every value has its source; what the paper does not print says so.
+        Every value has its source; what the paper does not print is marked.
     """
     figure_6 = _figure_6()
     return {**_figure_2(figure_6["fig6_gap"]), **figure_6, "fig7": _figure_7()}

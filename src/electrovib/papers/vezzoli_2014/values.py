@@ -32,7 +32,7 @@ FILM_THICKNESS, FILM_PERMITTIVITY = 90e-6, 3.35
 SKIN_THICKNESS, SKIN_PERMITTIVITY = 200e-6, 1560.0
 VOLTAGE = 1000.0
 TAU_MODEL = 7.7e-3
-"""What the paper calculates for Giraud's set-up [s]. It sets it beside a decay of a lateral force without saying
+"""What the paper calculates for Giraud's set-up [s]. It compares this with the decay of a lateral force, and does not state
 whether it is the time constant of the voltage, as in its equation (5), or already that of the force."""
 DECAY_MEASURED = 6e-3
 """Decay of the lateral force, as measured by Giraud [s]."""
@@ -45,7 +45,7 @@ FORCE_PAST = 0.1
 """Section 2.1: "around 100 mN" of electrostatic force in the paper's reference 3 [N]."""
 
 CONDUCTIVITY = eps0 * SKIN_PERMITTIVITY / TAU_MODEL
-"""What 7.7 ms of the voltage would need at eps 1560: the inverse of the printed time constant, not a measurement
+"""Conductivity that 7.7 ms of the voltage would need at eps 1560: computed from the printed time constant, not measured
 [S/m]."""
 FRICTION = (0.3, 0.6)
 """Coefficient of friction of a finger on dry plastic; the paper prints none: a choice of ours."""
@@ -54,7 +54,7 @@ THICKNESSES = (100e-6, 400e-6)
 RAMP = 36e-3
 """The paper prints no ramp; with 7.7 ms and law (1) this one gives its 2.5 mN [s]."""
 COATING_THICKNESS, COATING_PERMITTIVITY = 1e-6, 3.9
-"""Of the thin coating of figure 7 the paper says only that C_i is comparable with C_s: a choice of ours."""
+"""Of the thin coating of figure 7 the paper states only that C_i is comparable with C_s: a choice of ours."""
 
 FILM = Layer(thickness=FILM_THICKNESS, material=Constant(permittivity=FILM_PERMITTIVITY))
 COATING = Layer(
@@ -65,7 +65,7 @@ POINT = Constant(permittivity=SKIN_PERMITTIVITY, conductivity=CONDUCTIVITY)
 
 
 def point_layer(source: str) -> tuple[dict[str, Any], str]:
-    """Give the stratum corneum of the paper's one point for a preset of another paper, with where that says it is from."""
+    """Return the stratum corneum of the paper's one point for a preset of another paper, with its source."""
     conductivity = (CONDUCTIVITY, "inverse of the 7.7 ms of vezzoli_2014; a choice")
     material = {"model": "Constant", "permittivity": SKIN_PERMITTIVITY, "conductivity": conductivity}
     return {"thickness": SKIN_THICKNESS, "material": material}, source
@@ -81,7 +81,7 @@ def capacitance(*, permittivity: float, thickness: float, area: float) -> float:
 
     Returns
     -------
-    float
+    capacitance : float
         F.
     """
     return eps0 * permittivity * area / thickness
@@ -139,9 +139,9 @@ def surrogate(*, exponent: float) -> ConstantPhase:
 
 
 def skins() -> dict[str, Skin]:
-    """Give the paper's one point as a constant, and constant-phase skins through it."""
+    """Return the paper's one point as a constant, and constant-phase skins through it."""
     note = (
-        "eps 1560 is printed; the conductivity is the inverse of the printed 7.7 ms, read as the voltage's, at a"
+        "eps 1560 is printed; the conductivity follows from the printed 7.7 ms, taken as that of the voltage, at a"
         " frequency not printed"
     )
     found = {"point": Skin(name="paper point", material=POINT, status="derived", source=CITATION, note=note)}
@@ -158,7 +158,7 @@ def skins() -> dict[str, Skin]:
 
 
 def materials() -> dict[str, Material]:
-    """Give the plastic film of figures 2 and 6, and the thin coating chosen here for figure 7."""
+    """Return the plastic film of figures 2 and 6, and the thin coating chosen here for figure 7."""
     return {"film": FILM.material, "coating": COATING.material}
 
 

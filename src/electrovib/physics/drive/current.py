@@ -10,7 +10,7 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.levels import Swing
+from electrovib.physics.drive.levels import IN_PLACE_OF_SWING, Swing
 from electrovib.physics.drive.parts import Chirped, Part, Smooth, Tones
 from electrovib.physics.drive.pieces import Linear
 
@@ -32,8 +32,8 @@ class CurrentSine(Swing):
     example: ClassVar[Mapping[str, Any]] = {"amplitude": 1e-3, "frequency": 25e3}
 
     derived: ClassVar[Mapping[str, Quantity]] = {
-        "high": Quantity("A", -10, 10, "highest current, offset + amplitude"),
-        "low": Quantity("A", -10, 10, "lowest current, offset - amplitude"),
+        "high": Quantity("A", -10, 10, "highest current, offset + amplitude", IN_PLACE_OF_SWING),
+        "low": Quantity("A", -10, 10, "lowest current, offset - amplitude", IN_PLACE_OF_SWING),
     }
 
     amplitude: Annotated[Number, Quantity("A", 0, 10, "peak current about the offset")]
@@ -44,7 +44,7 @@ class CurrentSine(Swing):
     def parts(self) -> tuple[Part, ...]:
         """Return one tone and the offset [A]."""
         amplitude = self.amplitude * np.exp(1j * (self.phase - math.pi / 2))
-        return self.with_offset((Tones(np.array([self.frequency]), np.array([amplitude])),))
+        return self._with_offset((Tones(np.array([self.frequency]), np.array([amplitude])),))
 
     @property
     def period(self) -> float:

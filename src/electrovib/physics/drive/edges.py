@@ -48,7 +48,7 @@ class Step(Drive):
     former_names: ClassVar[tuple[str, ...]] = ("Constant",)
     example: ClassVar[Mapping[str, Any]] = {"level": 100}
 
-    level: Annotated[Number, Quantity("V", -1e5, 1e5, "voltage held")]
+    level: Annotated[Number, Quantity("V", -1e5, 1e5, "constant voltage from time 0 on")]
 
     def parts(self) -> tuple[Linear, ...]:
         """Return one piece."""

@@ -21,6 +21,12 @@ if TYPE_CHECKING:
 
 SWING: Final[tuple[str, str]] = ("amplitude", "offset")
 LEVELS: Final[tuple[str, str]] = ("high", "low")
+IN_PLACE_OF_SWING: Final = "in place of amplitude and offset"
+_IN_PLACE_OF_LEVELS: Final = "in place of high and low"
+_CHANGED: Final = (
+    "changed alone, amplitude keeps the offset and offset the amplitude, and high and low keep each other, except that a"
+    " drive that is symmetric about 0 stays symmetric"
+)
 _PAIRS: Final = "give amplitude and offset, or high and low"
 
 
@@ -33,10 +39,11 @@ class LevelledDrive(Drive, family=True):
     where high and low are the extremes of the envelope. In a table either pair is given, never one of each; `offset` is
     0 unless given, and `low` is 0 unless given in drives that store it. A change of one parameter keeps another one:
     amplitude keeps the offset, offset the amplitude; high and low keep each other, except that a drive that is
-    symmetric about 0 stays symmetric.
+    symmetric about 0 stays symmetric, for which `low` = 0 alone is refused. A drive that is off (high = low = 0) keeps
+    `low` = 0 where it stores it, and is otherwise symmetric.
     """
 
-    stored_pair: ClassVar[tuple[str, str]]
+    _stored_pair: ClassVar[tuple[str, str]]
 
     if TYPE_CHECKING:  # of each pair one is stored, the other derived
 
@@ -50,14 +57,14 @@ class LevelledDrive(Drive, family=True):
         def low(self) -> float: ...
 
     @classmethod
-    def crest_of(cls, content: Mapping[str, Any]) -> float:  # noqa: ARG003  # members with a modulation need it
+    def _crest_of(cls, content: Mapping[str, Any]) -> float:  # noqa: ARG003  # members with a modulation need it
         """Return the largest departure from the offset over the amplitude [1], from the drive's other parameters."""
         return 1.0
 
     @property
     def crest(self) -> float:
         """Largest departure from the offset over the amplitude [1]."""
-        return self.crest_of(dict(self))
+        return self._crest_of(dict(self))
 
     @classmethod
     def _build(cls, content: dict[str, Any], handler: ModelWrapValidatorHandler[Self]) -> Self:
@@ -72,7 +79,7 @@ class LevelledDrive(Drive, family=True):
             found = [
                 _detail(problem.reason, (problem.path,), given[problem.path]) for problem in error.problems
             ]
-        first = cls.stored_pair[0]
+        first = cls._stored_pair[0]
         try:  # with any amplitude, to find what is wrong beside it
             super()._build(rest | {first: cls.example[first]}, handler)
         except ValidationError as others:
@@ -101,7 +108,7 @@ class LevelledDrive(Drive, family=True):
         """Return given parameters as those that the drive stores; one of a pair is completed from what is stored."""
         named = {name: given[name] for name in (*SWING, *LEVELS) if name in given}
         derived = any(name in self.derived for name in named)
-        if not named or (not derived and (len(named) > 1 or self.stored_pair == SWING)):
+        if not named or (not derived and (len(named) > 1 or self._stored_pair == SWING)):
             return dict(given)
         _refuse_mixed(named)
         pair = self._completed(named)
@@ -119,7 +126,7 @@ class LevelledDrive(Drive, family=True):
         (name,) = named
         pair = SWING if name in SWING else LEVELS
         other = pair[1 - pair.index(name)]
-        symmetric = self.offset == 0 and (self.high != 0 or self.stored_pair == SWING)
+        symmetric = self.offset == 0 and (self.high != 0 or self._stored_pair == SWING)
         if pair == SWING or not symmetric:
             return {name: named[name], other: getattr(self, other)}
         try:
@@ -143,8 +150,8 @@ class LevelledDrive(Drive, family=True):
                 problems += error.problems
         if problems:
             raise InputError(problems)
-        crest = cls.crest_of(others)
-        if cls.stored_pair == LEVELS:
+        crest = cls._crest_of(others)
+        if cls._stored_pair == LEVELS:
             amplitude, offset = numbers["amplitude"], numbers["offset"]
             return {"high": offset + crest * amplitude, "low": offset - crest * amplitude}
         high, low = numbers["high"], numbers["low"]
@@ -167,11 +174,14 @@ class LevelledDrive(Drive, family=True):
 class Swing(LevelledDrive, family=True):
     """A drive that stores amplitude and offset; high and low are derived."""
 
-    stored_pair: ClassVar[tuple[str, str]] = SWING
+    _stored_pair: ClassVar[tuple[str, str]] = SWING
+    derived_note: ClassVar[str] = (
+        f"give amplitude and offset (0 unless given), or both high and low; {_CHANGED}"
+    )
     later_parameters: ClassVar[frozenset[str]] = frozenset({"offset"})
     derived: ClassVar[Mapping[str, Quantity]] = {
-        "high": Quantity("V", -1e5, 1e5, "highest voltage, offset + amplitude"),
-        "low": Quantity("V", -1e5, 1e5, "lowest voltage, offset - amplitude"),
+        "high": Quantity("V", -1e5, 1e5, "highest voltage, offset + amplitude", IN_PLACE_OF_SWING),
+        "low": Quantity("V", -1e5, 1e5, "lowest voltage, offset - amplitude", IN_PLACE_OF_SWING),
     }
 
     amplitude: Annotated[Number, Quantity("V", 0, 1e5, "peak voltage about the offset")]
@@ -187,7 +197,7 @@ class Swing(LevelledDrive, family=True):
         """Lowest voltage or current, of the envelope under a modulation [V or A]."""
         return self.offset - self.crest * self.amplitude
 
-    def with_offset(self, parts: tuple[Part, ...]) -> tuple[Part, ...]:
+    def _with_offset(self, parts: tuple[Part, ...]) -> tuple[Part, ...]:
         """Add the constant to what oscillates."""
         if self.offset == 0:
             return parts
@@ -197,10 +207,15 @@ class Swing(LevelledDrive, family=True):
 class Levels(LevelledDrive, family=True):
     """A drive that stores high and low; amplitude and offset are derived."""
 
-    stored_pair: ClassVar[tuple[str, str]] = LEVELS
+    _stored_pair: ClassVar[tuple[str, str]] = LEVELS
+    derived_note: ClassVar[str] = (
+        f"give high and low (0 unless given), or amplitude and offset (0 unless given); {_CHANGED}"
+    )
     derived: ClassVar[Mapping[str, Quantity]] = {
-        "amplitude": Quantity("V", -1e5, 1e5, "half the difference between high and low"),
-        "offset": Quantity("V", -1e5, 1e5, "mean of high and low"),
+        "amplitude": Quantity(
+            "V", -1e5, 1e5, "half the difference between high and low", _IN_PLACE_OF_LEVELS
+        ),
+        "offset": Quantity("V", -1e5, 1e5, "mean of high and low", _IN_PLACE_OF_LEVELS),
     }
 
     if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 from electrovib.core.arrays import Real
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import common_period
-from electrovib.physics.drive.levels import Swing
+from electrovib.physics.drive.levels import IN_PLACE_OF_SWING, Swing
 from electrovib.physics.drive.parts import Chirped, Tones
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class Sine(Swing):
 
     def parts(self) -> tuple[Part, ...]:
         """Return one tone and the offset."""
-        return self.with_offset(_tone(self.amplitude, self.frequency, self.phase))
+        return self._with_offset(_tone(self.amplitude, self.frequency, self.phase))
 
     def corners(self, end: float) -> tuple[Real, Real]:  # noqa: ARG002 of every drive
         """Return no corners: a sine is always on and smooth."""
@@ -90,7 +90,7 @@ class Burst(Swing):
         turn = np.exp(-2j * np.pi * self.frequency * self.delay)
         stop = self.delay + self.cycles / self.frequency
         tone = np.array([-1j * self.amplitude * turn])
-        return self.with_offset((Tones(np.array([self.frequency]), tone, self.delay, stop),))
+        return self._with_offset((Tones(np.array([self.frequency]), tone, self.delay, stop),))
 
     @property
     def period(self) -> None:
@@ -113,8 +113,8 @@ class ModulatedCarrier(Swing, family=True):
     }
 
     derived: ClassVar[Mapping[str, Quantity]] = {
-        "high": Quantity("V", -1e5, 1e5, "highest voltage of the envelope"),
-        "low": Quantity("V", -1e5, 1e5, "lowest voltage of the envelope"),
+        "high": Quantity("V", -1e5, 1e5, "highest voltage of the envelope", IN_PLACE_OF_SWING),
+        "low": Quantity("V", -1e5, 1e5, "lowest voltage of the envelope", IN_PLACE_OF_SWING),
     }
 
     amplitude: Annotated[Number, Quantity("V", 0, 1e5, "carrier amplitude without modulation")]
@@ -123,16 +123,16 @@ class ModulatedCarrier(Swing, family=True):
     depth: Annotated[Number, _DEPTH]
 
     @classmethod
-    def crest_of(cls, content: Mapping[str, Any]) -> float:
+    def _crest_of(cls, content: Mapping[str, Any]) -> float:
         """Return the largest departure from the offset over the amplitude [1], 1 where the depth is not valid."""
         try:
-            return cls.envelope_crest(_DEPTH.read(content.get("depth")))
+            return cls._envelope_crest(_DEPTH.read(content.get("depth")))
         except PydanticCustomError:
             return 1.0  # validation says what is wrong with the depth
 
     @staticmethod
     @abstractmethod
-    def envelope_crest(depth: float) -> float:
+    def _envelope_crest(depth: float) -> float:
         """Return the highest value of the envelope over the amplitude [1], for a modulation depth [1]."""
 
     @property
@@ -145,7 +145,7 @@ class AmplitudeModulation(ModulatedCarrier):
     """A carrier with the envelope 1 + m cos: the force has components at the modulation frequency and its double."""
 
     @staticmethod
-    def envelope_crest(depth: float) -> float:
+    def _envelope_crest(depth: float) -> float:
         """Return 1 + m [1]."""
         return 1 + depth
 
@@ -153,7 +153,7 @@ class AmplitudeModulation(ModulatedCarrier):
         """Return the carrier, its two sidebands and the offset."""
         frequencies = self.carrier + self.modulation * np.array([0.0, -1.0, 1.0])
         weights = np.array([1, self.depth / 2, self.depth / 2])
-        return self.with_offset((_cosines(frequencies, self.amplitude * weights),))
+        return self._with_offset((_cosines(frequencies, self.amplitude * weights),))
 
     @property
     def period(self) -> float | None:
@@ -171,7 +171,7 @@ class SquareRootModulation(ModulatedCarrier):
     """
 
     @staticmethod
-    def envelope_crest(depth: float) -> float:
+    def _envelope_crest(depth: float) -> float:
         """Return the square root of 1 + m [1]."""
         return math.sqrt(1 + depth)
 
@@ -179,7 +179,7 @@ class SquareRootModulation(ModulatedCarrier):
         """Return the carrier, its sidebands and the offset."""
         if self.depth == 1:
             frequencies = self.carrier + self.modulation * np.array([-0.5, 0.5])
-            return self.with_offset(
+            return self._with_offset(
                 (_cosines(frequencies, self.amplitude * np.array([1, 1]) / math.sqrt(2)),)
             )
         series = _root_series(self.depth)
@@ -188,7 +188,7 @@ class SquareRootModulation(ModulatedCarrier):
             [self.carrier + self.modulation * orders, self.carrier - self.modulation * orders]
         )
         weights = np.concatenate([series, series]) / 2
-        return self.with_offset((_cosines(frequencies, self.amplitude * weights),))
+        return self._with_offset((_cosines(frequencies, self.amplitude * weights),))
 
     @property
     def period(self) -> float | None:
@@ -227,7 +227,7 @@ class Chirp(Swing):
 
     def parts(self) -> tuple[Part, ...]:
         """Return the sine and the offset."""
-        return self.with_offset((Chirped.between(self.amplitude, self.first, self.last, self.length),))
+        return self._with_offset((Chirped.between(self.amplitude, self.first, self.last, self.length),))
 
     @property
     def period(self) -> None:

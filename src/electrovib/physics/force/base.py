@@ -9,7 +9,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
-from electrovib.physics.interface import IMPLIED, ORDER, Role, beside_interface
+from electrovib.physics.interface import IMPLIED, ORDER, Role, beside_interface, roles_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -57,10 +57,14 @@ class ForceLaw(Model, family=True):
 
         Raises
         ------
-        NotImplementedError
+        InputError
             If the member does not define it.
         """
-        raise NotImplementedError(f"{type(self).__name__} must define pressure({args}, {kwargs})")
+        del args
+        raise InputError(
+            f"force.model = '{type(self).__name__}': the class does not define pressure(self, {', '.join(kwargs)}), which"
+            " returns the attraction per area in Pa"
+        )
 
     def effective_voltage(self, section: Section) -> Linear | None:
         """Return the part of the voltage that causes the attraction; None where the law does not define one."""
@@ -68,14 +72,28 @@ class ForceLaw(Model, family=True):
         return None
 
     def diagnostics(self, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
-        """Return diagnostics of this law with these layers."""
-        del layers
-        return ()
+        """Return what a user should know of this law with these layers: by default which layers it leaves out."""
+        return left_out(self, layers)
 
     def diagnostics_over_frequency(self, section: Section) -> tuple[Diagnostic, ...]:
         """Return diagnostics of this law over frequency, for layers without their leaks."""
         del section
         return ()
+
+
+def left_out(law: ForceLaw, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
+    """Warn of layers that a law of the effective medium leaves out, although it takes the voltage of the whole stack."""
+    roles = roles_of(layers)
+    read = [needed_layer(roles, wanted) for wanted in law.needs]
+    others = [name for name, role in roles.items() if role != "gap" and name not in read]
+    if law.evaluation_surface != "effective medium" or not others:
+        return ()
+    text = (
+        f"{type(law).__name__} has one layer of the plate and one of the finger, {' and '.join(map(str, read))}, to which it"
+        f" applies the voltage of the whole stack; it leaves {' and '.join(others)} out, so its force is too large: combine the"
+        " layers of each side into one, or use MaxwellStressInGap"
+    )
+    return (Diagnostic("layers left out", "warning", text),)
 
 
 def layer_of(section: Section, wanted: str) -> LayerState:

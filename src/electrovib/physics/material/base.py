@@ -44,6 +44,7 @@ class Material(Model, family=True):
     """
 
     offered_by: ClassVar[tuple[str, ...]] = ("skins", "materials")
+    later_parameters: ClassVar[frozenset[str]] = frozenset({"substance"})
 
     substance: Annotated[
         str | None, Field(description="material of the library, whose breakdown strength is taken")

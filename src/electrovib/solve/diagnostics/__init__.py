@@ -21,6 +21,7 @@ from electrovib.solve.diagnostics.judge import (
     stack_diagnostics,
 )
 from electrovib.solve.diagnostics.peaks import PeakRecord, refined
+from electrovib.solve.diagnostics.settled import settled_charge
 from electrovib.solve.diagnostics.touch import contact_diagnostics
 from electrovib.solve.diagnostics.vanishing_gap import negative_attraction, vanishing_gap
 from electrovib.solve.electrics.linear.current import caveat
@@ -151,6 +152,7 @@ def judge_run(
         *stack_diagnostics(scenario, record),
         *circuit_diagnostics(scenario, record, _running(scenario, section, record)),
         *return_path_diagnostics(scenario),
+        *settled_charge(scenario),
         *contact_diagnostics(scenario, variables, times),
         *_moving_gap(scenario, variables),
         *vanishing_gap(scenario, times, variables),

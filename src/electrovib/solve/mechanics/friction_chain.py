@@ -262,7 +262,7 @@ class FrictionChain:
         return self.run_in
 
     def _options(self) -> dict[str, Any]:
-        return {"most": MOST, "jumps": self._corners(), "shortest": shortest_time(self.scenario.drive)}
+        return {"most": MOST, "corners": self._corners(), "shortest": shortest_time(self.scenario.drive)}
 
     def _corners(self) -> Real:
         """Return the times at which attraction, load or contact, or their slopes, may be discontinuous [s]."""

@@ -55,7 +55,7 @@ def parameters(model: type[Model]) -> Table:
     for name, declared in model.model_fields.items():
         quantity = quantity_of(model, name)
         default = None if declared.is_required() else declared.get_default(call_default_factory=True)
-        needed = "needed" if declared.is_required() else ""
+        needed = "required" if declared.is_required() else ""
         if quantity is None:
             meaning = declared.description or _family_of(declared.annotation)
             rows.append((name, "", "", needed or _named(default), meaning, _source(model, default, needed)))
@@ -63,10 +63,8 @@ def parameters(model: type[Model]) -> Table:
         shown = needed or ("none" if default is None else format_quantity(default, quantity.unit))
         source = quantity.source or _source(model, default, needed)
         rows.append((name, quantity.unit, quantity.range(" to "), shown, quantity.doc, source))
-    stored = " and ".join(getattr(model, "stored_pair", ()))
     for name, quantity in model.derived.items():
-        shown = f"in place of {stored}"
-        rows.append((name, quantity.unit, quantity.range(" to "), "derived", quantity.doc, shown))
+        rows.append((name, quantity.unit, quantity.range(" to "), "derived", quantity.doc, quantity.source))
     return Table("parameters", ("name", "unit", "range", "default", "meaning", "source"), tuple(rows))
 
 
@@ -84,9 +82,9 @@ def _family_of(annotation: Any) -> str:
 
 def _source(model: type[Model], default: Any, needed: str) -> str:
     if needed:
-        return "yours to give"
+        return "no default"
     if default is None or default in (0.0, "") or (isinstance(default, Samples) and not len(default)):
-        return "nothing unless given"
+        return "absent or 0 by default"
     return (paper_of(model) and model.reference) or "a choice"
 
 

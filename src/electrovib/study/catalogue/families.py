@@ -86,7 +86,7 @@ def kind_of(family: type[Any]) -> str:
 
 def first_sentence(thing: object) -> str:
     """Return the first sentence of a docstring, without its full stop."""
-    return plain_text(inspect.getdoc(thing) or "").split(". ")[0].rstrip(".")
+    return re.split(r"(?<!et al)\. ", plain_text(inspect.getdoc(thing) or ""))[0].rstrip(".")
 
 
 def plain_text(text: str) -> str:

@@ -8,9 +8,9 @@ from typing import Final
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
-from electrovib.core.search import ALIAS, FORMER, SPELLING, Match, as_question, search, suggestions
+from electrovib.core.search import ALIAS, FORMER, NAME, SPELLING, Match, as_question, search, suggestions
 from electrovib.study.catalogue.columns import laid_out
-from electrovib.study.catalogue.items import Item, everything, scenario_items
+from electrovib.study.catalogue.items import REMARKS, Item, everything, scenario_items
 from electrovib.study.catalogue.listed import Listed, Listing
 from electrovib.study.catalogue.listing import all_table, found_table, scenario_table
 from electrovib.study.catalogue.overview import overview
@@ -18,6 +18,8 @@ from electrovib.study.catalogue.pages import page
 
 MOST: Final = 15
 """Entries shown of a search; the number of the others is stated."""
+WHOLE: Final = {NAME, ALIAS, FORMER}
+"""Stages of a search at which an entry has, or had, the whole name."""
 RUN: Final = (
     "'electrovib run NAME' runs a scenario, 'electrovib init NAME -o my.toml' writes it as a file to change."
 )
@@ -57,7 +59,7 @@ def models(query: str = "", *, complete: bool = False) -> Listing:
         what = "no model, material, skin, paper or scenario has this name or these words"
         question = as_question(suggestions(query, [item.entry for item in items]))
         raise InputError(f"'{query}': {what}.{question} 'electrovib models' lists them.")
-    full = _in_full(query, matches, found)
+    full = _in_full(matches, found)
     records = [item.record for item in _with_reasons(found, matches)]
     return Listing(
         records,
@@ -95,7 +97,7 @@ def scenarios(query: str = "") -> Listing:
             raise InputError(
                 f"'{query}': no scenario has this name or these words.{question} 'electrovib scenarios' lists all."
             )
-        title, full = f"Scenarios found for '{query}'", _in_full(query, matches, found)
+        title, full = f"Scenarios found for '{query}'", _in_full(matches, found)
         items = _with_reasons(found, matches)
     return Listing(
         [item.record for item in items],
@@ -124,11 +126,10 @@ def find(name: str) -> type[Model] | ModuleType:
     """
     items = [item for item in everything() if isinstance(item.thing, (type, ModuleType))]
     matches, found = _matched(name, items)
-    full = _in_full(name, matches, found)
-    if not full:
+    if not matches or matches[0].stage not in WHOLE:
         question = as_question(suggestions(name, [item.entry for item in items]))
         raise InputError(f"'{name}' is neither a model nor a paper.{question}")
-    thing: type[Model] | ModuleType = full[0].thing
+    thing: type[Model] | ModuleType = found[0].thing
     return thing
 
 
@@ -139,11 +140,9 @@ def _matched(query: str, items: list[Item]) -> tuple[tuple[Match, ...], list[Ite
     return matches, [of[match.entry.name, match.entry.kind] for match in matches]
 
 
-def _in_full(query: str, matches: tuple[Match, ...], found: list[Item]) -> list[Item]:
+def _in_full(matches: tuple[Match, ...], found: list[Item]) -> list[Item]:
     """Choose what is shown in full: whatever has or had the name, or the only thing that was found."""
-    low = query.strip().casefold()
-    pairs = list(zip(matches, found, strict=True))
-    named = [i for m, i in pairs if i.record.name.casefold() == low or m.stage in {ALIAS, FORMER}]
+    named = [item for match, item in zip(matches, found, strict=True) if match.stage in WHOLE]
     return named or (found if len(found) == 1 and matches[0].stage != SPELLING else [])
 
 
@@ -157,6 +156,8 @@ def _as_text(query: str, full: list[Item], records: list[Listed], *, complete: b
     """Write what was found: entries of the name in full, the others one line each."""
     shown_in_full = {(item.record.name, item.record.kind) for item in full}
     others = [record for record in records if (record.name, record.kind) not in shown_in_full]
+    if full and not complete:
+        others = [record for record in others if not record.reason.startswith(REMARKS)]
     pages = [_with_former_name(query, item) for item in full]
     shown = others if complete else others[: MOST if not full else MOST // 2]
     if shown:

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Any
+from typing import Any, Final
 
 from electrovib.core.citation import Citation
 from electrovib.core.discovery import find_members, offers, paper_of, papers
@@ -21,6 +21,8 @@ from electrovib.scenario.notes import note_of
 from electrovib.study.catalogue.families import families, first_sentence, kind_of, plain_text
 from electrovib.study.catalogue.listed import Listed
 
+REMARKS: Final = ("notes", "reference", "claims", "not read", "sources")
+"""Labels of texts that mention many things besides what they are about."""
 PAPERS, SCENARIOS, LIBRARY = "papers", "scenarios", "material library"
 """Groups of records that are no families of models."""
 
@@ -117,7 +119,9 @@ def _of_model(model: type[Model], kind: str, group: str) -> Item:
         status=model.status,
         checks=count,
     )
-    texts = {f"parameter {name}": f"{name} {_meaning(model, name)}" for name in model.model_fields}
+    parameters = {name: _meaning(model, name) for name in model.model_fields}
+    parameters |= {name: quantity.doc for name, quantity in model.derived.items()}
+    texts = {"parameters": ", ".join(f"{name} ({meaning})" for name, meaning in parameters.items())}
     texts |= {"group": f"{kind}, {group}", "notes": inspect.getdoc(model) or "", "reference": model.reference}
     return Item(model, record, model.former_names, texts)
 

@@ -82,7 +82,7 @@ class Listing(Sequence[Listed]):
 
     def __repr__(self) -> str:
         """Write what the command line prints."""
-        return self._text()
+        return self._text().rstrip("\n")
 
     __str__ = __repr__
 

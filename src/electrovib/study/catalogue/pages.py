@@ -58,10 +58,11 @@ def page(item: Item) -> str:
 
 def _of_model(model: type[Model]) -> list[str]:
     lines = [inspect.getdoc(model) or "", ""]
-    lines += _written_as(model)
+    lines += _written_as(model) + _line("formerly", ", ".join(model.former_names))
     lines += [part for name, text in model.equation.items() for part in _line("equation", f"{name} = {text}")]
     table = parameters(model)
     lines += ["", laid_out(table)] if table.rows else _line("parameters", "none")
+    lines += _line("both pairs", model.derived_note)
     lines += _line("source status", status_text(model.status))
     lines += _line("reference", model.reference)
     name = paper_of(model)

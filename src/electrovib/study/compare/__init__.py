@@ -1,4 +1,4 @@
-"""Every force law on one stack, how far they are apart and why; and one stack with different materials."""
+"""Comparison of all force laws on one stack, how much they differ and why; and of materials in one stack."""
 
 from electrovib.study.compare.entry import Comparison as Comparison
 from electrovib.study.compare.entry import Entry as Entry

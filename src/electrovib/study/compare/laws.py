@@ -10,7 +10,8 @@ import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import ElectrovibError, InputError, NotCausalError, nearest
+from electrovib.core.errors import ElectrovibError, InputError, NotCausalError
+from electrovib.core.mistakes import near_members
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import SteadyFriction
 from electrovib.physics.time_profile import Steady
@@ -142,7 +143,9 @@ def _cases(scenario: Scenario, models: Sequence[str] | None) -> tuple[dict[str, 
         raise InputError(f"--models: names no force law. Known: {', '.join(sorted(laws))}.")
     unknown = [name for name in models or () if name not in laws]
     if unknown:
-        raise InputError(f"--models: '{name}' is not a force law.{nearest(name, laws)}" for name in unknown)
+        raise InputError(
+            f"--models: '{name}' is not a force law.{near_members(ForceLaw, name)}" for name in unknown
+        )
     cases: dict[str, Scenario] = {}
     left_out: dict[str, str] = {}
     for name in models or laws:

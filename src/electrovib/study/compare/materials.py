@@ -16,6 +16,7 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.material import Material
 from electrovib.physics.material.library import UNVERIFIED, find_substance, materials
 from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.solve.diagnostics.settled import TITLE
 from electrovib.solve.simulate import simulate
 from electrovib.study.reproduction import Table
 
@@ -62,6 +63,8 @@ class MaterialEntry:
         Statuses of the sources of the values taken from the library, the strength included.
     why : str
         Text of that diagnostic.
+    caution : str
+        Warning that the charge in the layer has relaxed for longer than an experiment lasts; empty without it.
     """
 
     name: str
@@ -74,6 +77,7 @@ class MaterialEntry:
     breakdown: str
     status: str
     why: str
+    caution: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -186,7 +190,8 @@ def _entry(name: str, scenario: Scenario, layer: str) -> MaterialEntry:
     permittivity = float(material.bound_permittivity(np.array(_FREQUENCY)).real)
     trace = simulate(scenario)
     title = f"film strength, {layer}"
-    judged = next((each for each in read_diagnostics(trace.attrs["validity"]) if each.name == title), None)
+    diagnostics = {each.name: each for each in read_diagnostics(trace.attrs["validity"])}
+    judged = diagnostics.get(title)
     field, strength = (
         math.nan if judged is None or (number := getattr(judged, which)) is None else float(number)
         for which in ("value", "limit")
@@ -203,6 +208,7 @@ def _entry(name: str, scenario: Scenario, layer: str) -> MaterialEntry:
         breakdown="unknown" if judged is None else judged.state,
         status=_status(scenario, layer),
         why="" if judged is None else judged.text,
+        caution=diagnostics[TITLE].text if TITLE in diagnostics else "",
     )
 
 
@@ -249,6 +255,9 @@ def _tables(
         " layer. 'electrovib models NAME' lists the sources."
     )
     found = [Table(title, HEADINGS, rows, caption=caption)]
+    cautions = tuple((entry.name, entry.caution) for entry in entries if entry.caution)
+    if cautions:
+        found.append(Table("The attraction is reached only after a long time", ("material", "why"), cautions))
     if left_out:
         found.append(Table("Not in this comparison", ("material", "why"), tuple(left_out.items())))
     return tuple(found)

@@ -13,10 +13,10 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.budget import Work, refuse_beyond
 from electrovib.core.changes import stored_changes, with_current_names
-from electrovib.core.errors import ElectrovibError, InputError, gathered
+from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, Problem, gathered, shortened
 from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at
-from electrovib.core.units import format_quantity
+from electrovib.core.units import expected, format_quantity, parse_quantity
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.costs import CASE, CASE_MEMORY
 from electrovib.solve.diagnostics.sampling import sampling
@@ -52,7 +52,8 @@ def sweep(
     scenario : str, Path, mapping, Scenario or xarray.Dataset
         Scenario of all cases, as for `electrovib.load`.
     over : mapping of str to sequence of float
-        Dotted path to values in SI. Several paths give every combination, none the scenario itself.
+        Dotted path to values: numbers in SI, or texts with a unit such as ``"100 V"``. Several paths give every
+        combination, none the scenario itself.
     quantities : sequence of str, optional
         Names such as ``"mean electrostatic_force"``, ``"swing lateral_force"``, ``"peak field in gap"``: ``peak``,
         ``maximum``, ``minimum``, ``swing``, ``mean``, ``rms`` or ``final`` of a signal over time; or ``"detection
@@ -84,7 +85,7 @@ def sweep(
     scenario = read_scenario(scenario)
     asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
     named, _ = with_current_names(scenario, over)
-    axes = {path: np.asarray(values, dtype=float) for path, values in named.items()}
+    axes = _numbers(scenario, named)
     _refuse_large(scenario, axes, records=records)
     words = functools.partial(_words, {path: quantity_at(scenario, path).unit for path in axes})
     points = [
@@ -197,6 +198,24 @@ def _checked(scenario: Scenario, over: Mapping[str, Any], names: Sequence[str], 
     if problems:
         raise InputError(problems)
     return asked
+
+
+def _numbers(scenario: Scenario, over: Mapping[str, Any]) -> dict[str, Real]:
+    """Return the values of each swept parameter in SI; texts are read with their units."""
+    found, problems = dict[str, Real](), list[Problem]()
+    for path, values in over.items():
+        unit, numbers = quantity_at(scenario, path).unit, list[float]()
+        for value in values:
+            try:
+                numbers.append(parse_quantity(value, unit) if isinstance(value, str) else float(value))
+            except (TypeError, ValueError):
+                problems.append(
+                    Problem(expected(unit), path=path, value=shortened(repr(value), LONGEST_QUOTED))
+                )
+        found[path] = np.asarray(numbers)
+    if problems:
+        raise InputError(problems[:MOST_PROBLEMS])
+    return found
 
 
 def _scenarios(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[Scenario]:

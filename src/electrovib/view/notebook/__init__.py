@@ -1,4 +1,4 @@
-"""What a notebook and an IPython terminal show of a Scenario, a Trace, a sweep and a plot."""
+"""Display of scenarios, Traces, sweeps, tables and plots in notebooks and IPython terminals."""
 
 from electrovib.view.notebook.hooks import register
 

@@ -12,9 +12,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from electrovib.scenario import Scenario
+    from electrovib.study.compare.materials import MaterialComparison
+    from electrovib.study.percept import Percept
+    from electrovib.study.reproduction import Table
 
 _SCENARIO: Final = ("electrovib.scenario.experiment", "Scenario")
 _DATASET: Final = ("xarray.core.dataset", "Dataset")
+_TABLE: Final = ("electrovib.study.reproduction", "Table")
+_MATERIALS: Final = ("electrovib.study.compare.materials", "MaterialComparison")
+_PERCEPT: Final = ("electrovib.study.percept", "Percept")
 _AXES: Final = ("matplotlib.axes._axes", "Axes")
 
 
@@ -35,6 +41,11 @@ def register() -> bool:
         ("text/html", _SCENARIO, _scenario),
         ("text/html", _DATASET, _dataset),
         ("text/plain", _DATASET, _dataset_as_text),
+        ("text/html", _TABLE, _table),
+        ("text/plain", _TABLE, _table_as_text),
+        ("text/html", _MATERIALS, _materials),
+        ("text/plain", _MATERIALS, _materials_as_text),
+        ("text/plain", _PERCEPT, _percept_as_text),
         ("image/png", _AXES, _picture),
     )
     for form, (module, name), show in known:
@@ -61,6 +72,36 @@ def _dataset_as_text(dataset: xarray.Dataset, printer: Any, cycle: bool) -> None
 
     del cycle
     printer.text(trace_text(dataset) if is_own(dataset) else repr(dataset))
+
+
+def _table(table: Table) -> str:
+    from electrovib.study.catalogue.columns import as_html
+
+    return as_html(table)
+
+
+def _table_as_text(table: Table, printer: Any, cycle: bool) -> None:
+    from electrovib.study.catalogue.columns import laid_out
+
+    del cycle
+    printer.text(laid_out(table).rstrip())
+
+
+def _materials(comparison: MaterialComparison) -> str:
+    return "".join(map(_table, comparison.tables))
+
+
+def _materials_as_text(comparison: MaterialComparison, printer: Any, cycle: bool) -> None:
+    for table in comparison.tables:
+        _table_as_text(table, printer, cycle)
+        printer.text("\n")
+
+
+def _percept_as_text(percept: Percept, printer: Any, cycle: bool) -> None:
+    from electrovib.view.percept import percept_lines
+
+    del cycle
+    printer.text("\n".join(percept_lines(percept)))
 
 
 def _picture(axes: Axes) -> tuple[bytes, dict[str, int]] | None:

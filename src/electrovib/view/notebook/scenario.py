@@ -14,6 +14,7 @@ from electrovib.view.units import pretty_quantity, typeset
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from electrovib.physics.stack import Layer
     from electrovib.scenario import Scenario
 
 UNVERIFIED: Final = "unverified"
@@ -119,7 +120,7 @@ def layers_of(scenario: Scenario) -> list[ShownLayer]:
         ShownLayer(
             name=name.replace("_", " "),
             thickness=pretty_quantity(layer.thickness, "m"),
-            material=f"{type(layer.material).__name__}: {values(layer, scenario)}",
+            material=_material(layer, scenario),
             role=roles[name],
             colour=colours[name],
             evaluated=scenario.force.evaluation_surface == name,
@@ -127,6 +128,13 @@ def layers_of(scenario: Scenario) -> list[ShownLayer]:
         for name, layer in stack.layers.items()
     ]
     return found[::-1]
+
+
+def _material(layer: Layer, scenario: Scenario) -> str:
+    """Write model, substance and values of a layer."""
+    text = f"{type(layer.material).__name__}: {values(layer, scenario)}"
+    substance = layer.material.substance
+    return f"{substance}, {text}" if substance and substance not in text else text
 
 
 def parameters_of(scenario: Scenario) -> list[ShownParameter]:

@@ -74,7 +74,7 @@ def trace_text(trace: xarray.Dataset) -> str:
     Returns
     -------
     str
-        Title, warnings, what is unknown, key numbers, dimensions.
+        Title, warnings, number of diagnostics in each state, key numbers, dimensions.
     """
     found = _by_state(trace)
     lines = [_title(trace)]
@@ -110,7 +110,7 @@ def _numbers(trace: xarray.Dataset) -> dict[str, str]:
     """Return the key numbers of the signals, or of the quantities, that the Dataset still has."""
     if summary.is_sweep(trace):
         whole = all(name in trace for name in summary.quantities_of(trace))
-        return summary.key_numbers(trace) if whole and all(trace.sizes.values()) else {}
+        return summary.key_numbers(trace) if whole else {}
     if not trace.sizes.get("time"):
         return {}
     return summary.key_numbers(trace if "layer" in trace.dims else trace.drop_vars("field", errors="ignore"))

@@ -1,4 +1,4 @@
-"""Plots: functions of one Trace or several; each draws into Axes and gives them back, nothing else."""
+"""Plots: functions of one Trace or several; each draws into Axes and returns them."""
 
 from electrovib.view.plots.layers import stack
 from electrovib.view.plots.over_frequency import (

@@ -60,7 +60,7 @@ def finish(
     base : float
         Value from which the vertical axis counts [SI].
     drawn : sequence of Line
-        Where colours and dashes both stand for something, they are explained one by one.
+        Where colours and dashes both have a meaning, each is explained apart.
     note : str
         Remark in the legend.
     """
@@ -76,7 +76,7 @@ def finish(
 
 
 def _colours_and_dashes(drawn: Sequence[Line]) -> tuple[list[Any], list[str]] | None:
-    """Explain colours, then dashes, instead of every pair of them; None where a line has only one meaning."""
+    """Return entries for colours, then for dashes, instead of one for each pair; None where only one of them has a meaning."""
     from matplotlib.lines import Line2D
 
     colours = {line.label: line.colour for line in drawn if line.label}
@@ -89,7 +89,7 @@ def _colours_and_dashes(drawn: Sequence[Line]) -> tuple[list[Any], list[str]] | 
 
 
 def plain(label: str) -> str:
-    """Take from a label of a user what matplotlib would read as a formula or as the wish not to be shown."""
+    """Escape in a label what matplotlib would read as a formula, or as a label not to be shown."""
     shown = label.replace("$", r"\$")
     return f" {shown}" if shown.startswith("_") else shown
 
@@ -110,7 +110,7 @@ def _cut(label: str) -> str:
 
 
 def shared_words(labels: list[str]) -> tuple[str, list[str]]:
-    """Split ``drive.rise = 5 ms`` when all labels name the same paths: they become the legend's title."""
+    """Split labels such as ``drive.rise = 5 ms`` that all name the same paths, which become the title of the legend."""
     parts = {label: _PATH.split(label) for label in labels if " = " in label}
     named = {(before, *rest[::2]) for before, *rest in parts.values()}
     if len(labels) > 1 and len(named) == 1 and (paths := named.pop())[0] == "" and len(paths) > 1:
@@ -121,7 +121,7 @@ def shared_words(labels: list[str]) -> tuple[str, list[str]]:
 
 
 def logarithmic_if_wide(ax: Axes) -> None:
-    """Take a logarithmic vertical axis for positive values that span more than a factor of 30, else start at 0."""
+    """Set a logarithmic vertical axis for positive values over more than a factor of 30, else one from 0."""
     low, high = (float(bound) for bound in ax.yaxis.get_data_interval())
     if not (np.isfinite(low) and np.isfinite(high)) or low < 0 or high == 0:
         return

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.physics.material.library import find_substance
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.view.style import drawing, layer_colours
 from electrovib.view.units import prefix_for, pretty_quantity, pretty_unit
@@ -125,7 +126,9 @@ def _slabs(ax: Axes, scenario: Scenario, heights: Mapping[str, float]) -> None:
         middle = low + height / 2
         ax.plot([_WIDTH, _WIDTH + 0.02], [middle, middle], color=colour, linewidth=2.5)
         here = "; force evaluated here" if scenario.force.evaluation_surface == name else ""
-        title = f"{name.replace('_', ' ')}, {pretty_quantity(layer.thickness, 'm')}"
+        here += "; with unverified values" if _unverified(scenario, name) else ""
+        substance = f", {written_name(layer.material.substance)}" if layer.material.substance else ""
+        title = f"{name.replace('_', ' ')}, {pretty_quantity(layer.thickness, 'm')}{substance}"
         at: dict[str, Any] = {
             "xy": (_WIDTH + 0.03, middle),
             "textcoords": "offset points",
@@ -167,6 +170,23 @@ def values(layer: Layer, scenario: Scenario) -> str:
     if layer.breakdown_field is not None:
         parts.append(f"breaks down at {pretty_quantity(layer.breakdown_field, 'V/m', digits=4)}")
     return ", ".join(parts)
+
+
+def written_name(name: str) -> str:
+    """Return the name of a material of the library as it is usually written: ``SU-8`` for ``su8``."""
+    found = find_substance(name)
+    same = [each for each in found.aliases if _letters(each) == _letters(name)] if found else []
+    return same[0] if same else name.replace("_", " ")
+
+
+def _letters(name: str) -> str:
+    return "".join(letter for letter in name.lower() if letter.isalnum())
+
+
+def _unverified(scenario: Scenario, name: str) -> bool:
+    """Return whether the source of a value of the layer is cited from memory."""
+    inside = f"stack.{name}."
+    return any(path.startswith(inside) and "unverified" in text for path, text in scenario.sources.items())
 
 
 def _tidy(ax: Axes, scenario: Scenario, heights: Mapping[str, float]) -> None:

@@ -97,7 +97,7 @@ def _raise_top(ax: Axes, share: float) -> None:
 
 
 def _is_free(ax: Axes, legend: Legend) -> bool:
-    """Tell whether no line, area or text of the plot comes near the legend."""
+    """Return whether no line, area or text of the plot comes near the legend."""
     clear = _pixels(ax, _CLEAR)
     box = legend.get_window_extent().padded(clear)
     return not (
@@ -114,7 +114,7 @@ def _pixels(ax: Axes, points: float) -> float:
 
 
 def _crosses(line: Any, box: Bbox) -> bool:
-    """Tell whether a line, or a marker of it, lies in a box of the display."""
+    """Return whether a line, or a marker of it, lies in a box of the display."""
     path = line.get_path().transformed(line.get_transform())
     if line.get_linestyle() == "None":
         return any(box.contains(x, y) for x, y in path.vertices)
@@ -122,7 +122,7 @@ def _crosses(line: Any, box: Bbox) -> bool:
 
 
 def _covers(area: Any, box: Bbox) -> bool:
-    """Tell whether an area, or a set of lines, meets a box of the display."""
+    """Return whether an area, or a set of lines, meets a box of the display."""
     from matplotlib.collections import LineCollection
 
     paths = area.get_paths() if hasattr(area, "get_paths") else [area.get_path()]

@@ -44,12 +44,12 @@ def frequency_response(traces: Traces, *, ax: Axes | None = None) -> Axes:
 
 
 def gain(traces: Traces, *, ax: Axes | None = None) -> Axes:
-    """Draw the voltage that pulls per volt of the drive, over frequency.
+    """Draw the effective voltage per volt of the drive, over frequency.
 
     Parameters
     ----------
     traces, ax
-        As for `frequency_response`. Where no law has an effective voltage: the voltage across every layer.
+        As for `frequency_response`. Where no law has an effective voltage, the voltage across every layer is drawn.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def gain(traces: Traces, *, ax: Axes | None = None) -> Axes:
 
 
 def gain_phase(traces: Traces, *, ax: Axes | None = None) -> Axes:
-    """Draw by how much the voltage that pulls leads the drive, over frequency.
+    """Draw the phase by which the effective voltage leads the drive, over frequency.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def gain_phase(traces: Traces, *, ax: Axes | None = None) -> Axes:
 
 
 def impedance(traces: Traces, *, ax: Axes | None = None) -> Axes:
-    """Draw the magnitude of the impedance that the drive sees, over frequency.
+    """Draw the magnitude of the impedance at the drive, over frequency.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def impedance(traces: Traces, *, ax: Axes | None = None) -> Axes:
 
 
 def impedance_phase(traces: Traces, *, ax: Axes | None = None) -> Axes:
-    """Draw the phase of the impedance that the drive sees: -90 degrees for a capacitor.
+    """Draw the phase of the impedance at the drive, -90 degrees for a capacitor.
 
     Parameters
     ----------

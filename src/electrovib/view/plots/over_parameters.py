@@ -35,7 +35,7 @@ def quantity(trace: xarray.Dataset, name: str, *, ax: Axes | None = None) -> Axe
     Parameters
     ----------
     trace : xarray.Dataset
-        From `electrovib.sweep`; of more than two parameters choose values with ``trace.isel(...)`` until two are left.
+        From `electrovib.sweep`; with more than two parameters, choose values of the others with ``trace.isel(...)``.
     name : str
         Of the quantity: ``"mean electrostatic_force"``.
     ax : Axes, optional
@@ -50,15 +50,17 @@ def quantity(trace: xarray.Dataset, name: str, *, ax: Axes | None = None) -> Axe
     Raises
     ------
     InputError
-        If the sweep has no such quantity, or was over none or more than two parameters.
+        If the sweep has no such quantity, or depends on none or more than two parameters.
     """
     known = quantities_of(trace) if is_sweep(trace) else []
     if name not in known:
-        raise InputError(f"quantity '{name}': this sweep does not have it.{nearest(name, known)}")
+        raise InputError(f"quantity '{name}': this sweep does not contain it.{nearest(name, known)}")
     values = trace[name].squeeze()
     if values.ndim not in (1, 2):
         several = ", ".join(map(str, values.dims)) or "nothing"
-        raise InputError(f"quantity '{name}': runs over {several}; a plot takes one or two, choose with isel")
+        raise InputError(
+            f"quantity '{name}': depends on {several}; a plot has one or two parameters. Choose values of the others with isel"
+        )
     with drawing(ax) as axes:
         if values.ndim == 1:
             _curve(axes, trace, values)
@@ -109,7 +111,7 @@ def _map(ax: Axes, trace: xarray.Dataset, values: xarray.DataArray) -> None:
     ax.dataLim.update_from_data_xy(np.column_stack([[x.min(), x.max()], [y.min(), y.max()]]))
     label_axis(ax.xaxis, along, units.get(along, ""))
     label_axis(ax.yaxis, up, units.get(up, ""))
-    ax.set_title(_words(str(values.name)) + ("; white: not known" if np.ma.is_masked(numbers) else ""))
+    ax.set_title(_words(str(values.name)) + ("; white: unknown" if np.ma.is_masked(numbers) else ""))
 
 
 def _contours(ax: Axes, points: tuple[Any, Any, Any], levels: NDArray[np.float64], unit: str) -> None:
@@ -128,7 +130,7 @@ def _contours(ax: Axes, points: tuple[Any, Any, Any], levels: NDArray[np.float64
 
 
 def _finer(points: tuple[Any, Any, Any], *, wide: bool) -> tuple[Any, Any, Any]:
-    """Put values between those that were computed, as straight lines on the axes that are drawn."""
+    """Interpolate between the computed values, along straight lines on the scales of the drawing."""
     x, y, z = points
     (along, finer_x), (up, finer_y) = (_between(axis) for axis in (x, y))
     known = np.ma.log(z) if wide else z
@@ -141,7 +143,7 @@ def _finer(points: tuple[Any, Any, Any], *, wide: bool) -> tuple[Any, Any, Any]:
 
 
 def _between(axis: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give the values of an axis as they are drawn, and more of them."""
+    """Return the values of an axis on the scale of the drawing, and the finer ones between them."""
     drawn = np.log(axis) if _geometric(axis) else axis
     steps = max(1, -(-_FINE // len(axis)))
     finer = np.interp(np.arange((len(axis) - 1) * steps + 1) / steps, np.arange(len(axis)), drawn)
@@ -149,7 +151,7 @@ def _between(axis: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
 
 
 def _middle(ax: Axes, lines: Any) -> Any:
-    """Give the middle, as it is seen, of the longest line of a level; None where it is too short for a label."""
+    """Return the middle, in the drawing, of the longest line of a level; None where it is too short for a label."""
     seen = [ax.transData.transform(line) for line in lines]
     lengths = [np.append(0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T))) for line in seen]
     longest = int(np.argmax([length[-1] for length in lengths]))
@@ -160,7 +162,7 @@ def _middle(ax: Axes, lines: Any) -> Any:
 
 
 def _levels(numbers: Any) -> NDArray[np.float64] | None:
-    """Choose round values for contour lines; None where there is nothing between the smallest and the largest."""
+    """Choose round values for contour lines; None where all values are equal."""
     from matplotlib.ticker import LogLocator, MaxNLocator
 
     if not numbers.count():
@@ -183,7 +185,7 @@ def _is_wide(low: float, high: float) -> bool:
 
 
 def _geometric(values: NDArray[np.float64]) -> bool:
-    """Tell whether values are evenly spaced in the logarithm rather than evenly."""
+    """Return whether values are evenly spaced in their logarithm."""
     if len(values) < 3 or np.min(values) <= 0:
         return False
     ratios = np.diff(np.log(values))

@@ -38,7 +38,7 @@ def drive(traces: Traces, *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     Axes
-        Data in SI; the numbers at the axes have a prefix.
+        Data in SI; the unit in the label of an axis has a prefix.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def drive(traces: Traces, *, ax: Axes | None = None) -> Axes:
 
 
 def effective_voltage(traces: Traces, *, ax: Axes | None = None) -> Axes:
-    """Draw the part of the voltage that pulls the finger, for laws that have one.
+    """Draw the effective voltage, the part of the voltage that attracts the finger, for laws that have one.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def effective_voltage(traces: Traces, *, ax: Axes | None = None) -> Axes:
     Raises
     ------
     InputError
-        If no Trace has the signal: `layer_voltages` shows what every law has.
+        If no Trace has the signal; `layer_voltages` can be drawn for every law.
     """
     return _over_time(traces, "effective_voltage", ax)
 
@@ -91,7 +91,7 @@ def force(traces: Traces, *, ax: Axes | None = None) -> Axes:
 
 
 def lateral_force(traces: Traces, *, ax: Axes | None = None) -> Axes:
-    """Draw the friction force over time.
+    """Draw the friction force over time, so that its change can be compared with the whole.
 
     Parameters
     ----------
@@ -101,7 +101,8 @@ def lateral_force(traces: Traces, *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     Axes
-        Data in N.
+        Data in N. A force that changes by a fifth of itself or more is drawn from 0, with the friction of the load as a
+        dashed line. A smaller change is drawn above its smallest value, with a second axis in percent of that value.
 
     Raises
     ------
@@ -179,12 +180,12 @@ def over_time(traces: Traces, name: str, *, ax: Axes | None = None) -> Axes:
 
 
 def layer_voltages(traces: Traces, *, ax: Axes | None = None) -> Axes:
-    """Draw how the voltage divides over the layers: field times thickness of each.
+    """Draw the voltage across each layer: its field times its thickness.
 
     Parameters
     ----------
     traces, ax
-        As for `drive`; Traces without field or without a scenario, which knows the thicknesses, are left out.
+        As for `drive`; Traces without a field, or without a scenario that gives the thicknesses, are omitted.
 
     Returns
     -------
@@ -207,7 +208,7 @@ def layer_voltages(traces: Traces, *, ax: Axes | None = None) -> Axes:
 
 
 def has_layer_voltages(trace: xarray.Dataset) -> bool:
-    """Tell whether a Trace has fields and a scenario that knows all their layers."""
+    """Return whether a Trace has fields and a scenario with all their layers."""
     scenario = scenario_or_none(trace)
     if "field" not in trace or scenario is None:
         return False

@@ -9,7 +9,7 @@ import pytest
 from electrovib.core.errors import InputError
 from electrovib.scenario import load
 from electrovib.view import plots
-from electrovib.view.plots.layers import drawn_heights
+from electrovib.view.plots.layers import drawn_heights, written_name
 
 
 def slabs(ax):
@@ -82,6 +82,28 @@ def test_what_else_is_declared_is_stated(scenario):
     assert "breaks down at 300 MV/m" in shown
     # 4 + 1100 at a frequency far below the relaxation
     assert "ε′ = 1104 at 1 kHz (Debye)" in shown
+
+
+def test_a_material_of_the_library_is_named_and_its_unverified_values_are_marked(scenario):
+    shown = words(plots.stack(scenario.replace({"stack.insulator.material": "parylene C"})))
+    assert "insulator, 90 µm, parylene C" in shown
+    assert any(text.startswith("ε′ = 3.1 at 1 kHz") and "with unverified values" in text for text in shown)
+    assert not any("unverified" in text for text in words(plots.stack(scenario)))
+
+
+@pytest.mark.parametrize(
+    ("name", "written"),
+    [
+        ("su8", "SU-8"),
+        ("p_vdf_trfe_cfe", "P(VDF-TrFE-CFE)"),
+        ("silica", "silica"),
+        ("soda_lime_glass", "soda-lime glass"),
+        ("alumina_ald", "alumina ald"),
+        ("of_my_own", "of my own"),
+    ],
+)
+def test_a_material_has_its_usual_name(name, written):
+    assert written_name(name) == written
 
 
 DEBYE = {"permittivity_high": 4, "strength": 1100, "relaxation_time": "32 ns", "conductivity": 0.2}

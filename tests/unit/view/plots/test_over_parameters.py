@@ -13,7 +13,7 @@ FORCE = "peak electrostatic_force"
 
 
 @pytest.fixture(scope="module")
-def plane(scenario):
+def over_two(scenario):
     over = {"drive.high": [100.0, 200.0, 300.0, 400.0], "stack.gap.thickness": np.geomspace(1e-7, 1e-4, 6)}
     return sweep(scenario, over)
 
@@ -37,14 +37,14 @@ def test_a_curve_over_decades_has_a_logarithmic_axis(swept):
     assert plots.quantity(wide, FORCE).get_yscale() == "log"
 
 
-def test_even_values_have_an_even_axis(plane):
-    ax = plots.quantity(plane.isel({"stack.gap.thickness": 2}), "swing lateral_force")
+def test_even_values_have_an_even_axis(over_two):
+    ax = plots.quantity(over_two.isel({"stack.gap.thickness": 2}), "swing lateral_force")
     assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "linear")
     assert ax.get_xlabel() == "drive.high [V]"
 
 
-def test_a_map_over_two_parameters_has_labelled_lines(plane):
-    ax = plots.quantity(plane, FORCE)
+def test_a_map_over_two_parameters_has_labelled_lines(over_two):
+    ax = plots.quantity(over_two, FORCE)
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("stack.gap.thickness [µm]", "drive.high [V]")
     shown = texts(ax)
@@ -54,15 +54,15 @@ def test_a_map_over_two_parameters_has_labelled_lines(plane):
     ax.figure.canvas.draw()
 
 
-def test_a_hole_in_a_map_is_white_and_told(plane):
-    holed = plane.copy(deep=True)
+def test_a_hole_in_a_map_is_white_and_named(over_two):
+    holed = over_two.copy(deep=True)
     holed[FORCE][0, 0] = np.nan
-    assert plots.quantity(holed, FORCE).get_title(loc="left").endswith("white: not known")
+    assert plots.quantity(holed, FORCE).get_title(loc="left").endswith("white: unknown")
 
 
 @pytest.mark.parametrize(("value", "words"), [(2e-3, "2 mN everywhere"), (np.nan, "no numbers to draw")])
-def test_a_map_of_one_value_says_it(plane, value, words):
-    flat = plane.copy(deep=True)
+def test_a_map_of_one_value_says_it(over_two, value, words):
+    flat = over_two.copy(deep=True)
     flat[FORCE][:] = value
     ax = plots.quantity(flat, FORCE)
     assert texts(ax) == [words]
@@ -75,13 +75,13 @@ def test_a_curve_of_nothing_says_so(swept):
     assert texts(plots.quantity(empty, FORCE)) == ["no numbers to draw"]
 
 
-def test_what_cannot_be_drawn_is_refused(plane, swept, trace, scenario):
+def test_what_cannot_be_drawn_is_refused(over_two, swept, trace, scenario):
     with pytest.raises(InputError, match="Did you mean 'peak electrostatic_force'"):
-        plots.quantity(plane, "peak electrostatic force")
-    with pytest.raises(InputError, match="does not have it"):
+        plots.quantity(over_two, "peak electrostatic force")
+    with pytest.raises(InputError, match="does not contain it"):
         plots.quantity(trace, FORCE)
-    with pytest.raises(InputError, match="runs over nothing"):
+    with pytest.raises(InputError, match="depends on nothing"):
         plots.quantity(swept.isel({"stack.gap.thickness": 0}), FORCE)
     over = {"drive.high": [1.0, 2.0], "drive.rise": [1e-3, 2e-3], "drive.fall": [1e-3, 2e-3]}
-    with pytest.raises(InputError, match="choose with isel"):
+    with pytest.raises(InputError, match="Choose values of the others with isel"):
         plots.quantity(sweep(scenario, over), FORCE)

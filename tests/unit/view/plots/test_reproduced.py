@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.colors import to_hex
 
-from electrovib.study.reproduction import Curve, Panel
+from electrovib.study.reproduction import REFERENCE, Curve, Panel
 from electrovib.view import plots
+from electrovib.view.plots.reproduced import PALETTE
+from electrovib.view.style import NEUTRAL
 
 X = np.geomspace(1, 1e4, 30)
 
@@ -60,3 +63,19 @@ def test_nothing_is_drawn_below_the_floor():
     (line,) = ax.lines
     assert np.array_equal(np.isnan(line.get_ydata()), X * 1e-3 < 0.1)
     assert np.nanmin(line.get_ydata()) >= 0.1
+
+
+def test_a_look_has_one_colour_in_every_figure_and_a_reference_is_grey():
+    """Whatever else is drawn, and whether the line is broken."""
+    first = plots.panel(make(Curve(label="a", x=X, y=X), Curve(label="skin", x=X, y=2 * X, look=8)))
+    second = plots.panel(
+        make(
+            Curve(label="skin", x=X, y=X, look=8, kind="dashed"),
+            Curve(label="limit", x=X, y=2 * X, look=REFERENCE),
+            Curve(label="range", x=X, y=X, upper=3 * X, look=REFERENCE, kind="band"),
+        )
+    )
+    colours = [{line.get_label(): line.get_color() for line in ax.lines} for ax in (first, second)]
+    assert colours[0]["skin"] == colours[1]["skin"] == PALETTE[8]
+    assert colours[1]["limit"] == NEUTRAL
+    assert to_hex(second.collections[0].get_facecolor()[0]) == NEUTRAL

@@ -1,7 +1,7 @@
-"""The falling edge: what could make the second pulse of the trapezoidal pulse differ from the first, each as a switch.
+"""The falling edge: causes that could make the second peak of the trapezoidal pulse differ from the first.
 
-The paper says only that on the discharging parts there is a difference between model and measurement, and suspects
-the sensor. Each candidate here is the paper's own scenario with one thing changed.
+The paper states only that on the discharging parts there is a difference between model and measurement, and suspects
+the sensor. Each candidate cause here is the paper's own scenario with one change.
 """
 
 from electrovib.papers.vezzoli_2014.falling_edge.candidates import Candidate, candidates

@@ -1,4 +1,4 @@
-"""The candidate causes, each as a change of the paper's own scenario."""
+"""The candidate causes, each a change of the paper's own scenario."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ class Candidate:
     Parameters
     ----------
     name : str
-        In a few words.
+        Short name.
     changes : mapping of str to value
-        Dotted path to value, put into the paper's scenario: the switch.
+        Dotted path to value, put into the paper's scenario.
     test : str
-        The experiment that would tell it from the others.
+        The experiment that would distinguish it from the others.
     signal : str
-        In which signal it shows.
+        Signal in which it appears.
     values : str
-        What was taken, and that it is a choice where it is.
+        Values taken, marked where they are a choice.
     linear : bool
-        Whether it answers in proportion to the drive, so that a periodic trapezoidal pulse of equal halves gives equal
+        Whether its response is linear in the drive, so that a periodic trapezoidal pulse of equal halves gives equal
         pulses.
     """
 
@@ -50,13 +50,13 @@ class Candidate:
 
     def scenario(self, *, ramp: float = RAMP, hold: float = HOLD) -> Scenario:
         """Put the change into the paper's scenario with a ramp and a hold [s]."""
-        trapezium = {"drive.rise": ramp, "drive.hold": hold, "drive.fall": ramp}
-        return scenarios()["fig6"].replace(trapezium).replace(self.changes)
+        pulse = {"drive.rise": ramp, "drive.hold": hold, "drive.fall": ramp}
+        return scenarios()["fig6"].replace(pulse).replace(self.changes)
 
 
 _CHOICE = "a choice"
 _ALL_SKIN: Final = {"stack.stratum_corneum.material.conductivity": 0.0}
-"""What conducts in the skin is then the leak alone."""
+"""The leak alone then conducts in the skin."""
 
 
 def _polarity(positive: float, negative: float) -> dict[str, Any]:
@@ -73,7 +73,9 @@ def _skin(name: str) -> dict[str, Any]:
 
 
 _MEMORY_TEST = "vary the hold: the ratio returns to 1 as a power of it; both halves of a periodic trapezoidal pulse are equal"
-_SLIDING_TEST = "vary the speed: the plateau of the hold grows in proportion; a finger at rest shows neither"
+_SLIDING_TEST = (
+    "vary the speed: the plateau of the hold is proportional to it; a finger at rest shows neither"
+)
 
 _RELAXING: Final = {
     "model": "Tribometer",
@@ -90,7 +92,7 @@ _RELAXING: Final = {
 
 @functools.cache
 def candidates() -> tuple[Candidate, ...]:
-    """Give every candidate with its switch, at plausible values."""
+    """Return every candidate at plausible values."""
     return (
         Candidate("the paper's model", {}, "the reference", "one relaxation time of 7.7 ms"),
         *(
@@ -105,9 +107,9 @@ def candidates() -> tuple[Candidate, ...]:
 
 
 def _of_polarity() -> tuple[Candidate, ...]:
-    """Give a skin that conducts better for one sign of the voltage, either way."""
+    """Return a skin that conducts better for positive voltages, and one that conducts better for negative ones."""
     two_taus = f"time constants {SLOW * 1e3:g} and {FAST * 1e3:g} ms by polarity, {_CHOICE}"
-    test = "invert the drive, 0 to -1000 V, on a neutral film with the plate voltage recorded: the ratio turns over"
+    test = "invert the drive, 0 to -1000 V, on a neutral film with the plate voltage recorded: the ratio is inverted"
     weaker, stronger = _polarity(FAST, SLOW), _polarity(SLOW, FAST)
     return (
         Candidate("positive pulses weaker", weaker, test, f"{two_taus}, as Kaczmarek 2006", linear=False),
@@ -116,8 +118,8 @@ def _of_polarity() -> tuple[Candidate, ...]:
 
 
 def _of_sliding() -> tuple[Candidate, ...]:
-    """Give a finger under which fresh film comes, neutral or charged."""
-    charged = f"{FILM_CHARGE * 1e6:g} uC/m2 on the film that comes under the finger, {_CHOICE}; 30 mm/s"
+    """Return a finger that slides onto fresh film, neutral or charged."""
+    charged = f"{FILM_CHARGE * 1e6:g} uC/m2 on the fresh film, {_CHOICE}; 30 mm/s"
     wiped = "neutralise the film before the pass, then do not: only this changes"
     neutral = [
         Candidate(
@@ -136,7 +138,7 @@ def _of_sliding() -> tuple[Candidate, ...]:
 
 
 def _of_charge_and_field() -> tuple[Candidate, ...]:
-    """Give charge that an earlier touch has left, and a skin that conducts better in a large field."""
+    """Return charge left by an earlier touch, and a skin that conducts better in a large field."""
     growing = {"model": "FieldConduction", "conductivity": skin_conductivity(SLOW), "onset_field": 3e3}
     return (
         Candidate(
@@ -148,7 +150,7 @@ def _of_charge_and_field() -> tuple[Candidate, ...]:
         Candidate(
             "leak that grows with the field",
             _ALL_SKIN | {"stack.stratum_corneum.leak": growing},
-            "vary the voltage: decay and force no longer follow its square",
+            "vary the voltage: the force is not proportional to its square, and the decay changes",
             f"conductivity doubled at 3 kV/m in the skin, {_CHOICE}",
             linear=False,
         ),
@@ -156,7 +158,7 @@ def _of_charge_and_field() -> tuple[Candidate, ...]:
 
 
 def _beyond_the_field() -> tuple[Candidate, ...]:
-    """Give the candidates that leave the attraction as it is, or the voltage as it was asked for."""
+    """Return the candidates that change neither the stack nor the charge: mechanics, amplifier and sensor."""
     creeping = {
         "model": "Creep",
         "steady": {"model": "Coulomb", "coefficient": 0.5},
@@ -174,7 +176,7 @@ def _beyond_the_field() -> tuple[Candidate, ...]:
         Candidate(
             "amplifier sinks less than it sources",
             {"circuit.amplifier": sinking},
-            "record the voltage at the plate: its falling ramp is slower than asked for",
+            "record the voltage at the plate: its falling ramp is slower than commanded",
             f"250 uA out, 2 uA back, 50 pF of stray capacitance, {_CHOICE}",
             linear=False,
         ),
@@ -182,7 +184,7 @@ def _beyond_the_field() -> tuple[Candidate, ...]:
             "sensor relaxes",
             {"rig": _RELAXING},
             "step the sensor with a weight: the same relaxation without finger and voltage",
-            f"a quarter more creeps in with 50 ms, {_CHOICE}: what the paper suspects",
+            f"a quarter of the signal follows with 50 ms, {_CHOICE}; the cause that the paper suspects",
             signal="lateral_force_measured",
         ),
     )

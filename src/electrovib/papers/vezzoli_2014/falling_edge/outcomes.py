@@ -1,4 +1,4 @@
-"""What each candidate does to the trapezoidal pulse."""
+"""The trapezoidal pulse under each candidate cause."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from electrovib.solve.simulate import simulate
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a candidate does to the trapezoidal pulse.
+    """The trapezoidal pulse under one candidate cause.
 
     Parameters
     ----------
     time, force : ndarray
-        s, N; in excess of what there was before the drive.
+        s, N; above the value before the drive.
     ratio : float
         Largest force from the falling ramp on over the largest before.
     decay : float
@@ -74,7 +74,7 @@ def _decay(time: Real, force: Real, *, start: float, end: float, level: float) -
 
 
 def _settled(candidate: Candidate) -> bool:
-    """Tell whether the signal has a steady part that was there before the drive: the friction of the load."""
+    """Return whether the signal has a steady part before the drive: the friction of the load."""
     return candidate.signal != "electrostatic_force"
 
 
@@ -86,7 +86,7 @@ def outcomes() -> dict[str, Outcome]:
 
 @functools.cache
 def periodic_asymmetry() -> float:
-    """Largest difference between both pulses of a periodic trapezoidal pulse of equal halves, over linear candidates.
+    """Compute the largest difference of both pulses of a periodic trapezoidal pulse of equal halves, over linear causes [1].
 
     Notes
     -----

@@ -14,7 +14,7 @@ from electrovib.physics.material.library.values import (
 )
 
 _DEAL = "Brigham Young University cleanroom, constants of thermal oxide after B. E. Deal, cleanroom.byu.edu/OxideTimeCalc"
-_MCPHERSON = "J. W. McPherson, World J. Condens. Matter Phys. 6, 152 (2016)"
+_MCPHERSON = "J. W. McPherson, World J. Condens. Matter Phys. 2016, no. 2, 152"
 _EMESH = "I. Emesh et al., J. Electrochem. Soc. 136, 3404 (1989)"
 _HEARSAY = "hearsay in a mailing list, pupman.com, April 1995, without a source of its own"
 _VALLEY = "Valley Design, soda-lime float glass, valleydesign.com/soda-lime-glass"
@@ -63,8 +63,8 @@ SUBSTANCES: Final = (
         kind="glass",
         permittivity=(permittivity(6.0, "about; frequency not stated", _SMITH, "abstract"),),
         strengths=(
-            strength(1100 * MEGAVOLT_PER_METRE, 5e-6, "DC, characteristic value", _MURATA, "abstract"),
-            strength(400 * MEGAVOLT_PER_METRE, 58e-6, "DC, characteristic value", _MURATA, "abstract"),
+            strength(1100 * MEGAVOLT_PER_METRE, 5e-6, "characteristic value", _MURATA, "abstract"),
+            strength(400 * MEGAVOLT_PER_METRE, 58e-6, "characteristic value", _MURATA, "abstract"),
         ),
     ),
     Substance(
@@ -106,7 +106,7 @@ SUBSTANCES: Final = (
                 500 * MEGAVOLT_PER_METRE,
                 None,
                 "order of magnitude",
-                "thin films in general, from memory",
+                "strength of ALD films, from memory",
                 "unverified",
             ),
         ),

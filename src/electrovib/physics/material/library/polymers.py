@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from electrovib.core.units import format_quantity
 from electrovib.physics.material.library.record import Dispersion, Substance
 from electrovib.physics.material.library.values import (
     MEGAVOLT_PER_METRE,
@@ -30,17 +31,17 @@ _CHEMOURS = "Chemours, Teflon FEP film, properties bulletin K-26941"
 _ORING = "comparison table of fluoropolymers, o-ring.tw/en/product_02_6_13"
 _SERTEL = "N. Ghalichechian, K. Sertel, Permittivity and loss characterization of SU-8 films (2014)"
 _MELAI = "J. Melai et al., J. Micromech. Microeng. 19, 065012 (2009)"
-_PIEZO = "piezo film sensors, technical manual, table 1"
+_PIEZO = "user manual of the SparkFun piezo vibration sensor, table 1, piezo film"
 _RAUF = "A. M. Rauf, S. Follmer, Extreme Mech. Lett. 79, 102382 (2025), the authors' public code"
 _SPRINGER = "Mater. Res. Soc. Symp. Proc. 889, W07-02, doi:10.1557/PROC-0889-W07-02"
 _TSDC = "dielectric relaxation and thermally stimulated currents of P(VDF-TrFE-CFE), globalauthorid.com"
 
 _PET_MINIMA = {75: 115, 100: 100, 125: 90, 150: 85, 175: 80, 188: 76, 200: 70, 250: 65, 300: 60, 350: 55}
-"""Thickness [um] to the lowest strength that the data sheet admits [MV/m]."""
+"""Thickness [um] to the lowest strength that the data sheet guarantees [MV/m]."""
 _KAPTON_MINIMA = {7.6: 118, 12.7: 118, 25.4: 236, 50.8: 197, 76.2: 177, 127: 118}
-"""Thickness [um] to the lowest strength that the data sheet admits [MV/m]."""
+"""Thickness [um] to the lowest strength that the data sheet guarantees [MV/m]."""
 _PTFE_MINIMA = {25: 4200, 51: 4000, 76: 3400, 102: 3000}
-"""Thickness [um] to the lowest strength that the standard admits [V/mil]."""
+"""Thickness [um] to the lowest strength that the standard requires [V/mil]."""
 _PARYLENE_POINTS = {1e3: 3.10, 60.0: 3.15, 1e6: 2.95}
 """Frequency [Hz] to relative permittivity."""
 _PARYLENE_EXPONENT: Final = 1 + math.log(_PARYLENE_POINTS[1e6] / _PARYLENE_POINTS[60.0]) / math.log(1e6 / 60)
@@ -57,7 +58,13 @@ SUBSTANCES: Final = (
         permittivity=(permittivity(3.15, "50 Hz; middle of 2.9 to 3.4", _BOPET, "derived"),),
         conductivity_bound=from_resistivity(1e14, "", _BOPET, "full text"),
         strengths=tuple(
-            strength(value * MEGAVOLT_PER_METRE, um * MICROMETRE, "lowest admitted, AC", _BOPET, "full text")
+            strength(
+                value * MEGAVOLT_PER_METRE,
+                um * MICROMETRE,
+                "minimum of the data sheet, GB/T 1408.1",
+                _BOPET,
+                "full text",
+            )
             for um, value in _PET_MINIMA.items()
         ),
     ),
@@ -72,7 +79,11 @@ SUBSTANCES: Final = (
         ),
         strengths=tuple(
             strength(
-                value * MEGAVOLT_PER_METRE, um * MICROMETRE, "lowest admitted, 60 Hz", _KMAC, "full text"
+                value * MEGAVOLT_PER_METRE,
+                um * MICROMETRE,
+                "minimum of the data sheet, 60 Hz",
+                _KMAC,
+                "full text",
             )
             for um, value in _KAPTON_MINIMA.items()
         ),
@@ -83,7 +94,7 @@ SUBSTANCES: Final = (
         meaning="poly(chloro-p-xylylene) deposited from the vapour",
         kind="coating",
         permittivity=tuple(
-            permittivity(value, f"{frequency:g} Hz", _DIAMOND, "full text")
+            permittivity(value, format_quantity(frequency, "Hz"), _DIAMOND, "full text")
             for frequency, value in _PARYLENE_POINTS.items()
         ),
         dispersion=Dispersion(
@@ -109,7 +120,7 @@ SUBSTANCES: Final = (
         ),
         conductivity_bound=from_resistivity(1e18 * OHM_CENTIMETRE, "", _ORING, "full text"),
         strengths=tuple(
-            strength(value * VOLT_PER_MIL, um * MICROMETRE, "lowest admitted", _ASTM, "full text")
+            strength(value * VOLT_PER_MIL, um * MICROMETRE, "minimum of the standard", _ASTM, "full text")
             for um, value in _PTFE_MINIMA.items()
         ),
     ),

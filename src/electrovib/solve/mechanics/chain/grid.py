@@ -33,7 +33,7 @@ class Grid:
     ----------
     knots : ndarray, shape (n,)
         Output times and corners between them [s].
-    wanted, jumps : ndarray of int
+    wanted, corners : ndarray of int
         Indices of the knots that are output times, and of those that are corners.
     graded : ndarray of bool, shape (n - 1,)
         Whether a stretch begins with a corner, after which the force may decay quickly, so that its pieces grow.
@@ -43,19 +43,19 @@ class Grid:
 
     knots: Real
     wanted: Indices
-    jumps: Indices
+    corners: Indices
     graded: NDArray[np.bool_]
     memory: float = math.inf
 
     @classmethod
-    def over(cls, stamps: Real, jumps: Real, *, memory: float = math.inf) -> Grid:
+    def over(cls, stamps: Real, corners: Real, *, memory: float = math.inf) -> Grid:
         """Return the grid of output times and corners.
 
         Parameters
         ----------
         stamps : ndarray, shape (n,)
             Output times, increasing [s].
-        jumps : ndarray, shape (m,)
+        corners : ndarray, shape (m,)
             Corners at any times [s]; those after the first output time and up to the last count.
         memory : float
             Time after which the response to a force has decayed [s]: earlier times than that before every output time
@@ -66,7 +66,7 @@ class Grid:
         Grid
             Not yet divided.
         """
-        inside = jumps[(jumps > stamps[0]) & (jumps <= stamps[-1])]
+        inside = corners[(corners > stamps[0]) & (corners <= stamps[-1])]
         slack = ROUNDING * max(abs(stamps[0]), abs(stamps[-1]))
         near = stamps[np.clip(np.searchsorted(stamps, inside - slack), 0, len(stamps) - 1)]
         inside = np.where(
@@ -76,11 +76,11 @@ class Grid:
         counts = ~_is_idle(inside, stamps, memory)
         inside = inside[counts]
         knots = np.union1d(np.union1d(stamps, inside), begins)
-        graded = np.isin(knots[:-1], np.append(inside, jumps[np.abs(jumps - stamps[0]) <= slack]))
+        graded = np.isin(knots[:-1], np.append(inside, corners[np.abs(corners - stamps[0]) <= slack]))
         return cls(
             knots=knots,
             wanted=np.searchsorted(knots, stamps),
-            jumps=np.unique(np.searchsorted(knots, inside)),
+            corners=np.unique(np.searchsorted(knots, inside)),
             graded=graded,
             memory=memory,
         )

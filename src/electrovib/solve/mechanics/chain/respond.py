@@ -42,7 +42,7 @@ def respond_mechanically(
     *,
     tolerance: float = 1e-6,
     most: int = 4_000_000,
-    jumps: ArrayLike = (),
+    corners: ArrayLike = (),
     shortest: float = math.inf,
     held: float = math.inf,
 ) -> tuple[dict[str, Real], float]:
@@ -61,7 +61,7 @@ def respond_mechanically(
         Largest change of an extrapolated output by the last halving, over its largest value [1].
     most : int
         Largest number of pieces of the finest grid; where they do not suffice the error returned is above `tolerance`.
-    jumps : array_like, shape (m,)
+    corners : array_like, shape (m,)
         Times [s] at which the force or its slope is discontinuous, in any order; between them it is smooth. A
         discontinuity that is not named reduces the order of convergence.
     shortest : float
@@ -90,7 +90,7 @@ def respond_mechanically(
     pieces (Romberg) eliminates two orders, which leaves the sixth. Times that no output depends on any more are not
     evaluated, and times that affect only converged outputs are not refined.
     """
-    stamps, marks = increasing(times), np.asarray(jumps, dtype=float).ravel()
+    stamps, marks = increasing(times), np.asarray(corners, dtype=float).ravel()
     memory = FORGOTTEN / _slowest(filters)
     found = {name: np.empty(len(stamps)) for name in filters}
     sizes = {name: _Size() for name in filters}
@@ -113,10 +113,10 @@ class _Size:
     moved: float = 0.0
 
 
-def _groups(stamps: Real, jumps: Real, memory: float, shortest: float) -> list[slice]:
+def _groups(stamps: Real, corners: Real, memory: float, shortest: float) -> list[slice]:
     """Return the groups of outputs computed together: some `PIECES` of a first grid, if long compared with the memory [s]."""
     lengths = np.append(0.0, np.minimum(np.diff(stamps), memory))
-    pieces = np.cumsum(lengths * PER_CHANGE / shortest) + np.searchsorted(np.sort(jumps), stamps)
+    pieces = np.cumsum(lengths * PER_CHANGE / shortest) + np.searchsorted(np.sort(corners), stamps)
     together = max(PIECES, 4 * memory * PER_CHANGE / shortest)
     edges = np.flatnonzero(np.diff(np.floor(pieces / together), prepend=0.0))
     bounds = [0, *edges[edges > 0].tolist(), len(stamps)]
@@ -193,11 +193,11 @@ def _on_grid(
     force = finite(force_at(np.append(begins, grid.knots[-1])))
     marks = np.cumsum(np.append(0, divisions))
     before = force[marks[1:]]
-    if grid.jumps.size:
-        moments = grid.knots[grid.jumps]
-        last = lengths[marks[grid.jumps] - 1]
+    if grid.corners.size:
+        moments = grid.knots[grid.corners]
+        last = lengths[marks[grid.corners] - 1]
         back = np.maximum(1e-6 * last, 64 * np.finfo(float).eps * np.abs(moments))
-        before[grid.jumps - 1] = finite(force_at(moments - back))
+        before[grid.corners - 1] = finite(force_at(moments - back))
     stretches = Stretches(
         begins=begins, lengths=lengths, divisions=divisions, graded=grid.graded, force=force, ends=before
     )

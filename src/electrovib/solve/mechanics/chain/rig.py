@@ -72,7 +72,7 @@ def measured(
     *,
     tolerance: float = 1e-6,
     most: int = 4_000_000,
-    jumps: ArrayLike = (),
+    corners: ArrayLike = (),
     shortest: float = math.inf,
     held: float = math.inf,
     friction: Filter | None = None,
@@ -90,7 +90,7 @@ def measured(
         until the next.
     normal_force, lateral_force : callable or array_like, shape (n,)
         True forces [N]: at any times between the first and the last, or at `times` and linear between them.
-    tolerance, most, jumps, shortest, held
+    tolerance, most, corners, shortest, held
         As for `respond_mechanically`; `held` also for samples. A piezoelectric sensor reads 0 for a force that has been
         constant for an infinite time.
     friction : Filter, optional
@@ -123,7 +123,7 @@ def measured(
             options = {"tolerance": tolerance, "shortest": shortest, "held": held}
             asked = np.append(moments[0] - early, moments) if early else moments
             outputs, error = respond_mechanically(
-                force, {name: filter_}, asked, most=most, jumps=jumps, **options
+                force, {name: filter_}, asked, most=most, corners=corners, **options
             )
             found[name], worst = outputs[name][len(asked) - len(moments) :], max(worst, error)
         else:

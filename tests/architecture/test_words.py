@@ -1,0 +1,109 @@
+"""The words that the nomenclature has replaced stand nowhere, apart from what reads files that were written with them."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from electrovib.core.signals import SIGNALS
+
+ROOT = Path(__file__).parent.parent.parent
+PAGE = ROOT / "docs" / "nomenclature.md"
+MIGRATION = re.compile(r"former", re.IGNORECASE)
+"""Lines that name a former word in order to read it."""
+ELSEWHERE = re.compile(r"(half|complex) plane|plane strain")
+"""Mathematics and mechanics have planes of their own."""
+PHRASES = {
+    "`polarisation()` for a permittivity": r"\bpolarisation\(",
+    "`ringing()`": r"\bringing\(",
+    "trapezium": r"(?<![\w\"'.])trapezium(?![\w\"'(]| = )",
+}
+"""How an entry of the table is found in a text, where it is not simply the word."""
+
+
+def terms():
+    """Rows of the table of terms: term, meaning, former words."""
+    text = PAGE.read_text(encoding="utf-8").split("## Terms")[1].split("## Signals")[0]
+    rows = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| ")]
+    return [[cell.strip(" |") for cell in row] for row in rows if row[0] != "term"]
+
+
+def former_words():
+    return [word.strip() for row in terms() if len(row) > 2 for word in row[2].split(",") if word.strip()]
+
+
+def pattern(word):
+    if word in PHRASES:
+        return re.compile(PHRASES[word])
+    plain = re.escape(word.strip("`"))
+    return re.compile(rf"\b{plain}(s|'s)?\b", re.IGNORECASE if plain.islower() else 0)
+
+
+def lines():
+    """All text that a user or an heir reads, line by line."""
+    places = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
+    for folder in ("src", "examples"):
+        places += [
+            path
+            for path in (ROOT / folder).rglob("*")
+            if path.suffix in {".py", ".jinja", ".css", ".toml", ".md"}
+        ]
+    for path in sorted(places):
+        if path.name == "CHANGELOG.md" or path == PAGE:
+            continue
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            if not MIGRATION.search(line):
+                yield f"{path.relative_to(ROOT)}:{number}", ELSEWHERE.sub("", line)
+
+
+def test_the_table_has_the_words_that_were_replaced():
+    words = former_words()
+    assert len(words) == len(set(words)) > 20
+    for word in (
+        "lamp",
+        "plane",
+        "coat",
+        "relief",
+        "way",
+        "programme",
+        "recalled",
+        "how read",
+        "`truth_table`",
+    ):
+        assert word in words
+
+
+@pytest.mark.parametrize("word", former_words())
+def test_a_replaced_word_stands_nowhere(word):
+    wanted = pattern(word)
+    found = [f"{where}: {line.strip()}" for where, line in lines() if wanted.search(line)]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    ("word", "line", "is_found"),
+    [
+        ("lamp", "a lamp warns", True),
+        ("lamp", "two Lamps", True),
+        ("lamp", "clamped", False),
+        ("trapezium", "a trapezium of 1 kV", True),
+        ("trapezium", 'DRIVES["trapezium"]', False),
+        ("trapezium", "Trapezium", False),
+        ("way", "the way to go", True),
+        ("way", "always", False),
+        ("`GapPlane`", 'model = "GapPlane"', True),
+        ("`ringing()`", "ev.ringing(trace)", True),
+        ("`ringing()`", "the ringing of a sensor", False),
+    ],
+)
+def test_words_are_found_and_not_their_like(word, line, is_found):
+    assert bool(pattern(word).search(line)) == is_found
+
+
+def test_the_table_of_signals_is_that_of_the_code():
+    table = [
+        f"| `{name}` | {known.symbol and f'${known.symbol}$'} | {known.unit} | {known.doc} |"
+        for name, known in SIGNALS.items()
+    ]
+    text = PAGE.read_text(encoding="utf-8").split("<!-- signals -->\n")[1].split("<!-- end -->")[0]
+    assert text == "\n".join(["| signal | symbol | unit | meaning |", "|---|---|---|---|", *table, ""])
