@@ -65,7 +65,8 @@ def command(
         str, typer.Argument(help="A TOML file or a paper's scenario; its values are where the search begins.")
     ],
     recordings: Annotated[
-        list[str], typer.Argument(metavar="RECORD...", help="Trace files with signals over time or frequency.")
+        list[str],
+        typer.Argument(metavar="RECORD...", help="Trace files with signals over time or frequency."),
     ],
     free: Annotated[
         list[str],

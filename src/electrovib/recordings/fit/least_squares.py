@@ -106,7 +106,7 @@ def least_squares(
     noise_is_known : bool
         Whether the residuals are in units of their standard deviation; else the scatter of the residuals is taken for it.
     final_derivatives : callable, optional
-        More accurate ones, for the covariance; by default `derivatives`.
+        Those for the covariance, by default `derivatives`.
     converged : float
         Relative change of the sum of squares and of the parameters at which the search ends.
     most_evaluations : int
@@ -114,7 +114,7 @@ def least_squares(
 
     Returns
     -------
-    LeastSquaresEstimate
+    estimate : LeastSquaresEstimate
         With covariance, or with the reason why there is none.
 
     Raises
@@ -152,8 +152,9 @@ class _Search:
 
     def values(self, parameters: Any) -> dict[str, float]:
         """Values at lmfit's parameters, in their units."""
-        names = enumerate(self.free.items())
-        return {name: each.value(parameters[f"p{at}"].value) for at, (name, each) in names}
+        return {
+            name: each.value(parameters[f"p{at}"].value) for at, (name, each) in enumerate(self.free.items())
+        }
 
     def evaluated(self, parameters: Any) -> Real:
         """Residuals there, shape (n,)."""
@@ -192,13 +193,7 @@ class _Search:
 
 
 def require_lmfit() -> Any:
-    """Return the module lmfit, on which every fit is built.
-
-    Raises
-    ------
-    InputError
-        If it is not installed, with the line that installs it.
-    """
+    """Return the module lmfit, or raise an InputError with the line that installs it."""
     try:
         import lmfit
     except ImportError:
