@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.files import inputs_noted
@@ -19,6 +19,8 @@ from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:
     import xarray
+
+    Recorded: TypeAlias = str | Path | MeasuredTrace | xarray.Dataset
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,11 +52,7 @@ class FitResult:
 
 def fit(
     scenario: Source,
-    recordings: Sequence[str | Path | MeasuredTrace | xarray.Dataset]
-    | str
-    | Path
-    | MeasuredTrace
-    | xarray.Dataset,
+    recordings: Sequence[Recorded] | Recorded,
     *,
     free: Sequence[str],
     varying: Sequence[str] = (),
@@ -89,7 +87,7 @@ def fit(
     offsets : sequence of str
         Signals whose zero is unknown.
     sessions : mapping of str to str, optional
-        File name of a recording to the session to which it belongs; by default each file is a session of its own where
+        File of a recording to the session to which it belongs; by default each file is a session of its own where
         parameters vary.
     compare_with : sequence
         Other scenarios of the same experiment, fitted with those of the free parameters that they have.
@@ -108,7 +106,7 @@ def fit(
     Raises
     ------
     ElectrovibError
-        For mistakes of the user, all at once as far as possible; nothing has been written then.
+        For mistakes, all at once as far as possible; nothing has been written then.
     """
     require_lmfit()
     problems: list[str] = []
@@ -120,10 +118,11 @@ def fit(
             base = read_scenario(scenario)
         for other in compare_with:
             with gathered(problems):
-                others[_named(other, len(others))] = read_scenario(other)
+                others[_named(other, len(others) + 2)] = read_scenario(other)
         for number, each in enumerate(_listed(recordings)):
             with gathered(problems):
                 measured.append(_measured(each, number))
+    measured = _with_own_names(measured)
     with gathered(problems):
         measured = _described(measured, noise or {}, offsets, sessions, varying=bool(varying))
     if output is not None:
@@ -135,8 +134,7 @@ def fit(
         measured=measured, free=free, varying=varying, signals=signals, start=start or {}, progress=progress
     )
     best = given.fit(base)
-    first = str(scenario) if isinstance(scenario, (str, Path)) else base.title or "the scenario"
-    fits = {first: best} | {name: given.fit(other, name) for name, other in others.items()}
+    fits = {_named(scenario, 1): best} | {name: given.fit(other, name) for name, other in others.items()}
     result = FitResult(
         best=best,
         rows=parameter_table(best),
@@ -175,24 +173,27 @@ class _FitRequest:
         )
 
 
-def _listed(
-    recordings: Sequence[str | Path | MeasuredTrace | xarray.Dataset]
-    | str
-    | Path
-    | MeasuredTrace
-    | xarray.Dataset,
-) -> list[str | Path | MeasuredTrace | xarray.Dataset]:
+def _listed(recordings: Sequence[Recorded] | Recorded) -> list[Recorded]:
     if isinstance(recordings, (str, Path)) or not isinstance(recordings, Sequence):
         return [recordings]
     return list(recordings)
 
 
-def _measured(recording: str | Path | MeasuredTrace | xarray.Dataset, number: int) -> MeasuredTrace:
+def _measured(recording: Recorded, number: int) -> MeasuredTrace:
     if isinstance(recording, MeasuredTrace):
         return recording
     if isinstance(recording, (str, Path)):
-        return MeasuredTrace(trace=open_trace(recording), name=str(recording))
+        return MeasuredTrace(trace=open_trace(recording), name=Path(recording).name)
     return MeasuredTrace(trace=recording, name=f"recording {number + 1}")
+
+
+def _with_own_names(measured: Sequence[MeasuredTrace]) -> list[MeasuredTrace]:
+    """Number the recordings that have the same name, such as files of different folders."""
+    names = [each.name for each in measured]
+    return [
+        dataclasses.replace(each, name=f"{each.name} ({number})") if names.count(each.name) > 1 else each
+        for number, each in enumerate(measured, start=1)
+    ]
 
 
 def _described(
@@ -205,7 +206,8 @@ def _described(
 ) -> list[MeasuredTrace]:
     """Put noise, zeros and sessions into the recordings that have these signals."""
     names = [each.name for each in measured]
-    unknown = [name for name in sessions or {} if name not in names]
+    by_name = {Path(file).name: session for file, session in (sessions or {}).items()}
+    unknown = [name for name in by_name if name not in names]
     if unknown:
         raise InputError(f"session: '{unknown[0]}' is none of the recordings: {', '.join(names)}")
     held = {str(name) for each in measured for name in each.trace.data_vars}
@@ -224,14 +226,16 @@ def _described(
                     *each.offsets,
                     *(name for name in offsets if name in own and name not in each.offsets),
                 ],
-                session=(sessions or {}).get(each.name, given),
+                session=by_name.get(each.name, given),
             )
         )
     return found
 
 
 def _named(source: Source, number: int) -> str:
-    return str(source) if isinstance(source, (str, Path)) else f"model {number + 2}"
+    if not isinstance(source, (str, Path)):
+        return f"model {number}"
+    return Path(source).name if Path(source).suffix else str(source)
 
 
 def _paths_of(scenario: Scenario, free: Sequence[str], name: str) -> list[str]:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.signals import SIGNALS
-from electrovib.data.marks import Form, unsigned
-from electrovib.recordings.fit.as_space import space_tables
+from electrovib.data.marks import Form
 from electrovib.study.reproduction import Table
+from electrovib.view.fitted_files import parameters_csv, scenario_toml, space_toml
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
@@ -74,7 +72,7 @@ def write_fit(
     texts = {
         "report.html": fit_page(found, rows, comparison=comparison),
         "parameters.csv": parameters_csv(rows),
-        "parameters.toml": _scenario_toml(found),
+        "parameters.toml": scenario_toml(found),
         "space.toml": space_toml(found, rows),
     }
     folder.mkdir(parents=True, exist_ok=True)
@@ -83,37 +81,6 @@ def write_fit(
         for path, text in zip(outputs, texts.values(), strict=True):
             temporary[path].write_text(text, encoding="utf-8")
     return list(outputs)
-
-
-def parameters_csv(rows: Sequence[EstimatedParameter]) -> str:
-    """Write the table of a fit as CSV, in SI units, with full precision."""
-    text = io.StringIO()
-    text.write(f"# {unsigned(Form.TABLE)}\n")
-    writer = csv.writer(text, lineterminator="\n")
-    names = ("name", "unit", "value", "deviation", "lower", "upper", "method", "state", "note")
-    writer.writerow(names)
-    for row in rows:
-        cells = [getattr(row, name) for name in names]
-        writer.writerow([repr(cell) if isinstance(cell, float) else cell for cell in cells])
-    return text.getvalue()
-
-
-def _scenario_toml(found: ScenarioFit) -> str:
-    from electrovib.scenario.toml import to_toml
-
-    return f"# {unsigned(Form.SCENARIO)}\n{to_toml(found.scenario)}"
-
-
-def space_toml(found: ScenarioFit, rows: Sequence[EstimatedParameter]) -> str:
-    """Write the estimates as the table ``space`` of a TOML file: a distribution for each parameter, in SI."""
-    import tomlkit
-
-    means = {f"{path} (mean of {len(each.values)} sessions)": path for path, each in found.sessions.items()}
-    paths = {each.name: each.path for each in found.unknowns if not each.is_offset and not each.session}
-    between = {path: each.between for path, each in found.sessions.items()}
-    tables = space_tables(rows, paths | means, between=between)
-    text = tomlkit.dumps({"space": tables})
-    return f"# {unsigned(Form.SPACE)}\n# Correlations of the estimates are not part of a space.\n{text}"
 
 
 def fit_page(
@@ -184,10 +151,10 @@ def fit_answer(
 
 def with_interval(row: EstimatedParameter) -> str:
     """Write an estimate with its 95 % interval, or the reason why it has none."""
-    value = pretty_quantity(row.value, row.unit, digits=4)
+    value = pretty_quantity(row.value, row.unit, digits=row.digits)
     if not row.method:
         return f"{value}, without an interval: {row.note}"
-    lower, upper = (pretty_quantity(end, row.unit, digits=4) for end in (row.lower, row.upper))
+    lower, upper = (pretty_quantity(end, row.unit, digits=row.digits) for end in (row.lower, row.upper))
     return f"{value} ({lower} to {upper})"
 
 
@@ -196,11 +163,13 @@ def _estimates(rows: Sequence[EstimatedParameter]) -> Table:
     for row in rows:
         interval = "none"
         if row.method:
-            interval = " to ".join(pretty_quantity(end, row.unit, digits=4) for end in (row.lower, row.upper))
+            interval = " to ".join(
+                pretty_quantity(end, row.unit, digits=row.digits) for end in (row.lower, row.upper)
+            )
         deviation = (
             pretty_quantity(row.deviation, row.unit, digits=2) if math.isfinite(row.deviation) else "none"
         )
-        value = pretty_quantity(row.value, row.unit, digits=5)
+        value = pretty_quantity(row.value, row.unit, digits=row.digits)
         shown.append(
             (row.name, value, deviation, interval, row.method or "none", DETERMINED[row.state], row.note)
         )

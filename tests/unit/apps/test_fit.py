@@ -73,17 +73,24 @@ def test_the_folder_holds_what_can_be_used_again(folder, tmp_path):
     ):
         assert words in page
     assert "src=" not in page
-    assert found.comparison.names[0] == str(folder / "plate.toml")
+    assert found.comparison.names[0] == "plate.toml"
 
 
 def test_the_best_model_comes_first_even_if_it_was_not_asked_for(folder):
     found = ev.fit(
         folder / "thick.toml", folder / "a.nc", free=[GAP, LEAK], compare_with=[folder / "plate.toml"]
     )
-    assert found.comparison.names == (str(folder / "plate.toml"), str(folder / "thick.toml"))
+    assert found.comparison.names == ("plate.toml", "thick.toml")
     assert found.comparison.aicc[0] == 0
     assert found.comparison.aicc[1] > 10
     assert found.scenario.stack.layers["insulator"].thickness == 2e-6
+
+
+def test_files_of_the_same_name_are_numbered(folder, tmp_path):
+    other = tmp_path / "a.nc"
+    other.write_bytes((folder / "b.nc").read_bytes())
+    found = ev.fit(folder / "plate.toml", [folder / "a.nc", other], free=[GAP], varying=[GAP])
+    assert [row.name for row in found.rows[:2]] == [f"{GAP} [a.nc (1)]", f"{GAP} [a.nc (2)]"]
 
 
 def test_sessions_appear_in_table_and_space(folder, tmp_path):

@@ -116,9 +116,11 @@ def summary(found: FitResult) -> list[str]:
 
     lines = []
     for row in found.rows:
-        value = format_quantity(row.value, row.unit, digits=5)
+        value = format_quantity(row.value, row.unit, digits=row.digits)
         if row.method:
-            lower, upper = (format_quantity(end, row.unit, digits=4) for end in (row.lower, row.upper))
+            lower, upper = (
+                format_quantity(end, row.unit, digits=row.digits) for end in (row.lower, row.upper)
+            )
             lines.append(f"{row.name}: {value}, 95 % interval {lower} to {upper} ({row.method})")
             if row.note:
                 lines.append(f"  {row.note}")

@@ -66,9 +66,8 @@ class LeastSquaresEstimate:
     @property
     def standard_deviations(self) -> dict[str, float]:
         """Of each parameter, in its unit; NaN where there is none."""
-        if self.covariance is None:
-            return dict.fromkeys(self.values, math.nan)
-        found = np.sqrt(np.diag(self.covariance))
+        count = len(self.values)
+        found = np.full(count, np.nan) if self.covariance is None else np.sqrt(np.diag(self.covariance))
         return {name: float(each) for name, each in zip(self.values, found, strict=True)}
 
     @property

@@ -20,11 +20,10 @@ if TYPE_CHECKING:
 CONVERGED: Final = 1e-15
 """Relative change of the sum of squares and of the parameters at which the search ends: the precision of a double."""
 FAR_AWAY: Final = 1e100
-"""Stands for a residual that is not finite: the step that led there is rejected and shortened."""
+"""Replaces a residual that is not finite, so that the step that led there is rejected and shortened."""
 MOST_EVALUATIONS: Final = 20_000
 """After which a search ends without having converged."""
-_AT_BOUND: Final = 1e-9
-"""Share of the range, or of the bound, within which an estimate counts as lying on its bound."""
+_AT_BOUND: Final = 1e-9  # relative to the bound or the initial value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +51,6 @@ class FreeParameter:
     logarithmic: bool = False
 
     def __post_init__(self) -> None:
-        """Check the start against the bounds."""
         if not math.isfinite(self.start) or not self.lower <= self.start <= self.upper:
             raise InputError(
                 f"start = {self.start:g}: expected a number from {self.lower:g} to {self.upper:g}"
@@ -61,7 +59,7 @@ class FreeParameter:
             raise InputError(f"start = {self.start:g}: expected a positive number for a logarithmic search")
 
     def starting_at(self, value: float) -> FreeParameter:
-        """Give the same parameter with another initial value, in its unit [1], moved between the bounds if need be."""
+        """Return the same parameter with another initial value, in its unit [1], moved between the bounds if need be."""
         return dataclasses.replace(self, start=min(max(value, self.lower), self.upper))
 
     def coordinate(self, value: float) -> float:
@@ -102,7 +100,7 @@ def least_squares(
     free : mapping of str to FreeParameter
         At least one.
     derivatives : callable
-        The same values to the derivatives of the residuals after the values, shape (n, parameters).
+        The same values to the derivatives of the residuals after them, shape (n, parameters).
     noise_is_known : bool
         Whether the residuals are in units of their standard deviation; else the scatter of the residuals is taken for it.
     final_derivatives : callable, optional

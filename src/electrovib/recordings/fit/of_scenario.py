@@ -11,12 +11,13 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.recordings.fit.curvature import BIASED, curvature_bias
 from electrovib.recordings.fit.identifiability import identifiability
-from electrovib.recordings.fit.measured import MeasuredTrace, Observed
+from electrovib.recordings.fit.measured import MeasuredTrace
 from electrovib.recordings.fit.prediction import Prediction
 from electrovib.recordings.fit.problem import Callback, CancelledError, WeightedProblem
 from electrovib.recordings.fit.residuals import residuals_of
 from electrovib.recordings.fit.result import ScenarioFit
 from electrovib.recordings.fit.sessions import between_sessions
+from electrovib.recordings.fit.weighting import first_noise, weighted
 from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:
@@ -25,9 +26,6 @@ if TYPE_CHECKING:
     from electrovib.recordings.fit.estimate import LeastSquaresEstimate
     from electrovib.recordings.fit.least_squares import FreeParameter
 
-_SETTLED: Final = 1e-3
-"""Relative change of an estimated noise from which on it is not estimated anew."""
-_MOST_ROUNDS: Final = 20
 _FEW: Final = 400
 """Samples of each recording with which a search begins; the last steps take all of them."""
 _ROUGH: Final = 1e-3
@@ -88,7 +86,7 @@ def fit_scenario(
     prediction = Prediction(base, measured, free=free, varying=varying, signals=signals, start=start)
     few = _with_few(base, measured, prediction, (free, varying, signals))
     begin = _roughly(few, prediction, progress)
-    noise, estimate, problem = _weighted(prediction, begin, progress, near=begin is not prediction.free)
+    noise, estimate, problem = weighted(prediction, begin, progress, near=begin is not prediction.free)
     return _judged(
         problem, WeightedProblem(few or prediction, noise), estimate, noise, free=free, varying=varying
     )
@@ -180,7 +178,7 @@ def _roughly(
     """Search with few samples of long recordings, and return where the search with all of them begins."""
     if few is None:
         return whole.free
-    noise = [_first_guess(each) for group in few.columns for each in group]
+    noise = [first_noise(each) for group in few.columns for each in group]
     try:
         found = WeightedProblem(few, noise, progress).minimum(whole.free, known=True, converged=_ROUGH)
     except CancelledError:
@@ -194,51 +192,3 @@ def _thinned(trace: xarray.Dataset) -> xarray.Dataset:
     steps = {name: size // _FEW for name, size in trace.sizes.items() if name in {"time", "frequency"}}
     wide = {name: slice(None, None, step) for name, step in steps.items() if step > 1}
     return trace.isel(wide) if wide else trace
-
-
-def _weighted(
-    prediction: Prediction, begin: Mapping[str, FreeParameter], progress: Callback | None, *, near: bool
-) -> tuple[list[float], LeastSquaresEstimate, WeightedProblem]:
-    """Estimate parameters, and in turn with them the noise that is not stated."""
-    columns = [each for group in prediction.columns for each in group]
-    stated = [each.noise for each in columns]
-    alone = len(columns) == 1 and stated[0] is None
-    noise = [
-        each if each is not None else 1.0 if alone else _first_guess(column)
-        for each, column in zip(stated, columns, strict=True)
-    ]
-    sizes = np.array([each.x.size * each.parts for each in columns], dtype=float)
-    free, evaluations = begin, 0
-    for _ in range(_MOST_ROUNDS):
-        problem = WeightedProblem(prediction, noise, progress)
-        search = problem.minimum_near if near else problem.minimum
-        estimate = search(free, known=None not in stated)
-        evaluations += estimate.evaluations
-        free = {name: each.starting_at(estimate.values[name]) for name, each in prediction.free.items()}
-        taken = len(free) / sizes.sum()
-        left = [each.root_mean_square for each in residuals_of(prediction, estimate.values, noise)]
-        scatter = [float(rms / np.sqrt(max(1 - taken, 1e-3))) for rms in left]
-        if alone or None not in stated:
-            noise = [found if each is None else each for each, found in zip(stated, scatter, strict=True)]
-            break
-        after = [
-            each if each is not None else max(found, 1e-300)
-            for each, found in zip(stated, scatter, strict=True)
-        ]
-        change = max(abs(new / old - 1) for new, old in zip(after, noise, strict=True))
-        if change < _SETTLED:
-            break
-        noise = after
-    return noise, dataclasses.replace(estimate, evaluations=evaluations), problem
-
-
-def _first_guess(column: Observed) -> float:
-    """Noise of a signal over its scale from its third differences, in which a smooth course cancels."""
-    if column.noise is not None:
-        return column.noise
-    if column.y.size > 8:
-        rough = np.diff(column.y / column.scale, 3)
-        found = float(np.median(np.abs(rough)) / 0.6745 / np.sqrt(20 * column.parts))
-        if found > 0:
-            return found
-    return float(np.max(np.abs(column.y / column.scale))) * 1e-3 or 1.0

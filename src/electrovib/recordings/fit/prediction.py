@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -194,6 +195,26 @@ class Prediction:
                 for column, row in enumerate(self._predicted(at, tuple(self.point(at, values).items())))
             ]
         return np.concatenate(rows)
+
+    def rescale(self, values: Mapping[str, float]) -> float:
+        """Take the scale of a noise that is proportional to a signal from its prediction, and return the largest relative change.
+
+        A scale from the data would be correlated with their noise, and bias the estimates.
+        """
+        change, found = 0.0, []
+        for at, columns in enumerate(self.columns):
+            rows = self._predicted(at, tuple(self.point(at, values).items()))
+            new = []
+            for each, row in zip(columns, rows, strict=True):
+                scale = np.abs(row)
+                if each.relative and (scale > 0).all():
+                    change = max(change, float(np.max(np.abs(scale / each.scale - 1))))
+                    new.append(dataclasses.replace(each, scale=scale))
+                else:
+                    new.append(each)
+            found.append(tuple(new))
+        self.columns = tuple(found)
+        return change
 
     def _of_record(self, at: int, point: tuple[tuple[str, float], ...]) -> tuple[NDArray[Any], ...]:
         """Predict the signals of one recording; not a number where the models refuse the values."""

@@ -51,6 +51,14 @@ class EstimatedParameter:
     state: str
     note: str
 
+    @property
+    def digits(self) -> int:
+        """Digits that show the interval: two of its width, and four at least."""
+        width = self.upper - self.lower
+        if not (math.isfinite(width) and width > 0 and self.value):
+            return 4
+        return min(max(4, 2 - math.floor(math.log10(width / abs(self.value)))), 15)
+
 
 def parameter_table(found: ScenarioFit, *, profiles: bool = True) -> tuple[EstimatedParameter, ...]:
     """Summarise a fit, one row for each unknown and for the mean of each parameter that varies between sessions.
