@@ -126,3 +126,12 @@ def test_a_current_in_an_edge_between_two_times_is_not_missed(gap):
     )
     assert float(np.abs(fine.current).max()) > 250e-6 > 100 * float(np.abs(coarse.current).max())
     assert diagnostics(coarse)["current"]["state"] == diagnostics(fine)["current"]["state"] == "warning"
+
+
+def test_a_quantity_that_is_not_known_is_named_in_words(tmp_path):
+    rows = ["frequency,permittivity,loss", "10,2000,1800", "100,1600,1200", "1000,1200,900", "100000,700,300"]
+    (tmp_path / "skin.csv").write_text("\n".join(rows), encoding="utf-8")
+    table = {"model": "Tabulated", "file": str(tmp_path / "skin.csv"), "conductivity": 1e-6}
+    changes = {"stack.stratum_corneum.material": table, "force": {"model": "MaxwellStressInGap"}}
+    text = diagnostics(simulate(load("vezzoli_2014/fig6", changes=changes)))["memory"]["text"]
+    assert "; the field of 'stratum_corneum' is not known to 1 % of its remaining amplitude from" in text

@@ -104,8 +104,9 @@ def _of_error(reduced: list[str], errors: Mapping[Key, Judged], method: Method) 
     share, lost = max(found.share for found in judged.values()), min(found.lost for found in judged.values())
     if np.isfinite(lost):
         first = next(name for name, found in judged.items() if found.lost == lost)
+        called = first.replace("_", " ") if isinstance(first, str) else str(first)
         text += (
-            f"; '{first}' is not known to {100 * LARGEST:g} % of its remaining amplitude from"
+            f"; the {called} is not known to {100 * LARGEST:g} % of its remaining amplitude from"
             f" {format_quantity(lost, 's', digits=3)} on"
         )
     state = "warning" if np.isfinite(lost) else "ok"

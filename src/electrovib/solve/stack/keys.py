@@ -12,6 +12,10 @@ class FieldOf:
 
     layer: str
 
+    def __str__(self) -> str:
+        """Write it as messages name it."""
+        return f"field of '{self.layer}'"
+
 
 @dataclass(frozen=True, slots=True)
 class DisplacementOf:
@@ -19,12 +23,20 @@ class DisplacementOf:
 
     layer: str
 
+    def __str__(self) -> str:
+        """Write it as messages name it."""
+        return f"displacement of '{self.layer}'"
+
 
 @dataclass(frozen=True, slots=True)
 class AmplitudeOf:
     """Amplitude that the pressure of a force law depends on, by its name there and in the law's unit."""
 
     name: str
+
+    def __str__(self) -> str:
+        """Write it as messages name it."""
+        return f"amplitude {self.name} of the force law"
 
 
 Key: TypeAlias = str | FieldOf | DisplacementOf | AmplitudeOf
