@@ -20,6 +20,8 @@ SEARCHED: Final = 1e-9
 """Relative change at which the search for parameters of a scenario ends: the precision of its derivatives."""
 _CLOSE: Final = 0.01
 """Remaining step over the standard deviation up to which a search has ended."""
+_PRECISION: Final = 1e-7
+"""Remaining step over the value that the precision of the derivatives does not resolve."""
 Callback = Callable[[int, float], bool | None]
 
 
@@ -131,7 +133,7 @@ class WeightedProblem:
         -------
         estimate : LeastSquaresEstimate
             Judged with derivatives at the minimum. Where these ask for a further step of more than 1 % of a standard
-            deviation, the search goes on with derivatives at each of its points.
+            deviation and 1e-7 of the value, the search goes on with derivatives at each of its points.
         """
         begin = {name: each.start for name, each in free.items()}
         slopes = self.derivatives(begin)
@@ -146,7 +148,9 @@ class WeightedProblem:
         inside = [at for at, name in enumerate(free) if name not in found.on_bound]
         step, *_ = np.linalg.lstsq(self.derivatives(found.values)[:, inside], self.residual(found.values))
         deviations = np.array(list(found.standard_deviations.values()))[inside]
-        if found.converged and (np.abs(step) < _CLOSE * deviations).all():
+        values = np.array(list(found.values.values()))[inside]
+        small = np.maximum(_CLOSE * deviations, _PRECISION * np.abs(values))
+        if found.converged and (np.abs(step) < small).all():
             return found
         again = {name: each.starting_at(found.values[name]) for name, each in free.items()}
         return self.minimum(again, known=known)
