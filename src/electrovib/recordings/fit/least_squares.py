@@ -23,6 +23,7 @@ FAR_AWAY: Final = 1e100
 """Replaces a residual that is not finite, so that the step that led there is rejected and shortened."""
 MOST_EVALUATIONS: Final = 20_000
 """After which a search ends without having converged."""
+_SMALL_STEP: Final = 1e-8  # a longer step of a rough search may be one along a narrow valley
 _AT_BOUND: Final = 1e-9  # relative to the bound or the initial value
 
 
@@ -178,7 +179,7 @@ class _Search:
             start, low, high = (each.coordinate(value) for value in (each.start, each.lower, each.upper))
             searched.add(f"p{at}", value=start, min=low, max=high)
         search = lmfit.Minimizer(self.evaluated, searched, max_nfev=most_evaluations, calc_covar=False)
-        ends = {"xtol": converged, "ftol": converged}
+        ends = {"xtol": min(converged, _SMALL_STEP), "ftol": converged}
         bounded = any(
             math.isfinite(bound) for each in self.free.values() for bound in (each.lower, each.upper)
         )

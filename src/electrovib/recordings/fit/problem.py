@@ -20,6 +20,8 @@ SEARCHED: Final = 1e-9
 """Relative change at which the search for parameters of a scenario ends: the precision of its derivatives."""
 _CLOSE: Final = 0.01
 """Remaining step over the standard deviation up to which a search has ended."""
+_MOST_NEAR: Final = 20
+"""Evaluations with the same derivatives after which the search goes on with new ones."""
 _PRECISION: Final = 1e-7
 """Remaining step over the value that the precision of the derivatives does not resolve."""
 Callback = Callable[[int, float], bool | None]
@@ -144,6 +146,7 @@ class WeightedProblem:
             final_derivatives=self.derivatives,
             noise_is_known=known,
             converged=SEARCHED,
+            most_evaluations=_MOST_NEAR,
         )
         inside = [at for at, name in enumerate(free) if name not in found.on_bound]
         step, *_ = np.linalg.lstsq(self.derivatives(found.values)[:, inside], self.residual(found.values))
