@@ -185,7 +185,7 @@ def test_a_hand_that_holds_the_finger_off_reads_as_pull_and_rubs_nothing():
     trace = simulate(load("vezzoli_2014/fig2_tremor"))
     assert np.all(trace.lateral_force.values == 0)
     said = {diagnostic["name"]: diagnostic["text"] for diagnostic in json.loads(trace.attrs["validity"])}
-    assert said["moving gap"].startswith("the gap is 90 um to 110 um over time")
+    assert said["moving gap"].startswith("the gap varies from 90 um to 110 um in time")
     early = (trace.time.values > 0.05) & (trace.time.values < 0.3)
     read, pull = trace.normal_force_measured.values[early], trace.electrostatic_force.values[early]
     np.testing.assert_allclose(read, -pull, rtol=0.05)  # the charge amplifier forgets with 10 s

@@ -14,6 +14,12 @@ from electrovib.scenario import Scenario
 from electrovib.study import catalogue
 
 
+@pytest.fixture(autouse=True)
+def width(monkeypatch):
+    """Text is laid out for the width of the terminal, which is not the same everywhere."""
+    monkeypatch.setenv("COLUMNS", "120")
+
+
 @functools.cache
 def models(query="", **options):
     return ev.models(query, **options)

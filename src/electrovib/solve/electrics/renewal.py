@@ -216,8 +216,10 @@ def refuse_renewal(scenario: Scenario) -> None:
             scenario.drive.quantity == "current"
         ),
         f"stack.{leak}.leak: give the layer a material that conducts": leak is not None,
-        "circuit.amplifier: omit it": scenario.circuit.amplifier is not None,
-        "contact.closing: omit it": scenario.contact.closing is not None,
+        "circuit.amplifier, whose output all places share: omit circuit.amplifier": scenario.circuit.amplifier
+        is not None,
+        "contact.closing, whose gap all places share: omit contact.closing": scenario.contact.closing
+        is not None,
         "this circuit.return_path, whose voltage all places share: use Grounded": not isinstance(
             scenario.circuit.return_path, Grounded
         ),
