@@ -89,13 +89,13 @@ def test_the_mean_over_sessions_is_covered(count):
 
 
 def test_profile_intervals_cover():
-    """Recordings that determine the leak weakly: its profile interval holds the true value in 95 % of them."""
+    """Recordings that do not determine the leak well: its profile interval holds the true value in 95 % of them."""
     rng = np.random.default_rng(13)
     exact, true = twins.exact(PLATE, "step"), twins.truth(PLATE)[twins.LEAK]
     inside, count = 0, max(COUNT // 10, 20)
     for _ in range(count):
         found = fit_scenario(PLATE, twins.noisy(exact, rng, noise=0.03), free=twins.FREE)
-        assert found.states[twins.LEAK] == "weakly"
+        assert found.states[twins.LEAK] != "well"
         interval = found.profile(twins.LEAK)
         inside += interval.lower <= true <= interval.upper
     assert abs(inside / count - 0.95) < 2.9 * 0.218 / np.sqrt(count)
