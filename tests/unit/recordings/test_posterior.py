@@ -14,7 +14,7 @@ from electrovib.recordings.fit.posterior import sample_posterior
 @pytest.fixture(scope="module")
 def found():
     few = np.geomspace(1e2, 1e5, 6)
-    trace = noisy(exact(plate(), "impedance", frequencies=few), np.random.default_rng(1))
+    trace = noisy(exact(plate(), "impedance", frequencies=few), np.random.default_rng(1), noise=0.001)
     return fit_scenario(plate(), trace, free=[GAP, FILM])
 
 
