@@ -1,9 +1,10 @@
 """Run every benchmark: ``python -m benchmarks``."""
 
-from benchmarks import door, full_chain, one_finger, start_up
+from benchmarks import door, fit, full_chain, one_finger, start_up
 
 if __name__ == "__main__":
     one_finger.main()
     full_chain.main()
     start_up.main()
     door.main()
+    fit.main()

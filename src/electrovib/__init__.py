@@ -10,6 +10,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from electrovib.apps.fit import fit as fit
     from electrovib.apps.init import init as init
     from electrovib.apps.run import run as run
     from electrovib.core.budget import budget as budget
@@ -48,6 +49,7 @@ _PLACES = {
     "compare": "electrovib.view.compare",
     "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",
+    "fit": "electrovib.apps.fit",
     "fit_release": "electrovib.recordings.release",
     "hysteresis": "electrovib.solve.equilibrium",
     "import_file": "electrovib.recordings.importing",

@@ -21,6 +21,8 @@ class Form(StrEnum):
     PAGE = "HTML page"
     NETLIST = "netlist"
     SCENARIO = "scenario"
+    TABLE = "table as CSV"
+    SPACE = "space of parameters"
 
 
 WRITTEN_BY: Final = "written_by"

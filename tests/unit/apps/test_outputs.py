@@ -191,6 +191,10 @@ def test_every_form_is_known_from_its_content_and_not_from_its_name(here):
     }
     ev.init("b.toml", output="t.toml")
     written[Form.SCENARIO] = "t.toml"
+    ev.fit(
+        "b.toml", "t.nc", free=["stack.insulator.thickness"], signals=["electrostatic_force"], output="fit"
+    )
+    written |= {Form.TABLE: "fit/parameters.csv", Form.SPACE: "fit/space.toml"}
     assert set(written) == set(Form)
     for form, name in written.items():
         moved = Path(name).rename("moved.txt")

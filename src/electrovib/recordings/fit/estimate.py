@@ -1,4 +1,4 @@
-"""What a least-squares fit knows: values, covariance, criteria, and combinations that the data do not determine."""
+"""The result of a least-squares fit: values, covariance, criteria, and combinations that the data do not determine."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class LeastSquaresEstimate:
     count : int
         Number of residuals.
     noise_is_known : bool
-        Whether the covariance stands on a stated noise; else on the scatter of the residuals.
+        Whether the covariance follows from a stated noise; else from the scatter of the residuals.
     on_bound : mapping of str to str
         Parameters that ended on a bound, and on which.
     evaluations : int
@@ -59,11 +59,15 @@ class LeastSquaresEstimate:
         return self.count - len(self.values)
 
     @property
+    def variance(self) -> float:
+        """Sum of squares over the degrees of freedom, the variance of a residual; NaN without any left."""
+        return self.sum_of_squares / self.degrees_of_freedom if self.degrees_of_freedom > 0 else math.nan
+
+    @property
     def standard_deviations(self) -> dict[str, float]:
         """Of each parameter, in its unit; NaN where there is none."""
-        if self.covariance is None:
-            return dict.fromkeys(self.values, math.nan)
-        found = np.sqrt(np.diag(self.covariance))
+        count = len(self.values)
+        found = np.full(count, np.nan) if self.covariance is None else np.sqrt(np.diag(self.covariance))
         return {name: float(each) for name, each in zip(self.values, found, strict=True)}
 
     @property
@@ -82,8 +86,7 @@ class LeastSquaresEstimate:
         return self.count * math.log(max(self.sum_of_squares, math.ulp(0.0)) / self.count)
 
     @property
-    def _counted(self) -> int:
-        """Estimated parameters, the noise among them where it is not known."""
+    def _counted(self) -> int:  # the noise among them where it is not known
         return len(self.values) + (not self.noise_is_known)
 
     @property
@@ -151,7 +154,7 @@ def estimate_at(
 
     Returns
     -------
-    LeastSquaresEstimate
+    estimate : LeastSquaresEstimate
         Parameters on a bound have variance 0 there, which `on_bound` states.
     """
     inside = [at for at, name in enumerate(values) if name not in on_bound]

@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 CONVERGED: Final = 1e-15
 """Relative change of the sum of squares and of the parameters at which the search ends: the precision of a double."""
 FAR_AWAY: Final = 1e100
-"""Stands for a residual that is not finite: the step that led there is rejected and shortened."""
+"""Replaces a residual that is not finite, so that the step that led there is rejected and shortened."""
 MOST_EVALUATIONS: Final = 20_000
 """After which a search ends without having converged."""
-_AT_BOUND: Final = 1e-9
-"""Share of the range, or of the bound, within which an estimate counts as lying on its bound."""
+_SMALL_STEP: Final = 1e-8  # a longer step of a rough search may be one along a narrow valley
+_AT_BOUND: Final = 1e-9  # relative to the bound or the initial value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +52,6 @@ class FreeParameter:
     logarithmic: bool = False
 
     def __post_init__(self) -> None:
-        """Check the start against the bounds."""
         if not math.isfinite(self.start) or not self.lower <= self.start <= self.upper:
             raise InputError(
                 f"start = {self.start:g}: expected a number from {self.lower:g} to {self.upper:g}"
@@ -61,7 +60,7 @@ class FreeParameter:
             raise InputError(f"start = {self.start:g}: expected a positive number for a logarithmic search")
 
     def starting_at(self, value: float) -> FreeParameter:
-        """Give the same parameter with another initial value, in its unit [1], moved between the bounds if need be."""
+        """Return the same parameter with another initial value, in its unit [1], moved between the bounds if need be."""
         return dataclasses.replace(self, start=min(max(value, self.lower), self.upper))
 
     def coordinate(self, value: float) -> float:
@@ -102,11 +101,11 @@ def least_squares(
     free : mapping of str to FreeParameter
         At least one.
     derivatives : callable
-        The same values to the derivatives of the residuals after the values, shape (n, parameters).
+        The same values to the derivatives of the residuals after them, shape (n, parameters).
     noise_is_known : bool
         Whether the residuals are in units of their standard deviation; else the scatter of the residuals is taken for it.
     final_derivatives : callable, optional
-        More accurate ones, for the covariance; by default `derivatives`.
+        Those for the covariance, by default `derivatives`.
     converged : float
         Relative change of the sum of squares and of the parameters at which the search ends.
     most_evaluations : int
@@ -114,7 +113,7 @@ def least_squares(
 
     Returns
     -------
-    LeastSquaresEstimate
+    estimate : LeastSquaresEstimate
         With covariance, or with the reason why there is none.
 
     Raises
@@ -152,8 +151,9 @@ class _Search:
 
     def values(self, parameters: Any) -> dict[str, float]:
         """Values at lmfit's parameters, in their units."""
-        names = enumerate(self.free.items())
-        return {name: each.value(parameters[f"p{at}"].value) for at, (name, each) in names}
+        return {
+            name: each.value(parameters[f"p{at}"].value) for at, (name, each) in enumerate(self.free.items())
+        }
 
     def evaluated(self, parameters: Any) -> Real:
         """Residuals there, shape (n,)."""
@@ -173,13 +173,13 @@ class _Search:
 
     def minimum(self, converged: float, most_evaluations: int) -> Any:
         """Search from the starting values, and give lmfit's result."""
-        lmfit = _lmfit()
+        lmfit = require_lmfit()
         searched = lmfit.Parameters()
         for at, each in enumerate(self.free.values()):
             start, low, high = (each.coordinate(value) for value in (each.start, each.lower, each.upper))
             searched.add(f"p{at}", value=start, min=low, max=high)
         search = lmfit.Minimizer(self.evaluated, searched, max_nfev=most_evaluations, calc_covar=False)
-        ends = {"xtol": converged, "ftol": converged}
+        ends = {"xtol": min(converged, _SMALL_STEP), "ftol": converged}
         bounded = any(
             math.isfinite(bound) for each in self.free.values() for bound in (each.lower, each.upper)
         )
@@ -191,7 +191,8 @@ class _Search:
             return search.minimize(method="leastsq", Dfun=self.sloped, gtol=0.0, **ends)
 
 
-def _lmfit() -> Any:
+def require_lmfit() -> Any:
+    """Return the module lmfit, or raise an InputError with the line that installs it."""
     try:
         import lmfit
     except ImportError:

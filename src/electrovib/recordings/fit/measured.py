@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 PRESCRIBED: Final = frozenset({"time", "frequency", "layer", "drive_voltage", "drive_current"})
 """Signals that a scenario is given and does not predict."""
+PROPORTIONAL: Final = frozenset({"impedance"})
+"""Signals whose noise is proportional to their modulus unless stated otherwise."""
 AXES: Final = ("time", "frequency")
 
 
@@ -49,7 +51,7 @@ class MeasuredTrace:
     name: str = "recording"
     changes: Mapping[str, Any] = field(default_factory=dict)
     noise: Mapping[str, float] = field(default_factory=dict)
-    proportional: Collection[str] = frozenset({"impedance"})
+    proportional: Collection[str] = PROPORTIONAL
     offsets: Collection[str] = ()
     session: str = ""
 
@@ -85,6 +87,11 @@ class Observed:
     offset: bool
 
     @property
+    def relative(self) -> bool:
+        """Whether the noise is proportional to the data."""
+        return bool((self.scale != 1).any())
+
+    @property
     def parts(self) -> int:
         """Real numbers for each sample: 2 of a complex signal."""
         return 2 if np.iscomplexobj(self.y) else 1
@@ -102,8 +109,8 @@ def observed(measured: MeasuredTrace, signals: Sequence[str] | None = None) -> t
 
     Returns
     -------
-    tuple of Observed
-        At least one; samples that are no number are left out.
+    columns : tuple of Observed
+        At least one; samples that are no number are omitted.
 
     Raises
     ------

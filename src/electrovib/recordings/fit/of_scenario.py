@@ -2,59 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+import dataclasses
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.recordings.fit.least_squares import least_squares
-from electrovib.recordings.fit.measured import MeasuredTrace, Observed
-from electrovib.recordings.fit.prediction import Prediction, Unknown
-from electrovib.recordings.fit.residuals import Residuals, residuals_of
-from electrovib.recordings.fit.sessions import BetweenSessions, between_sessions
+from electrovib.recordings.fit.curvature import BIASED, curvature_bias
+from electrovib.recordings.fit.identifiability import identifiability
+from electrovib.recordings.fit.measured import MeasuredTrace
+from electrovib.recordings.fit.prediction import Prediction
+from electrovib.recordings.fit.problem import Callback, CancelledError, WeightedProblem
+from electrovib.recordings.fit.residuals import residuals_of
+from electrovib.recordings.fit.result import ScenarioFit
+from electrovib.recordings.fit.sessions import between_sessions
+from electrovib.recordings.fit.weighting import first_noise, weighted
 from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:
     import xarray
 
-    from electrovib.core.arrays import Real
     from electrovib.recordings.fit.estimate import LeastSquaresEstimate
+    from electrovib.recordings.fit.least_squares import FreeParameter
 
-SEARCHED: Final = 1e-10
-"""Relative change at which the search for parameters of a scenario ends: the precision of its derivatives."""
-_SETTLED: Final = 1e-3
-"""Relative change of an estimated noise from which on it is not estimated anew."""
-_MOST_ROUNDS: Final = 20
-
-
-@dataclass(frozen=True, kw_only=True)
-class ScenarioFit:
-    """Parameters of a scenario, estimated from recordings.
-
-    Parameters
-    ----------
-    estimate : LeastSquaresEstimate
-        Values and covariance of all unknowns; zeros of signals among them.
-    unknowns : tuple of Unknown
-        In the order of the estimate.
-    scenario : Scenario
-        With the estimated parameters; of a parameter that varies between sessions, with the mean of the sessions.
-    sessions : mapping of str to BetweenSessions
-        By path: the spread of each parameter that varies.
-    residuals : tuple of Residuals
-        For each signal of each recording.
-    """
-
-    estimate: LeastSquaresEstimate
-    unknowns: tuple[Unknown, ...]
-    scenario: Scenario
-    sessions: Mapping[str, BetweenSessions]
-    residuals: tuple[Residuals, ...]
+_FEW: Final = 400
+"""Samples of each recording with which a search begins; the last steps take all of them."""
+_ROUGH: Final = 1e-3
 
 
-def fit(
+def fit_scenario(
     scenario: Source,
     recordings: Sequence[MeasuredTrace | xarray.Dataset] | MeasuredTrace | xarray.Dataset,
     *,
@@ -62,9 +39,9 @@ def fit(
     varying: Sequence[str] = (),
     signals: Sequence[str] | None = None,
     start: Mapping[str, float] | None = None,
-    progress: Callable[[int, float], bool] | None = None,
+    progress: Callback | None = None,
 ) -> ScenarioFit:
-    """LeastSquaresEstimate parameters of a scenario from recordings.
+    """Estimate parameters of a scenario from recordings.
 
     Parameters
     ----------
@@ -81,36 +58,84 @@ def fit(
     start : mapping of str to float, optional
         Initial values by path, in SI.
     progress : callable, optional
-        Called with the number of evaluations and the sum of squares; the fit ends with an error when it gives True.
+        Called with the number of evaluations and the sum of squares; the fit ends with an error when it returns True.
 
     Returns
     -------
-    ScenarioFit
+    result : ScenarioFit
         Estimates with covariance, residuals, and the scenario with these values.
 
     Raises
     ------
     InputError
         For wrong paths, recordings without a signal to fit, or values that the models refuse at the start.
+    CancelledError
+        If `progress` ends the fit.
 
     Notes
     -----
     Weighted least squares. Noise that is not stated is estimated for each signal of each recording from its residuals, in
-    turn with the parameters, until it stands still: the estimate of largest likelihood, with the degrees of freedom that
-    the parameters take shared among the signals by their number of data.
+    turn with the parameters, until it changes by less than 0.1 %: the estimate of largest likelihood, with the degrees of
+    freedom that the parameters take shared among the signals by their number of data. Combinations that the data do not
+    determine are named, and their parameters have no interval: see `identifiability`.
     """
+    measured = _measured(recordings)
+    if not free:
+        raise InputError("free: name at least one parameter, for instance stack.gap.thickness")
+    base = read_scenario(scenario)
+    prediction = Prediction(base, measured, free=free, varying=varying, signals=signals, start=start)
+    few = _with_few(base, measured, prediction, (free, varying, signals))
+    begin = _roughly(few, prediction, progress)
+    noise, estimate, problem = weighted(prediction, begin, progress, near=begin is not prediction.free)
+    return _judged(
+        problem, WeightedProblem(few or prediction, noise), estimate, noise, free=free, varying=varying
+    )
+
+
+def _measured(
+    recordings: Sequence[MeasuredTrace | xarray.Dataset] | MeasuredTrace | xarray.Dataset,
+) -> list[MeasuredTrace]:
     given = [recordings] if not isinstance(recordings, Sequence) else list(recordings)
-    measured = [
+    return [
         each if isinstance(each, MeasuredTrace) else MeasuredTrace(trace=each, name=f"recording {at + 1}")
         for at, each in enumerate(given)
     ]
-    if not free:
-        raise InputError("free: name at least one parameter, for instance stack.gap.thickness")
-    prediction = Prediction(
-        read_scenario(scenario), measured, free=free, varying=varying, signals=signals, start=start
+
+
+def _judged(
+    problem: WeightedProblem,
+    few: WeightedProblem,
+    estimate: LeastSquaresEstimate,
+    noise: Sequence[float],
+    *,
+    free: Sequence[str],
+    varying: Sequence[str],
+) -> ScenarioFit:
+    """Judge what the data determine, and collect the result."""
+    prediction, values = problem.prediction, estimate.values
+    inside = [name for name in values if name not in estimate.on_bound]
+    rows = [list(values).index(name) for name in inside]
+    zeros = [each.name for each in prediction.unknowns if each.is_offset]
+    variance = 1.0 if estimate.noise_is_known else max(estimate.variance, 0.0)
+    judged = identifiability(
+        problem.derivatives(values)[:, rows] / np.sqrt(variance or 1.0),
+        {name: values[name] for name in inside},
+        zeros=zeros,
     )
-    noise, estimate = _weighted(prediction, progress)
-    values = estimate.values
+    covariance = np.zeros((len(values), len(values)))
+    covariance[np.ix_(rows, rows)] = judged.covariance
+    estimate = dataclasses.replace(
+        estimate,
+        covariance=covariance,
+        why_no_covariance="; ".join(each.sentence for each in judged.undetermined),
+    )
+    kept = [name for name in inside if judged.states[name] != "not"]
+    at = [inside.index(name) for name in kept]
+    bias = curvature_bias(few, values, kept, judged.covariance[np.ix_(at, at)]) if kept else {}
+    states = {
+        name: "weakly" if state == "well" and abs(bias[name]) > BIASED else state
+        for name, state in judged.states.items()
+    }
     means = {
         path: between_sessions(
             estimate, {each.session: each.name for each in prediction.unknowns if each.path == path}
@@ -124,88 +149,46 @@ def fit(
         scenario=prediction.prepared[0].scenario(shared | {path: each.mean for path, each in means.items()}),
         sessions=means,
         residuals=tuple(residuals_of(prediction, values, noise)),
+        states=states | dict.fromkeys(estimate.on_bound, "bound"),
+        bias=bias,
+        undetermined=judged.undetermined,
+        problem=problem,
     )
 
 
-def _weighted(
-    prediction: Prediction, progress: Callable[[int, float], bool] | None
-) -> tuple[list[float], LeastSquaresEstimate]:
-    """LeastSquaresEstimate parameters, and in turn with them the noise that is not stated."""
-    columns = [each for group in prediction.columns for each in group]
-    stated = [each.noise for each in columns]
-    alone = len(columns) == 1 and stated[0] is None
-    noise = [
-        each if each is not None else 1.0 if alone else _first_guess(column)
-        for each, column in zip(stated, columns, strict=True)
-    ]
-    free, evaluations = prediction.free, 0
-    for _ in range(_MOST_ROUNDS):
-        estimate = _once(prediction, free, noise, progress, known=not alone)
-        evaluations += estimate.evaluations
-        free = {name: each.starting_at(estimate.values[name]) for name, each in prediction.free.items()}
-        sizes = np.array([each.x.size * each.parts for each in columns], dtype=float)
-        taken = len(free) / sizes.sum()
-        left = [each.root_mean_square for each in residuals_of(prediction, estimate.values, noise)]
-        scatter = [float(rms / np.sqrt(max(1 - taken, 1e-3))) for rms in left]
-        if alone:
-            return scatter, estimate
-        after = [
-            each if each is not None else max(found, 1e-300)
-            for each, found in zip(stated, scatter, strict=True)
-        ]
-        change = max(abs(new / old - 1) for new, old in zip(after, noise, strict=True))
-        noise = after
-        if change < _SETTLED:
-            break
-    return noise, estimate
+def _with_few(
+    base: Scenario,
+    measured: Sequence[MeasuredTrace],
+    whole: Prediction,
+    asked: tuple[Sequence[str], Sequence[str], Sequence[str] | None],
+) -> Prediction | None:
+    """Make the prediction for a few samples of each recording; None where no recording is long."""
+    thinned = [dataclasses.replace(each, trace=_thinned(each.trace)) for each in measured]
+    if all(after.trace is before.trace for after, before in zip(thinned, measured, strict=True)):
+        return None
+    free, varying, signals = asked
+    few = Prediction(base, thinned, free=free, varying=varying, signals=signals)
+    few.free = whole.free
+    return few
 
 
-def _first_guess(column: Observed) -> float:
-    """Noise of a signal over its scale from its third differences, in which what is smooth cancels."""
-    if column.y.size > 8:
-        rough = np.diff(column.y / column.scale, 3)
-        found = float(np.median(np.abs(rough)) / 0.6745 / np.sqrt(20 * column.parts))
-        if found > 0:
-            return found
-    return float(np.max(np.abs(column.y / column.scale))) * 1e-3 or 1.0
+def _roughly(
+    few: Prediction | None, whole: Prediction, progress: Callback | None
+) -> dict[str, FreeParameter]:
+    """Search with few samples of long recordings, and return where the search with all of them begins."""
+    if few is None:
+        return whole.free
+    noise = [first_noise(each) for group in few.columns for each in group]
+    try:
+        found = WeightedProblem(few, noise, progress).minimum(whole.free, known=True, converged=_ROUGH)
+    except CancelledError:
+        raise
+    except ElectrovibError:
+        return whole.free
+    return {name: each.starting_at(found.values[name]) for name, each in whole.free.items()}
 
 
-def _once(
-    prediction: Prediction,
-    free: Mapping[str, object],
-    noise: Sequence[float],
-    progress: Callable[[int, float], bool] | None,
-    *,
-    known: bool,
-) -> LeastSquaresEstimate:
-    columns = [each for group in prediction.columns for each in group]
-    weights = np.concatenate(
-        [np.tile(1 / (sigma * each.scale), each.parts) for each, sigma in zip(columns, noise, strict=True)]
-    )
-    data, first, count = prediction.data, True, 0
-
-    def residual(values: Mapping[str, float]) -> Real:
-        nonlocal first, count
-        try:
-            found: Real = (prediction(values) - data) * weights
-        except ElectrovibError:
-            if first:
-                raise
-            return np.full(data.shape, np.nan)
-        first, count = False, count + 1
-        if progress is not None and progress(count, float(found @ found)):
-            raise CancelledError("the fit was cancelled")
-        return found
-
-    return least_squares(
-        residual,
-        free,  # type: ignore[arg-type]
-        derivatives=lambda values: prediction.derivatives(values) * weights[:, None],
-        final_derivatives=lambda values: prediction.derivatives(values, final=True) * weights[:, None],
-        noise_is_known=known,
-        converged=SEARCHED,
-    )
-
-
-class CancelledError(ElectrovibError):
-    """A fit that was ended by its callback."""
+def _thinned(trace: xarray.Dataset) -> xarray.Dataset:
+    steps = {name: size // _FEW for name, size in trace.sizes.items() if name in {"time", "frequency"}}
+    wide = {name: slice(None, None, step) for name, step in steps.items() if step > 1}
+    return trace.isel(wide) if wide else trace

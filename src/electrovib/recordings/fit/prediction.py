@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,10 +24,8 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
 
-SEARCH_STEP: Final = 1e-6
-"""Relative step of the derivatives while searching, one-sided: truncation and rounding are both near 1e-7 of them."""
-FINAL_STEP: Final = 1e-4
-"""Relative step of the derivatives at the end, central: accurate to about 1e-8 of them."""
+STEP: Final = 1e-6
+"""Relative step of the one-sided derivatives: truncation and rounding are both below 1e-6 of them."""
 _DECADES: Final = 100.0
 """Ratio of the declared bounds from which a positive parameter is searched by its logarithm."""
 
@@ -107,6 +106,7 @@ class Prediction:
         if len({each.name for each in self.unknowns}) < len(self.unknowns):
             raise InputError("two recordings have the same name: give each its own")
         self.free = {each.name: self._parameter(each, start or {}) for each in self.unknowns}
+        self._last: tuple[object, Real] | None = None
         self._predicted = functools.lru_cache(maxsize=2 * len(measured) + 2)(self._of_record)
 
     @property
@@ -135,9 +135,22 @@ class Prediction:
             return FreeParameter(start=0.0)
         base = self.prepared[0].base
         declared = quantity_at(base, unknown.path)
-        begin = float(start.get(unknown.path, value_at(base, unknown.path)))
-        positive = declared.low > 0 and declared.high / declared.low > _DECADES
-        return FreeParameter(start=begin, lower=declared.low, upper=declared.high, logarithmic=positive)
+        given = start.get(unknown.path, value_at(base, unknown.path))
+        if given is None:
+            raise InputError("has no value to begin with: give it one in the scenario", path=unknown.path)
+        begin = float(given)
+        if begin == 0 == declared.low:
+            raise InputError(
+                f"is 0, which gives the search no scale: begin above 0, with start = {{'{unknown.path}': ...}}",
+                path=unknown.path,
+            )
+        decades = declared.high > _DECADES * max(declared.low, begin if declared.low == 0 else declared.low)
+        return FreeParameter(
+            start=begin,
+            lower=declared.low,
+            upper=declared.high,
+            logarithmic=begin > 0 and declared.low >= 0 and decades,
+        )
 
     def point(self, record: int, values: Mapping[str, float]) -> dict[str, float]:
         """Parameters of the scenario of one recording.
@@ -183,6 +196,26 @@ class Prediction:
             ]
         return np.concatenate(rows)
 
+    def rescale(self, values: Mapping[str, float]) -> float:
+        """Take the scale of a noise that is proportional to a signal from its prediction, and return the largest relative change.
+
+        A scale from the data would be correlated with their noise, and bias the estimates.
+        """
+        change, found = 0.0, []
+        for at, columns in enumerate(self.columns):
+            rows = self._predicted(at, tuple(self.point(at, values).items()))
+            new = []
+            for each, row in zip(columns, rows, strict=True):
+                scale = np.abs(row)
+                if each.relative and (scale > 0).all():
+                    change = max(change, float(np.max(np.abs(scale / each.scale - 1))))
+                    new.append(dataclasses.replace(each, scale=scale))
+                else:
+                    new.append(each)
+            found.append(tuple(new))
+        self.columns = tuple(found)
+        return change
+
     def _of_record(self, at: int, point: tuple[tuple[str, float], ...]) -> tuple[NDArray[Any], ...]:
         """Predict the signals of one recording; not a number where the models refuse the values."""
         prepared, columns = self.prepared[at], self.columns[at]
@@ -201,37 +234,37 @@ class Prediction:
                 found[number] = row if row.size == each.x.size else row[np.searchsorted(stamps, each.x)]
         return tuple(found[number] for number in range(len(columns)))
 
-    def derivatives(self, values: Mapping[str, float], *, final: bool = False) -> Real:
+    def derivatives(self, values: Mapping[str, float], *, names: Sequence[str] | None = None) -> Real:
         """Differentiate all predictions after the unknowns.
 
         Parameters
         ----------
         values : mapping of str to float
             Of all unknowns by name, in SI.
-        final : bool
-            Central differences, for the covariance; else one-sided ones, for the search.
+        names : sequence of str, optional
+            Only these unknowns; by default all. The columns are in the order of `unknowns`.
 
         Returns
         -------
         derivatives : ndarray, shape (n, unknowns)
-            In the unit of each datum over that of each unknown.
+            In the unit of each datum over that of each unknown; the last ones are kept, because a search ends where it has
+            just computed them.
         """
+        wanted = [each for each in self.unknowns if names is None or each.name in names]
+        key = (tuple(values.items()), tuple(each.name for each in wanted))
+        if self._last is not None and self._last[0] == key:
+            return self._last[1]
         base = self(values)
-        found = np.zeros((base.size, len(self.unknowns)))
-        for number, unknown in enumerate(self.unknowns):
+        found = np.zeros((base.size, len(wanted)))
+        for number, unknown in enumerate(wanted):
             if unknown.is_offset:
                 found[self._rows(unknown), number] = 1.0
                 continue
-            step = (FINAL_STEP if final else SEARCH_STEP) * (abs(values[unknown.name]) or 1.0)
-            free = self.free[unknown.name]
-            above, below = min(values[unknown.name] + step, free.upper), values[unknown.name]
-            if final or above == below:
-                below = max(below - step, free.lower)
-            moved = [
-                base if value == values[unknown.name] else self(dict(values) | {unknown.name: value})
-                for value in (above, below)
-            ]
-            found[:, number] = (moved[0] - moved[1]) / (above - below)
+            begin = values[unknown.name]
+            step = STEP * (abs(begin) or 1.0)
+            moved = begin + step if begin + step <= self.free[unknown.name].upper else begin - step
+            found[:, number] = (self(dict(values) | {unknown.name: moved}) - base) / (moved - begin)
+        self._last = (key, found)
         return found
 
     def _rows(self, unknown: Unknown) -> NDArray[np.bool_]:

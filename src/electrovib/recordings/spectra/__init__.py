@@ -1,6 +1,7 @@
 """Materials from measured spectra of permittivity and conductivity."""
 
 from electrovib.recordings.spectra.forms import FORMS as FORMS
+from electrovib.recordings.spectra.linear_test import impedance_residual as impedance_residual
 from electrovib.recordings.spectra.material import MaterialFit as MaterialFit
 from electrovib.recordings.spectra.material import fit_material as fit_material
 from electrovib.recordings.spectra.parts import ParallelPart as ParallelPart

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.constants import eps0
-from electrovib.physics.material import ColeCole, Constant, ConstantPhase, Debye, HavriliakNegami
+from electrovib.physics.material import ColeCole, Constant, ConstantPhase, Debye, HavriliakNegami, Prony
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -91,6 +91,32 @@ def _cole_cole(count: int) -> Callable[[Real, Complex], Iterator[Material]]:
     return starts
 
 
+def _prony(count: int) -> Callable[[Real, Complex], Iterator[Material]]:
+    """Make the sum of so many relaxations of one time each, begun with times evenly over the band.
+
+    Parameters
+    ----------
+    count : int
+        Terms, at least 1.
+
+    Returns
+    -------
+    starts : callable
+        Frequencies [Hz] and complex relative permittivity to initial materials.
+    """
+
+    def starts(frequency: Real, permittivity: Complex) -> Iterator[Material]:
+        high, low, least = _levels(frequency, permittivity)
+        strength = max(low - high, 0.1 * high) / count
+        band = _times(frequency)
+        for inwards in (1.0, 3.0):
+            times = np.geomspace(band[0] * inwards, band[-1] / inwards, count)
+            terms = [{"strength": strength, "relaxation_time": float(time)} for time in times]
+            yield Prony(permittivity_high=high, terms=terms, conductivity=least / 2)
+
+    return starts
+
+
 def _havriliak_negami(frequency: Real, permittivity: Complex) -> Iterator[Material]:
     """One broadened and skewed relaxation, begun at several times."""
     high, low, least = _levels(frequency, permittivity)
@@ -112,5 +138,13 @@ FORMS: Final[dict[str, Callable[[Real, Complex], Iterator[Material]]]] = {
     "ColeCole, 1 term": _cole_cole(1),
     "ColeCole, 2 terms": _cole_cole(2),
     "HavriliakNegami": _havriliak_negami,
+    "ColeCole, 3 terms": _cole_cole(3),
+    "ColeCole, 4 terms": _cole_cole(4),
+    "Prony, 2 terms": _prony(2),
+    "Prony, 3 terms": _prony(3),
+    "Prony, 4 terms": _prony(4),
+    "Prony, 6 terms": _prony(6),
 }
 """Name to initial values; the search keeps the best of them."""
+OFFERED: Final = tuple(FORMS)[:6]
+"""Forms among which the criterion chooses unless others are named."""

@@ -12,7 +12,8 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import ElectrovibError, InputError, nearest
 from electrovib.core.numbers import with_numbers
 from electrovib.recordings.fit.least_squares import MOST_EVALUATIONS, FreeParameter, least_squares
-from electrovib.recordings.spectra.forms import FORMS
+from electrovib.recordings.spectra.forms import FORMS, OFFERED
+from electrovib.recordings.spectra.linear_test import consistency
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -55,6 +56,9 @@ class MaterialFit:
         Root mean square of the relative error of the permittivity and of the conductivity, over the rows that were fitted.
     outliers : ndarray of bool, shape (n,)
         Rows that were left out.
+    kramers_kronig : float
+        Relative root mean square by which the table misses the Kramers-Kronig relations; NaN for too few rows to judge. Above
+        2 %, or twice the noise, no form of dispersion can represent the table.
     """
 
     form: str
@@ -63,13 +67,15 @@ class MaterialFit:
     permittivity_error: float
     conductivity_error: float
     outliers: NDArray[np.bool_]
+    kramers_kronig: float
 
 
 def fit_material(
     frequency: ArrayLike,
     permittivity: ArrayLike,
     *,
-    forms: Sequence[str] = tuple(FORMS),
+    forms: Sequence[str] = OFFERED,
+    noise: ArrayLike | None = None,
 ) -> tuple[MaterialFit, ...]:
     """Fit forms of dispersion to a measured spectrum of one material.
 
@@ -81,10 +87,14 @@ def fit_material(
         Relative permittivity eps' - j eps'', conduction included, with eps' and eps'' above 0.
     forms : sequence of str
         Names among `FORMS`.
+    noise : array_like, shape () or (n,) or (2, n), optional
+        Relative standard deviation of each row, above 0; with two rows that of the permittivity and that of the
+        conductivity. Rows of several sources, one after the other, are thus weighted by the noise of each. Without it all
+        rows count alike, and the scatter of the residuals is taken.
 
     Returns
     -------
-    tuple of MaterialFit
+    fits : tuple of MaterialFit
         One for each form, the best by the criterion of Akaike first; all without the rows that are outliers of the best.
 
     Raises
@@ -100,9 +110,11 @@ def fit_material(
     """
     grid, data = np.asarray(frequency, dtype=float), np.asarray(permittivity, dtype=complex)
     _refuse(grid, data, forms)
+    weights = _weights(noise, grid.size)
+    consistent = consistency(grid, data)
     outliers = np.zeros(grid.size, bool)
     for _ in range(_MOST_ROUNDS):
-        found = [_best_of(form, grid, data, outliers) for form in forms]
+        found = [_best_of(form, grid, data, outliers, weights, consistent) for form in forms]
         found.sort(key=lambda each: each.estimate.aicc)
         found_out = _outliers(found[0].material, grid, data)
         if (found_out == outliers).all():
@@ -151,20 +163,41 @@ def _outliers(material: Material, grid: Real, data: Complex) -> NDArray[np.bool_
     return found
 
 
-def _best_of(form: str, grid: Real, data: Complex, outliers: NDArray[np.bool_]) -> MaterialFit:
+def _weights(noise: ArrayLike | None, count: int) -> Real | None:
+    """One over the relative standard deviation of permittivity and conductivity, shape (2, count); None without a noise."""
+    if noise is None:
+        return None
+    try:
+        given = np.broadcast_to(np.asarray(noise, dtype=float), (2, count))
+    except ValueError:
+        raise InputError(f"noise: expected one number, {count} numbers or two rows of {count}") from None
+    if not (np.isfinite(given).all() and (given > 0).all()):
+        raise InputError("noise: expected relative standard deviations above 0")
+    return 1 / given
+
+
+def _best_of(
+    form: str,
+    grid: Real,
+    data: Complex,
+    outliers: NDArray[np.bool_],
+    weights: Real | None,
+    consistent: float,
+) -> MaterialFit:
     """Fit one form roughly from each of its initial values, and continue with the best."""
     kept, target = grid[~outliers], data[~outliers]
+    weighted = None if weights is None else weights[:, ~outliers].ravel()
     rough = []
     for start in FORMS[form](kept, target):
         try:
-            rough.append(_from(start, kept, target, converged=_ROUGH, most=_FIRST_EVALUATIONS))
+            rough.append(_from(start, kept, target, weighted, converged=_ROUGH, most=_FIRST_EVALUATIONS))
         except ElectrovibError:
             continue
     if not rough:
         raise InputError(f"{form}: could not be fitted to this spectrum from any initial values")
     rough.sort(key=lambda each: each[0].sum_of_squares)
     fine = [
-        _from(each, kept, target, converged=_CONVERGED, most=MOST_EVALUATIONS)
+        _from(each, kept, target, weighted, converged=_CONVERGED, most=MOST_EVALUATIONS)
         for _, each in rough[:_POLISHED]
     ]
     estimate, material = min(fine, key=lambda each: each[0].sum_of_squares)
@@ -176,18 +209,20 @@ def _best_of(form: str, grid: Real, data: Complex, outliers: NDArray[np.bool_]) 
         permittivity_error=float(np.sqrt(np.mean((model.real / target.real - 1) ** 2))),
         conductivity_error=float(np.sqrt(np.mean((model.imag / target.imag - 1) ** 2))),
         outliers=outliers,
+        kramers_kronig=consistent,
     )
 
 
 def _from(
-    start: Material, grid: Real, data: Complex, *, converged: float, most: int
+    start: Material, grid: Real, data: Complex, weights: Real | None, *, converged: float, most: int
 ) -> tuple[LeastSquaresEstimate, Material]:
     """Fit a material from given values of its parameters."""
     free = _free(start)
-    target = _rows(data, grid)
+    each = 1.0 if weights is None else weights
+    target = _rows(data, grid) * each
 
     def rows(values: Mapping[str, float]) -> Real:
-        return _rows(with_numbers(start, values).complex_permittivity(grid), grid)
+        return _rows(with_numbers(start, values).complex_permittivity(grid), grid) * each
 
     def residual(values: Mapping[str, float]) -> Real:
         try:
@@ -204,7 +239,12 @@ def _from(
         return np.column_stack(columns)
 
     found = least_squares(
-        residual, free, derivatives=sloped, noise_is_known=False, converged=converged, most_evaluations=most
+        residual,
+        free,
+        derivatives=sloped,
+        noise_is_known=weights is not None,
+        converged=converged,
+        most_evaluations=most,
     )
     return found, with_numbers(start, found.values)
 

@@ -1,0 +1,264 @@
+"""The fit of a scenario to recordings, from their files to a folder of results."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from electrovib.core.errors import ElectrovibError, InputError, gathered
+from electrovib.core.files import inputs_noted
+from electrovib.data.traces import open_trace
+from electrovib.recordings.fit import MeasuredTrace, ScenarioFit, fit_scenario
+from electrovib.recordings.fit.compared import FitComparison, compare_fits
+from electrovib.recordings.fit.least_squares import require_lmfit
+from electrovib.recordings.fit.table import EstimatedParameter, parameter_table
+from electrovib.scenario import Scenario, Source, read_scenario
+
+if TYPE_CHECKING:
+    import xarray
+
+    Recorded: TypeAlias = str | Path | MeasuredTrace | xarray.Dataset
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitResult:
+    """Parameters of a scenario estimated from recordings, with the models compared.
+
+    Parameters
+    ----------
+    best : ScenarioFit
+        Fit of the scenario that was asked for.
+    rows : tuple of EstimatedParameter
+        Its table: estimates in SI with 95 % intervals, or the reason why there is none.
+    others : mapping of str to ScenarioFit
+        Fits of the other models.
+    comparison : FitComparison or None
+        Of all models; None without others.
+    """
+
+    best: ScenarioFit
+    rows: tuple[EstimatedParameter, ...]
+    others: Mapping[str, ScenarioFit]
+    comparison: FitComparison | None
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario with the estimated parameters."""
+        return self.best.scenario
+
+
+def fit(
+    scenario: Source,
+    recordings: Sequence[Recorded] | Recorded,
+    *,
+    free: Sequence[str],
+    varying: Sequence[str] = (),
+    signals: Sequence[str] | None = None,
+    start: Mapping[str, float] | None = None,
+    noise: Mapping[str, float] | None = None,
+    offsets: Sequence[str] = (),
+    sessions: Mapping[str, str] | None = None,
+    compare_with: Sequence[Source] = (),
+    output: str | Path | None = None,
+    force: bool = False,
+    progress: Callable[[int, float], bool | None] | None = None,
+) -> FitResult:
+    """Estimate parameters of a scenario from recordings, with intervals, and compare models.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        The experiment, as for `electrovib.load`; its values of the free parameters are where the search begins.
+    recordings : str, Path, MeasuredTrace or xarray.Dataset, or a sequence of them
+        Files of Traces, or Traces, with signals over time or frequency. They are fitted jointly.
+    free : sequence of str
+        Dotted paths of the unknown parameters; their bounds are those that the models declare.
+    varying : sequence of str
+        Those of them that differ between the sessions of the recordings.
+    signals : sequence of str, optional
+        Only these signals; by default all that the recordings hold and the scenario predicts.
+    start : mapping of str to float, optional
+        Initial values by path, in SI.
+    noise : mapping of str to float, optional
+        Standard deviation of a signal in its unit, of an impedance relative to its modulus; it is estimated where absent.
+    offsets : sequence of str
+        Signals whose zero is unknown.
+    sessions : mapping of str to str, optional
+        File of a recording to the session to which it belongs; by default each file is a session of its own where
+        parameters vary.
+    compare_with : sequence
+        Other scenarios of the same experiment, fitted with those of the free parameters that they have.
+    output : str or Path, optional
+        Folder for ``report.html``, ``parameters.csv``, ``parameters.toml`` and ``space.toml``; all are written, or none.
+    force : bool
+        Whether files that this package did not write may be replaced.
+    progress : callable, optional
+        Called with the number of evaluations and the sum of squares; the fit ends with an error when it returns True.
+
+    Returns
+    -------
+    result : FitResult
+        Estimates, table and comparison.
+
+    Raises
+    ------
+    ElectrovibError
+        For mistakes, all at once as far as possible; nothing has been written then.
+    """
+    require_lmfit()
+    problems: list[str] = []
+    base: Scenario | None = None
+    measured: list[MeasuredTrace] = []
+    others: dict[str, Scenario] = {}
+    with inputs_noted() as inputs:
+        with gathered(problems):
+            base = read_scenario(scenario)
+        for other in compare_with:
+            with gathered(problems):
+                others[_named(other, len(others) + 2)] = read_scenario(other)
+        for number, each in enumerate(_listed(recordings)):
+            with gathered(problems):
+                measured.append(_measured(each, number))
+    measured = _with_own_names(measured)
+    with gathered(problems):
+        measured = _described(measured, noise or {}, offsets, sessions, varying=bool(varying))
+    if output is not None:
+        with gathered(problems):
+            _check_folder(Path(output), inputs, force=force)
+    if problems or base is None:
+        raise InputError(problems)
+    given = _FitRequest(
+        measured=measured, free=free, varying=varying, signals=signals, start=start or {}, progress=progress
+    )
+    best = given.fit(base)
+    fits = {_named(scenario, 1): best} | {name: given.fit(other, name) for name, other in others.items()}
+    result = FitResult(
+        best=best,
+        rows=parameter_table(best),
+        others={name: fits[name] for name in others},
+        comparison=compare_fits(fits) if others else None,
+    )
+    if output is not None:
+        from electrovib.view.fitted import write_fit
+
+        write_fit(Path(output), best, result.rows, comparison=result.comparison, force=force)
+    return result
+
+
+@dataclass(frozen=True, kw_only=True)
+class _FitRequest:
+    """What is fitted with each model."""
+
+    measured: Sequence[MeasuredTrace]
+    free: Sequence[str]
+    varying: Sequence[str]
+    signals: Sequence[str] | None
+    start: Mapping[str, float]
+    progress: Callable[[int, float], bool | None] | None
+
+    def fit(self, scenario: Scenario, name: str = "") -> ScenarioFit:
+        """Fit a model; another one than the first with those of the free parameters that it has."""
+        own = _paths_of(scenario, self.free, name) if name else self.free
+        return fit_scenario(
+            scenario,
+            self.measured,
+            free=own,
+            varying=[path for path in self.varying if path in own or not name],
+            signals=self.signals,
+            start={path: value for path, value in self.start.items() if path in own},
+            progress=self.progress,
+        )
+
+
+def _listed(recordings: Sequence[Recorded] | Recorded) -> list[Recorded]:
+    if isinstance(recordings, (str, Path)) or not isinstance(recordings, Sequence):
+        return [recordings]
+    return list(recordings)
+
+
+def _measured(recording: Recorded, number: int) -> MeasuredTrace:
+    if isinstance(recording, MeasuredTrace):
+        return recording
+    if isinstance(recording, (str, Path)):
+        return MeasuredTrace(trace=open_trace(recording), name=Path(recording).name)
+    return MeasuredTrace(trace=recording, name=f"recording {number + 1}")
+
+
+def _with_own_names(measured: Sequence[MeasuredTrace]) -> list[MeasuredTrace]:
+    """Number the recordings that have the same name, such as files of different folders."""
+    names = [each.name for each in measured]
+    return [
+        dataclasses.replace(each, name=f"{each.name} ({number})") if names.count(each.name) > 1 else each
+        for number, each in enumerate(measured, start=1)
+    ]
+
+
+def _described(
+    measured: Sequence[MeasuredTrace],
+    noise: Mapping[str, float],
+    offsets: Sequence[str],
+    sessions: Mapping[str, str] | None,
+    *,
+    varying: bool,
+) -> list[MeasuredTrace]:
+    """Put noise, zeros and sessions into the recordings that have these signals."""
+    names = [each.name for each in measured]
+    by_name = {Path(file).name: session for file, session in (sessions or {}).items()}
+    unknown = [name for name in by_name if name not in names]
+    if unknown:
+        raise InputError(f"session: '{unknown[0]}' is none of the recordings: {', '.join(names)}")
+    held = {str(name) for each in measured for name in each.trace.data_vars}
+    absent = [name for name in (*noise, *offsets) if measured and name not in held]
+    if absent:
+        raise InputError(f"'{absent[0]}': no recording has this signal; they have {', '.join(sorted(held))}")
+    found = []
+    for each in measured:
+        own = set(map(str, each.trace.data_vars))
+        given = each.session or (each.name if varying else "")
+        found.append(
+            dataclasses.replace(
+                each,
+                noise={name: value for name, value in noise.items() if name in own} | dict(each.noise),
+                offsets=[
+                    *each.offsets,
+                    *(name for name in offsets if name in own and name not in each.offsets),
+                ],
+                session=by_name.get(each.name, given),
+            )
+        )
+    return found
+
+
+def _named(source: Source, number: int) -> str:
+    if not isinstance(source, (str, Path)):
+        return f"model {number}"
+    return Path(source).name if Path(source).suffix else str(source)
+
+
+def _paths_of(scenario: Scenario, free: Sequence[str], name: str) -> list[str]:
+    """Return the free parameters that another scenario has."""
+    from electrovib.core.paths import quantity_at
+
+    found = []
+    for path in free:
+        try:
+            quantity_at(scenario, path)
+        except ElectrovibError:
+            continue
+        found.append(path)
+    if not found:
+        raise InputError(f"compare_with = {name}: has none of the free parameters {', '.join(free)}")
+    return found
+
+
+def _check_folder(folder: Path, inputs: Sequence[Path], *, force: bool) -> None:
+    from electrovib.data.atomic import check_writable
+    from electrovib.view.fitted import FILES
+
+    if folder.exists() and not folder.is_dir():
+        raise InputError("is a file, where the folder of a fit is to be made", path=folder)
+    if folder.is_dir():
+        check_writable({folder / name: form for name, form in FILES.items()}, inputs=inputs, force=force)

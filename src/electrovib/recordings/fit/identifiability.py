@@ -1,0 +1,172 @@
+"""What the data of a fit determine: each parameter well, weakly, or only in combination with others."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from electrovib.core.arrays import Real
+
+WELL: Final = 0.1
+"""Largest standard deviation of the logarithm of a parameter that counts as well determined. The bias that curvature gives an
+estimate is of the order of this number times its standard deviation, and symmetric intervals hold up to there."""
+NOT: Final = 1.0
+"""Standard deviation of the logarithm from which on a parameter or a combination counts as not determined: a factor of e."""
+_MEMBER: Final = 0.1
+"""Smallest exponent, relative to the largest, with which a parameter counts as a member of a combination."""
+_VANISHES: Final = 1e-6
+"""Singular value over the largest one that cannot be told from the error of derivatives taken by differences."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class UndeterminedCombination:
+    """A product of powers of parameters that the data do not determine.
+
+    Parameters
+    ----------
+    exponents : mapping of str to float
+        Parameter to its exponent, the largest 1; other parameters do not take part.
+    deviation : float
+        Standard deviation of the logarithm of the product; infinite where the data do not depend on it.
+    """
+
+    exponents: Mapping[str, float]
+    deviation: float
+
+    @property
+    def sentence(self) -> str:
+        """Statement of what the data do not determine, and what they determine instead."""
+        names = list(self.exponents)
+        if len(names) == 1:
+            return f"the data do not determine {names[0]}: {self._how}"
+        product = " * ".join(_power(name, value) for name, value in self.exponents.items())
+        words = f"the data do not determine {product}: {self._how}"
+        if len(names) == 2:
+            first, second = self.exponents.values()
+            kept = {names[0]: abs(second), names[1]: -abs(first) * math.copysign(1, first * second)}
+            largest = max(abs(value) for value in kept.values())
+            kept = {name: value / largest for name, value in kept.items()}
+            determined = " * ".join(_power(name, value) for name, value in kept.items())
+            return f"{words}; of {names[0]} and {names[1]} they determine {determined} only"
+        return f"{words}; fix one of {', '.join(names)} at a value known from elsewhere"
+
+    @property
+    def _how(self) -> str:
+        if not math.isfinite(self.deviation) or self.deviation > 1e3:
+            return "changing it at constant other combinations changes no prediction within the noise"
+        return f"its logarithm has the standard deviation {self.deviation:.2g}, and {NOT:g} or more counts as not determined"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Identifiability:
+    """How well the data determine each parameter.
+
+    Parameters
+    ----------
+    states : mapping of str to str
+        Parameter to ``"well"``, ``"weakly"`` or ``"not"`` determined.
+    undetermined : tuple of UndeterminedCombination
+        The worst first.
+    covariance : ndarray, shape (parameters, parameters)
+        In the units of the parameters; infinite variance and NaN covariances for those that are not determined.
+    """
+
+    states: Mapping[str, str]
+    undetermined: tuple[UndeterminedCombination, ...]
+    covariance: Real
+
+
+def identifiability(
+    derivatives: Real, values: Mapping[str, float], *, zeros: Sequence[str] = ()
+) -> Identifiability:
+    """Judge which parameters the data determine.
+
+    Parameters
+    ----------
+    derivatives : ndarray, shape (n, parameters)
+        Derivatives of the residuals over their standard deviation after the parameters, in the order of `values`.
+    values : mapping of str to float
+        Estimates, in the units of the parameters.
+    zeros : sequence of str
+        Parameters without a natural scale, such as the zero of a signal: they are estimated, but not judged.
+
+    Returns
+    -------
+    judgement : Identifiability
+        State of each parameter, and the combinations that are not determined.
+
+    Notes
+    -----
+    With the derivatives J after the logarithms of the parameters, J = U S V', each column v of V is a combination
+    sum(v_i ln p_i) with the standard deviation 1/s. A combination with 1/s above 1 is not determined. A parameter is not
+    determined if it is a member of such a combination; else it is well determined if the standard deviation of its logarithm
+    is at most 0.1, and weakly determined otherwise. A parameter estimated as 0 has no logarithm and is judged by the
+    standard deviation alone.
+    """
+    names = list(values)
+    judged = [at for at, name in enumerate(names) if name not in zeros]
+    other = [at for at in range(len(names)) if at not in judged]
+    scale = np.array([abs(values[name]) or 1.0 for name in names])
+    sloped = np.asarray(derivatives, dtype=float) * scale
+    basis = np.linalg.qr(sloped[:, other])[0] if other else np.zeros((len(sloped), 0))
+    own = sloped[:, judged] - basis @ (basis.T @ sloped[:, judged])
+    _, singular, rows = np.linalg.svd(own, full_matrices=False)
+    deviations = [
+        math.inf if each <= _VANISHES * singular[0] or each == 0 else 1 / float(each) for each in singular
+    ]
+    bad = [at for at, deviation in enumerate(deviations) if deviation > NOT]
+    found = [_combination([names[j] for j in judged], rows[at], deviations[at]) for at in reversed(bad)]
+    lost = {name for each in found for name in each.exponents}
+    kept = [at for at in range(len(names)) if names[at] not in lost]
+    covariance = np.full((len(names), len(names)), np.nan)
+    if kept:
+        covariance[np.ix_(kept, kept)] = _covariance(sloped)[np.ix_(kept, kept)] * np.outer(
+            scale[kept], scale[kept]
+        )
+    for at, name in enumerate(names):
+        if name in lost:
+            covariance[at, at] = math.inf
+    return Identifiability(
+        states={
+            name: "not"
+            if name in lost
+            else "well"
+            if name in zeros or math.sqrt(covariance[at, at]) <= WELL * scale[at]
+            else "weakly"
+            for at, name in enumerate(names)
+        },
+        undetermined=tuple(found),
+        covariance=covariance,
+    )
+
+
+def _covariance(sloped: Real) -> Real:
+    """Covariance of the scaled parameters; directions without any information are omitted."""
+    norms = np.linalg.norm(sloped, axis=0)
+    norms[norms == 0] = 1.0
+    _, singular, rows = np.linalg.svd(sloped / norms, full_matrices=False)
+    used = singular > _VANISHES * singular[0]
+    root = (rows[used].T / singular[used]) / norms[:, None]
+    return np.asarray(root @ root.T)
+
+
+def _combination(names: Sequence[str], row: Real, deviation: float) -> UndeterminedCombination:
+    largest = int(np.argmax(np.abs(row)))
+    exponents = row / row[largest]
+    return UndeterminedCombination(
+        exponents={
+            name: float(value) for name, value in zip(names, exponents, strict=True) if abs(value) >= _MEMBER
+        },
+        deviation=deviation,
+    )
+
+
+def _power(name: str, exponent: float) -> str:
+    rounded = round(exponent, 1)
+    return name if rounded == 1 else f"{name}^{rounded:g}"

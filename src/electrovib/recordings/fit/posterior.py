@@ -1,0 +1,216 @@
+"""The posterior distribution of a fit, sampled by emcee, with diagnostics of convergence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.recordings.fit.problem import CancelledError
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+    from electrovib.recordings.fit.least_squares import FreeParameter
+    from electrovib.recordings.fit.result import ScenarioFit
+
+LONG_ENOUGH: Final = 50.0
+"""Steps over autocorrelation time from which the estimate of that time can be trusted (Foreman-Mackey et al. 2013)."""
+ACCEPTED: Final = (0.2, 0.8)
+"""Share of accepted proposals outside which a chain does not explore the distribution."""
+_WIDEST: Final = 1e6
+_START: Final = 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Posterior:
+    """Samples of the posterior distribution of the parameters.
+
+    Parameters
+    ----------
+    samples : mapping of str to ndarray, shape (n,)
+        Unknown to its values in SI, after burn-in and thinned by half the autocorrelation time.
+    autocorrelation_time : mapping of str to float
+        Steps after which a chain has forgotten where it was.
+    acceptance : float
+        Share of accepted proposals.
+    steps : int
+        Length of each chain.
+    problems : tuple of str
+        Why the samples may not represent the distribution; empty if nothing speaks against it.
+    """
+
+    samples: Mapping[str, Real]
+    autocorrelation_time: Mapping[str, float]
+    acceptance: float
+    steps: int
+    problems: tuple[str, ...]
+
+    def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
+        """Interval between the quantiles of the samples.
+
+        Parameters
+        ----------
+        name : str
+            Which unknown.
+        level : float
+            Probability, between 0 and 1.
+
+        Returns
+        -------
+        lower : float
+            In SI.
+        upper : float
+            Likewise.
+        """
+        lower, upper = np.quantile(self.samples[name], [0.5 - level / 2, 0.5 + level / 2])
+        return float(lower), float(upper)
+
+
+def sample_posterior(
+    found: ScenarioFit,
+    *,
+    seed: int,
+    steps: int = 2000,
+    walkers: int | None = None,
+    progress: Callable[[int, int], bool | None] | None = None,
+) -> Posterior:
+    """Sample the posterior distribution of the unknowns of a fit.
+
+    Parameters
+    ----------
+    found : ScenarioFit
+        The fit; its noise is taken as known.
+    seed : int
+        Of the random numbers; the same seed gives the same samples.
+    steps : int
+        Length of each chain, at least 20.
+    walkers : int, optional
+        Number of chains, even and at least twice the number of unknowns; by default four times that.
+    progress : callable, optional
+        Called with the steps done and all steps; sampling ends with an error when it returns True.
+
+    Returns
+    -------
+    posterior : Posterior
+        Samples and diagnostics.
+
+    Raises
+    ------
+    InputError
+        If emcee is not installed, or the chains are too few or too short.
+    CancelledError
+        If `progress` ends the sampling.
+
+    Notes
+    -----
+    Gaussian likelihood with the noise of the fit. The prior is uniform between the bounds of a parameter; for a parameter that
+    is searched by its logarithm it is uniform in the logarithm, within a factor of 1e6 of the estimate. Half of each chain
+    is burn-in.
+    """
+    emcee = _emcee()
+    free = found.problem.prediction.free
+    count = len(free)
+    chains = 4 * count if walkers is None else walkers
+    if chains < 2 * count or chains % 2:
+        raise InputError(f"walkers = {chains}: expected an even number of at least {2 * count}")
+    if steps < 20:
+        raise InputError(f"steps = {steps}: expected at least 20")
+    density = _Density(found)
+    rng = np.random.default_rng(seed)
+    sampler = emcee.EnsembleSampler(chains, count, density)
+    legacy = np.random.RandomState(seed)  # emcee takes the state of no other generator
+    state = emcee.State(density.begin(rng, chains), random_state=legacy.get_state())
+    for done, _ in enumerate(sampler.sample(state, iterations=steps), start=1):
+        if progress is not None and progress(done, steps):
+            raise CancelledError("the sampling was cancelled")
+    return _summary(sampler, free, steps)
+
+
+class _Density:
+    """Logarithm of the posterior density in the coordinates of the search."""
+
+    def __init__(self, found: ScenarioFit) -> None:
+        self.problem, self.found = found.problem, found
+        self.free: Mapping[str, FreeParameter] = found.problem.prediction.free
+        self.variance = 1.0 if found.estimate.noise_is_known else found.estimate.variance
+        self.best = np.array(
+            [each.coordinate(found.estimate.values[name]) for name, each in self.free.items()]
+        )
+        bounds = [(each.coordinate(each.lower), each.coordinate(each.upper)) for each in self.free.values()]
+        wide = math.log(_WIDEST)
+        self.low = np.array(
+            [
+                max(low, at - wide) if each.logarithmic else low
+                for (low, _), at, each in zip(bounds, self.best, self.free.values(), strict=True)
+            ]
+        )
+        self.high = np.array(
+            [
+                min(high, at + wide) if each.logarithmic else high
+                for (_, high), at, each in zip(bounds, self.best, self.free.values(), strict=True)
+            ]
+        )
+
+    def __call__(self, place: Real) -> float:
+        """Logarithm of the density, up to a constant; minus infinity outside the bounds."""
+        if (place < self.low).any() or (place > self.high).any():
+            return -math.inf
+        values = {
+            name: each.value(float(at)) for (name, each), at in zip(self.free.items(), place, strict=True)
+        }
+        left = self.problem.residual(values)
+        found = -0.5 * float(left @ left) / self.variance
+        return found if math.isfinite(found) else -math.inf
+
+    def begin(self, rng: np.random.Generator, chains: int) -> Real:
+        """Starting points about the estimate, half a standard deviation away, within the bounds."""
+        deviations = []
+        for name, each in self.free.items():
+            own = self.found.estimate.standard_deviations[name]
+            value = self.found.estimate.values[name]
+            scale = own / abs(value) if each.logarithmic and value else own
+            deviations.append(min(scale, 1.0) if math.isfinite(scale) and scale > 0 else 0.1)
+        points = self.best + _START * np.array(deviations) * rng.normal(size=(chains, self.best.size))
+        return np.asarray(np.clip(points, self.low, self.high))
+
+
+def _summary(sampler: Any, free: Mapping[str, FreeParameter], steps: int) -> Posterior:
+    half = steps // 2
+    times = sampler.get_autocorr_time(discard=half, tol=0)
+    known = np.where(np.isfinite(times), times, float(steps))
+    thin = max(int(known.max() / 2), 1)
+    flat = sampler.get_chain(discard=half, thin=thin, flat=True)
+    acceptance = float(np.mean(sampler.acceptance_fraction))
+    problems = []
+    if steps - half < LONG_ENOUGH * known.max():
+        problems.append(
+            f"the chains are {(steps - half) / known.max():.0f} autocorrelation times long after burn-in, and"
+            f" {LONG_ENOUGH:g} are needed: take {math.ceil(2 * LONG_ENOUGH * known.max())} steps"
+        )
+    if not ACCEPTED[0] <= acceptance <= ACCEPTED[1]:
+        problems.append(
+            f"{100 * acceptance:.0f} % of the proposals were accepted; {100 * ACCEPTED[0]:.0f} to {100 * ACCEPTED[1]:.0f} %"
+            " are expected of chains that explore the distribution"
+        )
+    return Posterior(
+        samples={
+            name: np.array([each.value(float(at)) for at in flat[:, number]])
+            for number, (name, each) in enumerate(free.items())
+        },
+        autocorrelation_time={name: float(each) for name, each in zip(free, known, strict=True)},
+        acceptance=acceptance,
+        steps=steps,
+        problems=tuple(problems),
+    )
+
+
+def _emcee() -> Any:
+    try:
+        import emcee
+    except ImportError:
+        raise InputError("a posterior needs emcee: pip install 'electrovib[fit]'") from None
+    return emcee

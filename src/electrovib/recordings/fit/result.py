@@ -1,0 +1,168 @@
+"""The result of a scenario's fit: estimates, intervals, criteria, and what the data do not determine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.recordings.fit.estimate import LeastSquaresEstimate
+from electrovib.recordings.fit.identifiability import UndeterminedCombination
+from electrovib.recordings.fit.prediction import Unknown
+from electrovib.recordings.fit.problem import WeightedProblem
+from electrovib.recordings.fit.profile import ProfileInterval, profile_interval
+from electrovib.recordings.fit.residuals import Residuals
+from electrovib.recordings.fit.sessions import BetweenSessions
+from electrovib.scenario import Scenario
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScenarioFit:
+    """Parameters of a scenario, estimated from recordings.
+
+    Parameters
+    ----------
+    estimate : LeastSquaresEstimate
+        Values and covariance of all unknowns; zeros of signals among them.
+    unknowns : tuple of Unknown
+        In the order of the estimate.
+    scenario : Scenario
+        With the estimated parameters; of a parameter that varies between sessions, with the mean of the sessions.
+    sessions : mapping of str to BetweenSessions
+        By path: the spread of each parameter that varies.
+    residuals : tuple of Residuals
+        For each signal of each recording.
+    states : mapping of str to str
+        Unknown to how the data determine it: ``"well"``, ``"weakly"`` or ``"not"``, or ``"bound"`` where the estimate lies on
+        a bound of the parameter. A parameter with a bias above 0.05 standard deviations counts as weakly determined.
+    bias : mapping of str to float
+        Unknown to its bias by the curvature of the model, over its standard deviation; absent where it is not determined.
+    undetermined : tuple of UndeterminedCombination
+        Combinations that the data do not determine, the worst first.
+    problem : WeightedProblem
+        The least-squares problem that was solved.
+    """
+
+    estimate: LeastSquaresEstimate
+    unknowns: tuple[Unknown, ...]
+    scenario: Scenario
+    sessions: Mapping[str, BetweenSessions]
+    residuals: tuple[Residuals, ...]
+    states: Mapping[str, str]
+    bias: Mapping[str, float]
+    undetermined: tuple[UndeterminedCombination, ...]
+    problem: WeightedProblem = field(repr=False)
+
+    @property
+    def noises_estimated(self) -> int:
+        """Number of signals whose noise was estimated from their residuals."""
+        return sum(each.observed.noise is None for each in self.residuals)
+
+    @property
+    def deviance(self) -> float:
+        """Minus twice the logarithm of the largest likelihood, up to a constant that depends on the data alone."""
+        total = 0.0
+        for each in self.residuals:
+            count, mean_square = each.observed.x.size * each.observed.parts, each.root_mean_square**2
+            if each.observed.noise is not None:
+                total += count * mean_square / each.observed.noise**2
+            else:
+                total += count * math.log(max(mean_square, math.ulp(0.0)))
+        return total
+
+    @property
+    def aicc(self) -> float:
+        """Akaike's criterion with the correction for few data; infinite with as many parameters as data."""
+        counted = len(self.estimate.values) + self.noises_estimated
+        left = self.estimate.count - counted - 1
+        return self.deviance + 2 * counted + 2 * counted * (counted + 1) / left if left > 0 else math.inf
+
+    @property
+    def bic(self) -> float:
+        """Criterion of Schwarz."""
+        counted = len(self.estimate.values) + self.noises_estimated
+        return self.deviance + counted * math.log(self.estimate.count)
+
+    def why_no_interval(self, name: str) -> str:
+        """Return why an unknown has no interval from its standard deviation; empty where it has one."""
+        if self.states[name] == "bound":
+            bound = self.estimate.on_bound[name]
+            return f"the estimate lies on the {bound} bound of the parameter"
+        for each in self.undetermined:
+            if name in each.exponents:
+                return each.sentence
+        return ""
+
+    def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
+        """Interval of one unknown from its standard deviation.
+
+        Parameters
+        ----------
+        name : str
+            Which.
+        level : float
+            Probability, between 0 and 1.
+
+        Returns
+        -------
+        lower : float
+            In SI; NaN where the data do not determine it.
+        upper : float
+            Likewise.
+        """
+        if self.why_no_interval(name):
+            return math.nan, math.nan
+        return self.estimate.interval(name, level=level)
+
+    def profile(self, name: str, *, level: float = 0.95) -> ProfileInterval:
+        """Interval of one unknown from the profile of the likelihood.
+
+        Parameters
+        ----------
+        name : str
+            Which.
+        level : float
+            Probability, between 0 and 1.
+
+        Returns
+        -------
+        interval : ProfileInterval
+            Ends in SI; it holds where the symmetric interval does not, and costs about ten fits of the other unknowns.
+
+        Notes
+        -----
+        The ends are where the sum of squares, minimised over all other unknowns, has risen by the quantile of F(1, n - p)
+        times its variance, or by that of chi-squared with one degree of freedom where the noise is stated.
+        """
+        from scipy.stats import chi2
+        from scipy.stats import f as fisher
+
+        estimate, free = self.estimate, self.problem.prediction.free
+        known = estimate.noise_is_known
+        allowed = chi2.ppf(level, 1) if known else fisher.ppf(level, 1, max(estimate.degrees_of_freedom, 1))
+        unit = 1.0 if known else estimate.variance
+        return profile_interval(
+            lambda value: (
+                (self.problem.rise(name, value, estimate.values, free) - estimate.sum_of_squares) / unit
+            ),
+            estimate.values[name],
+            deviation=estimate.standard_deviations[name],
+            bounds=(free[name].lower, free[name].upper),
+            allowed=float(allowed),
+            logarithmic=free[name].logarithmic,
+        )
+
+    @property
+    def correlation(self) -> Sequence[Sequence[float]]:
+        """Correlation of the unknowns; NaN with one that is not determined or lies on a bound."""
+        with np.errstate(all="ignore"):
+            found = np.array(self.estimate.correlation)
+        found[~np.isfinite(found)] = np.nan
+        rows: list[list[float]] = found.tolist()
+        return rows

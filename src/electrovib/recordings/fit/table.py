@@ -1,0 +1,127 @@
+"""The table of a fit: one row for each unknown, with its interval or the reason why it has none."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.paths import quantity_at
+from electrovib.core.signals import SIGNALS
+
+if TYPE_CHECKING:
+    from electrovib.recordings.fit.prediction import Unknown
+    from electrovib.recordings.fit.result import ScenarioFit
+
+LEVEL: Final = 0.95
+"""Probability of the intervals of a table."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimatedParameter:
+    """One row of the table of a fit.
+
+    Parameters
+    ----------
+    name : str
+        Dotted path, with the session where the parameter varies between sessions.
+    unit : str
+        SI unit of all numbers of the row.
+    value : float
+        Estimate.
+    deviation : float
+        Standard deviation; NaN where there is none.
+    lower, upper : float
+        95 % interval; NaN where there is none.
+    method : str
+        ``"symmetric"``, ``"profile"`` or ``"sessions"``; empty without an interval.
+    state : str
+        As in `ScenarioFit.states`.
+    note : str
+        Why there is no interval, or what limits it.
+    """
+
+    name: str
+    unit: str
+    value: float
+    deviation: float
+    lower: float
+    upper: float
+    method: str
+    state: str
+    note: str
+
+    @property
+    def digits(self) -> int:
+        """Digits that show the interval: two of its width, and four at least."""
+        width = self.upper - self.lower
+        if not (math.isfinite(width) and width > 0 and self.value):
+            return 4
+        return min(max(4, 2 - math.floor(math.log10(width / abs(self.value)))), 15)
+
+
+def parameter_table(found: ScenarioFit, *, profiles: bool = True) -> tuple[EstimatedParameter, ...]:
+    """Summarise a fit, one row for each unknown and for the mean of each parameter that varies between sessions.
+
+    Parameters
+    ----------
+    found : ScenarioFit
+        The fit.
+    profiles : bool
+        Whether parameters that are not well determined get their interval from the profile of the likelihood.
+
+    Returns
+    -------
+    rows : tuple of EstimatedParameter
+        The means over sessions last.
+    """
+    rows = [_row(found, each, profiles=profiles) for each in found.unknowns]
+    for path, spread in found.sessions.items():
+        lower, upper = spread.interval(level=LEVEL)
+        rows.append(
+            EstimatedParameter(
+                name=f"{path} (mean of {len(spread.values)} sessions)",
+                unit=quantity_at(found.scenario, path).unit,
+                value=spread.mean,
+                deviation=spread.standard_error,
+                lower=lower,
+                upper=upper,
+                method="sessions",
+                state="well",
+                note=spread.sentence,
+            )
+        )
+    return tuple(rows)
+
+
+def _row(found: ScenarioFit, unknown: Unknown, *, profiles: bool) -> EstimatedParameter:
+    name, state, note = unknown.name, found.states[unknown.name], found.why_no_interval(unknown.name)
+    lower, upper = found.interval(name, level=LEVEL)
+    method, deviation = ("" if note else "symmetric"), found.estimate.standard_deviations[name]
+    if state != "well" and profiles:
+        profiled = found.profile(name, level=LEVEL)
+        lower, upper, method = profiled.lower, profiled.upper, "profile"
+        ends = [
+            word
+            for word, is_open in (("below", profiled.open_below), ("above", profiled.open_above))
+            if is_open
+        ]
+        if len(ends) == 2:
+            lower, upper, method = math.nan, math.nan, ""
+        elif any(name in each.exponents and len(each.exponents) > 1 for each in found.undetermined):
+            note = f"{note}; the interval is what the declared ranges of the other parameters allow"
+        elif ends:
+            note = "; ".join(filter(None, [note, f"the data set no limit {ends[0]}"]))
+    return EstimatedParameter(
+        name=name,
+        unit=SIGNALS[unknown.path].unit
+        if unknown.is_offset
+        else quantity_at(found.scenario, unknown.path).unit,
+        value=found.estimate.values[name],
+        deviation=deviation if math.isfinite(deviation) and state != "bound" else math.nan,
+        lower=lower,
+        upper=upper,
+        method=method,
+        state=state,
+        note=note,
+    )

@@ -1,0 +1,232 @@
+"""A fit as a folder: a page with data, model, residuals and table, and its parameters as CSV and TOML."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.signals import SIGNALS
+from electrovib.data.marks import Form
+from electrovib.study.reproduction import Table
+from electrovib.view.fitted_files import parameters_csv, scenario_toml, space_toml
+from electrovib.view.units import pretty_quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from electrovib.recordings.fit import ScenarioFit
+    from electrovib.recordings.fit.compared import FitComparison
+    from electrovib.recordings.fit.residuals import Residuals
+    from electrovib.recordings.fit.table import EstimatedParameter
+
+FILES: Final[dict[str, Form]] = {
+    "report.html": Form.PAGE,
+    "parameters.csv": Form.TABLE,
+    "parameters.toml": Form.SCENARIO,
+    "space.toml": Form.SPACE,
+}
+"""Files of a fit and their forms."""
+DETERMINED: Final = {
+    "well": "well",
+    "weakly": "weakly",
+    "not": "not determined",
+    "bound": "on its bound",
+}
+REFERENCES: Final = (
+    "M. Newville et al., LMFIT: non-linear least-square minimization and curve-fitting for Python, Zenodo",
+    "K. P. Burnham, D. R. Anderson, Model Selection and Multimodel Inference, 2nd ed., Springer, 2002",
+)
+
+
+def write_fit(
+    folder: Path,
+    found: ScenarioFit,
+    rows: Sequence[EstimatedParameter],
+    *,
+    comparison: FitComparison | None = None,
+    force: bool = False,
+) -> list[Path]:
+    """Write a fit into a folder, all files or none.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it does not exist.
+    found : ScenarioFit
+        The fit.
+    rows : sequence of EstimatedParameter
+        Its table.
+    comparison : FitComparison, optional
+        With other models.
+    force : bool
+        Whether files that this package did not write may be replaced.
+
+    Returns
+    -------
+    paths : list of Path
+        ``report.html``, ``parameters.csv``, ``parameters.toml`` and ``space.toml``.
+    """
+    from electrovib.data.atomic import writing
+
+    texts = {
+        "report.html": fit_page(found, rows, comparison=comparison),
+        "parameters.csv": parameters_csv(rows),
+        "parameters.toml": scenario_toml(found),
+        "space.toml": space_toml(found, rows),
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    outputs = {folder / name: FILES[name] for name in texts}
+    with writing(outputs, force=force) as temporary:
+        for path, text in zip(outputs, texts.values(), strict=True):
+            temporary[path].write_text(text, encoding="utf-8")
+    return list(outputs)
+
+
+def fit_page(
+    found: ScenarioFit, rows: Sequence[EstimatedParameter], *, comparison: FitComparison | None = None
+) -> str:
+    """Write the page of a fit.
+
+    Parameters
+    ----------
+    found : ScenarioFit
+        The fit.
+    rows : sequence of EstimatedParameter
+        Its table.
+    comparison : FitComparison, optional
+        With other models.
+
+    Returns
+    -------
+    html : str
+        One file that needs nothing else.
+    """
+    from electrovib.view import summary
+    from electrovib.view.few_curves import few_curves
+    from electrovib.view.fitted_panels import fit_panels
+    from electrovib.view.pages import page
+    from electrovib.view.reproduced_page import drawn, page_figures
+    from electrovib.view.svg import to_svg
+
+    panels = [part for panel in fit_panels(found.residuals) for part in few_curves(panel)]
+    drawings = {}
+    for panel in panels:
+        figure = drawn(panel)
+        figure.axes[0].set_title("", loc="left")  # on the page it is a heading
+        drawings[panel.id] = to_svg(figure)
+    return page(
+        "comparison.html.jinja",
+        title=f"Fit: {found.scenario.title or 'a scenario'}",
+        answer=fit_answer(found, rows, comparison=comparison),
+        figures=page_figures(panels, drawings),
+        tables=[
+            _estimates(rows),
+            *([_compared(comparison)] if comparison is not None else []),
+            _correlations(found),
+            _residuals(found.residuals),
+        ],
+        pages=[],
+        references=[*_cited(found), *REFERENCES],
+        versions=summary.versions(),
+    )
+
+
+def fit_answer(
+    found: ScenarioFit, rows: Sequence[EstimatedParameter], *, comparison: FitComparison | None = None
+) -> str:
+    """State in a few sentences what the data determine, what they do not, and which model they support."""
+    counted = found.estimate.count
+    known = [row for row in rows if row.method and row.state in {"well", "weakly"}]
+    parts = [f"{row.name} = {with_interval(row)}" for row in known[:6]]
+    text = f"Fitted to {counted} numbers: {'; '.join(parts) or 'no parameter is determined'}."
+    for each in found.undetermined:
+        text += f" {each.sentence[0].upper()}{each.sentence[1:]}."
+    if comparison is not None and comparison.sentence:
+        text += f" {comparison.sentence[0].upper()}{comparison.sentence[1:]}."
+    if not found.estimate.converged:
+        text += " The search ended without having converged."
+    return text
+
+
+def with_interval(row: EstimatedParameter) -> str:
+    """Write an estimate with its 95 % interval, or the reason why it has none."""
+    value = pretty_quantity(row.value, row.unit, digits=row.digits)
+    if not row.method:
+        return f"{value}, without an interval: {row.note}"
+    lower, upper = (pretty_quantity(end, row.unit, digits=row.digits) for end in (row.lower, row.upper))
+    return f"{value} ({lower} to {upper})"
+
+
+def _estimates(rows: Sequence[EstimatedParameter]) -> Table:
+    shown = []
+    for row in rows:
+        interval = "none"
+        if row.method:
+            interval = " to ".join(
+                pretty_quantity(end, row.unit, digits=row.digits) for end in (row.lower, row.upper)
+            )
+        deviation = (
+            pretty_quantity(row.deviation, row.unit, digits=2) if math.isfinite(row.deviation) else "none"
+        )
+        value = pretty_quantity(row.value, row.unit, digits=row.digits)
+        shown.append(
+            (row.name, value, deviation, interval, row.method or "none", DETERMINED[row.state], row.note)
+        )
+    headings = (
+        "Parameter", "Estimate", "Standard deviation", "95 % interval", "Interval from", "Determined", "Note",
+    )  # fmt: skip
+    caption = (
+        "Well determined: the standard deviation of the logarithm is at most 0.1, and the bias by the curvature of the model at"
+        " most 0.05 standard deviations. Not determined: a member of a combination"
+        " whose logarithm has a standard deviation above 1."
+    )
+    return Table("Parameters", headings, tuple(shown), caption=caption)
+
+
+def _compared(comparison: FitComparison) -> Table:
+    rows = tuple(
+        (name, f"{aicc:.4g}", f"{bic:.4g}")
+        for name, aicc, bic in zip(comparison.names, comparison.aicc, comparison.bic, strict=True)
+    )
+    return Table(
+        "Models",
+        ("Model", "AICc above the best", "BIC above the best by AICc"),
+        rows,
+        caption=comparison.sentence,
+    )
+
+
+def _correlations(found: ScenarioFit) -> Table:
+    names = list(found.estimate.values)
+    rows = tuple(
+        (name, *("" if not math.isfinite(each) else f"{each:+.2f}" for each in row))
+        for name, row in zip(names, found.correlation, strict=True)
+    )
+    caption = "Empty where a parameter is not determined or lies on a bound."
+    return Table("Correlation of the estimates", ("", *names), rows, caption=caption)
+
+
+def _residuals(residuals: Sequence[Residuals]) -> Table:
+    rows = []
+    for each in residuals:
+        unit = "" if each.observed.relative else SIGNALS[each.observed.signal].unit
+        noise, rms = (
+            pretty_quantity(number, unit, digits=3) if unit else f"{100 * number:.3g} %"
+            for number in (each.noise, each.root_mean_square)
+        )
+        stated = "stated" if each.observed.noise is not None else "estimated"
+        rows.append(
+            (each.recording, each.observed.signal, str(each.observed.x.size), rms, f"{noise} ({stated})")
+        )
+    headings = ("Recording", "Signal", "Samples", "Root mean square residual", "Noise")
+    return Table("Residuals", headings, tuple(rows))
+
+
+def _cited(found: ScenarioFit) -> list[str]:
+    from electrovib.core.discovery import paper_of, papers
+    from electrovib.core.model import Model
+
+    owners = {paper_of(type(part)) for _, part in found.scenario if isinstance(part, Model)}
+    named = " ".join(found.scenario.sources.values())
+    return [str(module.CITATION) for name, module in papers().items() if name in owners or name in named]

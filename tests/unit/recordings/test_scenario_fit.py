@@ -1,0 +1,270 @@
+"""The fit of a scenario's parameters to recordings of known parameters."""
+
+import numpy as np
+import pytest
+from twins import FILM, FREE, FREQUENCIES, GAP, LEAK, SIGNALS, TIMES, exact, noisy, plate, truth
+
+from electrovib.core.errors import InputError
+from electrovib.recordings.fit import CancelledError, MeasuredTrace, fit_scenario
+
+SKIN, INSULATOR = "stack.stratum_corneum.material.conductivity", "stack.insulator.material.permittivity"
+ELSEWHERE = {GAP: 4e-6, LEAK: 4e-9, FILM: 1.5e-6}
+PLATE = plate()
+EXACT = {kind: exact(PLATE, kind) for kind in SIGNALS}
+
+
+def recorded(*kinds, seed=1, **settings):
+    rng = np.random.default_rng(seed)
+    return [MeasuredTrace(trace=noisy(EXACT[kind], rng), name=kind, **settings) for kind in kinds]
+
+
+@pytest.mark.parametrize("kinds", [*[(kind,) for kind in SIGNALS], tuple(SIGNALS)])
+def test_known_parameters_come_back_from_other_starting_values(kinds):
+    found = fit_scenario(PLATE, recorded(*kinds), free=FREE, start=ELSEWHERE)
+    expected = truth(PLATE)
+    assert found.estimate.converged
+    for name, deviation in found.estimate.standard_deviations.items():
+        assert abs(found.estimate.values[name] - expected[name]) < 4 * deviation < 0.6 * expected[name]
+    assert set(found.states.values()) <= ({"well"} if "impedance" in kinds else {"well", "weakly"})
+    for each in found.residuals:
+        assert each.noise == pytest.approx(
+            0.01 * (1 if each.observed.parts == 2 else each.observed.y.max()), rel=0.3
+        )
+
+
+def test_joint_recordings_determine_more_than_each():
+    alone = fit_scenario(PLATE, recorded("step"), free=FREE).estimate.standard_deviations
+    together = fit_scenario(PLATE, recorded(*SIGNALS), free=FREE).estimate.standard_deviations
+    assert all(together[name] < 0.5 * alone[name] for name in FREE)
+
+
+def test_without_noise_the_parameters_are_exact_and_in_the_scenario():
+    found = fit_scenario(PLATE, EXACT["sweep"], free=FREE, start=ELSEWHERE)
+    assert found.estimate.values == pytest.approx(truth(PLATE), rel=1e-7)
+    assert truth(found.scenario) == pytest.approx(truth(PLATE), rel=1e-7)
+
+
+def test_signals_without_noise_or_that_are_zero_are_fitted_together():
+    trace = exact(PLATE, "step", times=np.linspace(0, 30e-3, 900))
+    trace = trace.assign(current=(("time",), np.zeros(900)), normal_force=(("time",), np.full(900, 0.5)))
+    found = fit_scenario(
+        PLATE, trace, free=[GAP], start={GAP: 4e-6}, signals=["electrostatic_force", "normal_force"]
+    )
+    assert found.estimate.values[GAP] == pytest.approx(3e-6, rel=1e-6)
+    assert [each.noise for each in found.residuals] == pytest.approx([0.38e-9, 0.5e-9], rel=0.05)
+    silent = fit_scenario(PLATE, trace, free=[GAP], signals=["electrostatic_force", "current"])
+    assert silent.estimate.values[GAP] == pytest.approx(3e-6, rel=1e-2)
+
+
+def test_an_unknown_zero_is_fitted_beside_the_parameters():
+    trace = noisy(EXACT["step"], np.random.default_rng(2))
+    trace["electrostatic_force"].values[:] += 0.05
+    recording = MeasuredTrace(trace=trace, name="a", offsets=("electrostatic_force",))
+    found = fit_scenario(PLATE, recording, free=[GAP, LEAK])
+    assert found.estimate.values["a: zero of electrostatic_force"] == pytest.approx(0.05, abs=0.005)
+    assert found.estimate.values[GAP] == pytest.approx(3e-6, rel=0.05)
+    biased = fit_scenario(PLATE, MeasuredTrace(trace=trace), free=[GAP, LEAK])
+    assert biased.residuals[0].root_mean_square > 1.5 * found.residuals[0].root_mean_square
+
+
+def test_the_zero_of_a_complex_signal_shifts_its_real_part():
+    trace = EXACT["impedance"].copy(deep=True)
+    trace["impedance"].values[:] += 500.0
+    recording = MeasuredTrace(trace=trace, name="z", offsets=("impedance",))
+    found = fit_scenario(PLATE, recording, free=FREE)
+    assert found.estimate.values["z: zero of impedance"] == pytest.approx(500.0, rel=1e-6)
+
+
+def test_stated_noise_scales_the_deviations_and_settles_the_sum_of_squares():
+    peak = EXACT["step"]["electrostatic_force"].values.max()
+    small, large = (
+        fit_scenario(PLATE, recorded("step", noise={"electrostatic_force": factor * peak}), free=[GAP, LEAK])
+        for factor in (0.01, 0.02)
+    )
+    assert 30 < small.estimate.sum_of_squares < 95  # 58 degrees of freedom
+    for name in (GAP, LEAK):
+        assert large.estimate.standard_deviations[name] == pytest.approx(
+            2 * small.estimate.standard_deviations[name], rel=1e-4
+        )
+    assert small.residuals[0].noise == 0.01 * peak
+
+
+def test_each_recording_has_its_own_settings():
+    half = exact(plate(**{"drive.high": "50 V"}), "step")
+    both = [
+        MeasuredTrace(trace=EXACT["step"], name="a"),
+        MeasuredTrace(trace=half, name="b", changes={"drive.high": "50 V"}),
+    ]
+    found = fit_scenario(PLATE, both, free=FREE, start=ELSEWHERE)
+    assert found.estimate.values == pytest.approx(truth(PLATE), rel=1e-5)
+
+
+def test_samples_that_are_no_number_are_left_out():
+    trace = EXACT["step"].copy(deep=True)
+    trace["electrostatic_force"].values[10:20] = np.nan
+    found = fit_scenario(PLATE, trace, free=FREE, start=ELSEWHERE)
+    assert found.estimate.count == TIMES.size - 10
+    assert found.estimate.values == pytest.approx(truth(PLATE), rel=1e-5)
+
+
+def test_signals_of_one_recording_may_have_different_missing_samples():
+    trace = EXACT["sweep"].merge(EXACT["impedance"]).copy(deep=True)
+    trace["mean_force"].values[3] = np.nan
+    trace["impedance"].values[7] = np.nan
+    found = fit_scenario(PLATE, trace, free=FREE, start=ELSEWHERE)
+    assert found.estimate.count == 3 * (FREQUENCIES.size - 1)
+    assert found.estimate.values == pytest.approx(truth(PLATE), rel=1e-5)
+
+
+def test_a_long_recording_is_searched_with_few_samples_and_ends_with_all():
+    long = exact(PLATE, "step", times=np.linspace(0, 30e-3, 4000))
+    seen = []
+    found = fit_scenario(
+        PLATE, long, free=FREE, start=ELSEWHERE, progress=lambda count, _: seen.append(count) or False
+    )
+    assert found.estimate.count == 4000
+    assert found.estimate.values == pytest.approx(truth(PLATE), rel=1e-5)
+    assert len(seen) > found.estimate.evaluations  # the rough search reports as well
+
+
+@pytest.mark.parametrize("after", [1, 3])
+def test_the_callback_cancels(after):
+    with pytest.raises(CancelledError, match="cancelled"):
+        fit_scenario(PLATE, recorded("sweep"), free=FREE, progress=lambda count, _: count >= after)
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"free": ["stack.gap.thicknes"]}, r"stack\.gap\.thicknes: .*stack\.gap\.thickness"),
+        ({"free": []}, "at least one parameter"),
+        ({"free": [GAP, GAP]}, "named twice"),
+        ({"free": [GAP], "varying": [LEAK]}, "not among the free"),
+        ({"free": [GAP], "varying": [GAP]}, "all recordings are of one"),
+        ({"free": ["stack.insulator.material.conductivity"]}, r"is 0, .* no scale"),
+        ({"free": [GAP], "start": {GAP: 10.0}}, "expected a number from"),
+        ({"free": [GAP], "signals": ["impedance"]}, "no signal to fit"),
+    ],
+)
+def test_mistakes_are_named(settings, words):
+    with pytest.raises(InputError, match=words):
+        fit_scenario(PLATE, recorded("sweep"), **settings)
+
+
+def test_recordings_need_their_own_names_and_known_signals():
+    with pytest.raises(InputError, match="own"):
+        fit_scenario(PLATE, recorded("step", offsets=("electrostatic_force",)) * 2, free=[GAP])
+    with pytest.raises(InputError, match=r"'force'.*no such signal"):
+        fit_scenario(PLATE, recorded("step", noise={"force": 1.0}), free=[GAP])
+    with pytest.raises(InputError, match="above 0"):
+        fit_scenario(PLATE, recorded("step", noise={"electrostatic_force": 0.0}), free=[GAP])
+    with pytest.raises(InputError, match="at least as many"):
+        fit_scenario(PLATE, exact(PLATE, "step", times=TIMES[5:7]), free=FREE)
+    with pytest.raises(InputError, match="at least one recording"):
+        fit_scenario(PLATE, [], free=[GAP])
+
+
+def test_a_product_that_alone_is_determined_is_named():
+    free = [FILM, INSULATOR, GAP]
+    found = fit_scenario(PLATE, recorded("impedance"), free=free)
+    assert found.states == {FILM: "not", INSULATOR: "not", GAP: "well"}
+    (worst,) = found.undetermined
+    assert worst.exponents == pytest.approx({FILM: 1.0, INSULATOR: 1.0}, rel=0.02)
+    assert f"of {FILM} and {INSULATOR} they determine" in found.why_no_interval(FILM)
+    assert f"{FILM} * {INSULATOR}^-1 only" in worst.sentence
+    assert np.isnan(found.interval(FILM)).all()
+    assert found.why_no_interval(GAP) == ""
+    lower, upper = found.interval(GAP)
+    assert lower < 3e-6 < upper < 1.1 * lower
+
+
+def test_the_decay_on_a_thick_film_determines_the_leak_and_not_the_skin():
+    """With a film of 0.1 mm the gap discharges through its own leak: the skin's conduction is too large to count."""
+    thick = plate(**{FILM: "100 um", "drive.high": "3 kV"})
+    found = fit_scenario(thick, noisy(exact(thick, "step"), np.random.default_rng(3)), free=[LEAK, SKIN])
+    assert found.states == {LEAK: "well", SKIN: "not"}
+    assert found.interval(LEAK)[0] < 2e-9 < found.interval(LEAK)[1]
+    assert SKIN in found.why_no_interval(SKIN)
+
+
+def test_a_parameter_with_a_bias_counts_as_weakly_determined():
+    rough, fine = (
+        fit_scenario(PLATE, noisy(EXACT["sweep"], np.random.default_rng(11), noise=noise), free=FREE)
+        for noise in (0.01, 0.003)
+    )
+    assert rough.estimate.standard_deviations[GAP] < 0.01 * 3e-6
+    assert (rough.states[GAP], fine.states[GAP]) == ("weakly", "well")
+    assert fine.bias[GAP] == pytest.approx(0.3 * rough.bias[GAP], rel=0.2)  # proportional to the noise
+
+
+def test_weights_of_a_proportional_noise_do_not_follow_the_noise():
+    """Weights from the moduli of the data would bias the gap by 0.07 deviations; those from the model by 0.001."""
+    true, values = truth(PLATE)[GAP], []
+    for number in range(10):
+        for sign in (1, -1):  # whose linear parts cancel
+            trace = noisy(EXACT["impedance"], np.random.default_rng([11, number]), noise=sign * 0.03)
+            values.append(fit_scenario(PLATE, trace, free=[GAP]).estimate)
+    mean = np.mean([each.values[GAP] for each in values])
+    assert abs(mean - true) < 0.02 * values[0].standard_deviations[GAP]
+
+
+def test_a_parameter_on_its_bound_has_no_interval():
+    sweep = EXACT["sweep"].copy(deep=True)
+    sweep["mean_force"].values[:] *= 1e-9  # a force that small needs the widest gap
+    found = fit_scenario(PLATE, sweep, free=[GAP])
+    assert found.states[GAP] == "bound"
+    assert "bound" in found.why_no_interval(GAP)
+    assert np.isnan(found.interval(GAP)).all()
+
+
+def test_the_profile_agrees_with_the_symmetric_interval_where_that_holds():
+    found = fit_scenario(PLATE, recorded("sweep"), free=[GAP, LEAK])
+    profiled, (lower, upper) = found.profile(GAP), found.interval(GAP)
+    assert (profiled.lower, profiled.upper) == pytest.approx((lower, upper), rel=2e-4)
+    assert not profiled.open_below
+    assert not profiled.open_above
+
+
+def test_the_profile_of_what_is_not_determined_is_open_and_may_still_give_a_limit():
+    thick = plate(**{FILM: "100 um", "drive.high": "3 kV"})
+    found = fit_scenario(thick, noisy(exact(thick, "step"), np.random.default_rng(3)), free=[LEAK, SKIN])
+    profiled = found.profile(SKIN)
+    assert (profiled.lower, profiled.open_below, profiled.open_above) == (0.0, True, False)
+    allowed, start = 4.007, found.estimate.sum_of_squares  # F(1, 58) at 95 %
+    rise = (
+        found.problem.rise(SKIN, profiled.upper, found.estimate.values, found.problem.prediction.free) - start
+    )
+    assert rise / found.estimate.variance == pytest.approx(allowed, rel=1e-2)
+    assert profiled.upper > 1.8e-6
+
+
+def test_criteria_choose_the_leak_where_there_is_one():
+    without = plate(**{LEAK: 0.0})
+    for scenario, recording in ((PLATE, EXACT["step"]), (without, exact(without, "step"))):
+        data = [
+            MeasuredTrace(trace=noisy(recording, np.random.default_rng(4)), name="force"),
+            MeasuredTrace(trace=noisy(exact(scenario, "impedance"), np.random.default_rng(5)), name="z"),
+        ]
+        leaky, tight = fit_scenario(PLATE, data, free=[GAP, LEAK]), fit_scenario(without, data, free=[GAP])
+        assert (leaky.aicc < tight.aicc) == (scenario is PLATE)
+        assert (leaky.bic < tight.bic) == (scenario is PLATE)
+
+
+@pytest.mark.parametrize("count", [2, 6])
+def test_parameters_that_differ_between_sessions(count):
+    rng = np.random.default_rng(7)
+    gaps = 3e-6 * (1 + 0.1 * rng.normal(size=count))
+    data = [
+        MeasuredTrace(
+            trace=noisy(exact(plate(**{GAP: gap}), "sweep"), rng), name=f"day {at}", session=f"day {at}"
+        )
+        for at, gap in enumerate(gaps)
+    ]
+    found = fit_scenario(PLATE, data, free=[GAP, FILM], varying=[GAP])
+    spread = found.sessions[GAP]
+    assert list(spread.values.values()) == pytest.approx(gaps, rel=0.05)
+    assert spread.mean == pytest.approx(gaps.mean(), rel=0.03)
+    assert spread.between == pytest.approx(gaps.std(ddof=1), rel=0.2)
+    assert spread.within < 0.3 * spread.between
+    assert "too narrow" in spread.sentence
+    assert found.scenario.stack.layers["gap"].thickness == spread.mean
