@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 _SIZE = (6.4, 3.9)
 PALETTE = COLOURS + FURTHER_COLOURS
 _SOLID: _Dashes = ("-", "-.")
+_MANY_POINTS: Final = 60
 _BROKEN: _Dashes = ("--", ":")
 _DOTTED: _Dashes = (":", (0, (1, 3)))
 
@@ -78,6 +79,12 @@ def _draw(ax: Axes, curve: Curve, colour: str, dash: LineStyleType, *, floor: fl
         for edge in (y, upper):
             ax.plot(x, edge, color=colour, linewidth=0.7)
     elif curve.kind == "points":
-        ax.plot(x, y, color=colour, label=label, linestyle="none", marker="o", markersize=4.0)
+        many = (
+            x.size > _MANY_POINTS
+        )  # samples of a recording: faint, so that the line of a model shows on them
+        size, strength = (2.5, 0.35) if many else (4.0, 1.0)
+        ax.plot(
+            x, y, color=colour, label=label, linestyle="none", marker="o", markersize=size, alpha=strength
+        )
     else:
         ax.plot(x, y, color=colour, label=label, linestyle=dash)
