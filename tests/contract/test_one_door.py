@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import sys
 from pathlib import Path
@@ -37,6 +38,14 @@ def exported(scenario):
     return ev.export(scenario, "out.cir", force=True).read_text(encoding="utf-8")
 
 
+@functools.cache
+def record():
+    """A force over time, 1 % above that of the scenario, with a ripple for noise."""
+    trace = ev.simulate(SCENARIO, signals=["electrostatic_force"])
+    ripple = 1e-6 * np.cos(np.arange(trace.time.size) ** 2)
+    return trace.assign(electrostatic_force=1.01 * trace.electrostatic_force + ripple)
+
+
 def drawn(scenario):
     ev.plot.stack(scenario)
     return [text.get_text() for text in ev.plot.stack(scenario).texts]
@@ -49,6 +58,7 @@ USES = {
     "compare_materials": lambda scenario: [each.force for each in ev.compare_materials(scenario, materials=["silica"]).entries],
     "equilibrium": lambda scenario: ev.equilibrium(scenario).force,
     "export": exported,
+    "fit": lambda scenario: [*ev.fit(scenario, record(), free=["stack.insulator.thickness"]).best.estimate.values.values()],
     "init": ev.init,
     "load": ev.load,
     "perceive": lambda scenario: ev.perceive(scenario).level,
