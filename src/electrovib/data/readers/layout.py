@@ -249,7 +249,8 @@ def name_and_unit(heading: str) -> tuple[str, str]:
     heading = heading[:_LONGEST_HEADING]
     if found := _BRACKETS.fullmatch(heading):
         name, unit = found.groups()
-        return name or heading, _as_unit(unit) if _as_unit(unit) is not None else unit  # type: ignore[return-value]
+        known = _as_unit(unit)
+        return name or heading, unit if known is None else known
     if heading.startswith("in ") and _as_unit(heading[3:]):  # as Rohde & Schwarz write the time
         return "time", _as_unit(heading[3:]) or ""
     for sign in (" in ", "/"):

@@ -17,6 +17,43 @@ LEAST_DETERMINED: Final = 1e-13
 """Smallest over largest singular value of the scaled derivatives that is above their rounding."""
 
 
+def aicc(deviance: float, *, counted: int, data: int) -> float:
+    """Compute Akaike's criterion with the correction for few data.
+
+    Parameters
+    ----------
+    deviance : float
+        Minus twice the logarithm of the largest likelihood, up to a constant of the data, dimensionless.
+    counted : int
+        Number of estimated parameters, noises included.
+    data : int
+        Number of data.
+
+    Returns
+    -------
+    criterion : float
+        Dimensionless; infinite where the correction has no meaning, with `data` at most `counted` + 1.
+    """
+    left = data - counted - 1
+    return deviance + 2 * counted + 2 * counted * (counted + 1) / left if left > 0 else math.inf
+
+
+def bic(deviance: float, *, counted: int, data: int) -> float:
+    """Compute the criterion of Schwarz from the deviance, the number of estimated parameters and that of the data.
+
+    Parameters
+    ----------
+    deviance, counted, data
+        As for `aicc`, dimensionless.
+
+    Returns
+    -------
+    criterion : float
+        Dimensionless.
+    """
+    return deviance + counted * math.log(data)
+
+
 @dataclass(frozen=True, kw_only=True)
 class LeastSquaresEstimate:
     """Parameters at the least sum of squares.
@@ -92,15 +129,12 @@ class LeastSquaresEstimate:
     @property
     def aicc(self) -> float:
         """Akaike's criterion with the correction for few data; infinite with as many parameters as data."""
-        left = self.count - self._counted - 1
-        if left <= 0:
-            return math.inf
-        return self._deviance + 2 * self._counted + 2 * self._counted * (self._counted + 1) / left
+        return aicc(self._deviance, counted=self._counted, data=self.count)
 
     @property
     def bic(self) -> float:
         """Criterion of Schwarz."""
-        return self._deviance + self._counted * math.log(self.count)
+        return bic(self._deviance, counted=self._counted, data=self.count)
 
     def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
         """Interval of one parameter from its standard deviation and Student's t.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.recordings.fit.estimate import LeastSquaresEstimate
+from electrovib.recordings.fit.estimate import LeastSquaresEstimate, aicc, bic
 from electrovib.recordings.fit.identifiability import UndeterminedCombination
 from electrovib.recordings.fit.prediction import Unknown
 from electrovib.recordings.fit.problem import WeightedProblem
@@ -80,14 +80,13 @@ class ScenarioFit:
     def aicc(self) -> float:
         """Akaike's criterion with the correction for few data; infinite with as many parameters as data."""
         counted = len(self.estimate.values) + self.noises_estimated
-        left = self.estimate.count - counted - 1
-        return self.deviance + 2 * counted + 2 * counted * (counted + 1) / left if left > 0 else math.inf
+        return aicc(self.deviance, counted=counted, data=self.estimate.count)
 
     @property
     def bic(self) -> float:
         """Criterion of Schwarz."""
         counted = len(self.estimate.values) + self.noises_estimated
-        return self.deviance + counted * math.log(self.estimate.count)
+        return bic(self.deviance, counted=counted, data=self.estimate.count)
 
     def why_no_interval(self, name: str) -> str:
         """Return why an unknown has no interval from its standard deviation; empty where it has one."""
