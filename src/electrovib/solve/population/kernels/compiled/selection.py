@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from electrovib.solve.population.kernels.compiled.jit import inner, outer
+from electrovib.solve.recursion.vectors.jit import inner, outer
 
 COLUMNS: Final = 16
 """Columns of float32 in a line of the cache."""

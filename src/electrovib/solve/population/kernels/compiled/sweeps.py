@@ -8,8 +8,8 @@ import numpy as np
 
 from electrovib.solve.population.kernels.compiled import frequencies, selection
 from electrovib.solve.population.kernels.compiled.calls import aligned
-from electrovib.solve.population.kernels.compiled.width import WIDTH
 from electrovib.solve.population.kernels.threads import in_threads, ranges
+from electrovib.solve.recursion.vectors.width import WIDTH
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from electrovib.solve.population.kernels.compiled.jit import inlined
-from electrovib.solve.population.kernels.compiled.width import WIDTH
+from electrovib.solve.recursion.vectors.jit import inlined
+from electrovib.solve.recursion.vectors.width import WIDTH
 
 
 def _put(array: Any, place: Any, number: Any) -> Any:
@@ -28,6 +28,7 @@ def _shift(number: Any, power: Any) -> Any:
 if WIDTH == 1:
     load = inlined(lambda array, place: array[place] + 0.0)
     store, store_rows, shift_exponent = inlined(_put), inlined(_put_rows), inlined(_shift)
+    spread = inlined(lambda array, place: array[place] + 0.0)
     splat = inlined(lambda number: number + 0.0)
     fma = inlined(lambda one, other, third: one * other + third)
     root, size = inlined(lambda number: math.sqrt(number + 0.0)), inlined(lambda number: abs(number + 0.0))
@@ -36,7 +37,7 @@ if WIDTH == 1:
     other_than, some = inlined(lambda condition: not condition), inlined(lambda condition: condition)
     inverse = inlined(lambda number: 1.0 / number)
 else:
-    from electrovib.solve.population.kernels.compiled.vectors import (
+    from electrovib.solve.recursion.vectors.operations import (
         both,
         either,
         fma,
@@ -48,6 +49,7 @@ else:
         size,
         some,
         splat,
+        spread,
         store,
         store_rows,
         where,
@@ -65,6 +67,7 @@ __all__ = [
     "size",
     "some",
     "splat",
+    "spread",
     "store",
     "store_rows",
     "where",
