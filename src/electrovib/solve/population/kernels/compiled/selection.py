@@ -1,4 +1,4 @@
-"""Order statistics and histograms of the columns of a table, a cache line of columns at a time."""
+"""Order statistics and histograms of the columns of a table, some lines of the cache at a time."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import numpy as np
 
 from electrovib.solve.recursion.vectors.jit import inner, outer
 
-COLUMNS: Final = 16
-"""Columns of float32 in a line of the cache."""
+COLUMNS: Final = 256
+"""Columns that are taken together: two lines of the cache."""
 BUCKETS: Final = 2048
 """Buckets of one pass of the selection."""
 _FEW: Final = 24  # numbers that are sorted by insertion
-_AT_ONCE: Final = 32  # numbers that are compared with the limits of a bucket together
+_AT_ONCE: Final = 64  # numbers that are compared with the limits of a bucket together
 _LARGEST: Final = 0x7F800000  # pattern of infinity: those above it, and below that of its negative, are nan
 
 
@@ -101,9 +101,9 @@ def _keep(column: Any, count: Any, low: Any, high: Any, some: Any) -> Any:
     least, most, kept = np.int32(low), np.int32(min(high, 0x7FFFFFFF)), 0
     whole = count // _AT_ONCE * _AT_ONCE
     for start in range(0, whole, _AT_ONCE):
-        inside = 0
-        for at in range(start, start + _AT_ONCE):
-            inside |= (column[at] >= least) & (column[at] <= most)
+        inside = np.int32(0)  # a sum of 32 bits over unsigned places is vectorised; most sums are 0
+        for at in range(np.uint64(start), np.uint64(start + _AT_ONCE)):
+            inside = np.int32(inside + np.int32((column[at] >= least) & (column[at] <= most)))
         if inside:
             for at in range(start, start + _AT_ONCE):
                 some[kept] = column[at]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Complex, Indices, Real
 
-_COLUMNS: Final = 4 * selection.COLUMNS  # columns of one call
+_COLUMNS: Final = selection.COLUMNS  # columns of one call
 _FINGERS: Final = 512  # fingers of one call
 
 
@@ -41,7 +41,9 @@ def order_statistics(values: NDArray[np.float32], places: Indices, threads: int 
     patterns, found = values.view(np.int32), np.empty((places.size, columns), np.int32)
 
     def work(part: tuple[int, int]) -> None:
-        keys, some = np.empty((selection.COLUMNS, count), np.int32), np.empty((2, count + 1), np.int32)
+        # rows begin at different lines of a page, or they would displace each other from the cache
+        length = count + -count % 1024 + 16
+        keys, some = np.empty((selection.COLUMNS, length), np.int32), np.empty((2, count + 1), np.int32)
         counts = np.empty(selection.BUCKETS, np.int32)
         selection.order_statistics(patterns, places, *part, keys, some[0], some[1], counts, found)
 
