@@ -208,9 +208,14 @@ def sweeps() -> list[object]:
         random.uniform(0, 0.4, (DRAWS, 2)),
     )
     layer = np.full(DRAWS, 4.0), terms, times, alpha, np.full(DRAWS, 1e5), FREQUENCIES
+    memory = np.empty((DRAWS, FREQUENCIES.size))
     found = [
-        measure("mean force, numba", lambda: mean_square_over_frequency(*given), 7),
-        measure("mean force, numpy in blocks", numpy_kernel(lambda: mean_square_over_frequency(*given)), 1),
+        measure("mean force, numba", lambda: mean_square_over_frequency(*given, out=memory), 7),
+        measure(
+            "mean force, numpy in blocks",
+            numpy_kernel(lambda: mean_square_over_frequency(*given, out=memory)),
+            1,
+        ),
         measure("permittivity of two Cole-Cole terms, numba", lambda: cole_cole_over_frequency(*layer), 5),
         measure(
             "permittivity of two Cole-Cole terms, numpy in blocks",
@@ -253,8 +258,8 @@ def long_record() -> list[list[object]]:
     found = [
         measure("electrovib, numba", work(drive, 0), 25),
         measure("electrovib, numpy", work(drive, 10**12), 9),
-        measure("sosfilt, 6 biquads", one_finger._biquads(drive), 9),
-        measure("scipy.signal.lsim", one_finger._lsim(drive), 2),
+        measure("sosfilt, 6 biquads", one_finger._biquads(drive), 9),  # noqa: SLF001
+        measure("scipy.signal.lsim", one_finger._lsim(drive), 2),  # noqa: SLF001
     ]
     scale = np.abs(exact).max()
     remarks = {each.name: f"error {np.abs(each.result[places] - exact).max() / scale:.1e}" for each in found}

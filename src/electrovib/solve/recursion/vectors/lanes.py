@@ -35,6 +35,7 @@ if WIDTH == 1:
     where = inlined(lambda condition, one, other: one if condition else other)
     either, both = inlined(lambda one, other: one or other), inlined(lambda one, other: one and other)
     other_than, some = inlined(lambda condition: not condition), inlined(lambda condition: condition)
+    prefetch = inlined(lambda _table, _row, _column: None)
     inverse = inlined(lambda number: 1.0 / number)
 else:
     from electrovib.solve.recursion.vectors.operations import (
@@ -44,6 +45,7 @@ else:
         inverse,
         load,
         other_than,
+        prefetch,
         root,
         shift_exponent,
         size,
@@ -62,6 +64,7 @@ __all__ = [
     "inverse",
     "load",
     "other_than",
+    "prefetch",
     "root",
     "shift_exponent",
     "size",

@@ -165,6 +165,32 @@ def _spreader() -> Any:
     return intrinsic(typed)
 
 
+def _prefetcher() -> Any:
+    """Return the function that requests the line of the cache with a number of a table, which is read soon."""
+    from llvmlite import ir
+    from numba import types
+    from numba.core import cgutils
+    from numba.extending import intrinsic
+    from numba.np.arrayobj import make_array
+
+    def write(context: Any, builder: Any, sign: Any, given: Any) -> Any:
+        table, number = make_array(sign.args[0])(context, builder, given[0]), ir.IntType(32)
+        width = cgutils.unpack_tuple(builder, table.shape)[1]
+        place = builder.gep(table.data, [builder.add(builder.mul(given[1], width), given[2])])
+        byte = ir.IntType(8).as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [byte, number, number, number])
+        function = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0i8")
+        builder.call(
+            function, [builder.bitcast(place, byte), *[ir.Constant(number, each) for each in (0, 2, 1)]]
+        )
+        return context.get_dummy_value()
+
+    def typed(context: Any, table: Any, row: Any, column: Any) -> Any:
+        return types.void(table, types.intp, types.intp), write
+
+    return intrinsic(typed)
+
+
 def _storer() -> Any:
     from numba import types
     from numba.extending import intrinsic
@@ -254,6 +280,7 @@ load, spread, store, store_at, store_rows = (
     _address_storer(),
     _row_storer(),
 )
+prefetch = _prefetcher()
 splat = _made(_spread, _KINDS.single, result=_N)
 fma = _made(lambda b, x, y, z: _called(b, "fma", x, y, z), _N, _N, _N, result=_N)
 root = _made(lambda b, x: _called(b, "sqrt", x), _N, result=_N)
