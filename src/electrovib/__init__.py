@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from electrovib.apps.fit import fit as fit
+    from electrovib.apps.fit_separately import fit_separately as fit_separately
     from electrovib.apps.init import init as init
     from electrovib.apps.run import run as run
     from electrovib.core.budget import budget as budget
@@ -50,6 +51,7 @@ _PLACES = {
     "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",
     "fit": "electrovib.apps.fit",
+    "fit_separately": "electrovib.apps.fit_separately",
     "fit_release": "electrovib.recordings.release",
     "hysteresis": "electrovib.solve.equilibrium",
     "import_file": "electrovib.recordings.importing",

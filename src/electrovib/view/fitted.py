@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from electrovib.recordings.fit.compared import FitComparison
     from electrovib.recordings.fit.residuals import Residuals
     from electrovib.recordings.fit.table import EstimatedParameter
+    from electrovib.scenario import Scenario
 
 FILES: Final[dict[str, Form]] = {
     "report.html": Form.PAGE,
@@ -127,7 +128,7 @@ def fit_page(
             _residuals(found.residuals),
         ],
         pages=[],
-        references=[*_cited(found), *REFERENCES],
+        references=[*cited_of(found.scenario), *REFERENCES],
         versions=summary.versions(),
     )
 
@@ -223,10 +224,11 @@ def _residuals(residuals: Sequence[Residuals]) -> Table:
     return Table("Residuals", headings, tuple(rows))
 
 
-def _cited(found: ScenarioFit) -> list[str]:
+def cited_of(scenario: Scenario) -> list[str]:
+    """Return the citations of the papers whose models or values a scenario takes."""
     from electrovib.core.discovery import paper_of, papers
     from electrovib.core.model import Model
 
-    owners = {paper_of(type(part)) for _, part in found.scenario if isinstance(part, Model)}
-    named = " ".join(found.scenario.sources.values())
+    owners = {paper_of(type(part)) for _, part in scenario if isinstance(part, Model)}
+    named = " ".join(scenario.sources.values())
     return [str(module.CITATION) for name, module in papers().items() if name in owners or name in named]

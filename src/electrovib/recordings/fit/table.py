@@ -88,7 +88,7 @@ def parameter_table(found: ScenarioFit, *, profiles: bool = True) -> tuple[Estim
                 upper=upper,
                 method="sessions",
                 state="well",
-                note=spread.sentence,
+                note=spread.in_words(quantity_at(found.scenario, path).unit),
             )
         )
     return tuple(rows)

@@ -1,0 +1,98 @@
+"""Options of ``electrovib fit``, and how their texts are read."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+Vary: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(metavar="PATH,...", help="Those of them that differ between sessions; repeatable."),
+]
+Session: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(metavar="FILE=NAME", help="Session of a recording; by default each is its own. Repeatable."),
+]
+Noise: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="SIGNAL=VALUE",
+        help="Standard deviation of a signal, with its unit; of an impedance relative to it: impedance=0.01. Repeatable.",
+    ),
+]
+Zero: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(metavar="SIGNAL", help="Signal whose zero is unknown and is fitted; repeatable."),
+]
+OnlySignal: TypeAlias = Annotated[
+    list[str] | None, typer.Option(metavar="SIGNAL", help="Fit only this signal; repeatable.")
+]
+CompareWith: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="SCENARIO", help="Another model of the same experiment, compared by AICc and BIC; repeatable."
+    ),
+]
+Folder: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="DIR",
+        help="Folder for report.html, parameters.csv, parameters.toml and space.toml.",
+    ),
+]
+Separately: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--separately",
+        help="Fit each recording alone; one table and one figure for all, with the scatter within and between recordings.",
+    ),
+]
+
+
+def names_of(texts: Sequence[str]) -> list[str]:
+    """Split names at commas."""
+    return [name.strip() for text in texts for name in text.split(",") if name.strip()]
+
+
+def pair_of(text: str, option: str, form: str) -> tuple[str, str]:
+    """Split ``NAME=VALUE`` at the last equals sign."""
+    from electrovib.core.errors import InputError
+
+    first, sign, second = text.rpartition("=")
+    if not (sign and first.strip() and second.strip()):
+        raise InputError(f"{option} {text}: expected {form}")
+    return first.strip(), second.strip()
+
+
+def noises_of(texts: Sequence[str]) -> dict[str, float]:
+    """Read the noise of signals, in the unit of each or relative to it."""
+    from electrovib.core.errors import InputError, nearest
+    from electrovib.core.signals import SIGNALS
+    from electrovib.core.units import parse_quantity
+    from electrovib.recordings.fit.measured import PROPORTIONAL
+
+    found = {}
+    for text in texts:
+        name, value = pair_of(text, "--noise", "SIGNAL=VALUE")
+        if name not in SIGNALS:
+            raise InputError(f"--noise {text}: no signal has this name.{nearest(name, SIGNALS)}")
+        unit = "1" if name in PROPORTIONAL else SIGNALS[name].unit
+        try:
+            found[name] = float(value) if _is_number(value) else parse_quantity(value, unit)
+        except ValueError as error:
+            raise InputError(f"--noise {text}: {error}") from None
+    return found
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
