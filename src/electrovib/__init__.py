@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from electrovib.apps.fit import fit as fit
+    from electrovib.apps.fit_material import fit_material as fit_material
     from electrovib.apps.fit_separately import fit_separately as fit_separately
     from electrovib.apps.init import init as init
     from electrovib.apps.run import run as run
@@ -51,6 +52,7 @@ _PLACES = {
     "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",
     "fit": "electrovib.apps.fit",
+    "fit_material": "electrovib.apps.fit_material",
     "fit_separately": "electrovib.apps.fit_separately",
     "fit_release": "electrovib.recordings.release",
     "hysteresis": "electrovib.solve.equilibrium",

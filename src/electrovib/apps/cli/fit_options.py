@@ -70,6 +70,16 @@ def pair_of(text: str, option: str, form: str) -> tuple[str, str]:
     return first.strip(), second.strip()
 
 
+def share_of(text: str, option: str) -> float:
+    """Read a relative standard deviation, such as ``1 %`` or ``0.01``."""
+    from electrovib.core.errors import InputError
+
+    number, per_cent = text.strip().removesuffix("%").strip(), text.strip().endswith("%")
+    if not _is_number(number):
+        raise InputError(f"{option} {text}: expected a share such as '1 %' or 0.01")
+    return float(number) / (100 if per_cent else 1)
+
+
 def noises_of(texts: Sequence[str]) -> dict[str, float]:
     """Read the noise of signals, in the unit of each or relative to it."""
     from electrovib.core.errors import InputError, nearest

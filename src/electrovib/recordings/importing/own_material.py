@@ -21,7 +21,7 @@ from electrovib.physics.tabulated import Tabulated
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from electrovib.core.arrays import Complex
+    from electrovib.core.arrays import Complex, Real
     from electrovib.data.readers.spectrum import MeasuredSpectrum
 
 
@@ -83,6 +83,31 @@ class ImportedMaterial:
         return tomlkit.dumps(document)
 
 
+@dataclass(frozen=True, kw_only=True)
+class SampleSpectrum:
+    """The permittivity of a sample over frequency.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (n,)
+        Hz, increasing, above 0; a frequency may occur several times.
+    permittivity : ndarray of complex, shape (n,)
+        Relative permittivity eps' - j eps'', conduction included.
+    thickness : float or None
+        Thickness of the sample [m]; None if a permittivity was measured and no thickness given.
+    history : tuple of str
+        One sentence for each step.
+    diagnostics : tuple of Diagnostic
+        Statements on assumptions.
+    """
+
+    frequency: Real
+    permittivity: Complex
+    thickness: float | None
+    history: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+
 def import_material(
     path: str | Path,
     *,
@@ -136,6 +161,56 @@ def import_material(
     The permittivity of a homogeneous sample of thickness d and area A, without fringe field, is
     :math:`\varepsilon^* = d / (j \omega \varepsilon_0 A Z)`.
     """
+    sample = read_sample(
+        path, area=area, thickness=thickness, series_resistance=series_resistance,
+        parallel_capacitance=parallel_capacitance, columns=columns, reader=reader, delimiter=delimiter,
+        decimal_comma=decimal_comma,
+    )  # fmt: skip
+    history, diagnostics = list(sample.history), list(sample.diagnostics)
+    material = _tabulated(sample, _number("conductivity", conductivity, "S/m"), history)
+    low, high = material.conduction_bounds()
+    diagnostics.append(
+        Diagnostic(
+            "conductivity at zero frequency", "unknown",
+            f"taken as {format_quantity(material.conductivity, 'S/m', digits=4)}; the table allows"
+            f" {format_quantity(low, 'S/m')} to {format_quantity(high, 'S/m', digits=4)}",
+        )
+    )  # fmt: skip
+    diagnostics += [each for each in material.diagnostics(Path(path).stem) if each.name == "measured table"]
+    return ImportedMaterial(
+        material=material, thickness=sample.thickness, history=tuple(history), diagnostics=tuple(diagnostics)
+    )
+
+
+def read_sample(
+    path: str | Path,
+    *,
+    area: str | float | None = None,
+    thickness: str | float | None = None,
+    series_resistance: str | float = 0.0,
+    parallel_capacitance: str | float = 0.0,
+    columns: Mapping[str, str] | None = None,
+    reader: str = "",
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
+) -> SampleSpectrum:
+    """Read the permittivity of a sample from a measured impedance or permittivity spectrum.
+
+    Parameters
+    ----------
+    path, area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma
+        As for `import_material`.
+
+    Returns
+    -------
+    sample : SampleSpectrum
+        Permittivity over frequency, with its history.
+
+    Raises
+    ------
+    InputError
+        If the file holds no spectrum, or a dimension is missing.
+    """
     place = Path(path)
     recorded = read_recorded(place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma)
     spectrum = spectrum_of(recorded, columns=columns)
@@ -159,18 +234,12 @@ def import_material(
                 "loss", "unknown", "the table states a permittivity without loss: the loss is assumed to be 0"
             )
         )
-    material = _tabulated(spectrum, permittivity, _number("conductivity", conductivity, "S/m"), history)
-    low, high = material.conduction_bounds()
-    diagnostics.append(
-        Diagnostic(
-            "conductivity at zero frequency", "unknown",
-            f"taken as {format_quantity(material.conductivity, 'S/m', digits=4)}; the table allows"
-            f" {format_quantity(low, 'S/m')} to {format_quantity(high, 'S/m', digits=4)}",
-        )
-    )  # fmt: skip
-    diagnostics += [each for each in material.diagnostics(place.stem) if each.name == "measured table"]
-    return ImportedMaterial(
-        material=material, thickness=depth, history=tuple(history), diagnostics=tuple(diagnostics)
+    return SampleSpectrum(
+        frequency=spectrum.frequency,
+        permittivity=permittivity,
+        thickness=depth,
+        history=tuple(history),
+        diagnostics=tuple(diagnostics),
     )
 
 
@@ -219,16 +288,14 @@ def _of_impedance(
     return np.asarray(depth / (turns * eps0 * surface * sample)), words
 
 
-def _tabulated(
-    spectrum: MeasuredSpectrum, permittivity: Complex, conductivity: float, history: list[str]
-) -> Tabulated:
+def _tabulated(spectrum: SampleSpectrum, conductivity: float, history: list[str]) -> Tabulated:
     """Make the table; rows of one frequency are averaged, rows that no passive dielectric has are refused."""
     frequency, place = np.unique(spectrum.frequency, return_inverse=True)
     counts = np.bincount(place)
     if frequency.size < spectrum.frequency.size:
         history.append(f"{spectrum.frequency.size - frequency.size} repeated frequencies averaged")
-    real = np.bincount(place, permittivity.real) / counts
-    loss = np.bincount(place, -permittivity.imag) / counts
+    real = np.bincount(place, spectrum.permittivity.real) / counts
+    loss = np.bincount(place, -spectrum.permittivity.imag) / counts
     bad = ~((real > 0) & (loss >= 0))
     if bad.any():
         first = int(np.argmax(bad))
