@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from electrovib.data.traces import open_trace as open_trace
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
+    from electrovib.recordings.fit.power_law import fit_power_law as fit_power_law
     from electrovib.recordings.importing import calibrate as calibrate
     from electrovib.recordings.importing import import_file as import_file
     from electrovib.recordings.importing import import_material as import_material
@@ -53,6 +54,7 @@ _PLACES = {
     "export": "electrovib.export.scenario",
     "fit": "electrovib.apps.fit",
     "fit_material": "electrovib.apps.fit_material",
+    "fit_power_law": "electrovib.recordings.fit.power_law",
     "fit_separately": "electrovib.apps.fit_separately",
     "fit_release": "electrovib.recordings.release",
     "hysteresis": "electrovib.solve.equilibrium",
