@@ -13,6 +13,7 @@ from electrovib.core.files import inputs_noted
 from electrovib.recordings.fit import ScenarioFit, fit_scenario
 from electrovib.recordings.fit.compared import FitComparison, compare_fits
 from electrovib.recordings.fit.least_squares import require_lmfit
+from electrovib.recordings.fit.posterior import Posterior, Sampling, require_emcee, sample_posterior
 from electrovib.recordings.fit.table import EstimatedParameter, parameter_table
 from electrovib.scenario import Scenario, Source, read_scenario
 
@@ -35,12 +36,15 @@ class FitResult:
         Fits of the other models.
     comparison : FitComparison or None
         Of all models; None without others.
+    posterior : Posterior or None
+        Posterior distribution of the parameters of `best`; None unless it was asked for.
     """
 
     best: ScenarioFit
     rows: tuple[EstimatedParameter, ...]
     others: Mapping[str, ScenarioFit]
     comparison: FitComparison | None
+    posterior: Posterior | None = None
 
     @property
     def scenario(self) -> Scenario:
@@ -60,6 +64,7 @@ def fit(
     offsets: Sequence[str] = (),
     sessions: Mapping[str, str] | None = None,
     compare_with: Sequence[Source] = (),
+    posterior: Sampling | None = None,
     output: str | Path | None = None,
     force: bool = False,
     progress: Callable[[int, float], bool | None] | None = None,
@@ -89,8 +94,11 @@ def fit(
         parameters vary.
     compare_with : sequence
         Other scenarios of the same experiment, fitted with those of the free parameters that they have.
+    posterior : Sampling, optional
+        Sample the posterior distribution of the parameters with this seed and number of steps.
     output : str or Path, optional
-        Folder for ``report.html``, ``parameters.csv``, ``parameters.toml`` and ``space.toml``; all are written, or none.
+        Folder for ``report.html``, ``parameters.csv``, ``parameters.toml`` and ``space.toml``, and ``posterior.nc`` with a
+        posterior; all are written, or none.
     force : bool
         Whether files that this package did not write may be replaced.
     progress : callable, optional
@@ -107,6 +115,8 @@ def fit(
         For mistakes, all at once as far as possible; nothing has been written then.
     """
     require_lmfit()
+    if posterior is not None:
+        require_emcee()
     problems: list[str] = []
     base: Scenario | None = None
     measured: list[MeasuredTrace] = []
@@ -124,10 +134,11 @@ def fit(
     with gathered(problems):
         measured = described(measured, noise or {}, offsets, sessions, varying=bool(varying))
     if output is not None:
-        from electrovib.view.fitted import FILES
+        from electrovib.view.fitted import CHAINS, FILES
 
         with gathered(problems):
-            check_folder(Path(output), FILES, inputs, force=force)
+            files = FILES | (CHAINS if posterior is not None else {})
+            check_folder(Path(output), files, inputs, force=force)
     if problems or base is None:
         raise InputError(problems)
     given = _FitRequest(
@@ -140,11 +151,19 @@ def fit(
         rows=parameter_table(best),
         others={name: fits[name] for name in others},
         comparison=compare_fits(fits) if others else None,
+        posterior=None if posterior is None else sample_posterior(best, **vars(posterior)),
     )
     if output is not None:
         from electrovib.view.fitted import write_fit
 
-        write_fit(Path(output), best, result.rows, comparison=result.comparison, force=force)
+        write_fit(
+            Path(output),
+            best,
+            result.rows,
+            comparison=result.comparison,
+            posterior=result.posterior,
+            force=force,
+        )
     return result
 
 

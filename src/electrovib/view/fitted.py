@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from electrovib.recordings.fit import ScenarioFit
     from electrovib.recordings.fit.compared import FitComparison
+    from electrovib.recordings.fit.posterior import Posterior
     from electrovib.recordings.fit.residuals import Residuals
     from electrovib.recordings.fit.table import EstimatedParameter
     from electrovib.scenario import Scenario
@@ -28,6 +29,8 @@ FILES: Final[dict[str, Form]] = {
     "space.toml": Form.SPACE,
 }
 """Files of a fit and their forms."""
+CHAINS: Final[dict[str, Form]] = {"posterior.nc": Form.NETCDF}
+"""Further file of a fit with a posterior distribution."""
 DETERMINED: Final = {
     "well": "well",
     "weakly": "weakly",
@@ -46,6 +49,7 @@ def write_fit(
     rows: Sequence[EstimatedParameter],
     *,
     comparison: FitComparison | None = None,
+    posterior: Posterior | None = None,
     force: bool = False,
 ) -> list[Path]:
     """Write a fit into a folder, all files or none.
@@ -60,32 +64,42 @@ def write_fit(
         Its table.
     comparison : FitComparison, optional
         With other models.
+    posterior : Posterior, optional
+        Its posterior distribution.
     force : bool
         Whether files that this package did not write may be replaced.
 
     Returns
     -------
     paths : list of Path
-        ``report.html``, ``parameters.csv``, ``parameters.toml`` and ``space.toml``.
+        ``report.html``, ``parameters.csv``, ``parameters.toml`` and ``space.toml``, and ``posterior.nc`` with a posterior.
     """
     from electrovib.data.atomic import writing
+    from electrovib.view.fitted_posterior import chains_bytes
 
     texts = {
-        "report.html": fit_page(found, rows, comparison=comparison),
+        "report.html": fit_page(found, rows, comparison=comparison, posterior=posterior),
         "parameters.csv": parameters_csv(rows),
         "parameters.toml": scenario_toml(found),
         "space.toml": space_toml(found, rows),
     }
+    contents = {name: text.encode() for name, text in texts.items()}
+    if posterior is not None:
+        contents |= dict.fromkeys(CHAINS, chains_bytes(posterior, rows))
     folder.mkdir(parents=True, exist_ok=True)
-    outputs = {folder / name: FILES[name] for name in texts}
+    outputs = {folder / name: (FILES | CHAINS)[name] for name in contents}
     with writing(outputs, force=force) as temporary:
-        for path, text in zip(outputs, texts.values(), strict=True):
-            temporary[path].write_text(text, encoding="utf-8")
+        for path, content in zip(outputs, contents.values(), strict=True):
+            temporary[path].write_bytes(content)
     return list(outputs)
 
 
 def fit_page(
-    found: ScenarioFit, rows: Sequence[EstimatedParameter], *, comparison: FitComparison | None = None
+    found: ScenarioFit,
+    rows: Sequence[EstimatedParameter],
+    *,
+    comparison: FitComparison | None = None,
+    posterior: Posterior | None = None,
 ) -> str:
     """Write the page of a fit.
 
@@ -97,6 +111,8 @@ def fit_page(
         Its table.
     comparison : FitComparison, optional
         With other models.
+    posterior : Posterior, optional
+        Its posterior distribution.
 
     Returns
     -------
@@ -106,6 +122,7 @@ def fit_page(
     from electrovib.view import summary
     from electrovib.view.few_curves import few_curves
     from electrovib.view.fitted_panels import fit_panels
+    from electrovib.view.fitted_posterior import EMCEE, posterior_table
     from electrovib.view.pages import page
     from electrovib.view.reproduced_page import drawn, page_figures
     from electrovib.view.svg import to_svg
@@ -123,12 +140,13 @@ def fit_page(
         figures=page_figures(panels, drawings),
         tables=[
             _estimates(rows),
+            *([posterior_table(posterior, rows)] if posterior is not None else []),
             *([_compared(comparison)] if comparison is not None else []),
             _correlations(found),
             _residuals(found.residuals),
         ],
         pages=[],
-        references=[*cited_of(found.scenario), *REFERENCES],
+        references=[*cited_of(found.scenario), *REFERENCES, *([EMCEE] if posterior is not None else [])],
         versions=summary.versions(),
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -11,8 +12,11 @@ from electrovib.apps.cli.fit_options import (
     Folder,
     Noise,
     OnlySignal,
+    PosteriorAsked,
+    Seed,
     Separately,
     Session,
+    Steps,
     Vary,
     Zero,
     names_of,
@@ -28,6 +32,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from electrovib.apps.fit import FitResult
+    from electrovib.recordings.fit.posterior import Sampling
     from electrovib.recordings.fit.separate import SeparateFits
     from electrovib.recordings.fit.table import EstimatedParameter
     from electrovib.scenario import Source
@@ -57,6 +62,9 @@ def command(
     signal: OnlySignal = None,
     compare_with: CompareWith = None,
     separately: Separately = False,
+    posterior: PosteriorAsked = False,
+    seed: Seed = None,
+    steps: Steps = 2000,
     changes: Changes = None,
     output: Folder = None,
     models: Models = None,
@@ -80,16 +88,23 @@ def command(
     }
     if separately:
         _separately(
-            base, recordings, shared, joint={"vary": vary, "session": session, "compare-with": compare_with}
+            base,
+            recordings,
+            shared,
+            joint={"vary": vary, "session": session, "compare-with": compare_with, "posterior": posterior},
         )
         return
-    with tracked("fitting"):
+    sampling = _sampling(seed, steps) if posterior else None
+    with tracked("fitting") as update:
+        if sampling is not None:
+            sampling = replace(sampling, progress=update)
         found = fit(
             base,
             recordings,
             varying=names_of(vary or []),
             sessions=dict(pair_of(text, "--session", "FILE=NAME") for text in session or []),
             compare_with=compare_with or [],
+            posterior=sampling,
             **shared,
         )
     say(*summary(found))
@@ -97,8 +112,41 @@ def command(
         say(f"written: {output}")
 
 
+def _sampling(seed: int | None, steps: int) -> Sampling:
+    """Read the options of the posterior distribution."""
+    from electrovib.core.errors import InputError
+    from electrovib.recordings.fit.posterior import Sampling
+
+    if seed is None:
+        raise InputError("--posterior: state --seed, so that the samples can be repeated")
+    return Sampling(seed=seed, steps=steps)
+
+
+def posterior_lines(found: FitResult) -> list[str]:
+    """Report the posterior distribution of each parameter, and the diagnostics of its chains."""
+    from electrovib.core.units import format_quantity
+
+    if found.posterior is None:
+        return []
+    units = {row.name: (row.unit, row.digits) for row in found.rows}
+    lines, steps = [], found.posterior.steps
+    for name, time in found.posterior.autocorrelation_time.items():
+        unit, digits = units[name]
+        lower, upper = (format_quantity(each, unit, digits=digits) for each in found.posterior.interval(name))
+        lines.append(
+            f"{name}: posterior 95 % interval {lower} to {upper}; autocorrelation time {time:.3g} of {steps} steps"
+        )
+    return lines + [
+        f"warning: the samples may not represent the posterior: {each}" for each in found.posterior.problems
+    ]
+
+
 def _separately(
-    base: Source, recordings: Sequence[str], shared: dict[str, Any], *, joint: dict[str, Sequence[str] | None]
+    base: Source,
+    recordings: Sequence[str],
+    shared: dict[str, Any],
+    *,
+    joint: dict[str, Sequence[str] | bool | None],
 ) -> None:
     """Fit each recording alone, and print the table."""
     from electrovib.apps.fit_separately import fit_separately
@@ -152,6 +200,7 @@ def summary(found: FitResult) -> list[str]:
         f" {_spread(each.root_mean_square, each.observed.signal, relative=each.observed.relative)} rms"
         for each in found.best.residuals
     ]
+    lines += posterior_lines(found)
     if found.comparison is not None:
         lines.append(found.comparison.sentence)
     if not found.best.estimate.converged:

@@ -53,6 +53,12 @@ Separately: TypeAlias = Annotated[
         help="Fit each recording alone; one table and one figure for all, with the scatter within and between recordings.",
     ),
 ]
+PosteriorAsked: TypeAlias = Annotated[
+    bool,
+    typer.Option("--posterior", help="Sample the posterior distribution too, with emcee; needs --seed."),
+]
+Seed: TypeAlias = Annotated[int | None, typer.Option(help="Seed of the random numbers of --posterior.")]
+Steps: TypeAlias = Annotated[int, typer.Option(help="Length of each chain of --posterior.")]
 
 
 def names_of(texts: Sequence[str]) -> list[str]:
