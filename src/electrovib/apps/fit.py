@@ -19,7 +19,7 @@ from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:
     from electrovib.apps.recorded import Recorded
-    from electrovib.recordings.fit import MeasuredTrace
+    from electrovib.recordings.fit import CalibrationError, MeasuredTrace
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +62,7 @@ def fit(
     start: Mapping[str, float] | None = None,
     noise: Mapping[str, float] | None = None,
     offsets: Sequence[str] = (),
+    calibration: Mapping[str, float | CalibrationError] | None = None,
     sessions: Mapping[str, str] | None = None,
     compare_with: Sequence[Source] = (),
     posterior: Sampling | None = None,
@@ -89,6 +90,9 @@ def fit(
         Standard deviation of a signal in its unit, of an impedance relative to its modulus; it is estimated where absent.
     offsets : sequence of str
         Signals whose zero is unknown.
+    calibration : mapping of str to float or CalibrationError, optional
+        Signal to the relative standard uncertainty of its gain, or of gain and zero: gives each estimate a systematic error
+        beside the statistical one. By default that of the attributes of an imported signal.
     sessions : mapping of str to str, optional
         File of a recording to the session to which it belongs; by default each file is a session of its own where
         parameters vary.
@@ -132,7 +136,9 @@ def fit(
                 measured.append(measured_of(each, number))
     measured = with_own_names(measured)
     with gathered(problems):
-        measured = described(measured, noise or {}, offsets, sessions, varying=bool(varying))
+        measured = described(
+            measured, noise or {}, offsets, sessions, varying=bool(varying), calibration=calibration
+        )
     if output is not None:
         from electrovib.view.fitted import CHAINS, FILES
 

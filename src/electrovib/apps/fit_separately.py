@@ -18,7 +18,7 @@ from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:
     from electrovib.apps.recorded import Recorded
-    from electrovib.recordings.fit import MeasuredTrace
+    from electrovib.recordings.fit import CalibrationError, MeasuredTrace
 
 
 def fit_separately(
@@ -30,6 +30,7 @@ def fit_separately(
     start: Mapping[str, float] | None = None,
     noise: Mapping[str, float] | None = None,
     offsets: Sequence[str] = (),
+    calibration: Mapping[str, float | CalibrationError] | None = None,
     output: str | Path | None = None,
     force: bool = False,
     progress: Callable[[int, int], bool | None] | None = None,
@@ -53,6 +54,9 @@ def fit_separately(
         recording where absent.
     offsets : sequence of str
         Signals whose zero is unknown.
+    calibration : mapping of str to float or CalibrationError, optional
+        Signal to the relative standard uncertainty of its gain, or of gain and zero: gives each estimate a systematic error
+        beside the statistical one. By default that of the attributes of an imported signal.
     output : str or Path, optional
         Folder for ``report.html``, ``parameters.csv`` and ``space.toml``; all are written, or none.
     force : bool
@@ -97,7 +101,9 @@ def fit_separately(
             check_folder(Path(output), FILES, inputs, force=force)
     measured = [each for each in opened if not isinstance(each, tuple)]
     with gathered(problems):
-        measured = described(with_own_names(measured), noise or {}, offsets, None, varying=False)
+        measured = described(
+            with_own_names(measured), noise or {}, offsets, None, varying=False, calibration=calibration
+        )
     if problems or base is None:
         raise InputError(problems)
     task = _Task(base, units, signals, start or {}, progress, len(opened))

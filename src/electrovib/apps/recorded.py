@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from electrovib.core.errors import InputError
 from electrovib.data.traces import open_trace
-from electrovib.recordings.fit import MeasuredTrace
+from electrovib.recordings.fit import CalibrationError, MeasuredTrace
 
 if TYPE_CHECKING:
     import xarray
@@ -51,15 +51,20 @@ def described(
     sessions: Mapping[str, str] | None,
     *,
     varying: bool,
+    calibration: Mapping[str, float | CalibrationError] | None = None,
 ) -> list[MeasuredTrace]:
-    """Put noise, zeros and sessions into the recordings that have these signals."""
+    """Put noise, zeros, sessions and calibration errors into the recordings that have these signals."""
     names = [each.name for each in measured]
     by_name = {Path(file).name: session for file, session in (sessions or {}).items()}
     unknown = [name for name in by_name if name not in names]
     if unknown:
         raise InputError(f"session: '{unknown[0]}' is none of the recordings: {', '.join(names)}")
     held = {str(name) for each in measured for name in each.trace.data_vars}
-    absent = [name for name in (*noise, *offsets) if measured and name not in held]
+    errors = {
+        name: each if isinstance(each, CalibrationError) else CalibrationError(gain=each)
+        for name, each in (calibration or {}).items()
+    }
+    absent = [name for name in (*noise, *offsets, *errors) if measured and name not in held]
     if absent:
         raise InputError(f"'{absent[0]}': no recording has this signal; they have {', '.join(sorted(held))}")
     found = []
@@ -75,6 +80,8 @@ def described(
                     *(name for name in offsets if name in own and name not in each.offsets),
                 ],
                 session=by_name.get(each.name, given),
+                calibration={name: error for name, error in errors.items() if name in own}
+                | dict(each.calibration),
             )
         )
     return found

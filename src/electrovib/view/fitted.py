@@ -177,6 +177,14 @@ def with_interval(row: EstimatedParameter) -> str:
     return f"{value} ({lower} to {upper})"
 
 
+def by_calibration(row: EstimatedParameter) -> str:
+    """Write the interval of an estimate by calibration errors alone; ``not stated`` without any."""
+    ends = row.systematic_interval
+    if not math.isfinite(row.systematic):
+        return "not stated"
+    return " to ".join(pretty_quantity(end, row.unit, digits=max(row.digits, 4)) for end in ends)
+
+
 def _estimates(rows: Sequence[EstimatedParameter]) -> Table:
     shown = []
     for row in rows:
@@ -189,16 +197,17 @@ def _estimates(rows: Sequence[EstimatedParameter]) -> Table:
             pretty_quantity(row.deviation, row.unit, digits=2) if math.isfinite(row.deviation) else "none"
         )
         value = pretty_quantity(row.value, row.unit, digits=row.digits)
-        shown.append(
-            (row.name, value, deviation, interval, row.method or "none", DETERMINED[row.state], row.note)
-        )
+        cells = (value, deviation, interval, row.method or "none", by_calibration(row), DETERMINED[row.state])
+        shown.append((row.name, *cells, row.note))
     headings = (
-        "Parameter", "Estimate", "Standard deviation", "95 % interval", "Interval from", "Determined", "Note",
+        "Parameter", "Estimate", "Standard deviation", "95 % interval", "Interval from", "95 % by calibration", "Determined",
+        "Note",
     )  # fmt: skip
     caption = (
         "Well determined: the standard deviation of the logarithm is at most 0.1, and the bias by the curvature of the model at"
         " most 0.05 standard deviations. Not determined: a member of a combination"
-        " whose logarithm has a standard deviation above 1."
+        " whose logarithm has a standard deviation above 1. By calibration: interval by the stated systematic errors of the"
+        " signals alone, which do not average out."
     )
     return Table("Parameters", headings, tuple(shown), caption=caption)
 

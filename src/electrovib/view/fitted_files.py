@@ -21,7 +21,7 @@ def parameters_csv(rows: Sequence[EstimatedParameter]) -> str:
     text = io.StringIO()
     text.write(f"# {unsigned(Form.TABLE)}\n")
     writer = csv.writer(text, lineterminator="\n")
-    names = ("name", "unit", "value", "deviation", "lower", "upper", "method", "state", "note")
+    names = ("name", "unit", "value", "deviation", "lower", "upper", "method", "state", "systematic", "note")
     writer.writerow(names)
     for row in rows:
         cells = [getattr(row, name) for name in names]

@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.data.marks import Form, unsigned
 from electrovib.recordings.fit.separate import FAILED
 from electrovib.study.reproduction import REFERENCE, Curve, Panel, Table
-from electrovib.view.fitted import DETERMINED, REFERENCES, cited_of
+from electrovib.view.fitted import DETERMINED, REFERENCES, by_calibration, cited_of
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
@@ -79,7 +79,17 @@ def separate_csv(found: SeparateFits) -> str:
     text.write(f"# {unsigned(Form.TABLE)}\n")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(
-        ("record", "parameter", "unit", *_COLUMNS, "method", "status", "reduced_chi_square", "note")
+        (
+            "record",
+            "parameter",
+            "unit",
+            *_COLUMNS,
+            "method",
+            "status",
+            "systematic",
+            "reduced_chi_square",
+            "note",
+        )
     )
     for each in found.fits:
         for row in each.rows:
@@ -92,7 +102,17 @@ def separate_csv(found: SeparateFits) -> str:
 def _cells(record: str, row: EstimatedParameter, chi_square: float) -> list[str]:
     name = row.name.removeprefix(f"{record}: ")
     numbers = [repr(float(getattr(row, column))) for column in _COLUMNS]
-    return [record, name, row.unit, *numbers, row.method, row.state, repr(chi_square), row.note]
+    return [
+        record,
+        name,
+        row.unit,
+        *numbers,
+        row.method,
+        row.state,
+        repr(row.systematic),
+        repr(chi_square),
+        row.note,
+    ]
 
 
 def separate_page(found: SeparateFits) -> str:
@@ -206,12 +226,14 @@ def _estimates(found: SeparateFits) -> Table:
             status = DETERMINED.get(row.state, row.state)
             shown.append(
                 (
-                    each.record, row.name.removeprefix(f"{each.record}: "), value, interval, row.method or "none", status,
+                    each.record, row.name.removeprefix(f"{each.record}: "), value, interval, row.method or "none",
+                    by_calibration(row), status,
                     f"{chi_square:.3g}" if math.isfinite(chi_square) else "", row.note,
                 )
             )  # fmt: skip
     headings = (
-        "Recording", "Parameter", "Estimate", "95 % interval", "Interval from", "Determined", "Reduced chi-square", "Note",
+        "Recording", "Parameter", "Estimate", "95 % interval", "Interval from", "95 % by calibration", "Determined",
+        "Reduced chi-square", "Note",
     )  # fmt: skip
     caption = (
         "Reduced chi-square: weighted sum of squares over the degrees of freedom; empty where the noise is estimated from the"

@@ -144,6 +144,30 @@ def test_mistakes_that_concern_all_recordings_are_reported_together(folder, tmp_
         ev.fit_separately(folder / "plate.toml", [], free=[GAP])
 
 
+def test_a_gain_error_is_stated_beside_the_interval(folder, tmp_path):
+    files = [str(folder / f"{name}.nc") for name in ("a", "b")]
+    out = tmp_path / "out"
+    arguments = ["fit", str(folder / "plate.toml"), *files, "--free", GAP, "--separately", "-o", str(out)]
+    result = CliRunner().invoke(
+        app, [*arguments, "--gain-error", "impedance=2 %", "--zero-error", "impedance=1 ohm"]
+    )
+    assert result.exit_code == 0, result.output
+    assert result.output.count(", by calibration ") == 3
+    rows = list(csv.DictReader((out / "parameters.csv").read_text().splitlines()[1:]))
+    systematic = [float(row["systematic"]) for row in rows]
+    # the gap alone changes the impedance by less than proportionally: the insulator and the leak are known
+    assert all(0.02 * gap < each < 0.2 * gap for each, gap in zip(systematic, (3e-6, 3.3e-6), strict=False))
+    assert systematic[2] == pytest.approx(np.mean(systematic[:2]), rel=1e-12)
+    assert "95 % by calibration" in (out / "report.html").read_text()
+    for option, value, words in (
+        ("--gain-error", "impedance=x", "expected a share"),
+        ("--gain-error", "impedanc=1 %", "Did you mean 'impedance'"),
+        ("--zero-error", "impedance=1 V", "--zero-error impedance=1 V"),
+    ):
+        refused = CliRunner().invoke(app, [*arguments, option, value])
+        assert words in " ".join(refused.exception.problems)
+
+
 def test_the_command_prints_each_recording_and_the_means(folder, tmp_path):
     files = [str(folder / f"{name}.nc") for name in ("a", "broken", "b")]
     arguments = ["fit", str(folder / "plate.toml"), *files, "--free", GAP, "--separately"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,6 +11,7 @@ import typer
 from electrovib.apps.cli.fit_options import (
     CompareWith,
     Folder,
+    GainError,
     Noise,
     OnlySignal,
     PosteriorAsked,
@@ -19,6 +21,8 @@ from electrovib.apps.cli.fit_options import (
     Steps,
     Vary,
     Zero,
+    ZeroError,
+    calibrations_of,
     names_of,
     noises_of,
     pair_of,
@@ -59,6 +63,8 @@ def command(
     session: Session = None,
     noise: Noise = None,
     zero: Zero = None,
+    gain_error: GainError = None,
+    zero_error: ZeroError = None,
     signal: OnlySignal = None,
     compare_with: CompareWith = None,
     separately: Separately = False,
@@ -83,6 +89,7 @@ def command(
         "signals": names_of(signal) if signal else None,
         "noise": noises_of(noise or []),
         "offsets": names_of(zero or []),
+        "calibration": calibrations_of(gain_error or [], zero_error or []),
         "output": output,
         "force": force,
     }
@@ -189,6 +196,9 @@ def row_lines(row: EstimatedParameter) -> list[str]:
         return [f"{row.name}: {value}, no interval: {row.note}"]
     lower, upper = (format_quantity(end, row.unit, digits=row.digits) for end in (row.lower, row.upper))
     line = f"{row.name}: {value}, 95 % interval {lower} to {upper} ({row.method})"
+    if math.isfinite(row.systematic):
+        ends = (format_quantity(end, row.unit, digits=row.digits) for end in row.systematic_interval)
+        line += f", by calibration {' to '.join(ends)}"
     return [line, f"  {row.note}"] if row.note else [line]
 
 

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
+
+    from electrovib.recordings.fit.measured import CalibrationError
 
 Vary: TypeAlias = Annotated[
     list[str] | None,
@@ -27,6 +29,20 @@ Noise: TypeAlias = Annotated[
 Zero: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(metavar="SIGNAL", help="Signal whose zero is unknown and is fitted; repeatable."),
+]
+GainError: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="SIGNAL=SHARE",
+        help="Relative standard uncertainty of the gain of a sensor, such as electrostatic_force='2 %'; repeatable.",
+    ),
+]
+ZeroError: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="SIGNAL=VALUE",
+        help="Standard uncertainty of the zero of a sensor, with its unit; repeatable.",
+    ),
 ]
 OnlySignal: TypeAlias = Annotated[
     list[str] | None, typer.Option(metavar="SIGNAL", help="Fit only this signal; repeatable.")
@@ -88,22 +104,42 @@ def share_of(text: str, option: str) -> float:
 
 def noises_of(texts: Sequence[str]) -> dict[str, float]:
     """Read the noise of signals, in the unit of each or relative to it."""
+    from electrovib.recordings.fit.measured import PROPORTIONAL
+
+    return dict(_of_signal(text, "--noise", relative=PROPORTIONAL) for text in texts)
+
+
+def calibrations_of(gains: Sequence[str], zeros: Sequence[str]) -> dict[str, CalibrationError]:
+    """Read the calibration errors of signals: shares of the gain, and zeros in the unit of each signal."""
+    from electrovib.core.errors import InputError, nearest
+    from electrovib.core.signals import SIGNALS
+    from electrovib.recordings.fit.measured import CalibrationError
+
+    found: dict[str, float] = {}
+    for text in gains:
+        name, value = pair_of(text, "--gain-error", "SIGNAL=SHARE")
+        if name not in SIGNALS:
+            raise InputError(f"--gain-error {text}: no signal has this name.{nearest(name, SIGNALS)}")
+        found[name] = share_of(value, "--gain-error")
+    at_zero = dict(_of_signal(text, "--zero-error") for text in zeros)
+    names = dict.fromkeys([*found, *at_zero])
+    return {name: CalibrationError(gain=found.get(name, 0.0), zero=at_zero.get(name, 0.0)) for name in names}
+
+
+def _of_signal(text: str, option: str, *, relative: Collection[str] = ()) -> tuple[str, float]:
+    """Read ``SIGNAL=VALUE`` in the unit of the signal; a number without unit is in SI."""
     from electrovib.core.errors import InputError, nearest
     from electrovib.core.signals import SIGNALS
     from electrovib.core.units import parse_quantity
-    from electrovib.recordings.fit.measured import PROPORTIONAL
 
-    found = {}
-    for text in texts:
-        name, value = pair_of(text, "--noise", "SIGNAL=VALUE")
-        if name not in SIGNALS:
-            raise InputError(f"--noise {text}: no signal has this name.{nearest(name, SIGNALS)}")
-        unit = "1" if name in PROPORTIONAL else SIGNALS[name].unit
-        try:
-            found[name] = float(value) if _is_number(value) else parse_quantity(value, unit)
-        except ValueError as error:
-            raise InputError(f"--noise {text}: {error}") from None
-    return found
+    name, value = pair_of(text, option, "SIGNAL=VALUE")
+    if name not in SIGNALS:
+        raise InputError(f"{option} {text}: no signal has this name.{nearest(name, SIGNALS)}")
+    unit = "1" if name in relative else SIGNALS[name].unit
+    try:
+        return name, float(value) if _is_number(value) else parse_quantity(value, unit)
+    except ValueError as error:
+        raise InputError(f"{option} {text}: {error}") from None
 
 
 def _is_number(text: str) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -75,7 +76,10 @@ class SeparateFits:
 
     @property
     def means(self) -> tuple[EstimatedParameter, ...]:
-        """Mean of each parameter over the recordings that determine it, with its interval by Student's t."""
+        """Mean of each parameter over the recordings that determine it, with its interval by Student's t.
+
+        Its systematic error is the mean of theirs: the sensors are the same, and their error does not average out.
+        """
         units = {row.name: row.unit for each in self.fits for row in each.rows}
         found = []
         for path, spread in self.spreads.items():
@@ -91,6 +95,12 @@ class SeparateFits:
                     method="recordings",
                     state="well",
                     note=spread.in_words(units[path]),
+                    systematic=statistics.fmean(
+                        row.systematic
+                        for each in self.fits
+                        for row in each.rows
+                        if row.name == path and each.record in spread.values
+                    ),
                 )
             )
         return tuple(found)
