@@ -267,4 +267,7 @@ def _space_toml(found: SeparateFits) -> str:
     between = {path: each.between for path, each in found.spreads.items()}
     tables = space_tables(found.means, {path: path for path in found.spreads}, between=between)
     text = tomlkit.dumps({"space": tables})
-    return f"# {unsigned(Form.SPACE)}\n# Correlations of the estimates are not part of a space.\n{text}"
+    remark = (
+        "The distributions of the parameters over the recordings; correlations between them are not stated."
+    )
+    return f"# {unsigned(Form.SPACE)}\n# {remark}\n{text}"
