@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from electrovib.data.traces import open_trace as open_trace
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
-    from electrovib.recordings.fit.posterior import Sampling as Sampling
     from electrovib.recordings.fit.power_law import fit_power_law as fit_power_law
+    from electrovib.recordings.fit.sampling import Sampling as Sampling
     from electrovib.recordings.importing import calibrate as calibrate
     from electrovib.recordings.importing import import_file as import_file
     from electrovib.recordings.importing import import_material as import_material
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from electrovib.view.reproduce import reproduce as reproduce
 
 _PLACES = {
-    "Sampling": "electrovib.recordings.fit.posterior",
+    "Sampling": "electrovib.recordings.fit.sampling",
     "Scenario": "electrovib.scenario",
     "budget": "electrovib.core.budget",
     "calibrate": "electrovib.recordings.importing",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -32,11 +31,11 @@ from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import say
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from typing import Any
 
     from electrovib.apps.fit import FitResult
-    from electrovib.recordings.fit.posterior import Sampling
+    from electrovib.recordings.fit.sampling import Sampling
     from electrovib.recordings.fit.separate import SeparateFits
     from electrovib.recordings.fit.table import EstimatedParameter
     from electrovib.scenario import Source
@@ -78,12 +77,10 @@ def command(
 ) -> None:
     """Estimate parameters of a scenario from recordings, with intervals, and report what the data do not determine."""
     del models  # imported by now
-    from electrovib.apps.changes import read_changes
     from electrovib.apps.fit import fit
     from electrovib.apps.progress import tracked
-    from electrovib.scenario import read_scenario
 
-    base = read_scenario(scenario, changes=read_changes(changes)) if changes else scenario
+    base = _base(scenario, changes)
     shared: dict[str, Any] = {
         "free": names_of(free),
         "signals": names_of(signal) if signal else None,
@@ -94,24 +91,17 @@ def command(
         "force": force,
     }
     if separately:
-        _separately(
-            base,
-            recordings,
-            shared,
-            joint={"vary": vary, "session": session, "compare-with": compare_with, "posterior": posterior},
-        )
+        joint = {"vary": vary, "session": session, "compare-with": compare_with, "posterior": posterior}
+        _separately(base, recordings, shared, joint=joint)
         return
-    sampling = _sampling(seed, steps) if posterior else None
     with tracked("fitting") as update:
-        if sampling is not None:
-            sampling = replace(sampling, progress=update)
         found = fit(
             base,
             recordings,
             varying=names_of(vary or []),
             sessions=dict(pair_of(text, "--session", "FILE=NAME") for text in session or []),
             compare_with=compare_with or [],
-            posterior=sampling,
+            posterior=_sampling(seed, steps, update) if posterior else None,
             **shared,
         )
     say(*summary(found))
@@ -119,14 +109,22 @@ def command(
         say(f"written: {output}")
 
 
-def _sampling(seed: int | None, steps: int) -> Sampling:
+def _base(scenario: str, changes: list[str] | None) -> Source:
+    """Return the scenario with the changes of the command; its name where there are none."""
+    from electrovib.apps.changes import read_changes
+    from electrovib.scenario import read_scenario
+
+    return read_scenario(scenario, changes=read_changes(changes)) if changes else scenario
+
+
+def _sampling(seed: int | None, steps: int, update: Callable[[int, int], None]) -> Sampling:
     """Read the options of the posterior distribution."""
     from electrovib.core.errors import InputError
-    from electrovib.recordings.fit.posterior import Sampling
+    from electrovib.recordings.fit.sampling import Sampling
 
     if seed is None:
         raise InputError("--posterior: state --seed, so that the samples can be repeated")
-    return Sampling(seed=seed, steps=steps)
+    return Sampling(seed=seed, steps=steps, progress=update)
 
 
 def posterior_lines(found: FitResult) -> list[str]:
@@ -153,7 +151,7 @@ def _separately(
     recordings: Sequence[str],
     shared: dict[str, Any],
     *,
-    joint: dict[str, Sequence[str] | bool | None],
+    joint: Mapping[str, Sequence[str] | bool | None],
 ) -> None:
     """Fit each recording alone, and print the table."""
     from electrovib.apps.fit_separately import fit_separately

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -19,6 +19,9 @@ from electrovib.apps.cli.import_options import (
     Thickness,
 )
 from electrovib.apps.cli.terminal import say
+
+if TYPE_CHECKING:
+    from electrovib.recordings.spectra.fitted import FittedMaterial
 
 FormName = Annotated[
     str,
@@ -88,15 +91,7 @@ def command(
     from electrovib.apps.cli.fit_options import pair_of, share_of
     from electrovib.apps.cli.import_ import pairs
     from electrovib.apps.fit_material import fit_material
-    from electrovib.core.errors import InputError
-    from electrovib.core.units import format_quantity
 
-    ends: tuple[str, str] | None = None
-    if band is not None:
-        low, dots, high = (part.strip() for part in band.partition(".."))
-        if not dots:
-            raise InputError(f"--band {band}: expected LOW..HIGH, such as '100 Hz..100 kHz'")
-        ends = (low, high)
     noises = dict(pair_of(text, "--noise", "FILE=SHARE") for text in noise or [])
     found = fit_material(
         files,
@@ -104,7 +99,7 @@ def command(
         noise={name: share_of(value, "--noise") for name, value in noises.items()},
         systematic=None if systematic is None else share_of(systematic, "--systematic"),
         reference=None if reference is None else pair_of(reference, "--reference", "FILE=VALUE"),
-        band=ends,
+        band=None if band is None else _band(band),
         area=area,
         thickness=thickness,
         series_resistance=series_resistance,
@@ -118,13 +113,29 @@ def command(
         output=output,
         force=force,
     )
-    say(*found.history)
-    say(
+    say(*summary(found))
+    if output:
+        say(f"written: {output}")
+
+
+def _band(text: str) -> tuple[str, str]:
+    from electrovib.core.errors import InputError
+
+    low, dots, high = (part.strip() for part in text.partition(".."))
+    if not dots:
+        raise InputError(f"--band {text}: expected LOW..HIGH, such as '100 Hz..100 kHz'")
+    return low, high
+
+
+def summary(found: FittedMaterial) -> list[str]:
+    """Report how the material was fitted, each parameter with both uncertainties, and the diagnostics."""
+    from electrovib.core.units import format_quantity
+
+    return [
+        *found.history,
         *(
             f"{each.path}: {format_quantity(each.value, each.unit, digits=4)}, {each.sentence}"
             for each in found.parameters
-        )
-    )
-    say(*(f"{each.state}: {each.text}" for each in found.diagnostics))
-    if output:
-        say(f"written: {output}")
+        ),
+        *(f"{each.state}: {each.text}" for each in found.diagnostics),
+    ]

@@ -11,6 +11,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit.problem import CancelledError
+from electrovib.recordings.fit.sampling import Sampling
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -21,39 +22,8 @@ LONG_ENOUGH: Final = 50.0
 """Steps over autocorrelation time from which the estimate of that time can be trusted (Foreman-Mackey et al. 2013)."""
 ACCEPTED: Final = (0.2, 0.8)
 """Share of accepted proposals outside which a chain does not explore the distribution."""
-FEWEST: Final = 20
-"""Least length of a chain."""
 _WIDEST: Final = 1e6
 _START: Final = 0.5
-
-
-@dataclass(frozen=True, kw_only=True)
-class Sampling:
-    """How a posterior distribution is sampled.
-
-    Parameters
-    ----------
-    seed : int
-        Of the random numbers, 0 or more; the same seed gives the same samples.
-    steps : int
-        Length of each chain, at least 20.
-    walkers : int, optional
-        Number of chains, even and at least twice the number of unknowns; by default four times that.
-    progress : callable, optional
-        Called with the steps done and all steps; sampling ends with an error when it returns True.
-    """
-
-    seed: int
-    steps: int = 2000
-    walkers: int | None = None
-    progress: Callable[[int, int], bool | None] | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse what cannot be sampled, before anything is computed."""
-        if self.steps < FEWEST:
-            raise InputError(f"steps = {self.steps}: expected at least {FEWEST}")
-        if not 0 <= self.seed < 2**32:
-            raise InputError(f"seed = {self.seed}: expected a whole number from 0 to {2**32 - 1}")
 
 
 @dataclass(frozen=True, kw_only=True)

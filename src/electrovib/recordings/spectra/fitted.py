@@ -3,75 +3,27 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.units import exact_text, format_quantity
-from electrovib.recordings.spectra.forms import FORMS, OFFERED
+from electrovib.recordings.spectra.form_names import forms_of
+from electrovib.recordings.spectra.judged import diagnostics_of, history_of, refuse_misfit
 from electrovib.recordings.spectra.linear_test import consistency
 from electrovib.recordings.spectra.material import fit_material
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping
 
     from electrovib.core.arrays import Real
     from electrovib.core.model import Model
-    from electrovib.recordings.importing.own_material import SampleSpectrum
+    from electrovib.recordings.importing.sample import SampleSpectrum
     from electrovib.recordings.spectra.instrument import InstrumentError
     from electrovib.recordings.spectra.material import MaterialFit
-
-INCONSISTENT: Final = 0.02
-"""Deviation from the Kramers-Kronig relations, relative, beyond which a table is reported as inconsistent."""
-REFUSED_INCONSISTENT: Final = 0.1
-"""The same, beyond which a table is refused."""
-MISFIT: Final = 0.05
-"""Relative root mean square by which a form misses the data beyond which that is reported."""
-REFUSED_MISFIT: Final = 0.3
-"""The same, beyond which the form is refused."""
-GABRIEL: Final = "gabriel"
-
-
-def _command_name(form: str) -> tuple[str, str]:
-    """Return the name of a form for a command, ``cole-cole``, and its number of terms as text."""
-    name, _, terms = form.partition(",")
-    kebab = re.sub(r"(?<=[a-z])(?=[A-Z])", "-", name).lower()
-    return kebab, terms.strip().partition(" ")[0]
-
-
-def forms_of(name: str) -> tuple[str, ...]:
-    """Return the forms that a short name stands for.
-
-    Parameters
-    ----------
-    name : str
-        ``auto``, the name of a form such as ``cole-cole`` with any number of terms, that with a number of terms such as
-        ``cole-cole-2``, or ``gabriel`` for four Cole-Cole terms.
-
-    Returns
-    -------
-    forms : tuple of str
-        Names among `FORMS`, between which the criterion of Akaike decides.
-
-    Raises
-    ------
-    InputError
-        For any other name.
-    """
-    known: dict[str, tuple[str, ...]] = {"auto": OFFERED}
-    for form in FORMS:
-        kebab, terms = _command_name(form)
-        known[kebab] = (*known.get(kebab, ()), form)
-        if terms:
-            known[f"{kebab}-{terms}"] = (form,)
-    known[GABRIEL] = known["cole-cole-4"]
-    if name not in known:
-        raise InputError(f"form = '{name}': no form of dispersion.{nearest(name, known)}")
-    return known[name]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -238,7 +190,7 @@ def fit_samples(
     permittivity = np.concatenate([each.permittivity for each in samples.values()])
     fits = fit_material(frequency, permittivity, forms=forms, noise=weights)
     consistent = float(np.max([consistency(each.frequency, each.permittivity) for each in samples.values()]))
-    _refuse(fits[0], consistent, 3 * max((noise or {}).values(), default=0.0))
+    refuse_misfit(fits[0], consistent, 3 * max((noise or {}).values(), default=0.0))
     deviations = None if error is None else error.deviations(fits[0], frequency, permittivity, noise=weights)
     depths = {each.thickness for each in samples.values()}
     return FittedMaterial(
@@ -246,10 +198,10 @@ def fit_samples(
         origin=", ".join(samples),
         parameters=tuple(_parameters(fits[0], deviations)),
         thickness=depths.pop() if len(depths) == 1 else None,
-        history=tuple(_history(samples, fits, frequency, noise or {}, error)),
+        history=tuple(history_of(samples, fits, frequency, noise or {}, error)),
         diagnostics=(
             *(each for sample in samples.values() for each in sample.diagnostics),
-            *_diagnostics(fits[0], consistent, noise or {}),
+            *diagnostics_of(fits[0], consistent, noise or {}),
         ),
     )
 
@@ -266,22 +218,6 @@ def _noise_of(samples: Mapping[str, SampleSpectrum], noise: Mapping[str, float])
     if problems:
         raise InputError(problems)
     return np.concatenate([np.full(each.frequency.size, noise[name]) for name, each in samples.items()])
-
-
-def _refuse(best: MaterialFit, consistent: float, allowed: float) -> None:
-    limit = max(REFUSED_INCONSISTENT, allowed)
-    if consistent > limit:
-        raise InputError(
-            f"the spectrum deviates from the Kramers-Kronig relations by {100 * consistent:.2g} %, more than {100 * limit:.2g} %:"
-            " it is not that of a linear, causal material. Calibrate the instrument and measure again, restrict the band with"
-            " --band, or state the noise of the rows with --noise if it is as large"
-        )
-    worst = max(best.permittivity_error, best.conductivity_error)
-    if not worst <= max(REFUSED_MISFIT, allowed):
-        raise InputError(
-            f"{best.form}, the best of the forms, misses the spectrum by {100 * worst:.2g} % rms, more than"
-            f" {100 * REFUSED_MISFIT:g} %: take more terms with --form cole-cole-4, or a smaller --band"
-        )
 
 
 def _parameters(best: MaterialFit, deviations: Mapping[str, float] | None) -> Iterator[MaterialParameter]:
@@ -301,64 +237,6 @@ def _parameters(best: MaterialFit, deviations: Mapping[str, float] | None) -> It
             systematic=math.nan if deviations is None else deviations[path],
             note=note,
         )
-
-
-def _history(
-    samples: Mapping[str, SampleSpectrum],
-    fits: Sequence[MaterialFit],
-    frequency: Real,
-    noise: Mapping[str, float],
-    error: InstrumentError | None,
-) -> Iterator[str]:
-    best = fits[0]
-    for name, each in samples.items():
-        weight = f"; noise {100 * noise[name]:.3g} % as stated" if noise else ""
-        yield f"{'; '.join(each.history)}; {each.frequency.size} rows{weight}"
-    low, high = (format_quantity(float(end), "Hz", digits=4) for end in (frequency.min(), frequency.max()))
-    yield (
-        f"{best.form} fitted from {low} to {high}; it misses the permittivity by {100 * best.permittivity_error:.2g} % rms and"
-        f" the conductivity by {100 * best.conductivity_error:.2g} % rms"
-    )
-    if len(fits) > 1:
-        ranks = ", ".join(f"{each.form} {each.estimate.aicc - best.estimate.aicc:.3g}" for each in fits[1:])
-        yield f"form chosen by AICc; above the chosen one lie {ranks}"
-    if best.outliers.any():
-        rows = ", ".join(format_quantity(float(each), "Hz", digits=4) for each in frequency[best.outliers])
-        yield f"left out as outliers: {rows}"
-    if error is not None:
-        yield (
-            f"systematic error of the instrument: modulus {100 * error.gain:.2g} %, phase {math.degrees(error.phase):.2g} degrees"
-            f" ({error.words or 'as declared'})"
-        )
-
-
-def _diagnostics(best: MaterialFit, consistent: float, noise: Mapping[str, float]) -> Iterator[Diagnostic]:
-    limit = max(INCONSISTENT, 2 * max(noise.values(), default=0.0))
-    if math.isnan(consistent):
-        yield Diagnostic(
-            "Kramers-Kronig",
-            "unknown",
-            "too few or repeated frequencies to test the Kramers-Kronig relations",
-        )
-    else:
-        text = f"the data deviate from the Kramers-Kronig relations by {100 * consistent:.2g} % rms"
-        bad = consistent > limit
-        more = (
-            f", more than {100 * limit:.2g} %: no form of dispersion represents them exactly" if bad else ""
-        )
-        yield Diagnostic("Kramers-Kronig", "warning" if bad else "ok", f"{text}{more}")
-    worst = max(best.permittivity_error, best.conductivity_error)
-    if worst > MISFIT:
-        yield Diagnostic(
-            "misfit",
-            "warning",
-            f"the form misses the data by {100 * worst:.2g} % rms, more than {100 * MISFIT:g} %",
-        )
-    yield Diagnostic(
-        "conductivity at zero frequency",
-        "unknown",
-        "the conductivity is that of the form, extrapolated below the lowest frequency measured",
-    )
 
 
 def _table_of(model: Model) -> dict[str, Any]:
