@@ -175,6 +175,8 @@ def test_mistakes_are_reported_together(file, tmp_path):
     words = " ".join(caught.value.problems)
     for each in ("none.csv", "form = 'cole'", "layer = 'skin'", "a.txt"):
         assert each in words
+    part = ev.fit_material(file, band=("1 kHz", 1e4), **ONE)
+    assert part.history[0].endswith("11 rows")  # both ends included
     with pytest.raises(InputError, match="0 rows are within it"):
         ev.fit_material(file, band=("1 MHz", "2 MHz"), **ONE)
 
