@@ -11,12 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from electrovib.apps.fit import fit as fit
+    from electrovib.apps.fit_material import fit_material as fit_material
+    from electrovib.apps.fit_separately import fit_separately as fit_separately
     from electrovib.apps.init import init as init
     from electrovib.apps.run import run as run
     from electrovib.core.budget import budget as budget
     from electrovib.data.traces import open_trace as open_trace
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
+    from electrovib.recordings.fit.power_law import fit_power_law as fit_power_law
+    from electrovib.recordings.fit.sampling import Sampling as Sampling
     from electrovib.recordings.importing import calibrate as calibrate
     from electrovib.recordings.importing import import_file as import_file
     from electrovib.recordings.importing import import_material as import_material
@@ -43,6 +47,7 @@ if TYPE_CHECKING:
     from electrovib.view.reproduce import reproduce as reproduce
 
 _PLACES = {
+    "Sampling": "electrovib.recordings.fit.sampling",
     "Scenario": "electrovib.scenario",
     "budget": "electrovib.core.budget",
     "calibrate": "electrovib.recordings.importing",
@@ -50,6 +55,9 @@ _PLACES = {
     "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",
     "fit": "electrovib.apps.fit",
+    "fit_material": "electrovib.apps.fit_material",
+    "fit_power_law": "electrovib.recordings.fit.power_law",
+    "fit_separately": "electrovib.apps.fit_separately",
     "fit_release": "electrovib.recordings.release",
     "hysteresis": "electrovib.solve.equilibrium",
     "import_file": "electrovib.recordings.importing",

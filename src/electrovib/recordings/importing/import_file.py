@@ -14,6 +14,7 @@ from electrovib.core.files import note_input
 from electrovib.core.trace import make_trace
 from electrovib.data.columns.faults import check_file
 from electrovib.data.readers.registry import format_of, read_recorded
+from electrovib.recordings.importing.calibration import SensorCalibration
 from electrovib.recordings.importing.choice import calibrated_column, check_names, column_of
 from electrovib.recordings.importing.clock import SampleTimes, sample_times
 from electrovib.recordings.importing.notices import about_samples
@@ -168,11 +169,15 @@ def _over_time(
         raise InputError(problems)
     diagnostics = [*clock.diagnostics, *about_samples(clock.time, readings)]
     found, signals, words = reduced(clock.time, signals, steps)
-    return make_trace(
+    trace = make_trace(
         {name: (("time",), values) for name, values in signals.items()},
         {"time": found},
         origin | {"history": "\n".join(history + words), "validity": _validity(diagnostics)},
     )
+    for name, scale in steps.scale.items():
+        if isinstance(scale, SensorCalibration):
+            trace[name].attrs |= scale.error_attributes()
+    return trace
 
 
 def _validity(diagnostics: list[Diagnostic]) -> str:
