@@ -28,8 +28,8 @@ INSTRUMENTS: Final = {
 }
 """Name of the instrument in the package, to a pattern of the first bytes of its files."""
 
-TABLES: Final = ("gamry", "biologic", "chinstruments")
-"""Instruments whose files the reader of text reads too."""
+TABLES: Final = ("gamry", "biologic", "versastudio", "chinstruments")
+"""Instruments whose files are tables, which the reader of text reads unless the reader ``impedance`` is chosen."""
 
 
 def instrument_of(head: bytes) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.data.columns.column import kind_and_factor
-from electrovib.data.readers.layout import name_and_unit
+from electrovib.data.readers.unit_words import name_and_unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,11 +21,13 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real
     from electrovib.data.readers.recorded import DataColumn, Recorded
 
+_PREFIX: Final = re.compile(r"(trace( \d+)?|impedance) (?=\S)")
+"""Beginning of a heading that states no meaning, as impedance analysers write it."""
 _PATTERNS: Final[Mapping[str, str]] = {
     "frequency": r"f|fr|freq.*|hz|hertz",
     "angular_frequency": r"w|omega|angular frequency",
     "modulus": r"\|z\||z|zmod|zabs|mod(ulus)?( ?z)?|mag(nitude)?.*|impedance|abs\(?z?\)?|\|impedance\|",
-    "phase": r"phase.*|phi|theta|angle|zphz|arg.*|deg(ree)?s?",
+    "phase": r"phase.*|phi|theta(-z)?|θ|angle|zphz|arg.*|deg(ree)?s?",
     "real": r"z'|zre(al)?|re\(?z?\)?|re\(z\)|real.*|z real|r|resistance|zreal",
     "imaginary": r"z''|z\"|zim(ag)?|im\(?z?\)?|im\(z\)|imag.*|z imag|x|reactance",
     "minus_imaginary": r"-z''|-z\"|-im\(?z?\)?|-im\(z\)|-zim(ag)?|-imag.*|-x",
@@ -143,6 +145,7 @@ def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, DataC
     found = {meaning: by_name[name] for meaning, name in columns.items()}
     for channel in recorded.channels:
         heading = re.sub(r"\s+", " ", channel.name.lower().replace("_", " ").replace("/", " ")).strip()
+        heading = _PREFIX.sub("", heading)
         for meaning, pattern in _PATTERNS.items():
             if (
                 meaning not in found
