@@ -4,7 +4,7 @@
     python tests/fuzz/fuzz_readers.py text --seconds 300 --corpus /tmp/corpus
 
 Each input has to be read or refused in one sentence, within 5 s of processor time and within ten times its size plus 64 MB of
-memory. An input that is not is written to ``fuzz-crash-...`` in the current folder; once mended it becomes a file of
+memory. An input that is not is written to ``fuzz-crash-...`` or ``fuzz-timeout-...`` in the current folder; once mended it becomes a file of
 ``tests/fuzz/regressions``, which an ordinary test reads. Readers that run in a guarded process are called in this one, under the
 same limit of memory, because coverage is measured here; a crash of their native libraries therefore ends the fuzzing, though not
 the program of a user.
@@ -25,8 +25,10 @@ FOLDER = Path(__file__).parent
 sys.path.insert(0, str(FOLDER.parent / "robustness"))
 
 TARGETS = {
-    "text": (".csv", ("preamble.csv", "commas.txt", "wide.tsv")),
+    "text": (".csv", ("preamble.csv", "commas.txt", "wide.tsv", "dates.csv")),
     "spectrum": (".csv", ("spectrum.csv",)),
+    "tables": (".dta", ("tables.dta",)),
+    "touchstone": (".s1p", ("a.s1p",)),
     "isf": (".isf", ("a.isf",)),
     "wav": (".wav", ("a.wav",)),
     "numpy": (".npy", ("a.npy",)),
@@ -103,7 +105,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("target", choices=sorted(TARGETS))
     parser.add_argument("--seconds", type=int, default=300, help="duration [s]")
-    parser.add_argument("--corpus", default="", help="folder that keeps the inputs found; a temporary one if not given")
+    parser.add_argument(
+        "--corpus", default="", help="folder that keeps the inputs found; a temporary one if not given"
+    )
     parser.add_argument("--seeds", default="", help="folder of further files to begin with")
     parser.add_argument("--longest", type=int, default=1 << 16, help="longest input [bytes]")
     given = parser.parse_args()
@@ -134,7 +138,7 @@ def main():
         print(json.dumps({"target": given.target, "seeds": len(list(corpus.iterdir()))}), flush=True)
         options = [
             sys.argv[0], str(corpus), f"-max_total_time={given.seconds}", f"-max_len={given.longest}", "-timeout=60",
-            "-rss_limit_mb=4096", "-artifact_prefix=fuzz-crash-", "-print_final_stats=1", "-verbosity=1", "-close_fd_mask=0",
+            "-rss_limit_mb=4096", "-artifact_prefix=fuzz-", "-print_final_stats=1", "-verbosity=1", "-close_fd_mask=0",
         ]  # fmt: skip
         atheris.Setup(options, lambda raw: check(path, raw), enable_python_coverage=True)
         atheris.Fuzz()

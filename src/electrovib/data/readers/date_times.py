@@ -50,7 +50,11 @@ def stamp_columns(layout: Layout, lines: Sequence[str]) -> tuple[int, ...]:
     """
     rows = [split(line, layout.delimiter) for line in lines[layout.first :] if line.strip()]
     rows = [row for row in rows if len(row) > layout.columns[-1]]
-    kinds = {at: kind_of([row[at] for row in rows if at < len(row)]) for at in range(layout.width) if at not in layout.columns}
+    kinds = {
+        at: kind_of([row[at] for row in rows if at < len(row)])
+        for at in range(layout.width)
+        if at not in layout.columns
+    }
     moments = [at for at, kind in kinds.items() if kind == "moments"]
     clocks = [at for at, kind in kinds.items() if kind == "clock"]
     dates = [at for at, kind in kinds.items() if kind == "dates"]

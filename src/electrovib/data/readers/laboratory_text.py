@@ -26,7 +26,9 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
 
 DESCRIPTION: Final = "delimited text of any instrument (.csv, .tsv, .txt, .dat)"
-_COUNTS: Final = frozenset({"sequence", "index", "nr", "no", "pt", "point", "points", "point #", "sample", "samples", "#", "n"})
+_COUNTS: Final = frozenset(
+    {"sequence", "index", "nr", "no", "pt", "point", "points", "point #", "sample", "samples", "#", "n"}
+)
 _TIMES: Final = re.compile(
     r"(elapsed |trigger )?time\b.*|t|zeit|x-axis|x[_ ]?value|x|seconds?|source", re.IGNORECASE
 )
@@ -233,6 +235,8 @@ def _is_time(channel: DataColumn, step: float | None, *, first: bool) -> bool:
         return False
     if first and step is not None and _keeps_step(channel, step):
         return True
-    return named and not (channel.name.lower() == "x" and not first) if not first else (
-        named or channel.name.startswith("column ")
+    return (
+        named and not (channel.name.lower() == "x" and not first)
+        if not first
+        else (named or channel.name.startswith("column "))
     )

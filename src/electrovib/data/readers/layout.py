@@ -28,10 +28,14 @@ MISSING: Final = frozenset({
     "1.#qnan", "-1.#ind", "1.#inf", "-1.#inf", "9.91e37", "clipping", "overflow", "overload",
 })  # fmt: skip
 """Fields, in small letters, that state no number: empty, out of the range of the instrument, or no reading."""
-_SETTING: Final = re.compile(r"(horizontal|vertical|record|sample|probe|model|serial|firmware|software)[ _]", re.IGNORECASE)
+_SETTING: Final = re.compile(
+    r"(horizontal|vertical|record|sample|probe|model|serial|firmware|software)[ _]", re.IGNORECASE
+)
 """Beginning of the name of a setting of an oscilloscope, which is no heading."""
 _FIRST_CELLS: Final = re.compile(r"x|x-axis|time|source|t|", re.IGNORECASE)
 """First field of a row of headings whose other fields may be numbers, such as ``x-axis,1,2``."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Layout:
     """Layout of a text file.
@@ -162,7 +166,12 @@ def _under(lines: Sequence[str], delimiter: str, comma: bool) -> tuple[tuple[flo
 
 
 def _first(
-    rows: Sequence[Sequence[str]], filled: Sequence[int], alike: Sequence[int], columns: frozenset[int], *, comma: bool
+    rows: Sequence[Sequence[str]],
+    filled: Sequence[int],
+    alike: Sequence[int],
+    columns: frozenset[int],
+    *,
+    comma: bool,
 ) -> int:
     """Return the line of the first row of numbers: most of the lines behind it are such rows."""
     first = alike[0]
@@ -177,7 +186,11 @@ def _first(
         return [bool(cell) and not is_number(cell, decimal_comma=comma) for cell in cells]
 
     others = [place for place in range(max(columns)) if place not in columns]
-    clean = [place for place in others if not any(words(at, [place])[:1] == [True] for at in alike[-len(alike) // 2 :])]
+    clean = [
+        place
+        for place in others
+        if not any(words(at, [place])[:1] == [True] for at in alike[-len(alike) // 2 :])
+    ]
     for at in filled:  # settings with one number each look like rows; a row of headings ends them
         heading = words(at, sorted(columns))
         if at <= first or len(heading) < len(columns) or not all(heading):
@@ -214,7 +227,8 @@ def _above(
     """Read headings, units and preamble from the lines above the numbers."""
     width = len(rows[first])
     rows = [
-        row[1:] if at < first and row and row[0] in _COMMENT and len(row) > width else row for at, row in enumerate(rows)
+        row[1:] if at < first and row and row[0] in _COMMENT and len(row) > width else row
+        for at, row in enumerate(rows)
     ]
     above = [at for at in range(first) if any(rows[at])]
     headings: list[int] = []
@@ -261,5 +275,3 @@ def _is_setting(row: Sequence[str], columns: tuple[int, ...]) -> bool:
     if all(as_unit(cell.strip("[]()")) is not None for cell in filled):
         return False
     return 2 * len(filled) < len(columns) or (len(filled) == 2 and len(columns) > 2 and bool(row[0]))
-
-

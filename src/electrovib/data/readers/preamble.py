@@ -22,7 +22,9 @@ _STEP: Final = frozenset({
 _RATE: Final = frozenset(
     {"sample rate", "samplerate", "sampling rate", "sampling frequency", "sample frequency", "fs"}
 )
-_START: Final = frozenset({"start", "xzero", "x zero", "xorg", "xorigin", "t0", "x0", "start time", "first sample", "hoffset"})
+_START: Final = frozenset(
+    {"start", "xzero", "x zero", "xorg", "xorigin", "t0", "x0", "start time", "first sample", "hoffset"}
+)
 _TIMING: Final = _STEP | _START
 _SECONDS: Final = re.compile(r"(?<=[\d. munµp])([munµp]?)S\b")
 """A second that is written as S, as some oscilloscopes do."""

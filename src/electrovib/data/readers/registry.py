@@ -168,6 +168,7 @@ FORMATS: Final = (
         suffixes=(".mat",),
         can_read=_is_matlab,
         read=matlab_table.read_matlab_table,
+        options=("part",),
     ),
     FileFormat(
         name="hdf5",
@@ -175,6 +176,7 @@ FORMATS: Final = (
         suffixes=(".nc", ".h5", ".hdf5"),
         can_read=_is_hdf5,
         read=hdf5_table.read_hdf5,
+        options=("part",),
     ),
     FileFormat(
         name="tdms",
@@ -182,6 +184,7 @@ FORMATS: Final = (
         suffixes=(".tdms",),
         can_read=_begins(b"TDSm"),
         read=tdms.read_tdms,
+        options=("part",),
         package=tdms.PACKAGE,
     ),
     FileFormat(
@@ -190,6 +193,7 @@ FORMATS: Final = (
         suffixes=(".xlsx", ".xlsm"),
         can_read=_is_spreadsheet,
         read=spreadsheet.read_spreadsheet,
+        options=("part",),
         package=spreadsheet.PACKAGE,
     ),
     FileFormat(
@@ -256,7 +260,7 @@ def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
     reader : str
         Name of a format; found from the file if empty.
     **options
-        Options of the format: ``delimiter`` and ``decimal_comma`` of text.
+        Options of the format: ``delimiter`` and ``decimal_comma`` of text, and ``part``, the sheet, table or array to read.
 
     Returns
     -------

@@ -54,7 +54,8 @@ def one_table(path: Path, raw: bytes, part: str) -> tuple[bytes, dict[str, str]]
         tables.setdefault(begin[1].decode("ascii"), body[0] if body else b"")
     if part and part not in tables:
         raise DataFileError(
-            f"part = {part}: there is no such table.{suggestion(part, tables)} It has {', '.join(list(tables)[:20])}.", path=path
+            f"part = {part}: there is no such table.{suggestion(part, tables)} It has {', '.join(list(tables)[:20])}.",
+            path=path,
         )
     longest = max(tables, key=lambda name: len(tables[name]))
     chosen = part or (_SPECTRUM if _SPECTRUM in tables else longest)

@@ -51,7 +51,9 @@ def read_touchstone(path: Path) -> Recorded:
     lines = (line.partition(b"!")[0].strip() for line in raw.splitlines())
     rows = [line[:_LONGEST_LINE].split() for line in lines if line and not line.startswith((b"#", b"["))]
     if any(len(row) != 3 for row in rows) or len(rows) < 2:
-        raise DataFileError("is no Touchstone file of a one-port: its rows do not have three numbers.", path=path)
+        raise DataFileError(
+            "is no Touchstone file of a one-port: its rows do not have three numbers.", path=path
+        )
     try:
         frequency, first, second = np.array(rows, dtype=float).T
     except ValueError:
@@ -82,7 +84,8 @@ def _options(path: Path, raw: bytes) -> tuple[str, str, str, float]:
         reference = 0.0
     if kind not in ("S", "Z", "Y") or not 0 < reference < np.inf:
         raise DataFileError(
-            f"states the parameters {kind} with the reference {reference:g} ohm; known are S, Z and Y.", path=path
+            f"states the parameters {kind} with the reference {reference:g} ohm; known are S, Z and Y.",
+            path=path,
         )
     return unit, kind, form, reference
 
