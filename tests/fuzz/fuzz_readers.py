@@ -4,10 +4,10 @@
     python tests/fuzz/fuzz_readers.py text --seconds 300 --corpus /tmp/corpus
 
 Each input has to be read or refused in one sentence, within 5 s of processor time and within ten times its size plus 64 MB of
-memory. An input that is not is written to ``fuzz-crash-...`` or ``fuzz-timeout-...`` in the current folder; once mended it becomes a file of
-``tests/fuzz/regressions``, which an ordinary test reads. Readers that run in a guarded process are called in this one, under the
-same limit of memory, because coverage is measured here; a crash of their native libraries therefore ends the fuzzing, though not
-the program of a user.
+memory. An input that is not is written to ``fuzz-crash-...`` or ``fuzz-timeout-...`` in the current folder; once mended it
+becomes a file of ``tests/fuzz/regressions``, which an ordinary test reads. Readers that run in a guarded process are called in
+this one, under the same limit of memory, because coverage is measured here; a crash or an endless loop of their native libraries
+therefore ends the fuzzing, though not the program of a user.
 """
 
 import argparse

@@ -91,7 +91,8 @@ LAYOUTS = {
     ),
     "a clock in a comment": ("#CHANNEL:CH1\n#CLOCK=1.0uS\n#Start=-10us\n" + rows("{:.7f}", V), None, None),
     "a time that is not the first column": (
-        "mode\tNs\ttime/s\tEwe/V\n" + rows("2\t0\t{:.9e}\t{:.7f}", T + 1e-5, V), ["mode", "Ns", "time", "Ewe"], ["", "", "s", "V"],
+        "mode\tNs\ttime/s\tEwe/V\n" + rows("2\t0\t{:.9e}\t{:.7f}", T + 1e-5, V),
+        ["mode", "Ns", "time", "Ewe"], ["", "", "s", "V"],
     ),
 }  # fmt: skip
 
@@ -131,7 +132,8 @@ SPECTRA = {
     + rows("\t{}\t{}\t0.1", range(60), range(60))
     + "EOC\tQUANT\t0.1\tOpen Circuit (V)\nZCURVE\tTABLE\n\tPt\tTime\tFreq\tZreal\tZimag\tZphz\n\t#\ts\tHz\tohm\tohm\t°\n"
     + numbered("\t{}\t1\t{:.8g}\t{:.8g}\t{:.8g}\t{:.8g}", G, Z.real, Z.imag, PHASE),
-    "e4990.csv": "!CSV A.01.01\n!Agilent Technologies,E4990A\nBEGIN CH1_DATA\nFrequency(Hz), Trace 1 |Z|(Ohm), Trace 2 Theta-z(deg)\n"
+    "e4990.csv": "!CSV A.01.01\n!Agilent Technologies,E4990A\nBEGIN CH1_DATA\n"
+    "Frequency(Hz), Trace 1 |Z|(Ohm), Trace 2 Theta-z(deg)\n"
     + rows("{:.8E}, {:.8E}, {:.8E}", G, abs(Z), PHASE) + "END\n",
     "solartron.csv": "Frequency (Hz),Impedance Magnitude (Ohms),Impedance Phase Degrees (')\n"
     + rows("{:.8g},{:.8g},{:.8g}", G, abs(Z), PHASE),
@@ -216,10 +218,8 @@ def test_an_open_order_of_day_and_month_is_stated(tmp_path):
     text = "Moment,F (N)\n03/01/2024 10:00:00,1\n03/02/2024 10:00:00,2\n03/03/2024 10:00:00,3\n"
     (tmp_path / "a.csv").write_text(text, encoding="utf-8")
     found = read_recorded(tmp_path / "a.csv")
-    assert (
-        found.attributes["date_order"] == "month/day"
-        and found.attributes["first_time"] == "03/01/2024 10:00:00"
-    )
+    assert found.attributes["date_order"] == "month/day"
+    assert found.attributes["first_time"] == "03/01/2024 10:00:00"
     np.testing.assert_allclose(found.times(), [0, 86400, 2 * 86400])
     assert [each.name for each in found.channels] == ["time", "F"]
     assert seconds_from_first("03.01.2024 10:00:00\n04.01.2024 10:00:00\n")[1] == "day.month"

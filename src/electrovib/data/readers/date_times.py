@@ -45,7 +45,7 @@ def stamp_columns(layout: Layout, lines: Sequence[str]) -> tuple[int, ...]:
 
     Returns
     -------
-    tuple of int
+    columns : tuple of int
         A column of moments or of times of day, or a column of dates and one of times of day; empty if there is none.
     """
     rows = [split(line, layout.delimiter) for line in lines[layout.first :] if line.strip()]

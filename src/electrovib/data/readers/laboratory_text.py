@@ -32,7 +32,7 @@ _COUNTS: Final = frozenset(
 _TIMES: Final = re.compile(
     r"(elapsed |trigger )?time\b.*|t|zeit|x-axis|x[_ ]?value|x|seconds?|source", re.IGNORECASE
 )
-_FREQUENCY: Final = re.compile(r"freq|f$|hz|hertz|omega", re.IGNORECASE)
+_FREQUENCY: Final = re.compile(r"freq|hz|hertz|omega", re.IGNORECASE)
 _UNEVEN: Final = 2
 _LONGEST_LINE: Final = 1_000_000
 

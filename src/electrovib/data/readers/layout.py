@@ -247,6 +247,16 @@ def _above(
             break
         headings.insert(0, at)
         lower = [cell.strip("[]()") for cell in cells]
+    names, units = _named(rows, headings, columns)
+    beside = [tuple(cell for at, cell in enumerate(row) if at not in columns) for row in rows[first:]]
+    preamble = [tuple(rows[at]) for at in above]
+    return tuple(names), tuple(units), (*preamble, *(row for row in beside if any(row)))
+
+
+def _named(
+    rows: Sequence[Sequence[str]], headings: Sequence[int], columns: tuple[int, ...]
+) -> tuple[list[str], list[str]]:
+    """Return the names and units of the columns from the rows of headings."""
     names = [""] * len(columns)
     units = [""] * len(columns)
     for order, at in enumerate(headings):
@@ -262,9 +272,7 @@ def _above(
         if name.lower() in UNIT_NAMES and not units[place]:
             units[place] = UNITS[name.lower()]
             names[place] = "time" if units[place] == "s" else name
-    beside = [tuple(cell for at, cell in enumerate(row) if at not in columns) for row in rows[first:]]
-    preamble = [tuple(rows[at]) for at in above]
-    return tuple(names), tuple(units), (*preamble, *(row for row in beside if any(row)))
+    return names, units
 
 
 def _is_setting(row: Sequence[str], columns: tuple[int, ...]) -> bool:

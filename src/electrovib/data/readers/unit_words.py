@@ -15,7 +15,8 @@ UNITS: Final = {
     "degree": "deg", "degrees": "deg", "deg": "deg", "°": "deg", "rad": "rad", "radians": "rad", "f": "F",
     "s/m": "S/m", "m": "m", "mm": "mm", "um": "um", "µm": "um", "m/s": "m/s", "mm/s": "mm/s", "pa": "Pa", "w": "W",
     "db": "dB", "%": "%", "unknown": "", "-": "1", "#": "",
-    "'": "deg", "v vs. ref.": "V", "bits": "", "deg c": "", "sequence": "", "value": "", "na": "nA", "pf": "pF", "nf": "nF", "uf": "uF", "kohm": "kohm",
+    "'": "deg", "v vs. ref.": "V", "bits": "", "deg c": "", "sequence": "",
+    "value": "", "na": "nA", "pf": "pF", "nf": "nF", "uf": "uF", "kohm": "kohm",
 }  # fmt: skip
 """Maps words and signs that instruments write for units, in small letters, to the units of electrovib."""
 UNIT_NAMES: Final = {word for word, unit in UNITS.items() if unit and word.isalpha() and len(word) > 3}

@@ -132,8 +132,8 @@ def match_edges(
         if rivals:
             raise InputError(
                 f"edges: shifts of {format_quantity(chosen[1], 's', digits=5)} and"
-                f" {format_quantity(rivals[0][1], 's', digits=5)} fit alike, because the edges are periodic; state a shift near the"
-                " right one, such as shift = '12 ms'"
+                f" {format_quantity(rivals[0][1], 's', digits=5)} fit alike, because the edges are periodic; state a shift near"
+                " the right one, such as shift = '12 ms'"
             )
     return _relation(chosen, timing)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.diagnostics import Diagnostic, read_diagnostics
+from electrovib.core.diagnostics import read_diagnostics
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.trace import make_trace
 from electrovib.core.units import format_quantity
@@ -122,7 +122,8 @@ def _merged(first: _Record, second: _Record, relation: ClockRelation) -> xarray.
     inside = (first.time >= time[0]) & (first.time <= time[-1])
     if np.count_nonzero(inside) < 2:
         raise InputError(
-            f"shift: the records do not overlap; the reference has {_span(first.time)}, the other one after alignment {_span(time)}"
+            f"shift: the records do not overlap; the reference has {_span(first.time)}, the other one after alignment"
+            f" {_span(time)}"
         )
     grid = first.time[inside]
     signals = {name: values[inside] for name, values in first.signals.items()}
@@ -171,8 +172,10 @@ def _attributes(
 ) -> dict[str, str]:
     """Return the attributes of the first Trace with the statements of the second one."""
     diagnostics = [each.to_dict() for each in read_diagnostics(first.attrs.get("validity", "[]"))]
-    for each in read_diagnostics(second.attrs.get("validity", "[]")):
-        diagnostics.append(each.to_dict() | {"name": f"{each.name} (second file)"})
+    diagnostics += [
+        each.to_dict() | {"name": f"{each.name} (second file)"}
+        for each in read_diagnostics(second.attrs.get("validity", "[]"))
+    ]
     diagnostics.append(relation.diagnostic().to_dict())
     attributes = {str(name): value for name, value in first.attrs.items() if name != "format"}
     for name in ("file", "file_sha256", "reader", "options"):

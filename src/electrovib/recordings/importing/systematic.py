@@ -91,7 +91,8 @@ def zero_and_scale(line: SensorCalibration, *, zero_known: bool) -> dict[str, fl
 
     Notes
     -----
-    With value v = a + b r of the reading r, deviations of a and b change v by dz + s v, where s = db / b and dz = da - (a / b) db.
+    With value v = a + b r of the reading r, deviations da and db change v by dz + s v, where s = db / b and
+    dz = da - (a / b) db.
     """
     (aa, ab), (_, bb) = line.covariance
     ratio = line.intercept / line.sensitivity
