@@ -118,11 +118,18 @@ SPECTRA = {
     "nova.txt": "Index;Frequency (Hz);Z' (Ω);-Z'' (Ω);Z (Ω);-Phase (°)\n"
     + numbered("{};{:.8g};{:.8g};{:.8g};{:.8g};{:.8g}", G, Z.real, -Z.imag, abs(Z), -PHASE),
     "autolab.txt": "Freq(Hz),t,s,idx,Z',Z''\n" + rows("{:.8g},0,0,1,{:.8g},{:.8g}", G, Z.real, Z.imag),
+    "z60w.txt": '"Z60W Data File: Version 1.1"\n""\n""\n0,2,0,1,0.1,10000\n41\n'
+    "\"  Freq (Hz)    Ampl     Bias   Time(Sec)   Z'(a)    Z''(b)    GD   Err   Range\"\n"
+    + rows("{:.8g},0,0,0,{:.9g},{:.9g},0,0,0", G, Z.real, Z.imag),
+    "powersuite.txt": "Frequency\t Zre\t Zimg\n" + rows("{:.8g}\t {:.8g}\t {:.8g}", G, Z.real, Z.imag),
+    "parstat_samples.txt": "Potential (V)\tElapsed Time (s)\tFrequency (Hz)\tZre (ohms)\tZim (ohms)\t\n"
+    + rows("3.4\t{}\t0\t0\t0\t", range(30)) + rows("3.4\t{}\t{:.8g}\t{:.8g}\t{:.8g}\t", range(40), G, Z.real, Z.imag),
     "parstat.txt": "Segment\tPoint\tE(V)\tFrequency(Hz)\tZre(ohms)\tZim(ohms)\n"
     + numbered("0\t{}\t0.1\t{:.8g}\t{:.8g}\t{:.8g}", G, Z.real, Z.imag),
     "versa.par": "<Application>\nName=VersaStudio\n</Application>\n<Experiment>\nSegments=1\n</Experiment>\n<Segment1>\nType=2\n"
-    "Definition=Segment #, Point #, E(V), I(A), Elapsed Time(s), Frequency(Hz), Z Real, Z Imag, ActionId\n"
-    + numbered("0,{},0.1,1e-6,1,{:.8g},{:.8g},{:.8g},4", G, Z.real, Z.imag) + "</Segment1>\n",
+    "Definition=Segment #, Point #, E(V), I(A), Elapsed Time(s), Frequency(Hz), Z Real, Z Imag, ActionId, 0\n"
+    + numbered("0,{},0.1,1e-6,1,{:.8g},{:.8g},{:.8g},4", G, Z.real, Z.imag)
+    + "</Segment1>\n\n" + "".join(f"<Graph{at}>\nHeight=291\nWidth={at}\n</Graph{at}>\n" for at in range(80)),
     "chi.txt": "Feb. 2, 2021   10:10:10\nA.C. Impedance\nHeader: \n\nInit E (V) = 0\nLow Frequency (Hz) = 1\n\n"
     "Freq/Hz, Z'/ohm, Z\"/ohm, Z/ohm, Phase/deg\n\n"
     + rows("{:.8e}, {:.8e}, {:.8e}, {:.8e}, {:.6f}", G, Z.real, Z.imag, abs(Z), PHASE),

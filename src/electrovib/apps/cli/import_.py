@@ -84,39 +84,47 @@ def command(
 ) -> None:
     """Import a file of an instrument as a Trace; without --column and --output list its columns."""
     if listed or not file:
-        from electrovib.data.readers.registry import format_lines
-
-        say(*format_lines())
-        return
+        return _list_readers()
+    _check_kind(kind)
     text: dict[str, Any] = {"reader": reader, "delimiter": delimiter, "decimal_comma": decimal_comma}
     text |= {} if part is None else {"part": part}
     if kind == "material":
-        _as_material(
+        return _as_material(
             file, pairs("column", column), output, layer, force, area=area, thickness=thickness,
             series_resistance=series_resistance, parallel_capacitance=parallel_capacitance, conductivity=conductivity,
             **text,
         )  # fmt: skip
-        return
-    if kind != "trace":
-        from electrovib.core.errors import InputError
-
-        raise InputError(f"--as {kind}: expected trace or material")
     if output is None and not column:
-        from electrovib.recordings.importing import list_columns
-
-        say(*list_columns(file, **text))
-        return
+        return _list_columns(file, text)
     given: dict[str, Any] = {
         "scale": pairs("scale", scale), "offset": pairs("offset", offset), "shift": pairs("shift", shift),
         "trigger": trigger, "baseline": pairs("baseline", baseline), "detrend": detrend or [], "crop": crop, "average": average,
-        "resample": resample,
-        "calibration": pairs("calibration", calibration),
+        "resample": resample, "calibration": pairs("calibration", calibration),
     }  # fmt: skip
     clocks = _clocks(beside, edges, clock_shift)
-    _as_trace(
+    return _as_trace(
         file, pairs("column", column), output, force, clocks, time=time, step=step, stamps=stamps,
         **text, **{name: value for name, value in given.items() if value},
     )  # fmt: skip
+
+
+def _list_readers() -> None:
+    from electrovib.data.readers.registry import format_lines
+
+    say(*format_lines())
+
+
+def _list_columns(file: str, options: dict[str, Any]) -> None:
+    from electrovib.recordings.importing import list_columns
+
+    say(*list_columns(file, **options))
+
+
+def _check_kind(kind: str) -> None:
+    from electrovib.core.errors import InputError
+
+    if kind not in ("trace", "material"):
+        raise InputError(f"--as {kind}: expected trace or material")
 
 
 def pairs(option: str, given: list[str] | None) -> dict[str, str]:

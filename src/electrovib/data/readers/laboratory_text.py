@@ -51,7 +51,7 @@ def read_laboratory_text(
     decimal_comma : bool, optional
         Whether decimals are written with a comma; found if not given.
     part : str
-        Of a file with several tables, as Gamry writes them: the name of the table; the spectrum or the longest if empty.
+        Of a file with several tables, as Gamry and VersaStudio write them: the name of the table; the spectrum or the longest if empty.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def read_laboratory_text(
     check_file(path)
     raw, about = one_table(path, path.read_bytes(), part)
     if about and delimiter is None:
-        delimiter = "\t"
+        delimiter = "\t" if b"\t" in raw else ","
     found = read_laboratory_bytes(path, raw, delimiter=delimiter, decimal_comma=decimal_comma)
     return dataclasses.replace(found, attributes={**found.attributes, **about})
 

@@ -32,6 +32,7 @@ _SETTING: Final = re.compile(
     r"(horizontal|vertical|record|sample|probe|model|serial|firmware|software)[ _]", re.IGNORECASE
 )
 """Beginning of the name of a setting of an oscilloscope, which is no heading."""
+_WIDE_GAP: Final = re.compile(r"\s{2,}|\t")
 _FIRST_CELLS: Final = re.compile(r"x|x-axis|time|source|t|", re.IGNORECASE)
 """First field of a row of headings whose other fields may be numbers, such as ``x-axis,1,2``."""
 
@@ -231,6 +232,9 @@ def _above(
         for at, row in enumerate(rows)
     ]
     above = [at for at in range(first) if any(rows[at])]
+    for at in above[-3:]:  # ZPlot writes all headings into one field
+        parts = _WIDE_GAP.split(" ".join(rows[at]).strip()) if sum(map(bool, rows[at])) == 1 else []
+        rows[at] = parts if len(parts) == width > 1 else rows[at]
     headings: list[int] = []
     lower: list[str] = []
     for at in reversed(above[-3:]):

@@ -29,7 +29,7 @@ _PATTERNS: Final[Mapping[str, str]] = {
     "modulus": r"\|z\||z|zmod|zabs|mod(ulus)?( ?z)?|mag(nitude)?.*|impedance|abs\(?z?\)?|\|impedance\|",
     "phase": r"phase.*|phi|theta(-z)?|θ|angle|zphz|arg.*|deg(ree)?s?",
     "real": r"z'|zre(al)?|re\(?z?\)?|re\(z\)|real.*|z real|r|resistance|zreal",
-    "imaginary": r"z''|z\"|zim(ag)?|im\(?z?\)?|im\(z\)|imag.*|z imag|x|reactance",
+    "imaginary": r"z''|z\"|zim(a?g)?|im\(?z?\)?|im\(z\)|imag.*|z imag|x|reactance",
     "minus_imaginary": r"-z''|-z\"|-im\(?z?\)?|-im\(z\)|-zim(ag)?|-imag.*|-x",
     "permittivity": r"(relative )?permittivity|eps'?|eps_?r|epsilon'?|er|ε'?|dielectric constant",
     "loss": r"loss factor|eps''|epsilon''|ε''|imaginary permittivity",
@@ -87,7 +87,7 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
 
     Notes
     -----
-    A phase without a unit is in degrees if any value is beyond 2 pi, and otherwise refused unless its heading or `columns`
+    Rows of the frequency 0, which a potentiostat writes for samples over time, are omitted. A phase without a unit is in degrees if any value is beyond 2 pi, and otherwise refused unless its heading or `columns`
     states the unit. A loss factor that disagrees with the conductivity by more than 2 % is refused.
     """
     found = _assigned(recorded, columns or {})
@@ -111,7 +111,7 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
         )
     values = impedance if impedance is not None else permittivity
     assert values is not None
-    good = np.isfinite(grid) & np.isfinite(values)
+    good = np.isfinite(grid) & np.isfinite(values) & (grid != 0)
     if good.sum() < 2 or (grid[good] <= 0).any():
         raise InputError("frequency: expected two or more numbers above 0")
     order = np.flatnonzero(good)[np.argsort(grid[good], kind="stable")]

@@ -7,6 +7,8 @@ from typing import Final
 
 _LONGEST_HEADING: Final = 200
 _BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
+_PARTS_OF_ZPLOT: Final = re.compile(r"(Z'{1,2})\s?\([ab]\)")
+"""Headings of the parts of an impedance, of which ZPlot calls one a and the other b."""
 UNITS: Final = {
     "volt": "V", "volts": "V", "v": "V", "mv": "mV", "uv": "uV", "kv": "kV", "ampere": "A", "amperes": "A",
     "amp": "A", "amps": "A", "a": "A", "ma": "mA", "ua": "uA", "second": "s", "seconds": "s", "sec": "s", "s": "s",
@@ -39,6 +41,8 @@ def name_and_unit(heading: str) -> tuple[str, str]:
         Of electrovib where it is known, else as written; empty if there is none.
     """
     heading = heading[:_LONGEST_HEADING]
+    if found := _PARTS_OF_ZPLOT.fullmatch(heading):
+        return found[1], "ohm"
     if found := _BRACKETS.fullmatch(heading):
         name, unit = found.groups()
         known = as_unit(unit)
