@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from electrovib.data.readers.recorded import Recorded
 
-DESCRIPTION: Final = "impedance of Gamry .dta, ZPlot .z, BioLogic .mpt, VersaStudio .par, CH Instruments .txt"
+DESCRIPTION: Final = "ZPlot .z; also impedance of Gamry, BioLogic, VersaStudio, CH Instruments, which text reads too"
 PACKAGE: Final = "impedance"
 INSTRUMENTS: Final = {
     "gamry": rb"\A\s*EXPLAIN[\s\S]*(EISPOT|GALVEIS|HYBRIDEIS|ZCURVE)",

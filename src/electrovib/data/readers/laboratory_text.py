@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
 
-DESCRIPTION: Final = "delimited text of any instrument (.csv, .tsv, .txt, .dat)"
+DESCRIPTION: Final = "delimited text of any instrument (.csv, .tsv, .txt, .dat, .lvm, .dta, .mpt, .par)"
 _COUNTS: Final = frozenset(
     {"sequence", "index", "nr", "no", "pt", "point", "points", "point #", "sample", "samples", "#", "n"}
 )
@@ -51,7 +51,8 @@ def read_laboratory_text(
     decimal_comma : bool, optional
         Whether decimals are written with a comma; found if not given.
     part : str
-        Of a file with several tables, as Gamry and VersaStudio write them: the name of the table; the spectrum or the longest if empty.
+        Of a file with several tables, as Gamry and VersaStudio write them: the name of the table; the spectrum or the
+        longest table if empty.
 
     Returns
     -------

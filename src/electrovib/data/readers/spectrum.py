@@ -87,8 +87,9 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
 
     Notes
     -----
-    Rows of the frequency 0, which a potentiostat writes for samples over time, are omitted. A phase without a unit is in degrees if any value is beyond 2 pi, and otherwise refused unless its heading or `columns`
-    states the unit. A loss factor that disagrees with the conductivity by more than 2 % is refused.
+    Rows of the frequency 0, which a potentiostat writes for samples over time, are omitted. A phase without a unit is in degrees
+    if any value is beyond 2 pi, and otherwise refused unless its heading or `columns` states the unit. A loss factor that
+    disagrees with the conductivity by more than 2 % is refused.
     """
     found = _assigned(recorded, columns or {})
     if "frequency" in found:

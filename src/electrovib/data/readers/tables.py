@@ -63,7 +63,7 @@ def one_table(path: Path, raw: bytes, part: str) -> tuple[bytes, dict[str, str]]
 def _of_gamry(raw: bytes) -> tuple[dict[str, bytes], dict[str, str]]:
     """Return the tables behind lines ``NAME <tab> TABLE``, and the settings ``KEY <tab> TYPE <tab> VALUE`` above them."""
     begins = list(itertools.islice(_BEGIN.finditer(raw), _MOST))
-    ends = [each.start() for each in begins[1:]] + [len(raw)]
+    ends = [*(each.start() for each in begins[1:]), len(raw)][: len(begins)]
     tables: dict[str, bytes] = {}
     for begin, end in zip(begins, ends, strict=True):
         body = re.match(rb"(?:[ \t][^\n]*(?:\n|$))*", raw[begin.end() : end])
