@@ -47,6 +47,14 @@ def test_shift_and_ratio_of_the_clocks_come_from_common_edges():
     assert states["clock ratio"] == "ok"
 
 
+def test_a_slow_clock_is_stretched():
+    own = np.arange(0, 2.9, 5e-4)
+    event = 0.01 + 1.002 * own
+    other = trace(own, plate_voltage=pulses(event), lateral_force_measured=np.sin(3 * event))
+    merged = ev.merge_traces(scope(), other, edges="drive_voltage=plate_voltage")
+    assert np.abs(merged["lateral_force_measured"].values - np.sin(3 * merged["time"].values)).max() < 1.5e-3
+
+
 def test_the_intervals_cover_the_true_clocks():
     random, covered = np.random.default_rng(4), np.zeros(2)
     for _ in range(400):

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
     from electrovib.data.readers.recorded import Recorded
 
-DESCRIPTION: Final = "ZPlot .z; also impedance of Gamry, BioLogic, VersaStudio, CH Instruments, which text reads too"
+DESCRIPTION: Final = (
+    "ZPlot .z; also impedance of Gamry, BioLogic, VersaStudio, CH Instruments, which text reads too"
+)
 PACKAGE: Final = "impedance"
 INSTRUMENTS: Final = {
     "gamry": rb"\A\s*EXPLAIN[\s\S]*(EISPOT|GALVEIS|HYBRIDEIS|ZCURVE)",
