@@ -114,3 +114,5 @@ def test_calibration_and_a_second_clock(record, monkeypatch, capsys):
     assert "calibration_covariance" in found.attrs
     assert run(monkeypatch, *words, "--clock-shift", "1 ms") == 2
     assert "--clock-shift: belongs to --with TRACE" in capsys.readouterr().err
+    assert run(monkeypatch, "import", "daq.csv", "--as", "material", "--part", "A") == 2
+    assert "--part A: belongs to --as trace" in capsys.readouterr().err
