@@ -126,7 +126,9 @@ def _check_kind(kind: str, part: str | None) -> None:
     if kind not in ("trace", "material"):
         raise InputError(f"--as {kind}: expected trace or material")
     if kind == "material" and part is not None:
-        raise InputError(f"--part {part}: belongs to --as trace; save this part of the file on its own, as .csv")
+        raise InputError(
+            f"--part {part}: belongs to --as trace; save this part of the file on its own, as .csv"
+        )
 
 
 def pairs(option: str, given: list[str] | None) -> dict[str, str]:
