@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from electrovib.recordings.importing import calibrate as calibrate
     from electrovib.recordings.importing import import_file as import_file
     from electrovib.recordings.importing import import_material as import_material
+    from electrovib.recordings.importing import merge_traces as merge_traces
     from electrovib.recordings.recording import read_recording as read_recording
     from electrovib.recordings.release import fit_release as fit_release
     from electrovib.recordings.swipe import reduce_swipe as reduce_swipe
@@ -62,6 +63,7 @@ _PLACES = {
     "hysteresis": "electrovib.solve.equilibrium",
     "import_file": "electrovib.recordings.importing",
     "import_material": "electrovib.recordings.importing",
+    "merge_traces": "electrovib.recordings.importing",
     "init": "electrovib.apps.init",
     "compare_materials": "electrovib.study.compare",
     "compare_percepts": "electrovib.study.percept",
