@@ -14,6 +14,7 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.measured import MeasuredTrace, Observed, observed
+from electrovib.solve.closed_form.repeated import Repeated
 from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.prepare import Prepared
 from electrovib.solve.stack.expand import phasors
@@ -102,6 +103,7 @@ class Prediction:
             Prepared(scenario.replace(each.changes) if each.changes else scenario, free=free)
             for each in measured
         )
+        self._repeated = tuple(_over_time(*each) for each in zip(self.prepared, self.columns, strict=True))
         self.unknowns = tuple(self._unknowns(free, varying))
         if len({each.name for each in self.unknowns}) < len(self.unknowns):
             raise InputError("two recordings have the same name: give each its own")
@@ -221,11 +223,10 @@ class Prediction:
         prepared, columns = self.prepared[at], self.columns[at]
         found: dict[int, NDArray[Any]] = {}
         for axis in dict.fromkeys(each.axis for each in columns):
-            there = [number for number, each in enumerate(columns) if each.axis == axis]
-            stamps = np.unique(np.concatenate([columns[number].x for number in there]))
-            names = list(dict.fromkeys(columns[number].signal for number in there))
-            if axis == "time":
-                rows = prepared.signals(dict(point), names=names, time=stamps)
+            there, stamps, names = _along(columns, axis)
+            repeated = self._repeated[at]
+            if axis == "time" and repeated is not None:
+                rows = repeated.signals(dict(point))
             else:
                 rows = _over_frequency(prepared.scenario(dict(point)), stamps, names)
             for number in there:
@@ -276,6 +277,23 @@ class Prediction:
                 marks.append(np.full(each.x.size, own))
                 marks += [np.zeros(each.x.size, bool)] * (each.parts - 1)
         return np.concatenate(marks)
+
+
+def _along(columns: Sequence[Observed], axis: str) -> tuple[list[int], Real, list[str]]:
+    """Return which signals are over an axis, all its values [s or Hz], and the names of these signals."""
+    there = [number for number, each in enumerate(columns) if each.axis == axis]
+    stamps = [columns[number].x for number in there]
+    same = all(each is stamps[0] or np.array_equal(each, stamps[0]) for each in stamps[1:])
+    names = list(dict.fromkeys(columns[number].signal for number in there))
+    return there, stamps[0] if same else np.unique(np.concatenate(stamps)), names
+
+
+def _over_time(prepared: Prepared, columns: Sequence[Observed]) -> Repeated | None:
+    """Return the signals of a recording over time as a function of the free parameters; None where it has none."""
+    if all(each.axis != "time" for each in columns):
+        return None
+    _, stamps, names = _along(columns, "time")
+    return Repeated(prepared, names, stamps)
 
 
 def _flat(values: NDArray[Any]) -> Real:
