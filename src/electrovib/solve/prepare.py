@@ -106,11 +106,12 @@ class Prepared:
         if problems:
             raise InputError(problems)
         begin = {path: value_at(scenario, path) for path in self.free}
-        self.base = scenario.replace(begin) if begin else scenario
+        stored = {path: stored_path(scenario, path) for path in self.free}
+        plain = all(is_stored_as_given(scenario, path, Model) for path in stored.values())
+        self.base = scenario if plain else scenario.replace(begin)
         self.begin = begin
-        stored = {path: stored_path(self.base, path) for path in self.free}
-        plain = all(is_stored_as_given(self.base, path, Model) for path in stored.values())
         self._stored = stored if plain and len(set(stored.values())) == len(stored) else None
+        self._recent = self.base
         self._last: Expanded | None = None
         self._run: Expanded | None = None
 
@@ -138,9 +139,11 @@ class Prepared:
             If a path is not free, or a value is outside its range.
         """
         point = self._by_stored_path(self._point(values))
-        last = self._last.scenario if self._last is not None else self.base
+        last = self._recent
         changed = {path: value for path, value in point.items() if _leaf(last, path) != value}
-        return with_numbers(last, changed) if changed else last
+        if changed:
+            self._recent = with_numbers(last, changed)
+        return self._recent
 
     def __call__(self, values: Mapping[str, ArrayLike] | ArrayLike) -> dict[str, Any]:
         """Compute the quantities for one set of values of the free parameters, or for many.

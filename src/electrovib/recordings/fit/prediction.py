@@ -16,6 +16,7 @@ from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.measured import MeasuredTrace, Observed, observed
 from electrovib.solve.closed_form.repeated import Repeated
 from electrovib.solve.electrics.over_frequency import over_frequency
+from electrovib.solve.mechanics.proportional import INDEPENDENT, proportional_to_friction
 from electrovib.solve.prepare import Prepared
 from electrovib.solve.stack.expand import phasors
 
@@ -109,6 +110,7 @@ class Prediction:
             raise InputError("two recordings have the same name: give each its own")
         self.free = {each.name: self._parameter(each, start or {}) for each in self.unknowns}
         self._last: tuple[object, Real] | None = None
+        self._linear: dict[str, NDArray[np.bool_] | None] = {}
         self._predicted = functools.lru_cache(maxsize=2 * len(measured) + 2)(self._of_record)
 
     @property
@@ -258,15 +260,65 @@ class Prediction:
         base = self(values)
         found = np.zeros((base.size, len(wanted)))
         for number, unknown in enumerate(wanted):
-            if unknown.is_offset:
-                found[self._rows(unknown), number] = 1.0
-                continue
             begin = values[unknown.name]
+            linear = self.linear_rows(unknown)
+            if linear is not None and (unknown.is_offset or begin > 0):
+                found[linear, number] = 1.0 if unknown.is_offset else self.alone(values, linear) / begin
+                continue
             step = STEP * (abs(begin) or 1.0)
             moved = begin + step if begin + step <= self.free[unknown.name].upper else begin - step
             found[:, number] = (self(dict(values) | {unknown.name: moved}) - base) / (moved - begin)
         self._last = (key, found)
         return found
+
+    def alone(self, values: Mapping[str, float], rows: NDArray[np.bool_]) -> Real:
+        """Return some of the predictions without unknown zeros.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Of all unknowns by name, in SI.
+        rows : ndarray of bool, shape (n,)
+            Which data.
+
+        Returns
+        -------
+        prediction : ndarray, shape (rows,)
+            In the order of `data`, in the unit of each.
+        """
+        zeros = {each.name: 0.0 for each in self.unknowns if each.is_offset}
+        return self(dict(values) | zeros)[rows]
+
+    def linear_rows(self, unknown: Unknown) -> NDArray[np.bool_] | None:
+        """Return the data that are linear in an unknown, where all others are independent of it.
+
+        Parameters
+        ----------
+        unknown : Unknown
+            One of `unknowns`.
+
+        Returns
+        -------
+        rows : ndarray of bool, shape (n,), or None
+            Data to which a zero is added, or whose predictions are proportional to the parameter as its model declares; None
+            for every other unknown.
+        """
+        if unknown.name not in self._linear:
+            self._linear[unknown.name] = (
+                self._rows(unknown) if unknown.is_offset else self._proportional_rows(unknown)
+            )
+        return self._linear[unknown.name]
+
+    def _proportional_rows(self, unknown: Unknown) -> NDArray[np.bool_] | None:
+        marks = []
+        for measured, prepared, columns in zip(self.measured, self.prepared, self.columns, strict=True):
+            concerned = unknown.session in ("", measured.session)
+            proportional = proportional_to_friction(prepared.base, unknown.path)
+            for each in columns:
+                if concerned and not (proportional and each.signal in proportional | INDEPENDENT):
+                    return None
+                marks.append(np.full(each.x.size * each.parts, concerned and each.signal in proportional))
+        return np.concatenate(marks)
 
     def _rows(self, unknown: Unknown) -> NDArray[np.bool_]:
         """Mark the real parts of the data of the signal that an offset belongs to."""

@@ -128,7 +128,13 @@ class ClosedElectrics:
 
     @classmethod
     def of(
-        cls, scenario: Scenario, section: ModalSection, times: Real, names: Collection[str]
+        cls,
+        scenario: Scenario,
+        section: ModalSection,
+        times: Real,
+        names: Collection[str],
+        *,
+        before: ClosedElectrics | None = None,
     ) -> ClosedElectrics | None:
         """Compute the quantities that some signals need, or return None where they have no closed form.
 
@@ -142,6 +148,8 @@ class ClosedElectrics:
             Output times, increasing, >= 0 [s].
         names : collection of str
             Signals.
+        before : ClosedElectrics, optional
+            That of a scenario with the same output times; its pieces are used again where the drive is the same object.
 
         Returns
         -------
@@ -157,8 +165,15 @@ class ClosedElectrics:
         rates = active_rates(list(wanted.values()), end=end)
         if rates is None or len(rates) > MOST_MODES:
             return None
-        found = linear_sums([*wanted.values()], Decays.of(Pieces.of(part, times), rates))
+        same = before is not None and before.scenario.drive is scenario.drive
+        pieces = before.pieces if same and before is not None else Pieces.of(part, times)
+        found = linear_sums([*wanted.values()], Decays.of(pieces, rates))
         return cls(scenario, dict(zip(wanted, found, strict=True)))
+
+    @property
+    def pieces(self) -> Pieces:
+        """Pieces of the drive, with the output times."""
+        return next(iter(self.sums.values())).decays.pieces
 
     def signals(self, scenario: Scenario, times: Real, names: Collection[str]) -> dict[str, Real] | None:
         """Evaluate signals, or return None where a filter has no closed form for these electrics.

@@ -49,6 +49,7 @@ class Repeated:
         self._electrical = tuple(path for path in prepared.free if path.split(".")[0] not in _MECHANICAL)
         self._kept: OrderedDict[tuple[float, ...], tuple[Expanded, ClosedElectrics | None]] = OrderedDict()
         self._last: Expanded | None = None
+        self._closed: ClosedElectrics | None = None
 
     def signals(self, values: Mapping[str, float]) -> dict[str, Real]:
         """Compute the signals.
@@ -95,8 +96,10 @@ class Repeated:
         expanded = Expanded(scenario, self._time, before=self._last)
         closed = None
         if offers(scenario, self._names):
-            closed = ClosedElectrics.of(scenario, expanded.section, self._time, self._names)
-        self._last = expanded
+            closed = ClosedElectrics.of(
+                scenario, expanded.section, self._time, self._names, before=self._closed
+            )
+        self._last, self._closed = expanded, closed or self._closed
         self._kept[key] = expanded, closed
         if len(self._kept) > _KEPT:
             self._kept.popitem(last=False)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Numbers, Real
     from electrovib.physics.drive.pieces import Linear
+
+_DECAYED: Final = 80.0
+"""Time constants after which an exponential counts as 0: 2e-35 of it remains."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +110,15 @@ class Decays:
         Decays
             The exponentials.
         """
-        return cls(pieces, rates, tuple(np.exp(np.outer(-rates, since)) for _, _, since in pieces.groups))
+        return cls(pieces, rates, tuple(_decays(rates, since) for _, _, since in pieces.groups))
+
+
+def _decays(rates: Real, since: Real) -> Real:
+    """Return exp(-rate s) at increasing times, shape (modes, n), 0 where it is below rounding."""
+    found = np.zeros((len(rates), len(since)))
+    for row, rate, last in zip(found, rates, np.searchsorted(since, _DECAYED / rates), strict=True):
+        np.exp(-rate * since[:last], out=row[:last])
+    return found
 
 
 @dataclass(frozen=True, eq=False)
