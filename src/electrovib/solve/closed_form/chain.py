@@ -26,7 +26,7 @@ from electrovib.solve.mechanics.unknown import resting
 from electrovib.solve.stack.keys import AmplitudeOf
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Callable, Collection
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
@@ -95,8 +95,21 @@ def _is_linear_behind_force(scenario: Scenario) -> bool:
     )
 
 
-def _filter(scenario: Scenario, name: str) -> Filter:
-    """Return the filter from the steady friction to a signal behind it."""
+def filter_of(scenario: Scenario, name: str) -> Filter:
+    """Return the filter from the steady friction to a signal behind it.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Experiment for which `offers` is true; its friction, finger, rig and motion are used.
+    name : str
+        One of `FILTERED`.
+
+    Returns
+    -------
+    Filter
+        In the unit of the signal over newtons.
+    """
     memory = friction_filter(scenario)
     if name == "lateral_force":
         return memory
@@ -175,7 +188,14 @@ class ClosedElectrics:
         """Pieces of the drive, with the output times."""
         return next(iter(self.sums.values())).decays.pieces
 
-    def signals(self, scenario: Scenario, times: Real, names: Collection[str]) -> dict[str, Real] | None:
+    def signals(
+        self,
+        scenario: Scenario,
+        times: Real,
+        names: Collection[str],
+        *,
+        find: Callable[[Scenario, str], Filter] = filter_of,
+    ) -> dict[str, Real] | None:
         """Evaluate signals, or return None where a filter has no closed form for these electrics.
 
         Parameters
@@ -186,6 +206,8 @@ class ClosedElectrics:
             Output times of this object [s].
         names : collection of str
             Signals.
+        find : callable
+            As `filter_of`, for instance one that keeps filters.
 
         Returns
         -------
@@ -196,7 +218,10 @@ class ClosedElectrics:
         if scenario is not self.scenario and memory_changes(scenario) and FILTERED.intersection(names):
             return None
         for name in names:
-            row = self._filtered(scenario, name, times) if name in FILTERED else self._row(name, times)
+            if name not in FILTERED:
+                found[name] = self._row(name, times)
+                continue
+            row = self._filtered(scenario, find(scenario, name), times)
             if row is None:
                 return None
             found[name] = row
@@ -216,9 +241,9 @@ class ClosedElectrics:
         self._rows[name] = row
         return row
 
-    def _filtered(self, scenario: Scenario, name: str, times: Real) -> Real | None:
+    def _filtered(self, scenario: Scenario, filter_: Filter, times: Real) -> Real | None:
         """Return a signal behind the steady friction, which is a linear function of the attraction."""
-        law, filter_ = scenario.friction.without_memory(), _filter(scenario, name)
+        law = scenario.friction.without_memory()
         normal = np.full(2, scenario.load.normal_force)
         start, unit = law.lateral_force(normal, np.array([0.0, 1.0]), np.full(2, np.nan)).tolist()
         if not len(filter_.poles):

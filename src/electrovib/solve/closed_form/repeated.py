@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.closed_form.chain import ClosedElectrics, offers
+from electrovib.solve.closed_form.chain import ClosedElectrics, filter_of, offers
 from electrovib.solve.expanded import Expanded
 
 if TYPE_CHECKING:
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.mechanics.filters.filter import Filter
     from electrovib.solve.prepare import Prepared
 
 _MECHANICAL: Final = frozenset({"friction", "finger", "rig"})
@@ -50,6 +51,7 @@ class Repeated:
         self._kept: OrderedDict[tuple[float, ...], tuple[Expanded, ClosedElectrics | None]] = OrderedDict()
         self._last: Expanded | None = None
         self._closed: ClosedElectrics | None = None
+        self._filters: dict[str, tuple[tuple[Any, ...], Filter]] = {}
 
     def signals(self, values: Mapping[str, float]) -> dict[str, Real]:
         """Compute the signals.
@@ -72,7 +74,7 @@ class Repeated:
         scenario = self._prepared.scenario(values)
         expanded, closed = self._electrics(scenario, values)
         if closed is not None:
-            found = closed.signals(scenario, self._time, self._names)
+            found = closed.signals(scenario, self._time, self._names, find=self._filter_of)
             if found is not None:
                 return found
         if expanded.scenario is not scenario:
@@ -83,6 +85,14 @@ class Repeated:
             known = ", ".join(sorted(record.signals))
             raise InputError(f"signals: this scenario has no '{missing[0]}'. Known: {known}.")
         return {name: np.asarray(record.signals[name][1]) for name in self._names}
+
+    def _filter_of(self, scenario: Scenario, name: str) -> Filter:
+        """Return the filter of a signal, the last one where nothing that it depends on has changed."""
+        parts = (scenario.friction, scenario.finger, scenario.rig, scenario.motion)
+        kept = self._filters.get(name)
+        if kept is None or any(one is not other for one, other in zip(kept[0], parts, strict=True)):
+            kept = self._filters[name] = (parts, filter_of(scenario, name))
+        return kept[1]
 
     def _electrics(
         self, scenario: Scenario, values: Mapping[str, float]
