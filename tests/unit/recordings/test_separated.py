@@ -143,15 +143,15 @@ def test_the_derivative_after_a_friction_coefficient_takes_no_difference(monkeyp
 def test_signals_are_proportional_to_the_declared_parameter_or_independent_of_it(changes):
     scenario = chain(**changes)
     path = "friction.steady.coefficient" if "Creep" in str(changes) else "friction.coefficient"
-    proportional = proportional_to_friction(scenario, path)
-    assert proportional == (BEHIND_FRICTION if "rig" not in changes else frozenset())
+    scaled = proportional_to_friction(scenario, path)
+    assert scaled == (BEHIND_FRICTION if "rig" not in changes else frozenset())
     assert not proportional_to_friction(scenario, "contact.area")
     prepared, names = ev.prepare(scenario, free=[path]), sorted(BEHIND_FRICTION | INDEPENDENT - {"impedance"})
     names = [name for name in names if name != "effective_voltage"]
     once, twice = (prepared.signals({path: value}, names=names, time=TIMES) for value in (0.4, 0.8))
     for name in names:
-        if proportional:
-            factor = 2.0 if name in proportional else 1.0
+        if scaled:
+            factor = 2.0 if name in scaled else 1.0
             np.testing.assert_allclose(twice[name], factor * once[name], rtol=1e-9)
 
 

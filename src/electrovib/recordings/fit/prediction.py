@@ -10,15 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at, value_at
+from electrovib.recordings.fit.axes import along, over_time, signals_over_frequency
 from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.measured import MeasuredTrace, Observed, observed
-from electrovib.solve.closed_form.repeated import Repeated
-from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.mechanics.proportional import INDEPENDENT, proportional_to_friction
 from electrovib.solve.prepare import Prepared
-from electrovib.solve.stack.expand import phasors
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -104,7 +102,7 @@ class Prediction:
             Prepared(scenario.replace(each.changes) if each.changes else scenario, free=free)
             for each in measured
         )
-        self._repeated = tuple(_over_time(*each) for each in zip(self.prepared, self.columns, strict=True))
+        self._repeated = tuple(over_time(*each) for each in zip(self.prepared, self.columns, strict=True))
         self.unknowns = tuple(self._unknowns(free, varying))
         if len({each.name for each in self.unknowns}) < len(self.unknowns):
             raise InputError("two recordings have the same name: give each its own")
@@ -225,12 +223,12 @@ class Prediction:
         prepared, columns = self.prepared[at], self.columns[at]
         found: dict[int, NDArray[Any]] = {}
         for axis in dict.fromkeys(each.axis for each in columns):
-            there, stamps, names = _along(columns, axis)
+            there, stamps, names = along(columns, axis)
             repeated = self._repeated[at]
             if axis == "time" and repeated is not None:
                 rows = repeated.signals(dict(point))
             else:
-                rows = _over_frequency(prepared.scenario(dict(point)), stamps, names)
+                rows = signals_over_frequency(prepared.scenario(dict(point)), stamps, names)
             for number in there:
                 each = columns[number]
                 row = np.asarray(rows[each.signal])
@@ -313,11 +311,11 @@ class Prediction:
         marks = []
         for measured, prepared, columns in zip(self.measured, self.prepared, self.columns, strict=True):
             concerned = unknown.session in ("", measured.session)
-            proportional = proportional_to_friction(prepared.base, unknown.path)
+            scaled = proportional_to_friction(prepared.base, unknown.path)
             for each in columns:
-                if concerned and not (proportional and each.signal in proportional | INDEPENDENT):
+                if concerned and not (scaled and each.signal in scaled | INDEPENDENT):
                     return None
-                marks.append(np.full(each.x.size * each.parts, concerned and each.signal in proportional))
+                marks.append(np.full(each.x.size * each.parts, concerned and each.signal in scaled))
         return np.concatenate(marks)
 
     def _rows(self, unknown: Unknown) -> NDArray[np.bool_]:
@@ -331,34 +329,5 @@ class Prediction:
         return np.concatenate(marks)
 
 
-def _along(columns: Sequence[Observed], axis: str) -> tuple[list[int], Real, list[str]]:
-    """Return which signals are over an axis, all its values [s or Hz], and the names of these signals."""
-    there = [number for number, each in enumerate(columns) if each.axis == axis]
-    stamps = [columns[number].x for number in there]
-    same = all(each is stamps[0] or np.array_equal(each, stamps[0]) for each in stamps[1:])
-    names = list(dict.fromkeys(columns[number].signal for number in there))
-    return there, stamps[0] if same else np.unique(np.concatenate(stamps)), names
-
-
-def _over_time(prepared: Prepared, columns: Sequence[Observed]) -> Repeated | None:
-    """Return the signals of a recording over time as a function of the free parameters; None where it has none."""
-    if all(each.axis != "time" for each in columns):
-        return None
-    _, stamps, names = _along(columns, "time")
-    return Repeated(prepared, names, stamps)
-
-
 def _flat(values: NDArray[Any]) -> Real:
     return np.concatenate([values.real, values.imag]) if np.iscomplexobj(values) else np.asarray(values)
-
-
-def _over_frequency(scenario: Scenario, frequency: Real, names: Sequence[str]) -> dict[str, NDArray[Any]]:
-    """Predict signals over frequency, exactly, for the materials as declared."""
-    variables = over_frequency(scenario, phasors(scenario, frequency))
-    absent = [name for name in names if name not in variables or variables[name][0] != ("frequency",)]
-    if absent:
-        known = ", ".join(name for name, (dims, _) in variables.items() if dims == ("frequency",))
-        raise ElectrovibError(
-            f"'{absent[0]}' is not predicted over frequency by this scenario. Known: {known}."
-        )
-    return {name: np.asarray(variables[name][1]) for name in names}

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.recordings.fit.estimate import LEAST_DETERMINED, estimate_at
+from electrovib.recordings.fit.estimate import estimate_at
 from electrovib.recordings.fit.least_squares import FreeParameter, least_squares
+from electrovib.recordings.fit.newton import newton_step
 from electrovib.recordings.fit.prediction import Prediction
 from electrovib.recordings.fit.separated import OutsideBoundsError, Separated
 
@@ -153,18 +154,6 @@ class WeightedProblem:
         values = {name: found.values[name] if name in found.values else best[name] for name in free}
         if converged > SEARCHED:
             return dataclasses.replace(found, values=values)
-        return self._judged(values, free, held, known=known, found=found)
-
-    def _judged(
-        self,
-        values: Mapping[str, float],
-        free: Mapping[str, FreeParameter],
-        held: Mapping[str, float],
-        *,
-        known: bool,
-        found: LeastSquaresEstimate,
-    ) -> LeastSquaresEstimate:
-        """Judge all free unknowns at the end of a search."""
         return estimate_at(
             values,
             residual=self.residual(dict(held) | dict(values)),
@@ -196,7 +185,7 @@ class WeightedProblem:
         left = self.residual(values)
         squares = float(left @ left)
         for count in range(1, _MOST_NEAR + 1):
-            step, deviations = _newton_step(self.derivatives(values), left)
+            step, deviations = newton_step(self.derivatives(values), left)
             now = np.array(list(values.values()))
             if not (np.isfinite(squares) and np.isfinite(step).all()):
                 break
@@ -251,17 +240,3 @@ class WeightedProblem:
             return self.minimum(others, known=True, fixed={name: value}, converged=1e-6).sum_of_squares
         except InputError:
             return np.inf
-
-
-def _newton_step(derivatives: Real, residual: Real) -> tuple[Real, Real]:
-    """Return the step to the minimum of the linearised problem, and deviations for a noise of 1; NaN where there is none."""
-    scale = np.linalg.norm(derivatives, axis=0)
-    count = len(scale)
-    if not np.isfinite(scale).all() or not scale.all():
-        return np.full(count, np.nan), np.full(count, np.nan)
-    orthonormal, triangle = np.linalg.qr(derivatives / scale)
-    diagonal = np.abs(np.diag(triangle))
-    if diagonal.min() < LEAST_DETERMINED * diagonal.max():
-        return np.full(count, np.nan), np.full(count, np.nan)
-    inverse = np.linalg.inv(triangle)
-    return -inverse @ (orthonormal.T @ residual) / scale, np.linalg.norm(inverse, axis=1) / scale
