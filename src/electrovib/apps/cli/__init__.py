@@ -21,6 +21,7 @@ from electrovib.apps.cli import (
     run,
     scenarios,
     settings,
+    times,
 )
 from electrovib.apps.cli.completion import complete_arguments
 from electrovib.apps.cli.terminal import complain, prepare
@@ -45,6 +46,7 @@ for _command in (
     equilibrium,
     perceive,
     fit,
+    times,
     reproduce,
     scenarios,
     models,
