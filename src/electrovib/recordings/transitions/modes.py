@@ -47,9 +47,9 @@ class FittedModes:
     rejected: str
 
     @property
-    def aicc(self) -> float:
-        """Akaike's criterion, dimensionless; infinite if the form was rejected."""
-        return math.inf if self.rejected else self.estimate.aicc
+    def bic(self) -> float:
+        """Criterion of Schwarz, dimensionless; infinite if the form was rejected."""
+        return math.inf if self.rejected else self.estimate.bic
 
     def parameters(self) -> dict[str, Interval]:
         """Return natural frequencies, quality factors and drift with their intervals."""

@@ -80,26 +80,25 @@ def measure_ring(
 
     Notes
     -----
-    One mode, one mode whose frequency changes linearly, and two modes are compared by AICc (the simplest within 2
-    of the lowest is chosen), after the correlation of the
-    noise has been filtered out. The sections fit one mode from later and later starts, half a period apart: where a higher
-    mode decays sooner, their frequency falls towards that of the mode that remains. The intervals follow from the noise of
-    this one oscillation; sections overlap and are not independent of each other.
+    One mode, one mode whose frequency changes linearly, and two modes are compared by BIC, after the correlation of the noise
+    has been filtered out; the simplest within 2 of the lowest is chosen. AICc would often choose a second mode for noise,
+    because its frequency is searched over a wide band. The sections fit one mode from later and later starts, half a period
+    apart: where a higher mode decays sooner, their frequency falls towards that of the mode that remains. The intervals follow
+    from the noise of this one oscillation; sections overlap and are not independent of each other.
     """
     chosen = columns_of(record, signal=signal, by=by, readback=readback)
     _check(start=start, window=window)
     time, values = chosen.time, chosen.values
     if at is None and chosen.drive is not None:
         at = reference_times(time, values, chosen.drive)[-1]
-    quarter = values[
-        time > (at if at is not None else time[0]) + 0.75 * (time[-1] - (at if at is not None else time[0]))
-    ]
+    if at is not None and not time[0] <= at < time[-1]:
+        raise InputError(f"at = {at:g}: expected a time within the record, {time[0]:.6g} to {time[-1]:.6g} s")
+    origin = float(time[0]) if at is None else at
+    quarter = values[time > origin + 0.75 * (time[-1] - origin)]
     level, noise = float(np.mean(quarter)), float(np.std(quarter))
     if at is None:
         at = float(time[int(np.argmax(np.abs(values - level)))])
         start = 0.0 if start is None else start
-    if not time[0] <= at < time[-1]:
-        raise InputError(f"at = {at:g}: expected a time within the record, {time[0]:.6g} to {time[-1]:.6g} s")
     since = time - at
     begin = _turning_point(since, values - level) if start is None else start
     end = _end(since, values - level, noise, begin) if window is None else window
@@ -109,9 +108,9 @@ def measure_ring(
             f"the oscillation after {at:.6g} s has {np.count_nonzero(part)} samples above the noise; {_FEWEST} are needed"
         )
     fitted = fit_modes(since[part] - begin, values[part], noise=quarter)
-    criteria = {name: each.aicc for name, each in fitted.items()}
+    criteria = {name: each.bic for name, each in fitted.items()}
     best = chosen_form(criteria)
-    if not math.isfinite(fitted[best].aicc):
+    if not math.isfinite(fitted[best].bic):
         raise InputError(f"the record after {at:.6g} s holds no damped oscillation: {fitted[ONE].rejected}")
     sections = _sections(since, values, begin, end, fitted[ONE], quarter)
     misfit = float(np.std(fitted[best].model - values[part])) / noise if noise else math.inf

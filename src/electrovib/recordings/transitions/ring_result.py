@@ -44,7 +44,7 @@ class MeasuredRing:
     form : str
         ``one mode``, ``one drifting mode`` or ``two modes``: the simplest whose criterion is at most 2 above the lowest.
     criteria : mapping of str to float
-        AICc of each form over the lowest, dimensionless; infinite for a form that was rejected.
+        BIC of each form over the lowest, dimensionless; infinite for a form that was rejected.
     parameters : mapping of str to Interval
         Of the best form: ``frequency`` [Hz] and ``quality`` of the mode that lasts longer, at the start of the section for a
         drifting one; ``drift`` [Hz/s] of a drifting mode; ``early_frequency`` and ``early_quality`` of the mode that decays
