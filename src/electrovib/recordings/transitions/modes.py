@@ -39,17 +39,20 @@ class FittedModes:
         Fitted signal.
     rejected : str
         Why the fit has not this form; else empty.
+    criterion : float
+        BIC of this form fitted to samples without the correlation of the noise, dimensionless.
     """
 
     form: str
     estimate: LeastSquaresEstimate
     model: Real
     rejected: str
+    criterion: float
 
     @property
     def bic(self) -> float:
         """Criterion of Schwarz, dimensionless; infinite if the form was rejected."""
-        return math.inf if self.rejected else self.estimate.bic
+        return math.inf if self.rejected else self.criterion
 
     def parameters(self) -> dict[str, Interval]:
         """Return natural frequencies, quality factors and drift with their intervals."""
@@ -107,22 +110,23 @@ def fit_modes(
     Notes
     -----
     A sum of e^(-r t) [a cos(phase) + b sin(phase)] and a level; phase = 2 pi (f t + d t^2/2) with the drift d of a drifting
-    mode. The noise is filtered as for `fit_forms`.
+    mode. Estimates and criterion are found as in `fit_forms`.
     """
     white = Whitening.of(noise)
     found: dict[str, FittedModes] = {}
     one: LeastSquaresEstimate | None = None
     for name in names:
         problem = _problem(time, values, name)
-        estimate = problem.solve(_starts(problem, name, one, time), whitening=white)
+        estimate = problem.solve(_starts(problem, name, one, time))
         if name == TWO and estimate.values["early_rate"] < estimate.values["rate"]:
-            estimate = problem.solve([_swapped(estimate.values)], whitening=white)
+            estimate = problem.solve([_swapped(estimate.values)])
         one = one or estimate
         found[name] = FittedModes(
             form=name,
             estimate=estimate,
             model=problem.predicted(estimate.values),
             rejected=_rejected(name, estimate),
+            criterion=problem.solve([estimate.values], whitening=white).bic,
         )
     return found
 

@@ -16,9 +16,7 @@ if TYPE_CHECKING:
     from electrovib.recordings.transitions.problem import EdgeProblem
 
 
-def profile_of_time(
-    problem: EdgeProblem, estimate: LeastSquaresEstimate, white: Whitening, error: float
-) -> Interval:
+def profile_of_time(problem: EdgeProblem, estimate: LeastSquaresEstimate, error: float) -> Interval:
     """Find the times between levels with which an exponential fits as well, by the increase of the sum of squares.
 
     Parameters
@@ -27,8 +25,6 @@ def profile_of_time(
         The edge.
     estimate : LeastSquaresEstimate
         Exponential fitted to it.
-    white : Whitening
-        Filter with which it was fitted.
     error : float
         Standard error to first order [s].
 
@@ -42,7 +38,7 @@ def profile_of_time(
     factor = EXPONENTIAL.time_between({"time_constant": 1.0}, problem.fractions)
     best = estimate.values["time_constant"]
     allowed = float(t.ppf(0.975, estimate.degrees_of_freedom)) ** 2 * estimate.variance
-    allowed *= problem.separable(EXPONENTIAL).inflation(estimate, "start", white)
+    allowed *= problem.separable(EXPONENTIAL).inflation(estimate, "start", Whitening())
     free = problem.free(EXPONENTIAL)
     lowest, highest = free["time_constant"].lower, free["time_constant"].upper
     others = {name: each for name, each in free.items() if name != "time_constant"}
@@ -55,11 +51,7 @@ def profile_of_time(
         )  # fmt: skip
         # a longer fall starts earlier by about as much
         start = {**estimate.values, "start": estimate.values["start"] + best - fall}
-        return (
-            fixed.solve([start, estimate.values], whitening=white).sum_of_squares
-            - estimate.sum_of_squares
-            - allowed
-        )
+        return fixed.solve([start, estimate.values]).sum_of_squares - estimate.sum_of_squares - allowed
 
     lower = 0.0 if excess(lowest) <= 0 else _root(excess, lowest, best)
     if excess(highest) <= 0:

@@ -91,9 +91,9 @@ def fit_forms(
 
     Notes
     -----
-    The samples before the edge give a second-order autoregression of the noise, with which signal and model are filtered, so
-    that the criterion counts correlated samples for what they are worth. The covariance also contains the correlation that
-    the residuals have left after that, because a form is not exact.
+    The estimates are those of ordinary least squares, which do not depend on a model of the noise; their covariance contains
+    the correlation of the residuals. The criterion is that of the same forms fitted to samples that are filtered with a
+    second-order autoregression of the noise before the edge, so that correlated samples count for what they are worth.
     """
     problem = EdgeProblem(edge=edge, fractions=fractions, sensor=sensor, estimated=estimated)
     before = edge.fit_time < min(0.0, edge.passages.first - edge.passages.time)
@@ -103,7 +103,7 @@ def fit_forms(
     for form in forms:
         if form.exponentials > 2 and _rejected(fewer, found[fewer.name]):
             continue  # more terms than are found already in a sum of fewer
-        found[form.name] = problem.separable(form).solve(starts(problem, form, found), whitening=white)
+        found[form.name] = problem.separable(form).solve(starts(problem, form, found))
         fewer = form
     return {
         form.name: _fitted(problem, form, found[form.name], white) for form in forms if form.name in found
@@ -121,12 +121,13 @@ def _fitted(
     )
     rms = float(np.sqrt(np.mean(left[since] ** 2))) if since.any() else math.nan
     rejected = _rejected(form, estimate)
-    between = _between(problem, form, estimate, white) if not rejected else none(math.nan, rejected)
+    between = _between(problem, form, estimate) if not rejected else none(math.nan, rejected)
+    filtered = problem.separable(form).solve([values], whitening=white)
     return FittedForm(
         form=form,
         estimate=estimate,
         sensor=problem.seen_by(values),
-        aicc=math.inf if rejected else estimate.aicc,
+        aicc=math.inf if rejected else filtered.aicc,
         rejected=rejected,
         between=between,
         reading=reading,
@@ -151,9 +152,7 @@ def _rejected(form: RelaxationForm, estimate: LeastSquaresEstimate) -> str:
     return ""
 
 
-def _between(
-    problem: EdgeProblem, form: RelaxationForm, estimate: LeastSquaresEstimate, white: Whitening
-) -> Interval:
+def _between(problem: EdgeProblem, form: RelaxationForm, estimate: LeastSquaresEstimate) -> Interval:
     """Compute the time between the levels with its interval: to first order, or from a profile where it may be 0."""
     value = form.time_between(estimate.values, problem.fractions)
     if form is INSTANTANEOUS:
@@ -173,5 +172,5 @@ def _between(
         slopes.append((more - less) / (2 * step))
     error = math.sqrt(max(float(np.array(slopes) @ estimate.covariance @ np.array(slopes)), 0.0))
     if form is EXPONENTIAL and (error > 0.2 * value or "time_constant" in estimate.on_bound):
-        return profile_of_time(problem, estimate, white, error)
+        return profile_of_time(problem, estimate, error)
     return from_noise(value, error, freedom=estimate.degrees_of_freedom)

@@ -215,7 +215,7 @@ class Separable:
 
 
 def _with_correlation(found: LeastSquaresEstimate, slopes: Real, left: Real) -> Real | None:
-    """Return the covariance for residuals that are still correlated after the filter, because the model is not exact."""
+    """Return the covariance for residuals that are correlated, by the noise or because the model is not exact."""
     if found.covariance is None:
         return None
     inside = [at for at, name in enumerate(found.values) if name not in found.on_bound]

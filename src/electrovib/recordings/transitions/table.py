@@ -163,4 +163,4 @@ def _parameter(group: str, name: str, number: Interval, form: str, note: str) ->
 
 
 def _misfit(misfit: float) -> str:
-    return f"wrong beyond the interval: residual {misfit:.2g} times the noise" if misfit > MISFIT else ""
+    return f"error beyond the interval: residual {misfit:.2g} times the noise" if misfit > MISFIT else ""
