@@ -46,7 +46,10 @@ def seen(tau, frequency=380.0, quality=3.0):
 
 
 def measured(trace, **options):
-    return measure_times(trace, signal="lateral_force_measured", **{"exponentials": 1, **options})
+    """Measure a record, of which no edge is skipped unless the drive is not declared."""
+    found = measure_times(trace, signal="lateral_force_measured", **{"exponentials": 1, **options})
+    assert not found.skipped or "by" in options
+    return found
 
 
 @pytest.mark.parametrize("levels", [(0.1, 0.9), (0.2, 0.8), (0.2, 0.9)])
