@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from electrovib.recordings.recording import read_recording as read_recording
     from electrovib.recordings.release import fit_release as fit_release
     from electrovib.recordings.swipe import reduce_swipe as reduce_swipe
+    from electrovib.recordings.transitions import Sensor as Sensor
+    from electrovib.recordings.transitions import measure_ring as measure_ring
+    from electrovib.recordings.transitions import measure_times as measure_times
     from electrovib.scenario import Scenario as Scenario
     from electrovib.scenario import load as load
     from electrovib.scenario import scenario_of as scenario_of
@@ -50,6 +53,7 @@ if TYPE_CHECKING:
 _PLACES = {
     "Sampling": "electrovib.recordings.fit.sampling",
     "Scenario": "electrovib.scenario",
+    "Sensor": "electrovib.recordings.transitions",
     "budget": "electrovib.core.budget",
     "calibrate": "electrovib.recordings.importing",
     "compare": "electrovib.view.compare",
@@ -68,6 +72,8 @@ _PLACES = {
     "compare_materials": "electrovib.study.compare",
     "compare_percepts": "electrovib.study.percept",
     "load": "electrovib.scenario",
+    "measure_ring": "electrovib.recordings.transitions",
+    "measure_times": "electrovib.recordings.transitions",
     "models": "electrovib.study.catalogue",
     "open_trace": "electrovib.data.traces",
     "perceive": "electrovib.study.perceive",

@@ -23,6 +23,7 @@ from electrovib.apps.cli import (
     run,
     scenarios,
     settings,
+    times,
 )
 from electrovib.apps.cli.completion import complete_arguments
 from electrovib.apps.cli.terminal import complain, prepare
@@ -49,6 +50,7 @@ for _command in (
     fit,
     fit_material,
     fit_power_law,
+    times,
     reproduce,
     scenarios,
     models,
