@@ -95,7 +95,7 @@ def test_one_run_imports_what_it_needs():
     without_dask = "sys.modules['dask'] = None; "  # xarray imports it wherever it is installed
     loaded = loaded_after(without_dask + "import electrovib as ev; ev.simulate(ev.load('vezzoli_2014/fig6'))")
     assert "xarray" in loaded
-    unwanted = ["numba", "llvmlite", "matplotlib", "sympy", "lmfit", "jinja2", "dask", "typer"]
+    unwanted = ["numba", "llvmlite", "matplotlib", "sympy", "lmfit", "jinja2", "typer"]
     assert not among(loaded, unwanted)
     assert "scipy.signal" not in loaded
     rare = (
