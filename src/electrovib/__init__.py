@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario as Scenario
     from electrovib.scenario import load as load
     from electrovib.scenario import scenario_of as scenario_of
+    from electrovib.scenario.space import Space as Space
+    from electrovib.scenario.space import read_space as read_space
     from electrovib.solve.equilibrium import equilibrium as equilibrium
     from electrovib.solve.equilibrium import hysteresis as hysteresis
     from electrovib.solve.prepare import prepare as prepare
@@ -62,6 +64,8 @@ _PLACES = {
     "open_trace": "electrovib.data.traces",
     "perceive": "electrovib.study.perceive",
     "prepare": "electrovib.solve.prepare",
+    "Space": "electrovib.scenario.space",
+    "read_space": "electrovib.scenario.space",
     "read_recording": "electrovib.recordings.recording",
     "reduce_swipe": "electrovib.recordings.swipe",
     "report": "electrovib.view.report",
