@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from electrovib.solve.simulate import simulate as simulate
     from electrovib.study.catalogue import models as models
     from electrovib.study.catalogue import scenarios as scenarios
+    from electrovib.study.catalogue import spaces as spaces
     from electrovib.study.compare import compare_materials as compare_materials
     from electrovib.study.perceive import perceive as perceive
     from electrovib.study.percept import compare_percepts as compare_percepts
@@ -74,6 +75,7 @@ _PLACES = {
     "save": "electrovib.export.save",
     "scenario_of": "electrovib.scenario",
     "scenarios": "electrovib.study.catalogue",
+    "spaces": "electrovib.study.catalogue",
     "simulate": "electrovib.solve.simulate",
     "sweep": "electrovib.study.sweep",
     "compare_surfaces": "electrovib.study.surfaces",

@@ -21,6 +21,7 @@ from electrovib.apps.cli import (
     run,
     scenarios,
     settings,
+    spaces,
 )
 from electrovib.apps.cli.completion import complete_arguments
 from electrovib.apps.cli.terminal import complain, prepare
@@ -47,6 +48,7 @@ for _command in (
     fit,
     reproduce,
     scenarios,
+    spaces,
     models,
     report,
     import_,
