@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from electrovib.view.compare import compare as compare
     from electrovib.view.report import report as report
     from electrovib.view.reproduce import reproduce as reproduce
+    from electrovib.view.sensitivity import sensitivity as sensitivity
 
 _PLACES = {
     "Scenario": "electrovib.scenario",
@@ -76,6 +77,7 @@ _PLACES = {
     "scenario_of": "electrovib.scenario",
     "scenarios": "electrovib.study.catalogue",
     "spaces": "electrovib.study.catalogue",
+    "sensitivity": "electrovib.view.sensitivity",
     "simulate": "electrovib.solve.simulate",
     "sweep": "electrovib.study.sweep",
     "compare_surfaces": "electrovib.study.surfaces",

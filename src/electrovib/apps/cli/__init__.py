@@ -20,6 +20,7 @@ from electrovib.apps.cli import (
     reproduce,
     run,
     scenarios,
+    sensitivity,
     settings,
     spaces,
 )
@@ -47,6 +48,7 @@ for _command in (
     perceive,
     fit,
     reproduce,
+    sensitivity,
     scenarios,
     spaces,
     models,
