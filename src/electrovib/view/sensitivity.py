@@ -126,14 +126,16 @@ def _page(found: Sensitivity) -> str:
     from electrovib.study.reproduction import Page
     from electrovib.view import summary
     from electrovib.view.pages import markup, page
-    from electrovib.view.plots.indices import indices
+    from electrovib.view.plots.indices import indices, size_of
     from electrovib.view.report_figures import PageFigure
+    from electrovib.view.style import new_figure, style
     from electrovib.view.svg import inline, to_svg
 
-    drawn = indices(found)
-    drawn.set_title("")  # on the page it is a heading
+    figure = new_figure(size_of(found))
+    with style():
+        indices(found, ax=figure.add_subplot()).set_title("", loc="left")  # on the page it is a heading
     title = "Sobol indices"
-    svg = markup(inline(to_svg(drawn.figure), name="indices", words=title))
+    svg = markup(inline(to_svg(figure), name="indices", words=title))
     remarks = [Page("The population", tuple(found.space.remarks))] if found.space.remarks else []
     return page(
         "comparison.html.jinja",
@@ -161,7 +163,7 @@ def _elasticities(found: Sensitivity) -> str:
     return _as_csv(("parameter", "unit", "at", "elasticity"), rows)
 
 
-def _as_csv(names: tuple[str, ...], rows: list[tuple[object, ...]]) -> str:
+def _as_csv(names: tuple[str, ...], rows: Sequence[tuple[object, ...]]) -> str:
     text = io.StringIO()
     text.write(f"# {unsigned(Form.TABLE)}\n")
     writer = csv.writer(text, lineterminator="\n")

@@ -35,8 +35,7 @@ def indices(found: Sensitivity, *, ax: Axes | None = None) -> Axes:
     Axes
         The largest total index on top.
     """
-    size = (_WIDTH, 1.1 + _HEIGHT_OF_INPUT * len(found.indices))
-    with drawing(ax, size) as axes:
+    with drawing(ax, size_of(found)) as axes:
         places = np.arange(len(found.indices), dtype=float)
         kinds = (
             ("total index", -_BAR / 2, COLOURS[0], [(e.total, e.total_interval) for e in found.indices]),
@@ -55,3 +54,8 @@ def indices(found: Sensitivity, *, ax: Axes | None = None) -> Axes:
         axes.legend(loc="lower right")
         axes.set_title(f"Variance of {found.quantity.replace('_', ' ')}")
         return axes
+
+
+def size_of(found: Sensitivity) -> tuple[float, float]:
+    """Return width and height of the figure of `indices` [inch]."""
+    return _WIDTH, 1.1 + _HEIGHT_OF_INPUT * len(found.indices)
