@@ -12,6 +12,8 @@ from electrovib.apps.cli import (
     equilibrium,
     export,
     fit,
+    fit_material,
+    fit_power_law,
     import_,
     init,
     models,
@@ -23,6 +25,7 @@ from electrovib.apps.cli import (
     sensitivity,
     settings,
     spaces,
+    times,
 )
 from electrovib.apps.cli.completion import complete_arguments
 from electrovib.apps.cli.terminal import complain, prepare
@@ -47,6 +50,9 @@ for _command in (
     equilibrium,
     perceive,
     fit,
+    fit_material,
+    fit_power_law,
+    times,
     reproduce,
     sensitivity,
     scenarios,
