@@ -141,7 +141,7 @@ def _page(found: Sensitivity) -> str:
         "comparison.html.jinja",
         title=f"Sensitivity of {found.quantity}: {found.scenario.title or 'a scenario'}",
         answer=found.answer,
-        figures=[PageFigure(title=title, svg=svg, caption="Lines: 95 % intervals.")],
+        figures=[PageFigure(title=title, svg=svg, caption="The largest total index on top.")],
         tables=found.tables,
         pages=remarks,
         references=REFERENCES,

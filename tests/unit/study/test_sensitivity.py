@@ -72,10 +72,6 @@ def test_the_static_law_has_the_indices_of_a_product_of_log_normal_factors():
     mean = 56.553e-3 * 0.25 * math.exp(0.3**2 / 2 + 0.4**2 / 2)
     assert found.mean == pytest.approx(mean, rel=0.01)
     assert found.deviation == pytest.approx(mean * math.sqrt(whole), rel=0.05)
-    assert {each.path: pytest.approx(each.value, rel=1e-6) for each in found.elasticities} == {
-        AREA: 1,
-        VOLTAGE: 2,
-    }
     assert found.answer.startswith(f"Measure {VOLTAGE} first")
     assert found.evaluations == 1024 * 4
 
@@ -157,6 +153,8 @@ def test_chunks_change_nothing_and_the_seed_something(monkeypatch):
     assert again.indices == whole.indices
     assert again.sample.tobytes() == whole.sample.tobytes()
     assert ev.sensitivity(STATIC, LOG_NORMAL, seed=2, **asked).indices != whole.indices
+    slopes = {each.path: each.value for each in whole.elasticities}
+    assert slopes == {AREA: pytest.approx(1, rel=1e-6), VOLTAGE: pytest.approx(2, rel=1e-6)}
     with pytest.raises(TypeError, match="seed"):
         ev.sensitivity(STATIC, LOG_NORMAL, **asked)
 

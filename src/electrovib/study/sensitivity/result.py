@@ -14,7 +14,14 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
     from electrovib.scenario.space import Space
 
-INDICES: Final = ("Input", "Parameters", "First-order index", "95 % interval", "Total index", "95 % interval")
+INDICES: Final = (
+    "Input",
+    "Its parameters",
+    "First-order index",
+    "95 % interval",
+    "Total index",
+    "95 % interval",
+)
 _NEGLIGIBLE: Final = 0.01
 """Total index below which an input is called without influence."""
 
@@ -140,7 +147,7 @@ class Sensitivity:
         rows = tuple(
             (
                 each.name,
-                ", ".join(each.paths),
+                ", ".join(path for path in each.paths if path != each.name),
                 f"{each.first:.3f}",
                 _interval(each.first_interval),
                 f"{each.total:.3f}",

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from electrovib.core.arrays import Real
+from electrovib.core.arrays import Complex, Real
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.papers.vezzoli_2014.laws import literal_response
@@ -134,8 +134,9 @@ def _skin(at: Mapping[str, Real]) -> Real:
     return np.asarray(eps0 * at[PERMITTIVITY] / at[SKIN])
 
 
-def _dispersive(at: Mapping[str, Real], frequency: Real) -> tuple[np.ndarray, np.ndarray]:
+def _dispersive(at: Mapping[str, Real], frequency: Real) -> tuple[Complex, Complex]:
     """Return the bound and the whole relative permittivity of constant-phase skins, each of shape (n, m)."""
     power = at[EXPONENT][:, None] - 1
     bound = at[PERMITTIVITY][:, None] * (1j * frequency / ANCHOR) ** power / np.cos(power * np.pi / 2)
-    return bound, bound + at[CONDUCTIVITY][:, None] / (2j * np.pi * frequency * eps0)
+    whole = bound + at[CONDUCTIVITY][:, None] / (2j * np.pi * frequency * eps0)
+    return np.asarray(bound, dtype=complex), np.asarray(whole, dtype=complex)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -152,7 +152,7 @@ def _figure_7() -> Panel:
         ("gap that does not conduct", forms.mean_in_gap(at | {forms.GAP: gap}, frequency), "no conduction"),
     ):
         low, middle, high = np.quantile(force, [0.05, 0.5, 0.95], axis=0)
-        band = {"x": frequency, "look": look(meaning)}
+        band: dict[str, Any] = {"x": frequency, "look": look(meaning)}
         curves += [
             Curve(label=f"{label}, 5 to 95 %", y=low, upper=high, kind="band", **band),
             Curve(label=f"{label}, median", y=middle, **band),
