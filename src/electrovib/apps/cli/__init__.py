@@ -22,7 +22,9 @@ from electrovib.apps.cli import (
     reproduce,
     run,
     scenarios,
+    sensitivity,
     settings,
+    spaces,
     times,
 )
 from electrovib.apps.cli.completion import complete_arguments
@@ -52,7 +54,9 @@ for _command in (
     fit_power_law,
     times,
     reproduce,
+    sensitivity,
     scenarios,
+    spaces,
     models,
     report,
     import_,
