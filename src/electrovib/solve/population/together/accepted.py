@@ -15,7 +15,9 @@ from electrovib.solve.population.together.refusal import NotTogetherError
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
-OF_LAYERS: Final = frozenset({"stack_voltage", "interface_field", "field", "displacement", "effective_voltage"})
+OF_LAYERS: Final = frozenset(
+    {"stack_voltage", "interface_field", "field", "displacement", "effective_voltage"}
+)
 OF_MECHANICS: Final = frozenset({"normal_force", "sliding_speed", "lateral_force"})
 OVER_TIME: Final = frozenset({"drive_voltage", "electrostatic_force"}) | OF_LAYERS | OF_MECHANICS
 """Signals over time that are computed together."""
@@ -60,7 +62,9 @@ def refuse_apart(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ..
     if scenario.circuit.amplifier is not None:
         raise NotTogetherError("there is an amplifier before the plate")
     if not isinstance(scenario.contact, FixedArea):
-        raise NotTogetherError(f"the area of {type(scenario.contact).__name__} follows the force of each finger")
+        raise NotTogetherError(
+            f"the area of {type(scenario.contact).__name__} follows the force of each finger"
+        )
     for path in free:
         if derived_at(scenario, path) is not None:
             raise NotTogetherError(f"{path} is derived from other parameters")

@@ -102,9 +102,7 @@ def shared_drive(scenario: Scenario, free: tuple[str, ...], time: Real, *, settl
         if np.any(np.abs(seen - expected) > _SAME * max(size, float(np.max(np.abs(seen), initial=0.0)))):
             raise NotTogetherError(f"the drive is not linear in {', '.join(free)}")
     fixed = None if np.all(np.abs(rest) <= _SAME * size) else base.with_numbers(rest)
-    return SharedDrive(
-        fixed=fixed, shares={path: base.with_numbers(slope) for path, slope in slopes.items()}
-    )
+    return SharedDrive(fixed=fixed, shares={path: base.with_numbers(slope) for path, slope in slopes.items()})
 
 
 def _with(

@@ -175,10 +175,14 @@ def debye_of(path: str, material: Any, free: tuple[str, ...]) -> ManyDebye | Non
         return ManyDebye(
             material.permittivity_high, strengths, tuple(term.relaxation_time for term in material.terms)
         )
-    raise NotTogetherError(
-        f"{path}.material.{varied[0]} is not a term of a finite sum of relaxations, so that each finger needs a"
-        " reduction or a formula of its own"
-    )
+    try:
+        exact = material.debye()  # refuses columns: a sum without them is the same for all fingers
+    except (TypeError, ValueError):
+        raise NotTogetherError(
+            f"{path}.material.{varied[0]} is not a term of a finite sum of relaxations, so that each finger needs a"
+            " formula of its own"
+        ) from None
+    return None if exact is None else ManyDebye(exact.high, exact.strengths, exact.relaxation_times)
 
 
 def _is_unbroadened(material: Any) -> bool:

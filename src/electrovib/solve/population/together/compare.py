@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 AGREE: Final = 1e-11
 """Largest difference over the peak of a signal; a formula that is no formula of one finger differs by more."""
-_NUDGE: Final = 1e-3
+_NUDGE: Final = 0.05
 _FAINT: Final = 1e-9
 """Share of the largest value that is compared for a parameter whose value is 0."""
 
@@ -44,7 +44,9 @@ def compare(together: Together, alone: OneByOne, scenario: Scenario) -> None:
     try:
         found = together.signals(draws)
     except (TypeError, ValueError, AttributeError, AssertionError) as error:
-        raise NotTogetherError(f"a formula of the scenario does not run on arrays ({type(error).__name__})") from None
+        raise NotTogetherError(
+            f"a formula of the scenario does not run on arrays ({type(error).__name__})"
+        ) from None
     try:
         expected = alone.signals(draws)
     except ElectrovibError:

@@ -141,7 +141,10 @@ class Together:
         columns = stored_columns(self.scenario, draws)
         count = len(next(iter(columns.values())))
         if count < FEWEST:
-            columns = {path: np.pad(column, ((0, FEWEST - count), (0, 0)), "edge") for path, column in columns.items()}
+            columns = {
+                path: np.pad(column, ((0, FEWEST - count), (0, 0)), "edge")
+                for path, column in columns.items()
+            }
         of_scenario = {path: column for path, column in columns.items() if not path.startswith("drive.")}
         scenario = with_columns(self.scenario, of_scenario)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # fingers of another form
@@ -159,7 +162,9 @@ class Together:
             given = scenario.load.forces if name == "normal_force" else scenario.motion.speeds
             if name == "sliding_speed" and scenario.motion.speed is None:
                 raise InputError("signals: this scenario has no 'sliding_speed'. Declare motion.speed")
-            rows[:] = np.broadcast_to(given(self.time), (len(section.modes.regular), len(self.time)))[: len(rows)]
+            rows[:] = np.broadcast_to(given(self.time), (len(section.modes.regular), len(self.time)))[
+                : len(rows)
+            ]
         elif name == "lateral_force":
             force = np.empty((len(rows), len(self.time)))
             self._forces(force, fingers, threads)
@@ -289,10 +294,14 @@ def _reduced(scenario: Scenario, free: tuple[str, ...], time: Real) -> dict[str,
         start = f"stack.{name}.material."
         changed = [path.removeprefix(start) for path in free if path.startswith(start)]
         if any(path != "conductivity" for path in changed):
-            raise NotTogetherError(f"{start}{changed[0]} changes a permittivity that each finger has to reduce by itself")
+            raise NotTogetherError(
+                f"{start}{changed[0]} changes a permittivity that each finger has to reduce by itself"
+            )
         material = scenario.stack.layers[name].material
         if changed and not _is_apart_from_conduction(material):
-            raise NotTogetherError(f"the bound permittivity of stack.{name}.material depends on its conductivity")
+            raise NotTogetherError(
+                f"the bound permittivity of stack.{name}.material depends on its conductivity"
+            )
     if not dispersive:
         return {}
     found = reductions(scenario, time)

@@ -165,7 +165,9 @@ def excitation(drive: Drive, time: Real, *, settled: bool) -> Excitation:
     parts = drive.parts()
     kind = type(drive).__name__
     straight = [part for part in parts if isinstance(part, Linear)]
-    tones = [_tones(part, kind, float(time[-1]), settled=settled) for part in parts if isinstance(part, Tones)]
+    tones = [
+        _tones(part, kind, float(time[-1]), settled=settled) for part in parts if isinstance(part, Tones)
+    ]
     if any(isinstance(part, Smooth) for part in parts):
         raise NotTogetherError(f"{kind} is neither made of straight pieces nor of sines")
     level = 0.0
@@ -214,7 +216,9 @@ def _grid(parts: list[Linear], time: Real, kind: str) -> tuple[Real, Real, Indic
         raise NotTogetherError(f"{kind} has more than {MOST_CORNERS} corners up to the last output time")
     corners = np.unique(np.concatenate([[0.0], *[part.until(end).times for part in parts]]))
     corners = corners[corners < end * (1 + SLACK)]
-    corners = corners[np.diff(corners, prepend=-1.0) > 2 * SLACK * np.abs(corners)]  # one point for two that agree
+    corners = corners[
+        np.diff(corners, prepend=-1.0) > 2 * SLACK * np.abs(corners)
+    ]  # one point for two that agree
     after = np.sum([part.value(corners) for part in parts], axis=0)
     before = after.copy()
     before[1:] = np.sum([part.value_before(corners[1:]) for part in parts], axis=0)

@@ -100,7 +100,10 @@ def _relaxations(slab: ManySlab, fingers: int) -> tuple[tuple[Any, ...], tuple[A
     if slab.conducts and isinstance(sigma, np.ndarray):
         regular = sigma > 0
     high = flat(debye.high)
-    strengths, times = [flat(each) for each in debye.strengths], [flat(each) for each in debye.relaxation_times]
+    strengths, times = (
+        [flat(each) for each in debye.strengths],
+        [flat(each) for each in debye.relaxation_times],
+    )
     if not any(isinstance(each, np.ndarray) for each in (high, sigma, *strengths, *times)):
         known = DebyeSum(high, tuple(strengths), tuple(times))
         rates, residues = slab_impedance(Slab(1.0, known, sigma))
@@ -123,7 +126,9 @@ def _of_relaxing(
             strengths, times = _merged(strengths, times)
     count = len(regular)
     nodes = [np.broadcast_to(1 / time, count) for time in times]
-    weights = [np.broadcast_to(strength / time, count) for strength, time in zip(strengths, times, strict=True)]
+    weights = [
+        np.broadcast_to(strength / time, count) for strength, time in zip(strengths, times, strict=True)
+    ]
     for weight in weights:
         regular = regular & (weight > 0)
     if slab.conducts:

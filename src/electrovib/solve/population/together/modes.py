@@ -200,7 +200,9 @@ class ManyModes:
         direct = 0.0 if _is_there(self.circuit.resistance) else 1 / self.elastance
         if self.blocks:
             return Transfers(rates=self.rates, residues=residues, direct=direct)
-        static = 1 / (self.circuit.resistance * self.circuit.area + np.add.reduce(self.total / self.nodes, axis=0))
+        static = 1 / (
+            self.circuit.resistance * self.circuit.area + np.add.reduce(self.total / self.nodes, axis=0)
+        )
         rates = np.concatenate([self.rates, np.full((1, self.fingers), INTEGRATING)])
         return Transfers(rates=rates, residues=np.concatenate([residues, static[None]]), direct=direct)
 

@@ -38,7 +38,9 @@ class Response:
 
     def __init__(self, transfers: Transfers, drive: Excitation) -> None:
         if drive.settled and np.any(transfers.rates == INTEGRATING):
-            raise NotTogetherError("every layer up to the interface conducts, and the charge there has no period")
+            raise NotTogetherError(
+                "every layer up to the interface conducts, and the charge there has no period"
+            )
         self.transfers, self.drive = transfers, drive
         self.rates = np.ascontiguousarray(transfers.rates.T)
         self.residues = np.ascontiguousarray(transfers.residues.T)
