@@ -17,7 +17,7 @@ from electrovib.solve.population.kernels import kernel_name
 from electrovib.solve.population.one_by_one import OneByOne
 from electrovib.solve.population.together.accepted import refuse_apart
 from electrovib.solve.population.together.amplitude import shared_drive
-from electrovib.solve.population.together.arrays import check_ranges, flat, stored_columns, with_columns
+from electrovib.solve.population.together.arrays import check_ranges, stored_columns, with_columns
 from electrovib.solve.population.together.refusal import NotTogetherError
 from electrovib.solve.population.together.response import Response
 from electrovib.solve.population.together.section import ManySection
@@ -207,10 +207,11 @@ class Together:
         responses : list of Response
             One for each part of the drive.
         """
-        return [
-            Response(transfers if isinstance(factor, float) else transfers * factor, drive)
-            for factor, drive in self.drive.terms(fingers.columns)
-        ]
+        found = []
+        for factor, drive in self.drive.terms(fingers.columns):
+            found.append(Response(transfers.under(factor), drive))
+            transfers = transfers.without_charge()  # charge acts once
+        return found
 
     def _linear(self, rows: Real, transfers: Transfers, fingers: Fingers, threads: int | None) -> None:
         """Write a linear quantity of fingers."""

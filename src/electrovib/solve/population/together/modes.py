@@ -11,9 +11,9 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.solve.population.together.arrays import flat
 from electrovib.solve.population.together.layers import ManySlab, Poles, common_slots, poles_of
-from electrovib.solve.population.together.refusal import NotTogetherError
 from electrovib.solve.population.together.roots import ManyRootsOf, roots_of
 from electrovib.solve.population.together.transfers import Transfers
+from electrovib.solve.stack.integrator import INTEGRATING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,6 +36,8 @@ class Circuit:
         One over the capacitance of the body [1/F], 0 for none, and the rate of its leak [1/s].
     second : float or ndarray, shape (fingers,)
         First contact area over that of a second, equal stack; 0 for none.
+    charge : float or ndarray, shape (fingers,)
+        Net charge of the body at time 0 [C].
     """
 
     area: Any
@@ -43,6 +45,7 @@ class Circuit:
     elastance: Any
     rate: Any
     second: Any
+    charge: Any = 0.0
 
     @classmethod
     def around(cls, *, area: Any, element: SeriesElement, second: Any) -> Circuit:
@@ -60,14 +63,13 @@ class Circuit:
         Circuit
             The same numbers, as rows.
         """
-        if _is_there(element.charge):
-            raise NotTogetherError("the body carries a charge at time 0")
         return cls(
             area=flat(area),
             resistance=flat(element.resistance),
             elastance=flat(element.elastance),
             rate=flat(element.rate),
             second=flat(second),
+            charge=flat(element.charge),
         )
 
 
@@ -101,14 +103,12 @@ class ManyModes:
 
     def __init__(self, slabs: Sequence[ManySlab], circuit: Circuit, fingers: int) -> None:
         self.slabs, self.circuit, self.fingers = tuple(slabs), circuit, fingers
-        if any(_is_there(slab.charge) for slab in slabs):
-            raise NotTogetherError("a layer carries a charge at time 0")
         self.poles = [poles_of(slab, fingers) for slab in slabs]
         parts = list(self.poles)
         if _is_there(circuit.elastance):
             parts.append(_body(circuit, fingers))
         slots, places = common_slots(parts)
-        self.places = places[: len(self.poles)]
+        self.parts, self.places = parts, places
         self.nodes = np.empty((len(slots), fingers))
         for row, rate in zip(self.nodes, slots, strict=True):
             row[:] = rate
@@ -132,10 +132,26 @@ class ManyModes:
         self.regular &= apart
         return found
 
-    @property
+    @functools.cached_property
+    def charge(self) -> StackCharge | None:
+        """Response to the charge at time 0; None without charge."""
+        held = [slab.charge for slab in self.slabs]
+        if not any(_is_there(charge) for charge in [*held, self.circuit.charge]):
+            return None
+        return StackCharge(self, held, self.circuit.charge / self.circuit.area)
+
+    @functools.cached_property
     def rates(self) -> Real:
-        """Rates of the modes [1/s], shape (modes, fingers)."""
-        return self.roots.values
+        """Rates of the modes [1/s], shape (modes, fingers): those that the drive excites, then those of charge alone."""
+        if self.charge is None:
+            return self.roots.values
+        return np.concatenate([self.roots.values, self.nodes[self.charge.shared]])
+
+    def _padded(self, residues: Real) -> Real:
+        """Return residues with 0 for the modes that the drive does not excite."""
+        if self.charge is None:
+            return residues
+        return np.concatenate([residues, np.zeros((len(self.charge.shared), self.fingers))])
 
     @functools.cached_property
     def forced(self) -> Real:
@@ -148,9 +164,22 @@ class ManyModes:
         """Sum of all residues, the impedance times s at infinite frequency without resistance, shape (fingers,)."""
         return np.asarray(np.add.reduce(self.total, axis=0))
 
-    def _of_layer(self, index: int, weights: Sequence[Any]) -> Real:
-        """Return minus the sum of weight/(root - node) over the poles of a layer, shape (modes, fingers)."""
-        total = np.zeros_like(self.rates)
+    def of_part(self, index: int, weights: Sequence[Any]) -> Real:
+        """Return minus the sum of weight/(root - node) over the poles of a part.
+
+        Parameters
+        ----------
+        index : int
+            Layer, or the capacitor of the body after them.
+        weights : sequence of float or ndarray, shape (fingers,)
+            Weight of each pole, in any unit.
+
+        Returns
+        -------
+        sums : ndarray, shape (roots, fingers)
+            In the unit of the weights times s.
+        """
+        total = np.zeros_like(self.roots.values)
         with np.errstate(invalid="ignore"):
             for weight, place in zip(weights, self.places[index], strict=True):
                 total = total - weight * self.roots.inverses[:, place]
@@ -165,46 +194,149 @@ class ManyModes:
     def field(self, index: int) -> Transfers:
         """Return the field of a layer [V/m per volt]."""
         slab, poles = self.slabs[index], self.poles[index]
-        drops = self._of_layer(index, poles.residues)
+        drops = self.of_part(index, poles.residues)
         return Transfers(
             rates=self.rates,
-            residues=drops * self.forced / slab.thickness,
+            residues=self._padded(drops * self.forced / slab.thickness),
             direct=self._at_once(poles) / slab.thickness,
+            free=self.charge and self.charge.left(index, poles.residues) / slab.thickness,
         )
 
     def displacement(self, index: int) -> Transfers:
         """Return the bound displacement of a layer [C/m2 per volt]."""
         slab, poles = self.slabs[index], self.poles[index]
-        drops = self._of_layer(index, poles.bound)
+        drops = self.of_part(index, poles.bound)
         return Transfers(
             rates=self.rates,
-            residues=drops * self.forced,
+            residues=self._padded(drops * self.forced),
             direct=self._at_once(poles) / slab.thickness * (eps0 * flat(slab.debye.high)),
+            free=self.charge and self.charge.left(index, poles.bound),
         )
 
     def voltage(self) -> Transfers:
         """Return the voltage across all layers [1]."""
-        drops = [self._of_layer(index, poles.residues) for index, poles in enumerate(self.poles)]
-        shares = [self._at_once(poles) for poles in self.poles]
-        return Transfers(
-            rates=self.rates,
-            residues=sum(drops[1:], start=drops[0]) * self.forced,
-            direct=sum(shares[1:], start=shares[0]),
-        )
+        fields = [self.field(index) * slab.thickness for index, slab in enumerate(self.slabs)]
+        return sum(fields[1:], start=fields[0])
 
-    def delivered(self) -> Transfers:
-        """Return the charge per area that the current has delivered since time 0 [C/m2 per volt]."""
-        from electrovib.solve.stack.integrator import INTEGRATING
+    def delivered(self, interface: int) -> Transfers:
+        """Return the charge per area before a layer since time 0, by current and initial charge [C/m2 per volt].
 
-        residues = -self.forced / self.rates
+        Parameters
+        ----------
+        interface : int
+            Number of layers on the plate's side.
+
+        Returns
+        -------
+        charge : Transfers
+            Integral of the current density, with a mode that integrates where every layer conducts.
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            residues = self._padded(-self.forced / self.roots.values)
         direct = 0.0 if _is_there(self.circuit.resistance) else 1 / self.elastance
-        if self.blocks:
-            return Transfers(rates=self.rates, residues=residues, direct=direct)
-        static = 1 / (
-            self.circuit.resistance * self.circuit.area + np.add.reduce(self.total / self.nodes, axis=0)
-        )
-        rates = np.concatenate([self.rates, np.full((1, self.fingers), INTEGRATING)])
-        return Transfers(rates=rates, residues=np.concatenate([residues, static[None]]), direct=direct)
+        rates, free = self.rates, None
+        if not self.blocks:
+            static = 1 / (
+                self.circuit.resistance * self.circuit.area + np.add.reduce(self.total / self.nodes, axis=0)
+            )
+            rates = np.concatenate([rates, np.full((1, self.fingers), INTEGRATING)])
+            residues = np.concatenate([residues, static[None]])
+        if self.charge is not None:
+            left, constant = self.charge.delivered(interface)
+            nothing = np.zeros((len(rates) - len(left), self.fingers))
+            free = np.concatenate([left, nothing, constant[None]])
+            rates = np.concatenate([rates, np.zeros((1, self.fingers))])
+            residues = np.concatenate([residues, np.zeros((1, self.fingers))])
+        return Transfers(rates=rates, residues=residues, direct=direct, free=free)
+
+
+class StackCharge:
+    """Response of the stacks of many fingers to charge at time 0, as `stack.modes.stack_modes` describes it.
+
+    Parameters
+    ----------
+    modes : ManyModes
+        Of the stacks.
+    charges : sequence of float or ndarray, shape (fingers,)
+        Free charge on the face of each layer towards the finger [C/m2].
+    of_body : float or ndarray, shape (fingers,)
+        Charge of the body over the contact area [C/m2].
+
+    Attributes
+    ----------
+    shared : list of int
+        Slots where more than one part has a pole.
+    """
+
+    def __init__(self, modes: ManyModes, charges: Sequence[Any], of_body: Any) -> None:
+        self.modes = modes
+        held = [np.zeros(modes.fingers)]
+        for charge in charges:
+            held.append(held[-1] + charge)
+        elastances = [sum(part.residues[1:], start=part.residues[0]) for part in modes.parts]
+        on_parts = [*held[: len(modes.poles)], held[-1] + of_body][: len(modes.parts)]
+        whole = sum(elastance * on for elastance, on in zip(elastances, on_parts, strict=True))
+        image = whole / sum(elastances)
+        self.before = [each - image for each in held]
+        self.on_parts = [each - image for each in on_parts]
+        counts = [sum(slot in mine for mine in modes.places) for slot in range(len(modes.nodes))]
+        self.shared = [slot for slot, count in enumerate(counts) if count > 1]
+
+    @functools.cached_property
+    def charged(self) -> Real:
+        """Residues of the current density due to charge, shape (roots, fingers)."""
+        driving = np.zeros_like(self.modes.roots.values)
+        for index, (part, on) in enumerate(zip(self.modes.parts, self.on_parts, strict=True)):
+            driving = driving + on * self.modes.of_part(index, part.residues)
+        return -driving * self.modes.forced
+
+    def left(self, index: int, weights: Sequence[Any]) -> Real:
+        """Return amplitudes at time 0 of the response of a layer to charge.
+
+        Parameters
+        ----------
+        index : int
+            The layer.
+        weights : sequence of float or ndarray, shape (fingers,)
+            Weight of each pole: residues for the voltage across the layer, `Poles.bound` for its bound displacement.
+
+        Returns
+        -------
+        left : ndarray, shape (modes, fingers)
+            In the unit of the weights times C/m2.
+        """
+        modes = self.modes
+        driven = modes.of_part(index, weights) * self.charged
+        idle = np.zeros((len(self.shared), modes.fingers))
+        for row, slot in zip(idle, self.shared, strict=True):
+            if slot not in modes.places[index]:
+                continue
+            driving = np.zeros(modes.fingers)
+            for part, mine, on in zip(modes.parts, modes.places, self.on_parts, strict=True):
+                if slot in mine:
+                    driving = driving + part.residues[mine.index(slot)] * on
+            share = driving / modes.total[slot]
+            row[:] = weights[modes.places[index].index(slot)] * (self.before[index] - share)
+        return np.concatenate([driven, idle])
+
+    def delivered(self, interface: int) -> tuple[Real, Real]:
+        """Return amplitudes at time 0 of the charge before a layer, and its constant part.
+
+        Parameters
+        ----------
+        interface : int
+            Number of layers on the plate's side.
+
+        Returns
+        -------
+        left : ndarray, shape (modes, fingers)
+            Relaxing part [C/m2].
+        constant : ndarray, shape (fingers,)
+            Constant part [C/m2].
+        """
+        driven = -self.charged / self.modes.roots.values
+        constant = self.before[interface] - np.add.reduce(driven, axis=0)
+        return self.modes._padded(driven), constant  # noqa: SLF001 - of the same module
 
 
 def _body(circuit: Circuit, fingers: int) -> Poles:

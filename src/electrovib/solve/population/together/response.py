@@ -48,12 +48,16 @@ class Response:
         self.direct = np.ascontiguousarray(np.broadcast_to(transfers.direct, fingers), dtype=float)
         state = np.zeros(transfers.rates.shape)
         for period in drive.periods:
-            state = state + transfers.residues * settled_state(transfers.rates, period)
+            state = state + transfers.residues * settled_state(_positive(transfers), period)
         if not drive.settled:
             for tone in drive.tones:
                 state = state - _decaying(transfers, tone)
+        if transfers.free is not None:  # in the periodic state only trapped charge remains
+            left = np.where(transfers.rates == 0, transfers.free, 0.0) if drive.settled else transfers.free
+            state = state + left
         self.state = np.ascontiguousarray(state.T)
-        self.is_stepped = drive.is_straight or (bool(drive.tones) and not drive.settled and len(state) > 0)
+        fades = bool(drive.tones) and not drive.settled and len(state) > 0
+        self.is_stepped = drive.is_straight or fades or transfers.free is not None
 
     def at(self, some: slice, time: Real, *, threads: int | None = None) -> Real:
         """Return the response of some fingers.
@@ -99,6 +103,11 @@ class Response:
         behind = gain.real * tone.sine - gain.imag * tone.cosine
         found += in_phase[:, None] * cosine
         found += behind[:, None] * sine
+
+
+def _positive(transfers: Transfers) -> Real:
+    """Return the rates, with 1/s in the place of those of trapped charge, which the drive does not excite."""
+    return transfers.rates if transfers.free is None else np.where(transfers.rates > 0, transfers.rates, 1.0)
 
 
 def settled_state(rates: Real, period: Period) -> Real:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.physics.interface import interface_place
 from electrovib.solve.population.together.arrays import (
     Column,
     ManyDebye,
@@ -132,8 +133,8 @@ class ManySection:
 
     @functools.cached_property
     def interface_displacement(self) -> Transfers:
-        """Displacement at the interface without a gap: the charge delivered by the current."""
-        return self.modes.delivered()
+        """Displacement at the interface without a gap: initial charge, and charge delivered by the current."""
+        return self.modes.delivered(interface_place(self.roles.values()))
 
     def inverse_root_thickness(self, names: Sequence[str]) -> Column:
         """Return (sum T/eps_pol)^(-1/2) over these layers [m^-1/2], which must not be dispersive."""

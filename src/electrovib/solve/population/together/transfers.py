@@ -75,6 +75,14 @@ class Transfers:
 
     __rmul__ = __mul__
 
+    def under(self, factor: Column) -> Transfers:
+        """Return the response to a drive times a factor, 1 or shape (fingers, 1); that to charge stays the same."""
+        return replace(self.without_charge() * factor, free=self.free)
+
+    def without_charge(self) -> Transfers:
+        """Return the response to the drive alone."""
+        return replace(self, free=None)
+
     def __truediv__(self, divisor: Column) -> Transfers:
         """Return the quotient by a number or a column."""
         return self * (1 / divisor)
