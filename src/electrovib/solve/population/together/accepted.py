@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.changes import derived_at, stored_path
 from electrovib.physics.contact import FixedArea
@@ -66,14 +66,28 @@ def refuse_apart(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ..
             f"the area of {type(scenario.contact).__name__} follows the force of each finger"
         )
     for path in free:
-        if derived_at(scenario, path) is not None:
+        if derived_at(scenario, path) is not None and not path.startswith("drive."):
             raise NotTogetherError(f"{path} is derived from other parameters")
         if not stored_path(scenario, path).startswith(_COLUMNS):
             raise NotTogetherError(
                 f"{path} is no number of the layers, the circuit, the drive, the law, the area, the load or the friction"
             )
+        _refuse_checks(scenario, stored_path(scenario, path))
     if "lateral_force" in names:
         _refuse_memory(scenario)
+
+
+def _refuse_checks(scenario: Scenario, path: str) -> None:
+    """Refuse a model of a user that checks several of its numbers together: columns are checked by their ranges alone."""
+    owner: Any = scenario
+    for key in path.split(".")[:-1]:
+        owner = owner[int(key)] if isinstance(owner, tuple) else getattr(owner, key)
+        kind = type(owner)
+        own = getattr(kind, "__pydantic_decorators__", None)
+        if own is not None and not kind.__module__.startswith("electrovib.") and own.model_validators:
+            raise NotTogetherError(
+                f"{kind.__name__} checks its parameters together, for each finger by itself"
+            )
 
 
 def _refuse_memory(scenario: Scenario) -> None:

@@ -49,8 +49,8 @@ def compare(together: Together, alone: OneByOne, scenario: Scenario) -> None:
         ) from None
     try:
         expected = alone.signals(draws)
-    except ElectrovibError:
-        return  # the same error is raised for the fingers that are asked for
+    except ElectrovibError as error:
+        raise NotTogetherError(f"not all values next to those of the scenario are allowed: {error}") from None
     for name, rows in expected.items():
         for mine, its in zip(found[name], rows, strict=True):
             if not _agree(mine, its):

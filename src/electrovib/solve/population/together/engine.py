@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from electrovib.core.changes import stored_path
 from electrovib.core.errors import InputError
 from electrovib.physics.interface import beside_interface
 from electrovib.scenario import PeriodicState
@@ -71,7 +72,7 @@ class Together:
         self.scenario, self.free, self.names, self.time = scenario, free, names, time
         self.alone = alone
         self.settled = isinstance(scenario.time.initial_state, PeriodicState)
-        of_drive = tuple(path for path in free if path.startswith("drive."))
+        of_drive = tuple(stored_path(scenario, path) for path in free if path.startswith("drive."))
         self.drive: SharedDrive = shared_drive(scenario, of_drive, time, settled=self.settled)
         self.reduced = _reduced(scenario, free, time)
         self.kernel = kernel_name()

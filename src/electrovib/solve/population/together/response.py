@@ -107,7 +107,7 @@ class Response:
 
 def _positive(transfers: Transfers) -> Real:
     """Return the rates, with 1/s in the place of those of trapped charge, which the drive does not excite."""
-    return transfers.rates if transfers.free is None else np.where(transfers.rates > 0, transfers.rates, 1.0)
+    return np.where(transfers.rates > 0, transfers.rates, 1.0)
 
 
 def settled_state(rates: Real, period: Period) -> Real:

@@ -97,7 +97,8 @@ class Transfers:
         real = np.zeros(self.residues.shape[1:]) + self.direct
         imaginary = np.zeros(self.residues.shape[1:]) + angular * self.slope
         for rates, residues in zip(self.rates, self.residues, strict=True):
-            share = residues / (rates * rates + angular * angular)
+            size = rates * rates + angular * angular
+            share = residues / np.where(size > 0, size, 1.0)  # the drive does not excite trapped charge
             real = real + share * rates
             imaginary = imaginary - share * angular
         return np.asarray(real + 1j * imaginary)
