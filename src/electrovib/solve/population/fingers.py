@@ -24,7 +24,10 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
 
-TOGETHER: Final = "together: arrays over fingers (linear layers, a fixed gap, a voltage of straight pieces or sines, friction without memory)"
+TOGETHER: Final = (
+    "together: arrays over fingers (linear layers, a fixed gap, a voltage of straight pieces or sines, friction without"
+    " memory)"
+)
 """Method that is stated where fingers are computed in arrays."""
 _GRIDS = ("time", "frequency")
 """Parts of a scenario that are the same for all fingers."""
