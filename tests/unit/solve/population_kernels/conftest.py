@@ -5,7 +5,7 @@ import pytest
 from electrovib.solve.population.kernels import choice
 
 
-@pytest.fixture(params=["numpy"])
+@pytest.fixture(params=["numpy", "numba"])
 def kernel(request, monkeypatch):
     """Choose the kernel of this test."""
     if request.param == "numba":

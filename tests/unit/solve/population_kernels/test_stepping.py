@@ -75,7 +75,7 @@ def test_numba_is_numpy(with_kernel):
     given["residues"][::3, 2] = 0.0  # a mode that fills up the row, and one that charge alone excites
     given["rates"][::5, 1], given["state"][::5, 1] = 0.0, 0.3
     given |= {"voltage": drive(times), "time": times}
-    names = "numpy", "numpy"
+    names = "numpy", "numba"
     one, other = (with_kernel(name, first_order_hold_many, **given) for name in names)
     assert np.max(np.abs(one - other)) <= SAME * np.max(np.abs(one))
     factor = np.linspace(1, 2, 1050)

@@ -16,7 +16,8 @@ from electrovib.solve.population.kernels.over_frequency import (
 )
 from electrovib.solve.population.kernels.quantiles import quantiles
 from electrovib.solve.population.kernels.secular_many import ManyRoots, secular_roots_many
-from electrovib.solve.population.kernels.stepping import BLOCK, first_order_hold_many
+from electrovib.solve.population.kernels.stepping import first_order_hold_many
+from electrovib.solve.population.kernels.time_steps import BLOCK
 
 __all__ = [
     "BLOCK",

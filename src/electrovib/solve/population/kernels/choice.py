@@ -10,26 +10,37 @@ from electrovib.core.errors import InputError
 
 CHOICE: Final = "ELECTROVIB_KERNEL"
 """Variable of the environment with the name of the kernel, ``numpy`` or ``numba``; by default numba where installed."""
+_CHOICES: Final = ("numba", "numpy")
 
 
 @functools.cache
 def compiled() -> Any:
-    """Return the module of compiled kernels; None while there is none.
+    """Return the module of compiled kernels; None where numba is not installed or numpy is chosen.
 
     Returns
     -------
     kernels : module or None
-        None: numpy computes everything.
+        ``electrovib.solve.population.kernels.compiled``.
 
     Raises
     ------
     InputError
-        If the environment asks for another kernel than numpy.
+        If the environment asks for a kernel that does not exist or is not installed.
     """
     wanted = os.environ.get(CHOICE, "")
-    if wanted not in {"", "numpy"}:
-        raise InputError(f"{CHOICE} = {wanted!r} in the environment: expected numpy.")
-    return None
+    if wanted not in {"", *_CHOICES}:
+        raise InputError(f"{CHOICE} = {wanted!r} in the environment: expected {' or '.join(_CHOICES)}.")
+    if wanted == "numpy":
+        return None
+    try:
+        from electrovib.solve.population.kernels import compiled as kernels
+    except ImportError as error:
+        if wanted:
+            raise InputError(
+                f"{CHOICE} = {wanted!r} in the environment, but numba cannot be imported: install numba, or choose numpy."
+            ) from error
+        return None
+    return kernels
 
 
 def kernel_name() -> str:

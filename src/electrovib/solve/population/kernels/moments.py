@@ -8,7 +8,8 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.solve.population.kernels.choice import compiled
-from electrovib.solve.population.kernels.stepping import BLOCK, blocks_of_times, factors, gather
+from electrovib.solve.population.kernels.stepping import blocks_of_times, factors, gather
+from electrovib.solve.population.kernels.time_steps import BLOCK
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -9,6 +9,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.solve.population.kernels.choice import compiled
 from electrovib.solve.population.kernels.time_steps import (
+    BLOCK,
     COMPENSATED,
     SMALLEST,
     decay_correction,
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.solve.population.kernels.time_steps import TimeSteps
 
-BLOCK: Final = 1024
-"""Fingers whose sums are formed together; blocks are merged in the order of their index."""
 _TIMES: Final = 64  # times whose responses are in memory together
 _KNOWN: Final = 64  # durations of steps whose weights are in memory together
 

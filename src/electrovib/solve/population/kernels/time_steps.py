@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Indices, Real
 
+BLOCK: Final = 1024
+"""Fingers whose sums are formed together; blocks are merged in the order of their index."""
 COMPENSATED: Final = 512
 """Steps of equal duration after which the rounding of the decay per step is compensated."""
 SMALLEST: Final = 1e-200
