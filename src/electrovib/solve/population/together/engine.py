@@ -19,6 +19,7 @@ from electrovib.solve.population.one_by_one import OneByOne
 from electrovib.solve.population.together.accepted import refuse_apart
 from electrovib.solve.population.together.amplitude import shared_drive
 from electrovib.solve.population.together.arrays import check_ranges, stored_columns, with_columns
+from electrovib.solve.population.together.quadratic import is_quadratic
 from electrovib.solve.population.together.refusal import NotTogetherError
 from electrovib.solve.population.together.response import Response
 from electrovib.solve.population.together.section import ManySection
@@ -75,6 +76,7 @@ class Together:
         of_drive = tuple(stored_path(scenario, path) for path in free if path.startswith("drive."))
         self.drive: SharedDrive = shared_drive(scenario, of_drive, time, settled=self.settled)
         self.reduced = _reduced(scenario, free, time)
+        self.is_quadratic = is_quadratic(scenario.force)
         self.kernel = kernel_name()
 
     def signals(self, draws: Mapping[str, Real], *, threads: int | None = None) -> dict[str, Any]:
@@ -218,30 +220,52 @@ class Together:
         """Write a linear quantity of fingers."""
         parts = self.responses(transfers, fingers)
         for some in _parts(len(rows)):
-            rows[some] = _added([part.at(some, self.time, threads=threads) for part in parts])
+            _write(rows[some], parts, some, threads)
 
     def _forces(self, rows: Real, fingers: Fingers, threads: int | None) -> None:
         """Write the attraction of fingers, by the text of the force law."""
-        scenario = fingers.scenario
-        asked = {
-            name: self.responses(transfers, fingers)
-            for name, transfers in scenario.force.amplitudes(fingers.section).items()
-        }
+        asked = fingers.scenario.force.amplitudes(fingers.section)
+        square = self._square(asked, fingers)
+        if square is not None:
+            parts = self.responses(square.base, fingers)
+            for some in _parts(len(rows)):
+                if len(parts) == 1:
+                    parts[0].write(rows[some], some, factor=square.factor, threads=threads)
+                else:
+                    _write(rows[some], parts, some, threads)
+                    np.multiply(rows[some], rows[some], out=rows[some])
+                    rows[some] *= square.factor[some, None]
+            return
+        asked_parts = {name: self.responses(transfers, fingers) for name, transfers in asked.items()}
         for some in _parts(len(rows)):
-            values = {
-                name: _added([part.at(some, self.time, threads=threads) for part in parts])
-                for name, parts in asked.items()
-            }
+            values = {name: np.empty(rows[some].shape) for name in asked_parts}
+            for name, parts in asked_parts.items():
+                _write(values[name], parts, some, threads)
             member = fingers.some(some)
             rows[some] = attraction(member, total_pull(member, values), self.time)
 
+    def _square(self, asked: Mapping[str, Transfers], fingers: Fingers) -> Square | None:
+        """Return the attraction as a factor times the square of one linear quantity; None where it is not of that form."""
+        if not self.is_quadratic:
+            return None
+        bases = {id(each.base or each): each.base or each for each in asked.values()}
+        if len(bases) != 1:
+            return None
+        (base,) = bases.values()
+        rows = len(fingers.section.modes.regular)
+        shares = {
+            name: np.broadcast_to(1.0 if each.base is None else each.share, rows)[:, None]
+            for name, each in asked.items()
+        }
+        factor = attraction(fingers.scenario, total_pull(fingers.scenario, shares))
+        return Square(base, np.ascontiguousarray(np.broadcast_to(factor, (rows, 1))[:, 0]))
+
     def _voltages(self, rows: Real, fingers: Fingers) -> None:
         """Write the voltage of the drive."""
-        total = np.zeros(rows.shape)
+        rows[:] = 0.0
         for factor, drive in self.drive.terms(fingers.columns):
             share = factor if isinstance(factor, float) else factor[: len(rows)]
-            total += share * drive.values(self.time)
-        rows[:] = total
+            rows += share * drive.values()
 
     def _friction(self, rows: Real, force: Real, fingers: Fingers) -> None:
         """Write the friction under the attraction."""
@@ -278,15 +302,32 @@ class Fingers(NamedTuple):
         return with_columns(self.scenario, cut)
 
 
+class Square(NamedTuple):
+    """The attraction of fingers as a factor times the square of a linear quantity.
+
+    Parameters
+    ----------
+    base : Transfers
+        The quantity, per volt.
+    factor : ndarray, shape (rows,)
+        Factor of each finger, in N over the unit of the quantity squared.
+    """
+
+    base: Transfers
+    factor: Real
+
+
 def _parts(count: int) -> list[slice]:
     return [slice(begin, min(begin + FORCES, count)) for begin in range(0, count, FORCES)]
 
 
-def _added(rows: list[Real]) -> Real:
-    total = rows[0]
-    for row in rows[1:]:
-        total = total + row
-    return total
+def _write(out: Real, parts: list[Response], some: slice, threads: int | None) -> None:
+    """Write the sum of the responses of some fingers."""
+    parts[0].write(out, some, threads=threads)
+    for part in parts[1:]:
+        more = np.empty(out.shape)
+        part.write(more, some, threads=threads)
+        out += more
 
 
 def _reduced(scenario: Scenario, free: tuple[str, ...], time: Real) -> dict[str, DebyeSum]:
