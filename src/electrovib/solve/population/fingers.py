@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.population.together.engine import Squares
 
 TOGETHER: Final = (
     "together: arrays over fingers (linear layers, a fixed gap, a voltage of straight pieces or sines, friction without"
@@ -168,6 +169,28 @@ class Population:
         if self._together is None:
             return self._alone.signals(columns)
         return self._together.signals(columns, threads=threads)
+
+    def squares(self, draws: Mapping[str, ArrayLike]) -> Squares | None:
+        """Return the attraction of fingers in the form from which means and variances are computed without storing it.
+
+        Parameters
+        ----------
+        draws : mapping of str to array_like, shape (fingers,)
+            As for `signals`, in SI units.
+
+        Returns
+        -------
+        squares : Squares or None
+            Arguments of `kernels.square_moments_many`, whose results at `places` are those of the output times; None where
+            the fingers have no such form. That depends on the scenario, and on the fingers of the call: the first finger
+            has to be the first of a block of 1024.
+
+        Raises
+        ------
+        InputError
+            As for `signals`.
+        """
+        return None if self._together is None else self._together.squares(self.columns(draws))
 
     def columns(self, draws: Mapping[str, ArrayLike]) -> dict[str, Real]:
         """Return the values of all free parameters for each finger.

@@ -12,6 +12,8 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.physics.force import ForceLaw
 from electrovib.solve.population import population
+from electrovib.solve.population.kernels import merged, moments, square_moments_many
+from electrovib.solve.population.together.quadratic import is_quadratic
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
 fingers_of = importlib.util.module_from_spec(_SPEC)
@@ -353,3 +355,56 @@ def test_values_outside_their_range_are_refused():
     ) as error:
         many.signals({"stack.gap.thickness": [1e-6, 1.0], "contact.area": [np.nan, 1e-4]})
     assert len(error.value.problems) == 2
+
+
+@pytest.mark.parametrize("scenario", [GAP, "strong_1970/display_gap", "vezzoli_2014/fig6"])
+def test_means_without_storing_are_those_of_the_signals(scenario):
+    member = ev.load(scenario)
+    free = [path for path in CASES[scenario] if not path.startswith(("friction", "load"))]
+    many = population(member, free, time=times_of(member))
+    given = draw(member, free, 1100)
+    squares = many.squares(given)
+    if scenario == "strong_1970/display_gap":  # a sine, not straight pieces
+        assert squares is None
+        return
+    *numbers, factor, places = squares
+    expected = moments(many.signals(given)["electrostatic_force"])
+    found = merged(square_moments_many(*numbers, factor=factor))
+    assert found.fingers == expected.fingers == 1100
+    np.testing.assert_allclose(
+        found.mean[places], expected.mean, rtol=1e-12, atol=1e-12 * expected.mean.max()
+    )
+    largest = expected.squares.max()
+    np.testing.assert_allclose(found.squares[places], expected.squares, rtol=1e-11, atol=1e-12 * largest)
+
+
+def test_a_law_that_is_not_quadratic_has_no_squares():
+    member = ev.load(GAP).replace({"force": {"model": "MixesFingers"}})
+    assert not is_quadratic(member.force)
+    assert is_quadratic(ev.load(GAP).force)
+    assert is_quadratic(ev.load("vardar_2017/square").force)
+    assert (
+        population(member, ["stack.gap.thickness"], time=times_of(member)).squares(
+            {"stack.gap.thickness": [1e-5]}
+        )
+        is None
+    )
+    both = population(
+        GAP, ["stack.gap.thickness"], ["electrostatic_force", "lateral_force"], times_of(member)
+    )
+    assert both.squares({"stack.gap.thickness": [1e-5]}) is None
+
+
+class ThresholdLaw(ForceLaw):
+    """A law that is quadratic up to a field that is not reached before."""
+
+    evaluation_surface = "gap"
+
+    def pressure(self, E):
+        return np.where(np.abs(E) < 3e8, 4e-12 * E**2, 0.0)
+
+
+def test_a_law_that_is_quadratic_up_to_a_limit_is_not_quadratic():
+    member = ev.load(GAP).replace({"force": {"model": "ThresholdLaw"}})
+    assert not is_quadratic(member.force)
+    assert difference(member, ["stack.gap.thickness"])[0] < EQUAL

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Indices, Real
     from electrovib.physics.debye_sum import DebyeSum
     from electrovib.scenario import Scenario
     from electrovib.solve.population.together.amplitude import SharedDrive
@@ -107,6 +107,47 @@ class Together:
             some = {path: values[part] for path, values in draws.items()}
             self._write({name: rows[part] for name, rows in found.items()}, some, threads)
         return found
+
+    def squares(self, draws: Mapping[str, Real]) -> Squares | None:
+        """Return the attraction of fingers as factors times squares of sums of modes, for streamed statistics.
+
+        Parameters
+        ----------
+        draws : mapping of str to ndarray, shape (fingers,)
+            Dotted path to the value of each finger, in SI units.
+
+        Returns
+        -------
+        squares : Squares or None
+            Arguments of `kernels.square_moments_many`; None where the law is not quadratic, the drive is not one sum of
+            straight pieces for all fingers, or a finger has another form.
+
+        Raises
+        ------
+        InputError
+            If a value is outside its range; names the first such finger.
+        """
+        check_ranges(self.scenario, draws)
+        if not self.is_quadratic or self.names != ("electrostatic_force",):
+            return None
+        fingers = self.section(draws)
+        square = self._square(fingers.scenario.force.amplitudes(fingers.section), fingers)
+        if square is None or not np.all(fingers.section.modes.regular[: fingers.count]):
+            return None
+        parts, some = self.responses(square.base, fingers), slice(0, fingers.count)
+        if len(parts) > 1 or not parts[0].is_alone_stepped:
+            return None
+        drive = parts[0].drive
+        return Squares(
+            rates=parts[0].rates[some],
+            residues=parts[0].residues[some],
+            direct=parts[0].direct[some],
+            state=parts[0].state[some],
+            voltage=drive.voltage,
+            time=drive.time,
+            factor=square.factor[some],
+            places=drive.places,
+        )
 
     def _shape(self, name: str, fingers: int) -> tuple[int, ...]:
         if name in {"field", "displacement"}:
@@ -300,6 +341,33 @@ class Fingers(NamedTuple):
         """Return the scenario with the columns of a range of fingers."""
         cut = {path: column[part] for path, column in self.columns.items() if not path.startswith("drive.")}
         return with_columns(self.scenario, cut)
+
+
+class Squares(NamedTuple):
+    """The attraction of fingers as a factor times the square of a sum of modes, on a grid with the corners of the drive.
+
+    Parameters
+    ----------
+    rates, residues, state : ndarray, shape (fingers, modes)
+        As for `kernels.first_order_hold_many`.
+    direct : ndarray, shape (fingers,)
+        As for `kernels.first_order_hold_many`.
+    voltage, time : ndarray, shape (m,)
+        Drive [V] and times of the grid [s], the same for every call.
+    factor : ndarray, shape (fingers,)
+        Attraction over the square of the response.
+    places : ndarray of int, shape (n,)
+        Index of each output time in the grid.
+    """
+
+    rates: Real
+    residues: Real
+    direct: Real
+    state: Real
+    voltage: Real
+    time: Real
+    factor: Real
+    places: Indices
 
 
 class Square(NamedTuple):
