@@ -14,6 +14,7 @@ from electrovib.solve.choice import refuse_unsolved
 from electrovib.solve.population.one_by_one import KERNEL, OneByOne, over_which
 from electrovib.solve.population.together.compare import compare
 from electrovib.solve.population.together.engine import Together
+from electrovib.solve.population.together.over_frequency import OverFrequency
 from electrovib.solve.population.together.refusal import NotTogetherError
 
 if TYPE_CHECKING:
@@ -129,18 +130,21 @@ class Population:
             raise InputError("time: signals over frequency have no output times; omit it")
         self._alone = OneByOne(scenario, self.free, self.names, self.time)
         self.method, self.kernel = TOGETHER, KERNEL
-        self._together: Together | None = None
+        self._together: Together | OverFrequency | None = None
         try:
             self._together = self._in_arrays()
             self.kernel = self._together.kernel
         except NotTogetherError as reason:
             self.method = f"one by one: {reason}"
 
-    def _in_arrays(self) -> Together:
+    def _in_arrays(self) -> Together | OverFrequency:
         """Return the computation in arrays, after a comparison with one by one for two fingers."""
-        if self.time is None:
-            raise NotTogetherError("signals over frequency")
-        found = Together(self.scenario, self.free, self.names, self.time, self._alone)
+        found: Together | OverFrequency
+        if self.time is not None:
+            found = Together(self.scenario, self.free, self.names, self.time, self._alone)
+        else:
+            assert self.frequency is not None
+            found = OverFrequency(self.scenario, self.free, self.names, self.frequency)
         compare(found, self._alone, self.scenario)
         return found
 
@@ -190,7 +194,7 @@ class Population:
         InputError
             As for `signals`.
         """
-        return None if self._together is None else self._together.squares(self.columns(draws))
+        return self._together.squares(self.columns(draws)) if isinstance(self._together, Together) else None
 
     def columns(self, draws: Mapping[str, ArrayLike]) -> dict[str, Real]:
         """Return the values of all free parameters for each finger.
