@@ -15,10 +15,11 @@ from electrovib.solve.electrics.attraction import PHASES, attraction, total_pull
 from electrovib.solve.population.kernels import kernel_name
 from electrovib.solve.population.together.accepted import refuse_columns
 from electrovib.solve.population.together.amplitude import shared_drive
-from electrovib.solve.population.together.arrays import check_ranges, stored_columns, with_columns
+from electrovib.solve.population.together.arrays import check_ranges, with_columns
 from electrovib.solve.population.together.phasors import ManyPhasors
 from electrovib.solve.population.together.quadratic import is_quadratic
 from electrovib.solve.population.together.refusal import NotTogetherError
+from electrovib.solve.population.together.tile import FEWEST, of_scenario, padded
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
 
 AT_ONCE: Final = 64
 """Fingers whose phasors are in memory together."""
-FEWEST: Final = 8
-"""Fewest fingers of an array; further rows repeat the last finger."""
 OVER_FREQUENCY: Final = frozenset(
     {"mean_force", "impedance", "field_gain", "effective_voltage_gain", "permittivity"}
 )
@@ -96,15 +95,10 @@ class OverFrequency:
 
     def _of(self, draws: Mapping[str, Real]) -> dict[str, Any]:
         """Return the signals of some fingers."""
-        columns = stored_columns(self.scenario, draws)
-        count = len(next(iter(columns.values())))
-        rows = max(count, FEWEST)
-        columns = {
-            path: np.pad(column, ((0, rows - count), (0, 0)), "edge") for path, column in columns.items()
-        }
-        of_scenario = {path: column for path, column in columns.items() if not path.startswith("drive.")}
-        scenario = with_columns(self.scenario, of_scenario)
-        section = ManyPhasors(scenario, tuple(of_scenario), self.frequency)
+        columns, count = padded(self.scenario, draws)
+        rows, inner = max(count, FEWEST), of_scenario(columns)
+        scenario = with_columns(self.scenario, inner)
+        section = ManyPhasors(scenario, tuple(inner), self.frequency)
         shape = rows, len(self.frequency)
         found = {}
         for name in self.names:

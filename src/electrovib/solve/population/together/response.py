@@ -101,10 +101,12 @@ class Response:
 
     def _step(self, out: Real, some: slice, factor: Real | None, threads: int | None) -> None:
         drive = self.drive
-        numbers = (each[some] for each in (self.rates, self.residues, self.direct, self.state))
         whole = len(drive.places) == len(drive.time)
         found = first_order_hold_many(
-            *numbers,
+            self.rates[some],
+            self.residues[some],
+            self.direct[some],
+            self.state[some],
             drive.voltage,
             drive.steps,
             factor=None if factor is None else factor[some],

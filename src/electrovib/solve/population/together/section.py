@@ -16,8 +16,9 @@ from electrovib.solve.population.together.arrays import (
     flat,
     free_of_material,
 )
+from electrovib.solve.population.together.circuits import ManyCircuits
 from electrovib.solve.population.together.layers import ManySlab
-from electrovib.solve.population.together.modes import Circuit, ManyModes
+from electrovib.solve.population.together.modes import ManyModes
 from electrovib.solve.population.together.refusal import NotTogetherError
 from electrovib.solve.stack.expand import Surroundings
 
@@ -48,7 +49,8 @@ class ManyLayer:
 
     def __init__(self, layer: Layer, material: ManyMaterial, modes: ManyModes, index: int) -> None:
         self.thickness: Column = layer.thickness
-        self.material, self._modes, self._index = material, modes, index
+        self.material: Any = material
+        self._modes, self._index = modes, index
 
     @functools.cached_property
     def field(self) -> Transfers:
@@ -99,7 +101,7 @@ class ManySection:
             for name, layer in layers.items()
         ]
         around = Surroundings.of(scenario)
-        circuit = Circuit.around(area=around.area, element=around.element, second=around.second)
+        circuit = ManyCircuits.around(area=around.area, element=around.element, second=around.second)
         self.modes = ManyModes(slabs, circuit, fingers)
         self._debye = debye
         self._layers = {
