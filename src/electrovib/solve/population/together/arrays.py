@@ -50,7 +50,8 @@ def with_columns(model: M, columns: Mapping[str, Any]) -> M:
         for key in parents:
             branch = branch.setdefault(key, {})
         branch[last] = column
-    return _copied(model, tree)
+    copied: M = _copied(model, tree)
+    return copied
 
 
 def _copied(model: Any, tree: Mapping[str, Any]) -> Any:

@@ -98,7 +98,7 @@ class ManyModes:
         """Return the bound displacement of a layer [C/m2 per volt]."""
         slab, poles = self.slabs[index], self.series.layers[index]
         if not slab.debye.strengths:
-            return self.field(index) * (eps0 * _column(slab.debye.high))
+            return self.field(index).times(eps0 * _column(slab.debye.high))
         drops = self.series.of_part(index, poles.bound)
         return Transfers(
             rates=self.rates,
@@ -109,7 +109,7 @@ class ManyModes:
 
     def voltage(self) -> Transfers:
         """Return the voltage across all layers [1]."""
-        fields = [self.field(index) * _column(slab.thickness) for index, slab in enumerate(self.slabs)]
+        fields = [self.field(index).times(_column(slab.thickness)) for index, slab in enumerate(self.slabs)]
         total = fields[0]
         for field in fields[1:]:
             total = total + field

@@ -199,4 +199,4 @@ def _quantity(name: str, tile: FingerTile) -> Transfers:
             raise NotTogetherError("the force law has no effective voltage")
         return found
     gap = beside_interface(section.roles, "gap")
-    return section.interface_displacement * (1 / eps0) if gap is None else section[gap].field
+    return section.interface_displacement.times(1 / eps0) if gap is None else section[gap].field
