@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.solve.population.together.arrays import ManyDebye, ManyMaterial, value_of
 from electrovib.solve.population.together.refusal import NotTogetherError
 from electrovib.solve.stack.expand import reductions
 
@@ -18,8 +20,54 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 
-def shared_reductions(scenario: Scenario, free: tuple[str, ...], time: Real) -> dict[str, DebyeSum]:
-    """Return the bound permittivities that are no finite sums of Debye terms, reduced to such sums.
+AT: Final = 1e3
+"""Frequency at which the scale of a permittivity is evaluated [Hz]; any other gives the same."""
+_FACTORS: Final = ((0.9, 1.05, 0.97), (1.1, 0.95, 1.08), (0.8, 0.93, 1.02))
+_CONSTANT: Final = 1e-13
+"""Relative variation over frequency up to which the ratio of two permittivities is constant."""
+
+
+@dataclass(frozen=True, eq=False)
+class SharedReduction:
+    """Bound permittivity of a material as Debye terms, which is that of each finger up to a factor.
+
+    Parameters
+    ----------
+    debye : DebyeSum
+        Terms for the values of the scenario.
+    level : float
+        Modulus of the declared bound permittivity of the scenario at the frequency `AT` [1].
+    is_scaled : bool
+        Whether the fingers differ by a factor.
+    """
+
+    debye: DebyeSum
+    level: float
+    is_scaled: bool
+
+    def of_fingers(self, material: ManyMaterial) -> ManyDebye:
+        """Return the terms for each finger, with the relaxation times and the relative error of the scenario.
+
+        Parameters
+        ----------
+        material : ManyMaterial
+            With columns.
+
+        Returns
+        -------
+        ManyDebye
+            Strengths times the factor of each finger.
+        """
+        known = self.debye
+        if not self.is_scaled:
+            return ManyDebye(known.high, known.strengths, known.relaxation_times)
+        factor = np.abs(material.bound_permittivity(np.array([AT]))) / self.level
+        strengths = tuple(strength * factor for strength in known.strengths)
+        return ManyDebye(known.high * factor, strengths, known.relaxation_times)
+
+
+def shared_reductions(scenario: Scenario, free: tuple[str, ...], time: Real) -> dict[str, SharedReduction]:
+    """Reduce the bound permittivities that are no finite sums of Debye terms, once for all fingers.
 
     Parameters
     ----------
@@ -32,36 +80,66 @@ def shared_reductions(scenario: Scenario, free: tuple[str, ...], time: Real) -> 
 
     Returns
     -------
-    reduced : dict of str to DebyeSum
-        Name of a layer to its reduced permittivity, which is that of every finger, with the same error.
+    reduced : dict of str to SharedReduction
+        Name of a layer to its reduced permittivity, whose relative error is that of every finger.
 
     Raises
     ------
     NotTogetherError
-        If the permittivity differs between fingers.
+        If the permittivities of fingers differ by more than a factor.
     """
-    dispersive = [name for name, layer in scenario.stack.layers.items() if layer.material.debye() is None]
-    for name in dispersive:
+    layers = scenario.stack.layers
+    scaled = {}
+    for name in [name for name, layer in layers.items() if layer.material.debye() is None]:
         start = f"stack.{name}.material."
         changed = [path.removeprefix(start) for path in free if path.startswith(start)]
-        if any(path != "conductivity" for path in changed):
-            raise NotTogetherError(
-                f"{start}{changed[0]} changes a permittivity that each finger has to reduce by itself"
-            )
-        material = scenario.stack.layers[name].material
-        if changed and not _is_apart(material):
+        shape = [path for path in changed if path != "conductivity"]
+        if "conductivity" in changed and not _is_apart(layers[name].material):
             raise NotTogetherError(
                 f"the bound permittivity of stack.{name}.material depends on its conductivity"
             )
-    if not dispersive:
+        if shape and not _is_factor(layers[name].material, shape):
+            raise NotTogetherError(
+                f"{start}{shape[0]} changes a permittivity that each finger has to reduce by itself"
+            )
+        scaled[name] = bool(shape)
+    if not scaled:
         return {}
     found = reductions(scenario, time)
-    return {name: found[name].debye for name in dispersive}
+    return {
+        name: SharedReduction(
+            found[name].debye,
+            float(np.abs(layers[name].material.bound_permittivity(np.array([AT]))[0])),
+            is_scaled,
+        )
+        for name, is_scaled in scaled.items()
+    }
 
 
-def count_poles(scenario: Scenario, reduced: Mapping[str, DebyeSum]) -> int:
+def _is_factor(material: Any, paths: list[str]) -> bool:
+    """Return whether parameters of a material multiply its bound permittivity by the same number at all frequencies."""
+    frequency = np.geomspace(1e-2, 1e8, 41)
+    base = material.bound_permittivity(frequency)
+    for factors in _FACTORS:
+        point = {path: value_of(material, path) * factors[place % 3] for place, path in enumerate(paths)}
+        try:
+            other = material.replace(point)
+        except InputError:
+            return False
+        ratio = other.bound_permittivity(frequency) / base
+        if np.any(np.abs(ratio / np.abs(ratio[0]) - 1) > _CONSTANT):
+            return False
+        if other.slowest_relaxation != material.slowest_relaxation:
+            return False
+    return True
+
+
+def count_poles(scenario: Scenario, reduced: Mapping[str, SharedReduction]) -> int:
     """Return the number of poles of all layers of a scenario, with its reduced permittivities."""
-    sums = [reduced.get(name) or layer.material.debye() for name, layer in scenario.stack.layers.items()]
+    sums = [
+        reduced[name].debye if name in reduced else layer.material.debye()
+        for name, layer in scenario.stack.layers.items()
+    ]
     return sum(1 + len(each.strengths) for each in sums if each is not None)
 
 

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.core.arrays import Real
-    from electrovib.physics.debye_sum import DebyeSum
     from electrovib.scenario import Scenario
     from electrovib.solve.population.together.amplitude import SharedDrive
+    from electrovib.solve.population.together.reduced import SharedReduction
     from electrovib.solve.population.together.transfers import Transfers
 
 RESPONSES: Final = 64
@@ -81,7 +81,11 @@ class FingerTile(NamedTuple):
 
     @classmethod
     def of(
-        cls, base: Scenario, draws: Mapping[str, Real], reduced: Mapping[str, DebyeSum], drive: SharedDrive
+        cls,
+        base: Scenario,
+        draws: Mapping[str, Real],
+        reduced: Mapping[str, SharedReduction],
+        drive: SharedDrive,
     ) -> FingerTile:
         """Expand the stacks of fingers in relaxation modes.
 
@@ -91,7 +95,7 @@ class FingerTile(NamedTuple):
             Values that all fingers share.
         draws : mapping of str to ndarray, shape (fingers,)
             Dotted path to the value of each finger, in SI units.
-        reduced : mapping of str to DebyeSum
+        reduced : mapping of str to SharedReduction
             Reduced bound permittivities by layer.
         drive : SharedDrive
             Drive as a function of its free parameters.
