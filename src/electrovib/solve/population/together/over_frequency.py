@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.paths import value_at
+from electrovib.core.paths import quantity_at, value_at
 from electrovib.physics.contact import FixedArea
 from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import chosen
@@ -61,6 +61,7 @@ class OverFrequency:
         self.scenario, self.free, self.names, self.frequency = scenario, free, names, frequency
         _refuse(scenario, free, names)
         self.is_quadratic = is_quadratic(scenario.force)
+        self._quantities = {path: quantity_at(scenario, path) for path in free}
         self.kernel = kernel_name()
         self._per_drive = _largest_per_parameter(scenario, free)
 
@@ -85,7 +86,7 @@ class OverFrequency:
             If a value is outside its range; names the first such finger.
         """
         del threads
-        check_ranges(self.scenario, draws)
+        check_ranges(self._quantities, draws)
         fingers = len(next(iter(draws.values())))
         tiles = []
         for begin in range(0, fingers, AT_ONCE):

@@ -9,6 +9,7 @@ import numpy as np
 from electrovib.core.changes import stored_path
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
+from electrovib.core.paths import quantity_at
 from electrovib.physics.interface import beside_interface
 from electrovib.scenario import PeriodicState
 from electrovib.solve.population.kernels import kernel_name
@@ -70,6 +71,7 @@ class OverTime:
         self.reduced = shared_reductions(scenario, free, time)
         self.at_once = AT_ONCE[count_poles(scenario, self.reduced) > FEW_POLES]
         self.is_quadratic = is_quadratic(scenario.force)
+        self._quantities = {path: quantity_at(scenario, path) for path in free}
         self.kernel = kernel_name()
 
     def signals(self, draws: Mapping[str, Real], *, threads: int | None = None) -> dict[str, Any]:
@@ -92,7 +94,7 @@ class OverTime:
         InputError
             If a value is outside its range; names the first such finger.
         """
-        check_ranges(self.scenario, draws)
+        check_ranges(self._quantities, draws)
         fingers = len(next(iter(draws.values())))
         found = {name: np.empty(self._shape(name, fingers)) for name in self.names}
         for begin in range(0, fingers, self.at_once):
@@ -120,7 +122,7 @@ class OverTime:
         InputError
             If a value is outside its range; names the first such finger.
         """
-        check_ranges(self.scenario, draws)
+        check_ranges(self._quantities, draws)
         if not self.is_quadratic or self.names != ("electrostatic_force",):
             return None
         return squares_of(self.tile(draws))

@@ -58,6 +58,7 @@ class Response:
         fades = bool(drive.tones) and not drive.settled and len(state) > 0
         self.is_stepped = drive.is_straight or fades or transfers.free is not None
         self._phases = [_in_phase_and_behind(transfers, tone) for tone in drive.tones]
+        self._points: Real | None = None
         self._level = transfers.at(0.0).real * drive.level if drive.level else None
 
     @property
@@ -101,8 +102,9 @@ class Response:
 
     def _step(self, out: Real, some: slice, factor: Real | None, threads: int | None) -> None:
         drive = self.drive
-        whole = len(drive.places) == len(drive.time)
-        found = first_order_hold_many(
+        whole = len(drive.places) == len(drive.time) and out.flags.c_contiguous
+        found = out if whole else self._memory(len(out))
+        first_order_hold_many(
             self.rates[some],
             self.residues[some],
             self.direct[some],
@@ -110,13 +112,18 @@ class Response:
             drive.voltage,
             drive.steps,
             factor=None if factor is None else factor[some],
-            out=out if whole and out.flags.c_contiguous else None,
+            out=found,
             threads=threads,
         )
-        if found is out:
-            return
-        for places, points in drive.runs:
-            out[:, places] = found[:, points]
+        if not whole:
+            for places, points in drive.runs:
+                out[:, places] = found[:, points]
+
+    def _memory(self, fingers: int) -> Real:
+        """Return memory for responses at all points of the grid, the same for every range of fingers."""
+        if self._points is None or len(self._points) < fingers:
+            self._points = np.empty((fingers, len(self.drive.time)))
+        return self._points[:fingers]
 
 
 def _in_phase_and_behind(transfers: Transfers, tone: Tone) -> tuple[Real, Real]:
