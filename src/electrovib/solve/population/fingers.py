@@ -20,7 +20,7 @@ from electrovib.solve.population.together.refusal import NotTogetherError
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
@@ -148,13 +148,21 @@ class Population:
         compare(found, self._alone, self.scenario)
         return found
 
-    def signals(self, draws: Mapping[str, ArrayLike], *, threads: int | None = None) -> dict[str, Any]:
+    def signals(
+        self,
+        draws: Mapping[str, ArrayLike],
+        *,
+        out: Mapping[str, NDArray[Any]] | None = None,
+        threads: int | None = None,
+    ) -> dict[str, Any]:
         """Compute the signals of fingers.
 
         Parameters
         ----------
         draws : mapping of str to array_like, shape (fingers,)
             Path to the value of each finger, in SI units; a free path that is omitted keeps the value of the scenario.
+        out : mapping of str to ndarray, shape (fingers, n) or (fingers, layers, n), optional
+            Arrays of float64, or of float32 to which the signals are rounded, that receive them, by name.
         threads : int, optional
             Threads of a compiled kernel; by default one for each available processor.
 
@@ -171,8 +179,8 @@ class Population:
         """
         columns = self.columns(draws)
         if self._together is None:
-            return self._alone.signals(columns)
-        return self._together.signals(columns, threads=threads)
+            return self._alone.signals(columns, out=out)
+        return self._together.signals(columns, out=out, threads=threads)
 
     def squares(self, draws: Mapping[str, ArrayLike]) -> Squares | None:
         """Return the attraction of fingers in the form from which means and variances are computed without storing it.

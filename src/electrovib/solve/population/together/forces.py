@@ -110,18 +110,13 @@ def write_forces(rows: Real, tile: FingerTile, time: Real, *, quadratic: bool, t
     if square is not None:
         responses = tile.responses(square.base)
         for some in tile.parts():
-            if len(responses) == 1:
-                responses[0].write(rows[some], some, factor=square.factor, threads=threads)
-            else:
-                write_sum(rows[some], responses, some, threads)
-                np.multiply(rows[some], rows[some], out=rows[some])
-                rows[some] *= square.factor[some, None]
+            write_sum(rows[some], responses, some, factor=square.factor, threads=threads)
         return
     each = {name: tile.responses(transfers) for name, transfers in asked.items()}
     for some in tile.parts():
         values = {name: np.empty(rows[some].shape) for name in each}
         for name, responses in each.items():
-            write_sum(values[name], responses, some, threads)
+            write_sum(values[name], responses, some, threads=threads)
         member = tile.some(some)
         rows[some] = attraction(member, total_pull(member, values), time)
 

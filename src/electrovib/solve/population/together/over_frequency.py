@@ -24,6 +24,8 @@ from electrovib.solve.population.together.tile import FEWEST, of_scenario, padde
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from numpy.typing import NDArray
+
     from electrovib.core.arrays import Complex, Real
     from electrovib.scenario import Scenario
 
@@ -65,13 +67,21 @@ class OverFrequency:
         self.kernel = kernel_name()
         self._per_drive = _largest_per_parameter(scenario, free)
 
-    def signals(self, draws: Mapping[str, Real], *, threads: int | None = None) -> dict[str, Any]:
+    def signals(
+        self,
+        draws: Mapping[str, Real],
+        *,
+        out: Mapping[str, NDArray[Any]] | None = None,
+        threads: int | None = None,
+    ) -> dict[str, Any]:
         """Return the signals of fingers.
 
         Parameters
         ----------
         draws : mapping of str to ndarray, shape (fingers,)
             Dotted path to the value of each finger, in SI units.
+        out : mapping of str to ndarray, shape (fingers, n) or (fingers, layers, n), optional
+            Arrays that receive signals.
         threads : int, optional
             Not used: the arrays are formed on one thread.
 
@@ -92,7 +102,12 @@ class OverFrequency:
         for begin in range(0, fingers, AT_ONCE):
             some = {path: values[begin : begin + AT_ONCE] for path, values in draws.items()}
             tiles.append(self._of(some))
-        return {name: np.concatenate([tile[name] for tile in tiles]) for name in self.names}
+        return {
+            name: np.concatenate(
+                [tile[name] for tile in tiles], out=(out or {}).get(name), casting="same_kind"
+            )
+            for name in self.names
+        }
 
     def _of(self, draws: Mapping[str, Real]) -> dict[str, Any]:
         """Return the signals of some fingers."""

@@ -25,6 +25,8 @@ from electrovib.solve.population.together.tile import FingerTile
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from numpy.typing import NDArray
+
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.solve.population.one_by_one import OneByOne
@@ -74,13 +76,21 @@ class OverTime:
         self._quantities = {path: quantity_at(scenario, path) for path in free}
         self.kernel = kernel_name()
 
-    def signals(self, draws: Mapping[str, Real], *, threads: int | None = None) -> dict[str, Any]:
+    def signals(
+        self,
+        draws: Mapping[str, Real],
+        *,
+        out: Mapping[str, NDArray[Any]] | None = None,
+        threads: int | None = None,
+    ) -> dict[str, Any]:
         """Return the signals of fingers.
 
         Parameters
         ----------
         draws : mapping of str to ndarray, shape (fingers,)
             Dotted path to the value of each finger, in SI units.
+        out : mapping of str to ndarray, shape (fingers, n) or (fingers, layers, n), optional
+            Arrays of float64, or of float32 to which the signals are rounded, that receive them.
         threads : int, optional
             Threads of the kernel.
 
@@ -96,12 +106,14 @@ class OverTime:
         """
         check_ranges(self._quantities, draws)
         fingers = len(next(iter(draws.values())))
-        found = {name: np.empty(self._shape(name, fingers)) for name in self.names}
+        found: dict[str, Any] = dict(out or {})
+        for name in self.names:
+            found.setdefault(name, np.empty(self._shape(name, fingers)))
         for begin in range(0, fingers, self.at_once):
             part = slice(begin, min(begin + self.at_once, fingers))
             some = {path: values[part] for path, values in draws.items()}
-            self._write({name: rows[part] for name, rows in found.items()}, some, threads)
-        return found
+            self._write({name: found[name][part] for name in self.names}, some, threads)
+        return {name: found[name] for name in self.names}
 
     def squares(self, draws: Mapping[str, Real]) -> Squares | None:
         """Return the attraction of fingers as factors times squares of sums of modes, for streamed statistics.
@@ -166,9 +178,10 @@ class OverTime:
         if name == "electrostatic_force":
             write_forces(rows, tile, self.time, quadratic=self.is_quadratic, threads=threads)
         elif name == "drive_voltage":
-            rows[:] = 0.0
+            total = np.zeros(rows.shape)
             for factor, drive in self.drive.terms(tile.columns):
-                rows += (factor if isinstance(factor, float) else factor[: len(rows)]) * drive.values()
+                total += (factor if isinstance(factor, float) else factor[: len(rows)]) * drive.values()
+            rows[:] = total
         elif name in {"normal_force", "sliding_speed"}:
             rows[:] = self._given(name, tile)[: len(rows)]
         elif name == "lateral_force":

@@ -74,17 +74,16 @@ class Response:
         Parameters
         ----------
         out : ndarray, shape (fingers, n)
-            Written into, in the unit of the quantity.
+            Written into, in the unit of the quantity; float64, or float32 where one call of the kernel is all.
         some : slice
             Range of the fingers.
-        factor : ndarray, shape (fingers,), optional
-            Then factor times the square of the response is written; factors of all fingers of the quantity.
+        factor : ndarray, shape (rows,), optional
+            Then factor times the square of the response is written, where one call of the kernel is all.
         threads : int, optional
             Threads of the kernel.
         """
         if self.is_stepped:
-            squared = factor if self.is_alone_stepped else None
-            self._step(out, some, squared, threads)
+            self._step(out, some, factor, threads)
         for place, (in_phase, behind) in enumerate(self._phases):
             cosine, sine = self.drive.waves[place]
             if place or self.is_stepped:
@@ -96,14 +95,11 @@ class Response:
             out[:] = 0.0
         if self._level is not None:
             out += self._level[some, None]
-        if factor is not None and not self.is_alone_stepped:
-            np.multiply(out, out, out=out)
-            out *= factor[some, None]
 
     def _step(self, out: Real, some: slice, factor: Real | None, threads: int | None) -> None:
         drive = self.drive
         whole = len(drive.places) == len(drive.time) and out.flags.c_contiguous
-        found = out if whole else self._memory(len(out))
+        found = out if whole else self._memory(out)
         first_order_hold_many(
             self.rates[some],
             self.residues[some],
@@ -119,11 +115,12 @@ class Response:
             for places, points in drive.runs:
                 out[:, places] = found[:, points]
 
-    def _memory(self, fingers: int) -> Real:
+    def _memory(self, out: Real) -> Real:
         """Return memory for responses at all points of the grid, the same for every range of fingers."""
-        if self._points is None or len(self._points) < fingers:
-            self._points = np.empty((fingers, len(self.drive.time)))
-        return self._points[:fingers]
+        kind = out.dtype
+        if self._points is None or len(self._points) < len(out) or self._points.dtype != kind:
+            self._points = np.empty((len(out), len(self.drive.time)), kind)
+        return self._points[: len(out)]
 
 
 def _in_phase_and_behind(transfers: Transfers, tone: Tone) -> tuple[Real, Real]:

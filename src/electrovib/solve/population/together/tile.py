@@ -160,25 +160,36 @@ class FingerTile(NamedTuple):
         """
         responses = self.responses(transfers)
         for some in self.parts():
-            write_sum(rows[some], responses, some, threads)
+            write_sum(rows[some], responses, some, threads=threads)
 
 
-def write_sum(out: Real, responses: list[Response], some: slice, threads: int | None) -> None:
-    """Write the sum of the responses of some fingers.
+def write_sum(
+    out: Real, responses: list[Response], some: slice, *, factor: Real | None = None, threads: int | None
+) -> None:
+    """Write the sum of the responses of some fingers, or a factor times its square.
 
     Parameters
     ----------
     out : ndarray, shape (fingers, n)
-        Written into.
+        Written into; float64, or float32 to which the sum is rounded.
     responses : list of Response
         At least one.
     some : slice
         Range of the fingers.
+    factor : ndarray, shape (rows,), optional
+        Then this factor of each finger times the square is written.
     threads : int, optional
         Threads of the kernel.
     """
-    responses[0].write(out, some, threads=threads)
+    if len(responses) == 1 and (factor is None or responses[0].is_alone_stepped):
+        responses[0].write(out, some, factor=factor, threads=threads)
+        return
+    total, more = np.empty((2, *out.shape))
+    responses[0].write(total, some, threads=threads)
     for response in responses[1:]:
-        more = np.empty(out.shape)
         response.write(more, some, threads=threads)
-        out += more
+        total += more
+    if factor is not None:
+        np.multiply(total, total, out=total)
+        total *= factor[some, None]
+    out[:] = total
