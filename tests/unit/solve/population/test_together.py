@@ -150,6 +150,7 @@ def test_reduced_skins_agree_with_one_by_one(scenario):
                 "stack.insulator.initial_charge",
                 "stack.insulator.thickness",
                 "drive.high",
+                "drive.low",
             ),
         ),
         (
