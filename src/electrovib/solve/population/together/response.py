@@ -26,6 +26,8 @@ class Response:
         The quantity, per volt.
     drive : Excitation
         The drive.
+    known : dict of (int, int) to ndarray
+        States in the periodic state, by the identities of rates and pieces, which both outlive it; extended.
 
     Attributes
     ----------
@@ -35,7 +37,7 @@ class Response:
         Response at infinite frequency.
     """
 
-    def __init__(self, transfers: Transfers, drive: Excitation) -> None:
+    def __init__(self, transfers: Transfers, drive: Excitation, known: dict[tuple[int, int], Real]) -> None:
         if drive.settled and np.any(transfers.rates == INTEGRATING):
             raise NotTogetherError(
                 "every layer up to the interface conducts, and the charge there has no period"
@@ -47,7 +49,10 @@ class Response:
         self.direct = np.ascontiguousarray(np.broadcast_to(transfers.direct, fingers), dtype=float)
         state = np.zeros(transfers.rates.shape)
         for period in drive.periods:
-            state = state + transfers.residues * settled_state(_positive(transfers), period)
+            key = id(transfers.rates), id(period)
+            if key not in known:
+                known[key] = settled_state(_positive(transfers), period)
+            state = state + transfers.residues * known[key]
         if not drive.settled:
             for tone in drive.tones:
                 state = state - _decaying(transfers, tone)
