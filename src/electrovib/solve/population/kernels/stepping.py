@@ -12,6 +12,7 @@ from electrovib.solve.population.kernels.time_steps import (
     BLOCK,
     COMPENSATED,
     SMALLEST,
+    TimeSteps,
     decay_correction,
     step_weights,
     time_steps,
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.solve.population.kernels.time_steps import TimeSteps
 
 _TIMES: Final = 64  # times whose responses are in memory together
 _KNOWN: Final = 64  # durations of steps whose weights are in memory together
@@ -67,7 +67,7 @@ def first_order_hold_many(
     direct: ArrayLike,
     state: ArrayLike,
     voltage: ArrayLike,
-    time: ArrayLike,
+    time: ArrayLike | TimeSteps,
     *,
     factor: ArrayLike | None = None,
     dtype: DTypeLike = np.float64,
@@ -91,7 +91,7 @@ def first_order_hold_many(
     voltage : array_like, shape (n,)
         Drive at the times, straight between them [V].
     time : array_like, shape (n,)
-        Times, not decreasing, in any steps [s]. At a discontinuity the time is given twice.
+        Times, not decreasing, in any steps [s]. At a discontinuity the time is given twice. Or their `TimeSteps`.
     factor : array_like, shape (fingers,), optional
         Then factor times the square of the response is returned.
     dtype : dtype
@@ -142,7 +142,7 @@ def gather(
     direct: ArrayLike,
     state: ArrayLike,
     voltage: ArrayLike,
-    time: ArrayLike,
+    time: ArrayLike | TimeSteps,
 ) -> Fingers:
     """Convert the arguments of `first_order_hold_many` into contiguous arrays, and refuse arguments that disagree.
 
@@ -164,7 +164,7 @@ def gather(
     rate, residue, level, begin, drive = (
         np.ascontiguousarray(each, np.float64) for each in (rates, residues, direct, state, voltage)
     )
-    steps = time_steps(time)
+    steps = time if isinstance(time, TimeSteps) else time_steps(time)
     if (
         rate.ndim != 2
         or residue.shape != rate.shape
