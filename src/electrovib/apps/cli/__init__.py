@@ -21,6 +21,7 @@ from electrovib.apps.cli import (
     run,
     scenarios,
     settings,
+    study,
 )
 from electrovib.apps.cli.completion import complete_arguments
 from electrovib.apps.cli.terminal import complain, prepare
@@ -44,6 +45,7 @@ for _command in (
     compare,
     equilibrium,
     perceive,
+    study,
     fit,
     reproduce,
     scenarios,

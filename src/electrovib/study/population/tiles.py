@@ -1,0 +1,51 @@
+"""Division of the fingers into tiles, whose size follows from the measured computing time."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from electrovib.study.population.declared import BLOCK
+
+_FIRST: Final = 16
+_LARGEST: Final = 64 * BLOCK
+_BYTES: Final = 32e6
+"""Memory of the signals of one tile, about [bytes]."""
+
+
+class TileSizes:
+    """Tiles of fingers that take about a given time.
+
+    Parameters
+    ----------
+    fingers : int
+        Number of fingers of the study.
+    numbers : int
+        Numbers for each finger: samples times signals.
+    seconds : float
+        Computing time of a tile, about [s].
+
+    Notes
+    -----
+    A tile has 2^k fingers and begins at a multiple of its size, so that it is a part of a block of 1024 fingers or
+    consists of whole blocks. Results do not depend on the tiles.
+    """
+
+    def __init__(self, fingers: int, numbers: int, *, seconds: float) -> None:
+        self.fingers, self.seconds = fingers, seconds
+        self.most = _power_below(min(_LARGEST, max(1.0, _BYTES / (8 * numbers))))
+        self.wanted = min(_FIRST, self.most)
+
+    def stop(self, start: int) -> int:
+        """Return the index after the last finger of the tile that begins at a finger."""
+        aligned = start & -start or self.most
+        return min(self.fingers, start + min(self.wanted, aligned))
+
+    def measured(self, fingers: int, seconds: float) -> None:
+        """Adapt the size to the measured computing time of a tile."""
+        each = max(seconds, 1e-6) / fingers
+        self.wanted = _power_below(min(float(self.most), max(1.0, self.seconds / each)))
+
+
+def _power_below(number: float) -> int:
+    """Return the largest power of 2 that is not above a number of at least 1."""
+    return 1 << (int(number).bit_length() - 1)
