@@ -26,12 +26,15 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario as Scenario
     from electrovib.scenario import load as load
     from electrovib.scenario import scenario_of as scenario_of
+    from electrovib.scenario.space import Space as Space
+    from electrovib.scenario.space import read_space as read_space
     from electrovib.solve.equilibrium import equilibrium as equilibrium
     from electrovib.solve.equilibrium import hysteresis as hysteresis
     from electrovib.solve.prepare import prepare as prepare
     from electrovib.solve.simulate import simulate as simulate
     from electrovib.study.catalogue import models as models
     from electrovib.study.catalogue import scenarios as scenarios
+    from electrovib.study.catalogue import spaces as spaces
     from electrovib.study.compare import compare_materials as compare_materials
     from electrovib.study.perceive import perceive as perceive
     from electrovib.study.percept import compare_percepts as compare_percepts
@@ -65,6 +68,8 @@ _PLACES = {
     "open_trace": "electrovib.data.traces",
     "perceive": "electrovib.study.perceive",
     "prepare": "electrovib.solve.prepare",
+    "Space": "electrovib.scenario.space",
+    "read_space": "electrovib.scenario.space",
     "read_recording": "electrovib.recordings.recording",
     "reduce_swipe": "electrovib.recordings.swipe",
     "report": "electrovib.view.report",
@@ -73,6 +78,7 @@ _PLACES = {
     "save": "electrovib.export.save",
     "scenario_of": "electrovib.scenario",
     "scenarios": "electrovib.study.catalogue",
+    "spaces": "electrovib.study.catalogue",
     "simulate": "electrovib.solve.simulate",
     "sweep": "electrovib.study.sweep",
     "compare_surfaces": "electrovib.study.surfaces",

@@ -21,6 +21,7 @@ from electrovib.apps.cli import (
     run,
     scenarios,
     settings,
+    spaces,
     study,
 )
 from electrovib.apps.cli.completion import complete_arguments
@@ -49,6 +50,7 @@ for _command in (
     fit,
     reproduce,
     scenarios,
+    spaces,
     models,
     report,
     import_,

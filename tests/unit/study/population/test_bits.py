@@ -10,7 +10,7 @@ from electrovib.scenario import load
 from electrovib.scenario.space import read_space
 from electrovib.study.population import StudyCancelledError, open_study
 
-ASKED = {"n": 3000, "exceed": ["1 mN"], "draws": True}
+ASKED = {"n": 5000, "exceed": ["1 mN"], "draws": True}
 
 
 def same(one, other):
@@ -25,7 +25,7 @@ def same(one, other):
 def test_the_numbers_are_those_of_the_fingers(quick):
     found = quick(**ASKED, percentiles=(5, 25, 50, 95))
     scenario = load("vezzoli_2014/fig6")
-    drawn = read_space(scenario, SPACE).draw(3, 0, 3000)
+    drawn = read_space(scenario, SPACE).draw(3, 0, 5000)
     values = stand_in(scenario, [PATH]).signals(drawn)["electrostatic_force"]
     name = "electrostatic_force"
     np.testing.assert_allclose(found[f"{name}_mean"], values.mean(axis=0), rtol=1e-13)
@@ -67,7 +67,7 @@ def test_a_study_that_is_ended_again_and_again_gives_the_same_bits(quick, tiles,
     asked = ASKED | {"draws": draws, "budget_memory": memory}
     reference = quick(**asked, output=tmp_path / "reference.zarr")
     done, starts = 0, []
-    while done < 3000:
+    while done < 5000:
         end = done + 700
 
         def progress(fingers, total, end=end, starts=starts, begun=[]):  # noqa: B006
@@ -82,8 +82,8 @@ def test_a_study_that_is_ended_again_and_again_gives_the_same_bits(quick, tiles,
             assert "the same call continues" in str(error)
             done = end
         else:
-            done = 3000
-    assert starts == [0, 704, 1408, 2112, 2816]  # every run begins where the last one ended
+            done = 5000
+    assert starts == [0, 704, 1408, 2112, 2816, 3520, 4224, 4928]  # every run begins where the last one ended
     assert same(open_study(tmp_path / "ended.zarr"), reference)
     one, other = (
         {each.relative_to(root): each.read_bytes() for each in root.rglob("*") if each.is_file()}

@@ -23,7 +23,7 @@ def content(folder):
 def ended(quick, path, after=1, **asked):
     """Begin a study and end it after some fingers."""
     with pytest.raises(StudyCancelledError):
-        quick(**{"n": 3000} | asked, output=path, progress=lambda done, _: done >= after)
+        quick(**{"n": 5000} | asked, output=path, progress=lambda done, _: done >= after)
     return path
 
 
@@ -107,11 +107,11 @@ def test_another_kernel_is_refused_while_incomplete(quick, tmp_path, monkeypatch
     path = ended(quick, tmp_path / "a.zarr")
     monkeypatch.setattr(StandInPopulation, "kernel", "numba 0.68.1, width 4")
     with pytest.raises(InputError, match=r"begun with kernel 'stand-in', here 'numba 0.68.1, width 4'"):
-        quick(n=3000, output=path)
+        quick(n=5000, output=path)
     monkeypatch.setattr(StandInPopulation, "kernel", "stand-in")
-    quick(n=3000, output=path)
+    quick(n=5000, output=path)
     monkeypatch.setattr(StandInPopulation, "kernel", "numba 0.68.1, width 4")
-    quick(n=3000, output=path)  # complete
+    quick(n=5000, output=path)  # complete
 
 
 def test_another_version_is_refused_while_incomplete(quick, tmp_path, monkeypatch):
@@ -119,13 +119,13 @@ def test_another_version_is_refused_while_incomplete(quick, tmp_path, monkeypatc
     versions = {"electrovib": "0.1.0", "numpy": "1.0"}
     monkeypatch.setattr("electrovib.study.population.store.computing_versions", lambda: versions)
     with pytest.raises(InputError, match=r"begun with numpy '.*', here '1.0'"):
-        quick(n=3000, output=path)
+        quick(n=5000, output=path)
 
 
 def test_another_memory_that_changes_the_percentiles_is_refused(quick, tmp_path):
     path = ended(quick, tmp_path / "a.zarr", budget_memory="1 GB")
     with pytest.raises(InputError, match="percentiles from 'exact"):
-        quick(n=3000, output=path, budget_memory="120 kB")
+        quick(n=5000, output=path, budget_memory="120 kB")
 
 
 def faulty(monkeypatch, at, error):
@@ -144,10 +144,10 @@ def faulty(monkeypatch, at, error):
 
 @pytest.mark.parametrize("memory", ["1 GB", "120 kB"])
 def test_a_full_disk_at_any_write_loses_nothing(quick, tiles, tmp_path, monkeypatch, memory):
-    tiles(512)
+    tiles(2048)
     monkeypatch.setattr("electrovib.study.population.writer.PAUSE", 0.0)
     monkeypatch.setattr("electrovib.study.population.writer._SHARE", 0.0)
-    asked = {"n": 2100, "draws": True, "budget_memory": memory}
+    asked = {"n": 4500, "draws": True, "budget_memory": memory}
     quick(**asked, output=tmp_path / "reference.zarr")
     reference = content(tmp_path / "reference.zarr")
     full = OSError(errno.ENOSPC, "No space left on device")
@@ -175,11 +175,11 @@ def test_files_that_a_kill_left_are_removed(quick, tmp_path):
     path = ended(quick, tmp_path / "a.zarr")
     (path / "checkpoint" / "x.0123.partial").write_text("half")
     (path / "y.0123.partial").write_text("half")
-    quick(n=3000, output=path)
+    quick(n=5000, output=path)
     assert not list(path.rglob("*.partial"))
     assert not (path / "checkpoint").exists()
     (path / "checkpoint").mkdir()  # killed between the mark of completeness and the removal
-    quick(n=3000, output=path)
+    quick(n=5000, output=path)
     assert not (path / "checkpoint").exists()
 
 
@@ -203,7 +203,7 @@ def test_a_folder_that_cannot_be_made_is_an_error_before_anything_is_computed(qu
 def test_a_study_that_is_refused_at_once_leaves_no_folder(quick, tmp_path, monkeypatch):
     monkeypatch.setattr("shutil.disk_usage", lambda _: type("Usage", (), {"free": 1000})())
     with pytest.raises(InputError, match="omit --draws"):
-        quick(n=3000, draws=True, output=tmp_path / "a.zarr")
+        quick(n=5000, draws=True, output=tmp_path / "a.zarr")
     assert not list(tmp_path.iterdir())
 
 
@@ -220,8 +220,8 @@ def test_a_block_beyond_the_memory_is_refused(quick):
 def test_a_store_that_is_being_written_is_refused(quick, tmp_path):
     path = ended(quick, tmp_path / "a.zarr")
     with locked(path), pytest.raises(InputError, match=r"another process \(process \d+ on .*\) is writing"):
-        quick(n=3000, output=path)
-    assert quick(n=3000, output=path).attrs["fingers"] == 3000
+        quick(n=5000, output=path)
+    assert quick(n=5000, output=path).attrs["fingers"] == 5000
     assert not (path / ".lock").exists()
 
 
