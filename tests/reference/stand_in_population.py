@@ -25,7 +25,9 @@ class StandInPopulation:
         self.calls.append(len(thickness))
         axis = self.frequency if self.names[0] == "mean_force" else self.time
         decay = axis / (axis + 50 * thickness[:, None])
-        values = 1e-3 * (thickness[:, None] / 2e-4) ** 2 * decay - (1e-4 if "lateral" in self.names[0] else 0.0)
+        values = 1e-3 * (thickness[:, None] / 2e-4) ** 2 * decay - (
+            1e-4 if "lateral" in self.names[0] else 0.0
+        )
         if self.unknown:
             values[thickness > 6e-4, 3] = np.nan
         return {name: values * (place + 1) for place, name in enumerate(self.names)}

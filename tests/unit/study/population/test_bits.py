@@ -17,7 +17,9 @@ def same(one, other):
     """Whether two results have the same arrays, bit for bit, and the same attributes."""
     assert set(one.variables) == set(other.variables)
     for name in one.variables:
-        np.testing.assert_array_equal(one[name].values.view(np.uint8), other[name].values.view(np.uint8), err_msg=name)
+        np.testing.assert_array_equal(
+            one[name].values.view(np.uint8), other[name].values.view(np.uint8), err_msg=name
+        )
         assert one[name].attrs == other[name].attrs
     return one.attrs == other.attrs
 
@@ -45,7 +47,11 @@ def test_tiles_do_not_change_a_bit(quick, tiles, memory, size, tmp_path):
     tiles(size)
     if memory == "1 GB":
         assert same(quick(**ASKED | {"draws": False}), reference)
-    found = quick(**ASKED | {"draws": False}, budget_memory=memory if memory == "1 GB" else "120 kB", output=tmp_path / "a.zarr")
+    found = quick(
+        **ASKED | {"draws": False},
+        budget_memory=memory if memory == "1 GB" else "120 kB",
+        output=tmp_path / "a.zarr",
+    )
     assert same(found, reference)
 
 
@@ -130,4 +136,6 @@ def test_without_percentiles_no_value_is_held(quick):
 
 
 def test_another_seed_draws_other_fingers(quick):
-    assert not np.array_equal(quick(n=50)["electrostatic_force_mean"], quick(n=50, seed=4)["electrostatic_force_mean"])
+    assert not np.array_equal(
+        quick(n=50)["electrostatic_force_mean"], quick(n=50, seed=4)["electrostatic_force_mean"]
+    )

@@ -23,7 +23,9 @@ def test_merged_sums_are_those_of_all_fingers():
     for begin in range(0, 2500, 1024):
         merged.merge(sums_of(values[begin : begin + 1024]))
     exact = [math.fsum((x - math.fsum(column) / 2500) ** 2 for x in column) for column in values.T.tolist()]
-    np.testing.assert_allclose(merged.mean, [math.fsum(each) / 2500 for each in values.T.tolist()], rtol=5e-15)
+    np.testing.assert_allclose(
+        merged.mean, [math.fsum(each) / 2500 for each in values.T.tolist()], rtol=5e-15
+    )
     np.testing.assert_allclose(merged.squares, exact, rtol=1e-6)
     np.testing.assert_allclose(merged.variance, np.asarray(exact) / 2499, rtol=1e-6)
 
@@ -57,7 +59,12 @@ def test_quantiles_of_a_histogram_are_within_its_error(sign):
     whole.add(values)
     shares = (0.001, 0.05, 0.5, 0.95, 0.999)
     np.testing.assert_allclose(whole.quantiles(shares), exact_quantiles(values, shares), rtol=2.5e-3)
-    assert np.abs(whole.quantiles(shares) / np.where(v := exact_quantiles(values, shares), v, 1) - 1)[:, 1:].max() > 1e-5
+    assert (
+        np.abs(whole.quantiles(shares) / np.where(v := exact_quantiles(values, shares), v, 1) - 1)[
+            :, 1:
+        ].max()
+        > 1e-5
+    )
 
 
 def test_histograms_merge_to_the_same_bits_in_any_order():

@@ -241,7 +241,9 @@ def test_the_lock_of_a_killed_process_is_free(tmp_path, monkeypatch, locks):
     if locks == "none":
         monkeypatch.setattr("electrovib.study.population.lock._kind", lambda: None)
         script = "import electrovib.study.population.lock as lock\nlock._kind = lambda: None\n" + HOLD
-    holder = subprocess.Popen([sys.executable, "-c", script, str(tmp_path)], stdout=subprocess.PIPE, text=True)
+    holder = subprocess.Popen(
+        [sys.executable, "-c", script, str(tmp_path)], stdout=subprocess.PIPE, text=True
+    )
     try:
         assert holder.stdout.readline() == "held\n"
         assert json.loads((tmp_path / ".lock").read_text())["process"] == holder.pid
