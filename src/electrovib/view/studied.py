@@ -70,11 +70,12 @@ def _figure(
     found: xarray.Dataset, name: str, plot: Callable[..., Axes], title: str, caption: str
 ) -> PageFigure:
     from electrovib.view.pages import markup
-    from electrovib.view.style import new_figure
+    from electrovib.view.style import new_figure, style
     from electrovib.view.svg import inline, to_svg
 
     figure = new_figure(_SIZE)
-    plot(found, name, ax=figure.add_subplot())
+    with style():
+        plot(found, name, ax=figure.add_subplot())
     svg = inline(to_svg(figure), name=f"{plot.__name__}-{name.replace('_', '-')}", words=title)
     return PageFigure(title, markup(svg), caption)
 
@@ -128,7 +129,9 @@ def _parameters(found: xarray.Dataset) -> Table:
 
 
 def _value(value: Any) -> str:
-    return f"{len(value)} values" if isinstance(value, list) else str(value)
+    if isinstance(value, list):
+        return f"{len(value)} values"
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _validity(found: xarray.Dataset) -> Table:
