@@ -1,0 +1,67 @@
+"""How kernels are compiled: without the interpreter's lock, kept on disk, products and sums in the order written."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "fastmath": {"contract", "nsz"}}
+
+
+def inner(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function that only compiled functions call.
+
+    Parameters
+    ----------
+    function : callable
+        In the part of Python that numba compiles.
+
+    Returns
+    -------
+    compiled : callable
+        Compiled for each kind of arguments at its first use.
+    """
+    from numba import njit
+
+    return njit(function, no_cpython_wrapper=True, **_OPTIONS)  # type: ignore[no-any-return]
+
+
+def outer(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function that Python calls, and cache it on disk where numba finds a folder to write to.
+
+    Parameters
+    ----------
+    function : callable
+        In the part of Python that numba compiles.
+
+    Returns
+    -------
+    compiled : callable
+        Compiled for each kind of arguments at its first use; other threads run meanwhile.
+    """
+    from numba import njit
+
+    try:
+        return njit(function, nogil=True, cache=True, **_OPTIONS)  # type: ignore[no-any-return]
+    except RuntimeError:
+        return njit(function, nogil=True, **_OPTIONS)  # type: ignore[no-any-return]
+
+
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function of vectors into its callers.
+
+    Parameters
+    ----------
+    function : callable
+        In the part of Python that numba compiles.
+
+    Returns
+    -------
+    compiled : callable
+        Always inlined by the compiler.
+    """
+    from numba import njit
+
+    return njit(function, no_cpython_wrapper=True, forceinline=True, **_OPTIONS)  # type: ignore[no-any-return]
