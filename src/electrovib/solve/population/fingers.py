@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from electrovib.core.signals import SIGNALS
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.choice import refuse_unsolved
 from electrovib.solve.population.one_by_one import KERNEL, OneByOne, over_which
+from electrovib.solve.population.together.compare import compare
+from electrovib.solve.population.together.engine import Together
+from electrovib.solve.population.together.refusal import NotTogetherError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -21,6 +24,8 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
 
+TOGETHER: Final = "together: arrays over fingers (linear layers, a fixed gap, a voltage of straight pieces or sines, friction without memory)"
+"""Method that is stated where fingers are computed in arrays."""
 _GRIDS = ("time", "frequency")
 """Parts of a scenario that are the same for all fingers."""
 
@@ -119,15 +124,31 @@ class Population:
         else:
             raise InputError("time: signals over frequency have no output times; omit it")
         self._alone = OneByOne(scenario, self.free, self.names, self.time)
-        self.method, self.kernel = "one by one", KERNEL
+        self.method, self.kernel = TOGETHER, KERNEL
+        self._together: Together | None = None
+        try:
+            self._together = self._in_arrays()
+            self.kernel = self._together.kernel
+        except NotTogetherError as reason:
+            self.method = f"one by one: {reason}"
 
-    def signals(self, draws: Mapping[str, ArrayLike]) -> dict[str, Any]:
+    def _in_arrays(self) -> Together:
+        """Return the computation in arrays, after a comparison with one by one for two fingers."""
+        if self.time is None:
+            raise NotTogetherError("signals over frequency")
+        found = Together(self.scenario, self.free, self.names, self.time, self._alone)
+        compare(found, self._alone, self.scenario)
+        return found
+
+    def signals(self, draws: Mapping[str, ArrayLike], *, threads: int | None = None) -> dict[str, Any]:
         """Compute the signals of fingers.
 
         Parameters
         ----------
         draws : mapping of str to array_like, shape (fingers,)
             Path to the value of each finger, in SI units; a free path that is omitted keeps the value of the scenario.
+        threads : int, optional
+            Threads of a compiled kernel; by default one for each available processor.
 
         Returns
         -------
@@ -140,7 +161,10 @@ class Population:
             If a path is not free, the arrays have different lengths, a value is outside its range, or the models of a
             finger cannot be combined.
         """
-        return self._alone.signals(self.columns(draws))
+        columns = self.columns(draws)
+        if self._together is None:
+            return self._alone.signals(columns)
+        return self._together.signals(columns, threads=threads)
 
     def columns(self, draws: Mapping[str, ArrayLike]) -> dict[str, Real]:
         """Return the values of all free parameters for each finger.
