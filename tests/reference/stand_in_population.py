@@ -20,7 +20,7 @@ class StandInPopulation:
         self.names, self.time, self.frequency = signals, TIMES, np.geomspace(1.0, 1e4, 5)
         self.calls = []
 
-    def signals(self, draws):
+    def signals(self, draws, *, threads=None):
         thickness = draws[PATH]
         self.calls.append(len(thickness))
         axis = self.frequency if self.names[0] == "mean_force" else self.time

@@ -9,8 +9,9 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import InputError
+from electrovib.study.population.declared import BLOCK
 from electrovib.study.population.tile import computing_versions, refuse_problems, tile_on_worker
-from electrovib.study.population.tiles import TileSizes
+from electrovib.study.population.tiles import TileSizes, largest_tile
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -21,6 +22,8 @@ _SECONDS: Final = 1.0
 """Computing time of a task, about [s]: what a worker that is lost costs."""
 _AHEAD: Final = 3
 """Tasks for each worker that are given out before the first of them is merged."""
+_MOST: Final = 64 * BLOCK
+"""Fingers of a task whose signals are not sent back, at most."""
 _POLL: Final = 0.2
 """Time after which the progress is reported while a task is awaited [s]."""
 _CONNECT: Final = 10.0
@@ -67,8 +70,9 @@ def tiles_of_cluster(
     """
     with _client(workers, scheduler) as client:
         declared, text, versions = evaluator.declared, evaluator.declared.to_text(), computing_versions()
-        numbers = evaluator.samples * len(declared.signals)
-        sizes = TileSizes(declared.fingers, numbers, seconds=_SECONDS)
+        most = largest_tile(evaluator.numbers)  # signals are sent back, or else a histogram of more fingers
+        most = most if evaluator.kept else max(most, _MOST)
+        sizes = TileSizes(declared.fingers, most, seconds=_SECONDS)
         pending: deque[tuple[int, int, Any]] = deque()
         given = start
         while start < declared.fingers:

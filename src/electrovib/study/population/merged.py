@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.study.population.counts import FingerCounts
 from electrovib.study.population.declared import BLOCK
-from electrovib.study.population.histogram import BandHistogram
-from electrovib.study.population.sums import Counts, Sums
-from electrovib.study.population.tile import ReducedSignal, reduced
+from electrovib.study.population.tile import count_in
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,7 +17,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.study.population.tile import Evaluator, TileResult
+    from electrovib.solve.population.kernels import Histogram, Moments
+    from electrovib.study.population.tile import Evaluator, ReducedSignal, TileResult
 
 
 @dataclass
@@ -27,11 +27,11 @@ class MergedSignal:
 
     Parameters
     ----------
-    sums : Sums
+    moments : Moments or None
+        Over complete blocks; None before the first.
+    counts : FingerCounts
         Over complete blocks.
-    counts : Counts
-        Over complete blocks.
-    histogram : BandHistogram or None
+    histogram : Histogram or None
         Over complete blocks, where percentiles are taken from it.
     values : ndarray of float32, shape (fingers of the study, n), or None
         Signals of all fingers, where percentiles are exact.
@@ -39,9 +39,9 @@ class MergedSignal:
         Signals of the fingers of the block that is not complete.
     """
 
-    sums: Sums
-    counts: Counts
-    histogram: BandHistogram | None
+    moments: Moments | None
+    counts: FingerCounts
+    histogram: Histogram | None
     values: NDArray[np.float32] | None
     block: list[Real]
 
@@ -63,15 +63,16 @@ class MergedFingers:
     """
 
     def __init__(self, evaluator: Evaluator, *, hold: bool = False) -> None:
-        self.fingers = 0
-        self.declared, self.kept, self.exact = evaluator.declared, evaluator.kept, evaluator.exact
+        from electrovib.solve.population.kernels import Histogram
+
+        self.fingers, self.evaluator, self.declared = 0, evaluator, evaluator.declared
         samples, declared = evaluator.samples, evaluator.declared
         held = hold or (bool(declared.percentiles) and evaluator.exact)
         self.signals = {
             name: MergedSignal(
-                sums=Sums.empty(samples),
-                counts=Counts.empty(len(declared.thresholds.get(name, ())), samples),
-                histogram=BandHistogram(samples) if evaluator.kept.histogram else None,
+                moments=None,
+                counts=FingerCounts.empty(len(declared.thresholds.get(name, ())), samples),
+                histogram=Histogram(samples) if evaluator.binned else None,
                 values=np.empty((declared.fingers, samples), np.float32) if held else None,
                 block=[],
             )
@@ -118,32 +119,35 @@ class MergedFingers:
         blocks = {name: np.concatenate(each.block) for name, each in self.signals.items()}
         for each in self.signals.values():
             each.block = []
-        return reduced(blocks, self.declared.thresholds, self.kept)
+        return self.evaluator.reduced(blocks)
 
-    @staticmethod
-    def _merge(merged: MergedSignal, found: ReducedSignal, start: int) -> None:
-        for sums in found.sums:
-            merged.sums.merge(sums)
-        merged.counts.merge(found.counts)
-        if merged.histogram is not None and found.histogram is not None:
-            merged.histogram.merge(found.histogram)
-        if merged.values is not None and found.values is not None:
-            merged.values[start : start + len(found.values)] = found.values
+    def _merge(self, into: MergedSignal, found: ReducedSignal, start: int) -> None:
+        from electrovib.solve.population.kernels import merged
+
+        into.moments = merged([*([into.moments] if into.moments is not None else []), *found.blocks])
+        into.counts.merge(found.counts)
+        if into.histogram is not None and found.histogram is not None:
+            into.histogram = into.histogram + found.histogram
+        elif into.histogram is not None and found.values is not None:
+            count_in(into.histogram, found.values, self.evaluator.threads)
+        if into.values is not None and found.values is not None:
+            into.values[start : start + len(found.values)] = found.values
 
     def state(self) -> dict[str, NDArray[Any]]:
         """Return a copy of everything except the kept signals, as named arrays; later merges do not change them."""
         found: dict[str, NDArray[Any]] = {}
         for place, each in enumerate(self.signals.values()):
-            sums, counts = each.sums.copy(), each.counts.copy()
-            found[f"count_{place}"] = np.asarray([sums.count])
-            found[f"mean_{place}"], found[f"squares_{place}"] = sums.mean, sums.squares
+            if each.moments is not None:
+                found[f"count_{place}"] = np.asarray([each.moments.fingers])
+                found[f"mean_{place}"], found[f"squares_{place}"] = each.moments.mean, each.moments.squares
+            counts = each.counts.copy()
             found[f"above_{place}"], found[f"anywhere_{place}"] = counts.above, counts.anywhere
             found[f"unknown_{place}"] = counts.unknown
             if each.block:
                 found[f"block_{place}"] = np.concatenate(each.block)
             if each.histogram is not None:
-                found[f"first_{place}"] = np.asarray([each.histogram.first])
-                found[f"histogram_{place}"] = each.histogram.counts.copy()
+                found[f"pages_{place}"] = each.histogram.pages.copy()
+                found[f"bins_{place}"] = each.histogram.counts[: each.histogram.used].copy()
         return found
 
     def restore(self, fingers: int, state: Mapping[str, NDArray[Any]]) -> None:
@@ -154,19 +158,23 @@ class MergedFingers:
         fingers : int
             Number of fingers that were merged.
         state : mapping of str to ndarray
-            As `state` returned it.
+            As `state` returned it; an array without elements may be absent.
         """
+        from electrovib.solve.population.kernels import Moments
+
         self.fingers = fingers
         for place, each in enumerate(self.signals.values()):
-            each.sums = Sums(
-                int(state[f"count_{place}"][0]), state[f"mean_{place}"], state[f"squares_{place}"]
-            )
-            each.counts = Counts(
-                state.get(f"above_{place}", each.counts.above),  # an array without elements is not stored
+            if f"count_{place}" in state:
+                count = int(state[f"count_{place}"][0])
+                each.moments = Moments(count, state[f"mean_{place}"], state[f"squares_{place}"])
+            each.counts = FingerCounts(
+                state.get(f"above_{place}", each.counts.above),
                 state.get(f"anywhere_{place}", each.counts.anywhere),
                 state[f"unknown_{place}"],
             )
             each.block = [state[f"block_{place}"]] if f"block_{place}" in state else []
-            if each.histogram is not None and f"histogram_{place}" in state:
-                each.histogram.first = int(state[f"first_{place}"][0])
-                each.histogram.counts = state[f"histogram_{place}"]
+            if each.histogram is not None and f"bins_{place}" in state:
+                each.histogram.pages = state[f"pages_{place}"]
+                each.histogram.counts = state[f"bins_{place}"]
+                each.histogram.used = len(each.histogram.counts)
+                each.histogram.count = self.blocks

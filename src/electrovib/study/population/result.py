@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from electrovib.core.signals import SIGNALS
-from electrovib.study.population.quantiles import exact_quantiles
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -73,10 +72,12 @@ def _of_signal(name: str, declared: DeclaredStudy, merged: MergedFingers) -> dic
     def put(suffix: str, dims: tuple[str, ...], values: NDArray[Any], unit: str, meaning: str) -> None:
         found[f"{name}_{suffix}"] = StoredArray(dims, values, {"units": unit, "long_name": meaning})
 
-    put("mean", (axis,), each.sums.mean, unit, f"mean of the {words} over the fingers")
-    put("variance", (axis,), each.sums.variance, _squared(unit), f"variance of the {words} over the fingers")
+    moments = each.moments
+    assert moments is not None
+    put("mean", (axis,), moments.mean, unit, f"mean of the {words} over the fingers")
+    put("variance", (axis,), moments.variance(), _squared(unit), f"variance of the {words} over the fingers")
     if declared.percentiles:
-        bands = _quantiles(each, declared)
+        bands = _quantiles(each, declared, merged.evaluator.threads)
         put("percentile", ("percentile", axis), bands, unit, f"percentiles of the {words} over the fingers")
     if each.counts.unknown.any():
         put("unknown", (axis,), each.counts.unknown, "1", f"number of fingers whose {words} is not known")
@@ -101,11 +102,13 @@ def _squared(unit: str) -> str:
     return f"{unit}^2" if unit.isalpha() else f"({unit})^2"
 
 
-def _quantiles(each: MergedSignal, declared: DeclaredStudy) -> Real:
+def _quantiles(each: MergedSignal, declared: DeclaredStudy, threads: int | None) -> Real:
     """Return the percentiles; NaN where the signal of a finger is not known."""
+    from electrovib.solve.population.kernels import quantiles
+
     shares = tuple(percentile / 100 for percentile in declared.percentiles)
     if each.values is not None:
-        found = exact_quantiles(each.values, shares)
+        found = quantiles(each.values, shares, threads=threads)
     else:
         assert each.histogram is not None
         found = each.histogram.quantiles(shares)

@@ -24,7 +24,7 @@ from electrovib.study.population.store import (
     written,
 )
 from electrovib.study.population.tile import Evaluator, refuse_problems
-from electrovib.study.population.tiles import TileSizes
+from electrovib.study.population.tiles import TileSizes, largest_tile
 from electrovib.study.population.writer import CheckpointWriter
 
 if TYPE_CHECKING:
@@ -165,7 +165,7 @@ def _where(workers: int | None, scheduler: str | None) -> dict[str, Any] | None:
 def _evaluator(declared: DeclaredStudy) -> Evaluator:
     """Prepare the study, and refuse one whose blocks do not fit the memory."""
     found = Evaluator(declared)
-    block = 2 * 8.0 * min(BLOCK, declared.fingers) * found.samples * len(declared.signals)
+    block = 2 * 8.0 * min(BLOCK, declared.fingers) * found.numbers
     if block > declared.memory:
         raise InputError(
             f"budget_memory = {megabytes(declared.memory)}: the signals of a block of {min(BLOCK, declared.fingers)} fingers"
@@ -257,13 +257,12 @@ def _tiles(
 ) -> Iterator[TileResult]:
     """Yield the tiles from a finger on, in order."""
     declared = evaluator.declared
-    numbers = evaluator.samples * len(declared.signals)
     if where is not None:
         from electrovib.study.population.cluster import tiles_of_cluster
 
         yield from tiles_of_cluster(evaluator, start, waiting=waiting, **where)
         return
-    sizes = TileSizes(declared.fingers, numbers, seconds=_SECONDS)
+    sizes = TileSizes(declared.fingers, largest_tile(evaluator.numbers), seconds=_SECONDS)
     while start < declared.fingers:
         tile = evaluator.tile(start, sizes.stop(start))
         refuse_problems(tile)

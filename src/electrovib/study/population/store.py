@@ -76,7 +76,7 @@ class StudyStore:
         """Make the arrays of the signals of every finger where they are kept: of the result, or until its end."""
         declared = self.declared
         self.rows: dict[str, Any] = {}
-        if not self.evaluator.kept.values:
+        if not self.evaluator.kept:
             return
         group = self.root if declared.draws else self.checkpoint
         for name in declared.signals:
@@ -284,7 +284,7 @@ def refuse_full_disk(path: Path, evaluator: Evaluator) -> None:
         With both amounts.
     """
     declared = evaluator.declared
-    needed = 4.0 * declared.fingers * evaluator.samples * len(declared.signals) if declared.draws else 0.0
+    needed = 4.0 * declared.fingers * evaluator.numbers if declared.draws else 0.0
     folder = next((each for each in (path, *path.resolve().parents) if each.exists()), Path())
     free = shutil.disk_usage(folder).free
     if needed > free:

@@ -5,15 +5,15 @@ from __future__ import annotations
 import functools
 import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.versions import versions
+from electrovib.study.population.counts import FingerCounts
 from electrovib.study.population.declared import BLOCK, DeclaredStudy
-from electrovib.study.population.histogram import BandHistogram
-from electrovib.study.population.sums import Counts, Sums, sums_of
+from electrovib.study.population.tiles import largest_tile
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
+    from electrovib.solve.population.kernels import Histogram, Moments
 
 
 @dataclass
@@ -29,20 +30,20 @@ class ReducedSignal:
 
     Parameters
     ----------
-    sums : list of Sums
+    blocks : list of Moments
         Of each block of 1024 fingers.
-    counts : Counts
+    counts : FingerCounts
         Of all fingers.
     values : ndarray of float32, shape (fingers, n), or None
-        Signals of the fingers, where they are kept.
-    histogram : BandHistogram or None
-        Where percentiles are taken from a histogram.
+        Signals of the fingers, where they are needed.
+    histogram : Histogram or None
+        Of the signals, in place of them where it is smaller.
     """
 
-    sums: list[Sums]
-    counts: Counts
+    blocks: list[Moments]
+    counts: FingerCounts
     values: NDArray[np.float32] | None
-    histogram: BandHistogram | None
+    histogram: Histogram | None
 
 
 @dataclass
@@ -54,7 +55,7 @@ class TileResult:
     start, stop : int
         Indices of the first finger and of the one after the last.
     kernel : str
-        Kernel and vector width with which it was computed.
+        Kernels and vector width with which it was computed.
     seconds : float
         Computing time [s].
     raw : dict of str to ndarray, shape (fingers, n)
@@ -74,22 +75,6 @@ class TileResult:
     problems: list[str] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Kept:
-    """What of the signals is kept beside the sums.
-
-    Parameters
-    ----------
-    values : bool
-        The signals of every finger, as float32.
-    histogram : bool
-        A histogram of the signals.
-    """
-
-    values: bool
-    histogram: bool
-
-
 class Evaluator:
     """A study that can be evaluated for any fingers.
 
@@ -97,6 +82,8 @@ class Evaluator:
     ----------
     declared : DeclaredStudy
         The study.
+    threads : int, optional
+        Threads of the kernels; by default one for each available processor.
 
     Raises
     ------
@@ -104,23 +91,22 @@ class Evaluator:
         If the scenario has no such signal or parameter.
     """
 
-    def __init__(self, declared: DeclaredStudy) -> None:
+    def __init__(self, declared: DeclaredStudy, *, threads: int | None = None) -> None:
         from electrovib.solve.population import population
 
-        self.declared = declared
+        self.declared, self.threads = declared, threads
         self.population = population(
             declared.scenario, free=tuple(declared.space.paths), signals=declared.signals
         )
         self.axis: Real = np.asarray(getattr(self.population, declared.axis), dtype=float)
         self.samples = self.axis.size
         self.method = str(self.population.method)
-        self.kernel = str(self.population.kernel)
-        values = 4.0 * declared.fingers * self.samples * len(declared.signals)
-        self.exact = values <= declared.memory
+        self.kernel = kernels(str(self.population.kernel))
+        self.numbers = self.samples * len(declared.signals)
+        self.exact = 4.0 * declared.fingers * self.numbers <= declared.memory
         percentiles = bool(declared.percentiles)
-        self.kept = Kept(
-            values=declared.draws or (percentiles and self.exact), histogram=percentiles and not self.exact
-        )
+        self.kept = declared.draws or (percentiles and self.exact)
+        self.binned = percentiles and not self.exact
 
     def tile(self, start: int, stop: int) -> TileResult:
         """Evaluate consecutive fingers.
@@ -136,61 +122,101 @@ class Evaluator:
             Reduced if `start` begins a block and the fingers fill whole blocks, or end the study; raw otherwise.
         """
         begun = time.perf_counter()
-        draws = self.declared.space.draw(self.declared.seed, start, stop)
-        signals = {
-            name: np.asarray(each, dtype=float) for name, each in self.population.signals(draws).items()
-        }
-        signals = {name: signals[name] for name in self.declared.signals}
         found = TileResult(start, stop, kernel=self.kernel)
         if start % BLOCK == 0 and (stop % BLOCK == 0 or stop == self.declared.fingers):
-            found.reduced = reduced(signals, self.declared.thresholds, self.kept)
+            found.reduced = self._whole_blocks(start, stop)
         else:
-            found.raw = signals
+            found.raw = self._signals(start, stop)
         found.seconds = time.perf_counter() - begun
         return found
 
+    def _signals(self, start: int, stop: int) -> dict[str, Real]:
+        draws = self.declared.space.draw(self.declared.seed, start, stop)
+        signals = self.population.signals(draws, threads=self.threads)
+        return {name: np.asarray(signals[name], dtype=float) for name in self.declared.signals}
 
-def reduced(
-    signals: Mapping[str, Real], thresholds: Mapping[str, tuple[float, ...]], kept: Kept
-) -> dict[str, ReducedSignal]:
-    """Reduce the signals of consecutive fingers, the first of which begins a block.
+    def _whole_blocks(self, start: int, stop: int) -> dict[str, ReducedSignal]:
+        """Reduce fingers in parts whose signals stay small; return a histogram in place of the signals of many parts."""
+        size = max(BLOCK, largest_tile(self.numbers))
+        found: dict[str, ReducedSignal] = {}
+        for begin in range(start, stop, size):
+            part = self.reduced(self._signals(begin, min(begin + size, stop)))
+            if stop - start > size and not self.kept:
+                for each in part.values():
+                    _bin(each, self.threads)
+            for name, each in part.items():
+                found[name] = _joined(found[name], each) if name in found else each
+        return found
+
+    def reduced(self, signals: Mapping[str, Real]) -> dict[str, ReducedSignal]:
+        """Reduce the signals of consecutive fingers, the first of which begins a block.
+
+        Parameters
+        ----------
+        signals : mapping of str to ndarray, shape (fingers, n)
+            Signals by name.
+
+        Returns
+        -------
+        reduced : dict of str to ReducedSignal
+            By name, with the signals where they are kept or counted in a histogram.
+        """
+        from electrovib.solve.population.kernels import block_moments
+
+        found = {}
+        for name, values in signals.items():
+            blocks = block_moments(values, threads=self.threads)
+            found[name] = ReducedSignal(
+                blocks=blocks,
+                counts=FingerCounts.of(values, self.declared.thresholds.get(name, ()), blocks),
+                values=values.astype(np.float32) if self.kept or self.binned else None,
+                histogram=None,
+            )
+        return found
+
+
+def count_in(histogram: Histogram, values: NDArray[np.float32], threads: int | None) -> None:
+    """Count signals in a histogram; a value that is not known is counted as 0, because no quantile is given at its sample.
 
     Parameters
     ----------
-    signals : mapping of str to ndarray, shape (fingers, n)
-        Signals by name.
-    thresholds : mapping of str to tuple of float
-        Signal to the values whose exceedance is counted.
-    kept : Kept
-        What is kept beside the sums.
-
-    Returns
-    -------
-    reduced : dict of str to ReducedSignal
-        By name.
+    histogram : Histogram
+        Receives the values.
+    values : ndarray of float32, shape (fingers, n)
+        Signals.
+    threads : int or None
+        Of the kernel.
     """
-    found = {}
-    for name, values in signals.items():
-        single = values.astype(np.float32) if kept.values or kept.histogram else None
-        histogram = None
-        if kept.histogram and single is not None:
-            histogram = BandHistogram(values.shape[1])
-            histogram.add(single)
-        found[name] = ReducedSignal(
-            sums=[sums_of(values[begin : begin + BLOCK]) for begin in range(0, len(values), BLOCK)],
-            counts=Counts.of(values, thresholds.get(name, ())),
-            values=single if kept.values else None,
-            histogram=histogram,
-        )
+    missing = np.isnan(values)
+    histogram.add(np.where(missing, np.float32(0), values) if missing.any() else values, threads=threads)
+
+
+def _bin(part: ReducedSignal, threads: int | None) -> None:
+    from electrovib.solve.population.kernels import Histogram
+
+    if part.values is not None:
+        part.histogram = Histogram(part.values.shape[1])
+        count_in(part.histogram, part.values, threads)
+        part.values = None
+
+
+def _joined(one: ReducedSignal, other: ReducedSignal) -> ReducedSignal:
+    """Return the statistics of fingers that follow each other."""
+    one.counts.merge(other.counts)
+    found = ReducedSignal([*one.blocks, *other.blocks], one.counts, None, None)
+    if one.values is not None and other.values is not None:
+        found.values = np.concatenate([one.values, other.values])
+    if one.histogram is not None and other.histogram is not None:
+        found.histogram = one.histogram + other.histogram
     return found
 
 
 @functools.lru_cache(maxsize=1)
-def _evaluator(text: str) -> Evaluator:
-    return Evaluator(DeclaredStudy.from_text(text))
+def _evaluator(text: str, threads: int | None) -> Evaluator:
+    return Evaluator(DeclaredStudy.from_text(text), threads=threads)
 
 
-def tile_on_worker(text: str, start: int, stop: int, expected: dict[str, Any]) -> TileResult:
+def tile_on_worker(text: str, start: int, stop: int, expected: Mapping[str, str]) -> TileResult:
     """Evaluate a tile of a study that is given as text; a mistake is part of the result.
 
     Parameters
@@ -199,7 +225,7 @@ def tile_on_worker(text: str, start: int, stop: int, expected: dict[str, Any]) -
         Text of `DeclaredStudy.to_text`.
     start, stop : int
         Indices of the first finger and of the one after the last.
-    expected : dict of str to str
+    expected : mapping of str to str
         Versions with which the other fingers are computed.
 
     Returns
@@ -208,19 +234,38 @@ def tile_on_worker(text: str, start: int, stop: int, expected: dict[str, Any]) -
         As from `Evaluator.tile`, or with the problems of the worker.
     """
     here = computing_versions()
-    if here != expected:
-        differing = ", ".join(
-            f"{name} {here.get(name)} instead of {each}"
-            for name, each in expected.items()
-            if here.get(name) != each
-        )
+    differing = [
+        f"{name} {here.get(name)} instead of {each}"
+        for name, each in expected.items()
+        if here.get(name) != each
+    ]
+    if differing:
+        what = ", ".join(differing)
         return TileResult(
-            start, stop, problems=[f"workers: one has {differing}; install the same versions everywhere"]
+            start, stop, problems=[f"workers: one has {what}; install the same versions everywhere"]
         )
     try:
-        return _evaluator(text).tile(start, stop)
+        return _evaluator(text, _threads()).tile(start, stop)
     except ElectrovibError as error:
         return TileResult(start, stop, problems=[str(each) for each in error.problems])
+
+
+def _threads() -> int | None:
+    """Return the number of threads of the Dask worker that runs this; None elsewhere."""
+    from distributed import get_worker
+
+    try:
+        return int(get_worker().state.nthreads)
+    except ValueError:
+        return None
+
+
+def kernels(of_signals: str) -> str:
+    """Name the kernels of signals and statistics, on which the last bits of the results depend."""
+    from electrovib.solve.population.kernels import kernel_name
+
+    of_statistics = kernel_name()
+    return of_statistics if of_signals == of_statistics else f"{of_signals}; statistics {of_statistics}"
 
 
 def computing_versions() -> dict[str, str]:

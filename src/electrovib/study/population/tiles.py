@@ -9,7 +9,23 @@ from electrovib.study.population.declared import BLOCK
 _FIRST: Final = 16
 _LARGEST: Final = 64 * BLOCK
 _BYTES: Final = 32e6
-"""Memory of the signals of one tile, about [bytes]."""
+"""Memory of the signals that are computed together, about [bytes]."""
+
+
+def largest_tile(numbers: int) -> int:
+    """Return the largest number of fingers whose signals are computed together, a power of 2.
+
+    Parameters
+    ----------
+    numbers : int
+        Numbers for each finger: samples times signals.
+
+    Returns
+    -------
+    fingers : int
+        1 at least.
+    """
+    return _power_below(min(_LARGEST, max(1.0, _BYTES / (8 * numbers))))
 
 
 class TileSizes:
@@ -19,8 +35,8 @@ class TileSizes:
     ----------
     fingers : int
         Number of fingers of the study.
-    numbers : int
-        Numbers for each finger: samples times signals.
+    most : int
+        Largest number of fingers in a tile, a power of 2.
     seconds : float
         Computing time of a tile, about [s].
 
@@ -30,10 +46,9 @@ class TileSizes:
     consists of whole blocks. Results do not depend on the tiles.
     """
 
-    def __init__(self, fingers: int, numbers: int, *, seconds: float) -> None:
-        self.fingers, self.seconds = fingers, seconds
-        self.most = _power_below(min(_LARGEST, max(1.0, _BYTES / (8 * numbers))))
-        self.wanted = min(_FIRST, self.most)
+    def __init__(self, fingers: int, most: int, *, seconds: float) -> None:
+        self.fingers, self.most, self.seconds = fingers, most, seconds
+        self.wanted = min(_FIRST, most)
 
     def stop(self, start: int) -> int:
         """Return the index after the last finger of the tile that begins at a finger."""

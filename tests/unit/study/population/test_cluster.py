@@ -54,7 +54,10 @@ def cluster(folder, workers):
             time.sleep(0.1)
         address = json.loads(file.read_text())["address"]
         options = ["--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory", str(folder)]
-        yield address, [stack.enter_context(process("worker", address, *local, *options)) for _ in range(workers)]
+        yield (
+            address,
+            [stack.enter_context(process("worker", address, *local, *options)) for _ in range(workers)],
+        )
 
 
 def wait_for_workers(address, count):

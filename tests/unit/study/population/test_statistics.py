@@ -1,95 +1,50 @@
-"""Sums, counts, histograms and quantiles over fingers."""
+"""Counts of fingers, and histograms of signals that are not known everywhere."""
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
-import pytest
 
-from electrovib.study.population.histogram import BandHistogram
-from electrovib.study.population.quantiles import exact_quantiles
-from electrovib.study.population.sums import Counts, Sums, sums_of
-
-
-def draws(fingers, samples=5, seed=0):
-    generator = np.random.default_rng(seed)
-    return np.exp(generator.normal(0, 2, (fingers, samples))) * np.logspace(-6, 3, samples)
+from electrovib.solve.population.kernels import Histogram, block_moments
+from electrovib.study.population.counts import FingerCounts
+from electrovib.study.population.tile import count_in
+from electrovib.study.population.words import percentile_words
 
 
-def test_merged_sums_are_those_of_all_fingers():
-    values = 1e6 + np.random.default_rng(1).normal(0, 1e-3, (2500, 3))  # naive squares would lose all digits
-    merged = Sums.empty(3)
-    for begin in range(0, 2500, 1024):
-        merged.merge(sums_of(values[begin : begin + 1024]))
-    exact = [math.fsum((x - math.fsum(column) / 2500) ** 2 for x in column) for column in values.T.tolist()]
-    np.testing.assert_allclose(
-        merged.mean, [math.fsum(each) / 2500 for each in values.T.tolist()], rtol=5e-15
-    )
-    np.testing.assert_allclose(merged.squares, exact, rtol=1e-6)
-    np.testing.assert_allclose(merged.variance, np.asarray(exact) / 2499, rtol=1e-6)
-
-
-def test_the_variance_of_one_finger_is_not_known():
-    one = sums_of(np.ones((1, 2)))
-    assert np.isnan(one.variance).all()
-
-
-def test_a_copy_keeps_its_sums():
-    first = sums_of(draws(10))
-    copy = first.copy()
-    first.merge(sums_of(draws(10, seed=2)))
-    np.testing.assert_array_equal(copy.mean, sums_of(draws(10)).mean)
-
-
-@pytest.mark.parametrize("fingers", [1, 2, 101, 1000])
-def test_exact_quantiles_are_those_of_numpy(fingers):
-    values = draws(fingers).astype(np.float32)
-    shares = (0.05, 0.5, 0.731, 0.95)
-    np.testing.assert_allclose(
-        exact_quantiles(values, shares), np.quantile(values.astype(float), shares, axis=0), rtol=1e-14
-    )
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_quantiles_of_a_histogram_are_within_its_error(sign):
-    values = (sign * draws(20000)).astype(np.float32)
-    values[:3000, 0] = 0.0
-    whole = BandHistogram(5)
-    whole.add(values)
-    shares = (0.001, 0.05, 0.5, 0.95, 0.999)
-    np.testing.assert_allclose(whole.quantiles(shares), exact_quantiles(values, shares), rtol=2.5e-3)
-    assert (
-        np.abs(whole.quantiles(shares) / np.where(v := exact_quantiles(values, shares), v, 1) - 1)[
-            :, 1:
-        ].max()
-        > 1e-5
-    )
-
-
-def test_histograms_merge_to_the_same_bits_in_any_order():
-    values = draws(900).astype(np.float32)
-    whole, parts = BandHistogram(5), [BandHistogram(5) for _ in range(3)]
-    whole.add(values)
-    for part, begin in zip(parts, (0, 300, 600), strict=True):
-        part.add(values[begin : begin + 300] if begin else values[:300])
-    merged = BandHistogram(5)
-    for part in (parts[2], BandHistogram(5), parts[0], parts[1]):
-        merged.merge(part)
-    assert merged.first == whole.first
-    np.testing.assert_array_equal(merged.counts, whole.counts)
+def counted(values, *thresholds):
+    return FingerCounts.of(values, thresholds, block_moments(values))
 
 
 def test_values_that_are_not_known_are_counted_apart():
     values = np.array([[1.0, np.nan], [2.0, np.nan], [3.0, 5.0]])
-    counts = Counts.of(values, (1.5, 4.0))
+    counts = counted(values, 1.5, 4.0)
     np.testing.assert_array_equal(counts.above, [[2, 1], [0, 1]])
     np.testing.assert_array_equal(counts.anywhere, [2, 1])
     np.testing.assert_array_equal(counts.unknown, [0, 2])
-    histogram = BandHistogram(2)
-    histogram.add(values.astype(np.float32))
-    assert histogram.counts.sum() == 4
+    histogram = Histogram(2)
+    count_in(histogram, values.astype(np.float32), None)
+    assert histogram.count == 3
+    np.testing.assert_allclose(histogram.quantiles([0.5])[0, 0], 2.0, rtol=2e-3)
 
 
 def test_a_value_equal_to_the_threshold_does_not_exceed_it():
-    assert Counts.of(np.array([[5e-3]]), (5e-3,)).above.sum() == 0
+    assert counted(np.array([[5e-3]]), 5e-3).above.sum() == 0
+
+
+def test_counts_of_all_fingers_are_the_sum_of_those_of_the_parts():
+    values = np.random.default_rng(1).normal(size=(20, 3))
+    whole = counted(values, 0.0, 1.0)
+    merged = FingerCounts.empty(2, 3)
+    merged.merge(counted(values[:7], 0.0, 1.0))
+    before = merged.copy()
+    merged.merge(counted(values[7:], 0.0, 1.0))
+    for name in ("above", "anywhere", "unknown"):
+        np.testing.assert_array_equal(getattr(merged, name), getattr(whole, name))
+    np.testing.assert_array_equal(before.above, counted(values[:7], 0.0, 1.0).above)
+
+
+def test_percentiles_in_words():
+    found = [percentile_words(share) for share in (50.0, 5.0, 1.0, 2.0, 3.0, 11.0, 21.0, 2.5, 99.0)]
+    assert found == [
+        "median", "5th percentile", "1st percentile", "2nd percentile", "3rd percentile", "11th percentile",
+        "21st percentile", "2.5th percentile", "99th percentile",
+    ]  # fmt: skip
