@@ -14,6 +14,7 @@ from electrovib.solve.choice import refuse_unsolved
 from electrovib.solve.population.one_by_one import KERNEL, OneByOne, over_which
 from electrovib.solve.population.together.compare import compare
 from electrovib.solve.population.together.engine import Together
+from electrovib.solve.population.together.over_frequency import OverFrequency
 from electrovib.solve.population.together.refusal import NotTogetherError
 
 if TYPE_CHECKING:
@@ -23,8 +24,12 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.population.together.engine import Squares
 
-TOGETHER: Final = "together: arrays over fingers (linear layers, a fixed gap, a voltage of straight pieces or sines, friction without memory)"
+TOGETHER: Final = (
+    "together: arrays over fingers (linear layers, a fixed gap, a voltage of straight pieces or sines, friction without"
+    " memory)"
+)
 """Method that is stated where fingers are computed in arrays."""
 _GRIDS = ("time", "frequency")
 """Parts of a scenario that are the same for all fingers."""
@@ -125,18 +130,21 @@ class Population:
             raise InputError("time: signals over frequency have no output times; omit it")
         self._alone = OneByOne(scenario, self.free, self.names, self.time)
         self.method, self.kernel = TOGETHER, KERNEL
-        self._together: Together | None = None
+        self._together: Together | OverFrequency | None = None
         try:
             self._together = self._in_arrays()
             self.kernel = self._together.kernel
         except NotTogetherError as reason:
             self.method = f"one by one: {reason}"
 
-    def _in_arrays(self) -> Together:
+    def _in_arrays(self) -> Together | OverFrequency:
         """Return the computation in arrays, after a comparison with one by one for two fingers."""
-        if self.time is None:
-            raise NotTogetherError("signals over frequency")
-        found = Together(self.scenario, self.free, self.names, self.time, self._alone)
+        found: Together | OverFrequency
+        if self.time is not None:
+            found = Together(self.scenario, self.free, self.names, self.time, self._alone)
+        else:
+            assert self.frequency is not None
+            found = OverFrequency(self.scenario, self.free, self.names, self.frequency)
         compare(found, self._alone, self.scenario)
         return found
 
@@ -165,6 +173,28 @@ class Population:
         if self._together is None:
             return self._alone.signals(columns)
         return self._together.signals(columns, threads=threads)
+
+    def squares(self, draws: Mapping[str, ArrayLike]) -> Squares | None:
+        """Return the attraction of fingers in the form from which means and variances are computed without storing it.
+
+        Parameters
+        ----------
+        draws : mapping of str to array_like, shape (fingers,)
+            As for `signals`, in SI units.
+
+        Returns
+        -------
+        squares : Squares or None
+            Arguments of `kernels.square_moments_many`, whose results at `places` are those of the output times; None where
+            the fingers have no such form. That depends on the scenario, and on the fingers of the call: the first finger
+            has to be the first of a block of 1024.
+
+        Raises
+        ------
+        InputError
+            As for `signals`.
+        """
+        return self._together.squares(self.columns(draws)) if isinstance(self._together, Together) else None
 
     def columns(self, draws: Mapping[str, ArrayLike]) -> dict[str, Real]:
         """Return the values of all free parameters for each finger.

@@ -3,7 +3,7 @@
 import numpy as np
 
 import electrovib as ev
-from electrovib.core.paths import value_at
+from electrovib.core.paths import quantity_at, value_at
 from electrovib.solve.population import population
 from electrovib.solve.population.one_by_one import OneByOne
 
@@ -27,6 +27,7 @@ FOR_ZERO = {
     "1": 0.1,
     "N": 0.1,
     "m/s": 0.05,
+    "rad": 0.5,
 }
 """A typical value of a parameter that is 0 in a scenario, by its unit."""
 
@@ -34,10 +35,9 @@ FOR_ZERO = {
 def draw(scenario, free, count, seed=1, spread=0.3):
     """Values around those of the scenario."""
     rng = np.random.default_rng(seed)
-    declared = {path: quantity for path, _, quantity in scenario.parameters()}
     found = {}
     for path in free:
-        quantity, value = declared[path], value_at(scenario, path)
+        quantity, value = quantity_at(scenario, path), value_at(scenario, path)
         middle = value or FOR_ZERO[quantity.unit]
         found[path] = np.clip(
             middle * rng.uniform(1 - spread, 1 + spread, count), quantity.low, quantity.high

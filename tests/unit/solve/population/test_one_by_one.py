@@ -107,5 +107,6 @@ def test_wrong_draws_are_refused():
         found.signals({"contact.area": [1e-4]})
     with pytest.raises(InputError, match="one value for each finger"):
         found.signals({FREE[0]: [1e-4, 2e-4], FREE[1]: [0.5]})
-    with pytest.raises(InputError, match=r"finger 1 of the call.*stratum_corneum.thickness = 1"):
-        found.signals({FREE[0]: [1e-4, 1.0]})
+    engine = alone(SCENARIO, FREE, ("electrostatic_force",), np.array([0.0, 1e-3]))
+    with pytest.raises(InputError, match=r"finger 1 of the call: stack.stratum_corneum.thickness = 1,"):
+        engine.signals({FREE[0]: np.array([1e-4, 1.0]), FREE[1]: np.array([0.5, 0.5])})

@@ -12,6 +12,8 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.physics.force import ForceLaw
 from electrovib.solve.population import population
+from electrovib.solve.population.kernels import merged, moments, square_moments_many
+from electrovib.solve.population.together.quadratic import is_quadratic
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
 fingers_of = importlib.util.module_from_spec(_SPEC)
@@ -89,21 +91,21 @@ def test_every_path_of_every_scenario_agrees_with_one_by_one(scenario):
         free = ["friction.coefficient"]
         assert "the electrical solver is" in population(member, free).method
         return
-    several = []
-    for path, value, quantity in member.parameters():
+    several, time = [], times_of(member, 100)
+    for path, value, _ in member.parameters():
         if value is None or path.startswith(("time.", "frequency.")):
             continue
-        time = times_of(member, 100)
-        found, method = difference(scenario, [path], count=2, time=time)
-        assert found < EQUAL, (path, method, quantity)
-        if is_together(method):
+        if is_together(population(member, [path], fingers_of.OVER_TIME, time).method):
+            found, method = difference(scenario, [path], count=2, time=time)
+            assert found < EQUAL, (path, method)
             several.append(path)
     for seed in range(4):
         rng = np.random.default_rng(seed)
         free = [path for path in several if rng.random() < 0.5]
         if free:
-            found, method = difference(scenario, free, count=3, seed=seed, time=times_of(member, 100))
+            found, method = difference(scenario, free, count=3, seed=seed, time=time)
             assert found < EQUAL, (free, method)
+            assert is_together(method)
 
 
 @pytest.mark.slow
@@ -130,7 +132,12 @@ def test_reduced_skins_agree_with_one_by_one(scenario):
                 "circuit.return_path": {"model": "Floating", "capacitance": 150e-12, "charge": 1e-9},
                 "stack.insulator.initial_charge": 1e-6,
             },
-            ("circuit.return_path.charge", "stack.insulator.initial_charge", "stack.insulator.thickness", "drive.high"),
+            (
+                "circuit.return_path.charge",
+                "stack.insulator.initial_charge",
+                "stack.insulator.thickness",
+                "drive.high",
+            ),
         ),
         (
             {"circuit.return_path": {"model": "SecondElectrode", "area": 5e-5}},
@@ -187,6 +194,11 @@ def test_reduced_skins_agree_with_one_by_one(scenario):
             {"drive": {"model": "Square", "high": 100.0, "low": -50.0, "frequency": 60.0}},
             ("drive.high", "drive.low"),
         ),
+        ({"drive": {"model": "Square", "high": 100.0, "low": -100.0, "frequency": 60.0}}, ("drive.high",)),
+        (
+            {"drive": {"model": "Square", "high": 100.0, "low": -50.0, "frequency": 60.0}},
+            ("drive.amplitude", "stack.gap.thickness"),
+        ),
         (
             {
                 "drive": {"model": "Square", "high": 100.0, "low": -50.0, "frequency": 60.0},
@@ -219,14 +231,18 @@ def test_other_circuits_materials_frictions_and_drives_agree(changes, free):
     assert found < EQUAL
 
 
-@pytest.mark.parametrize("scenario", ["vezzoli_2014/fig2", "strong_1970/display_gap", "bau_2010/sine", "vezzoli_2014/fig6"])
+@pytest.mark.parametrize(
+    "scenario", ["vezzoli_2014/fig2", "strong_1970/display_gap", "bau_2010/sine", "vezzoli_2014/fig6"]
+)
 def test_charge_at_time_0_agrees(scenario):
     """Trapped between blocking layers, relaxing, and without a gap; in the periodic state only trapped charge remains."""
     member = ev.load(scenario)
     free = ["stack.insulator.initial_charge", "stack.insulator.thickness", "drive.amplitude"]
     if scenario == "strong_1970/display_gap":
         free[0] = "circuit.return_path.charge"
-        member = member.replace({"circuit.return_path": {"model": "Floating", "capacitance": 1e-10, "leak": 1e9}})
+        member = member.replace(
+            {"circuit.return_path": {"model": "Floating", "capacitance": 1e-10, "leak": 1e9}}
+        )
     free = [path for path in free if path in {each for each, _, _ in member.parameters()}]
     found, method = difference(member, free)
     assert is_together(method)
@@ -339,3 +355,56 @@ def test_values_outside_their_range_are_refused():
     ) as error:
         many.signals({"stack.gap.thickness": [1e-6, 1.0], "contact.area": [np.nan, 1e-4]})
     assert len(error.value.problems) == 2
+
+
+@pytest.mark.parametrize("scenario", [GAP, "strong_1970/display_gap", "vezzoli_2014/fig6"])
+def test_means_without_storing_are_those_of_the_signals(scenario):
+    member = ev.load(scenario)
+    free = [path for path in CASES[scenario] if not path.startswith(("friction", "load"))]
+    many = population(member, free, time=times_of(member))
+    given = draw(member, free, 1100)
+    squares = many.squares(given)
+    if scenario == "strong_1970/display_gap":  # a sine, not straight pieces
+        assert squares is None
+        return
+    *numbers, factor, places = squares
+    expected = moments(many.signals(given)["electrostatic_force"])
+    found = merged(square_moments_many(*numbers, factor=factor))
+    assert found.fingers == expected.fingers == 1100
+    np.testing.assert_allclose(
+        found.mean[places], expected.mean, rtol=1e-12, atol=1e-12 * expected.mean.max()
+    )
+    largest = expected.squares.max()
+    np.testing.assert_allclose(found.squares[places], expected.squares, rtol=1e-11, atol=1e-12 * largest)
+
+
+def test_a_law_that_is_not_quadratic_has_no_squares():
+    member = ev.load(GAP).replace({"force": {"model": "MixesFingers"}})
+    assert not is_quadratic(member.force)
+    assert is_quadratic(ev.load(GAP).force)
+    assert is_quadratic(ev.load("vardar_2017/square").force)
+    assert (
+        population(member, ["stack.gap.thickness"], time=times_of(member)).squares(
+            {"stack.gap.thickness": [1e-5]}
+        )
+        is None
+    )
+    both = population(
+        GAP, ["stack.gap.thickness"], ["electrostatic_force", "lateral_force"], times_of(member)
+    )
+    assert both.squares({"stack.gap.thickness": [1e-5]}) is None
+
+
+class ThresholdLaw(ForceLaw):
+    """A law that is quadratic up to a field that is not reached before."""
+
+    evaluation_surface = "gap"
+
+    def pressure(self, E):
+        return np.where(np.abs(E) < 3e8, 4e-12 * E**2, 0.0)
+
+
+def test_a_law_that_is_quadratic_up_to_a_limit_is_not_quadratic():
+    member = ev.load(GAP).replace({"force": {"model": "ThresholdLaw"}})
+    assert not is_quadratic(member.force)
+    assert difference(member, ["stack.gap.thickness"])[0] < EQUAL

@@ -12,6 +12,7 @@ from electrovib.solve.population.kernels.time_steps import (
     BLOCK,
     COMPENSATED,
     SMALLEST,
+    TimeSteps,
     decay_correction,
     step_weights,
     time_steps,
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.solve.population.kernels.time_steps import TimeSteps
 
 _TIMES: Final = 64  # times whose responses are in memory together
 _KNOWN: Final = 64  # durations of steps whose weights are in memory together
@@ -67,10 +67,11 @@ def first_order_hold_many(
     direct: ArrayLike,
     state: ArrayLike,
     voltage: ArrayLike,
-    time: ArrayLike,
+    time: ArrayLike | TimeSteps,
     *,
     factor: ArrayLike | None = None,
     dtype: DTypeLike = np.float64,
+    out: NDArray[Any] | None = None,
     threads: int | None = None,
 ) -> NDArray[Any]:
     """Compute the responses of many fingers to one piecewise linear drive, exact at every time.
@@ -90,11 +91,13 @@ def first_order_hold_many(
     voltage : array_like, shape (n,)
         Drive at the times, straight between them [V].
     time : array_like, shape (n,)
-        Times, not decreasing, in any steps [s]. At a discontinuity the time is given twice.
+        Times, not decreasing, in any steps [s]. At a discontinuity the time is given twice. Or their `TimeSteps`.
     factor : array_like, shape (fingers,), optional
         Then factor times the square of the response is returned.
     dtype : dtype
         float64, or float32, to which the results are rounded.
+    out : ndarray, shape (fingers, n), optional
+        Rows that follow each other without gaps in memory, into which the response is written.
     threads : int, optional
         Threads of the compiled kernel; by default one for each available processor.
 
@@ -117,7 +120,7 @@ def first_order_hold_many(
     """
     fingers = gather(rates, residues, direct, state, voltage, time)
     squared = None if factor is None else factors(factor, fingers)
-    result = np.empty((len(fingers.direct), fingers.voltage.size), dtype)
+    result = np.empty((len(fingers.direct), fingers.voltage.size), dtype) if out is None else out
     if (kernel := compiled()) is not None:
         kernel.step(fingers, squared, result, threads)
         return result
@@ -134,7 +137,7 @@ def gather(
     direct: ArrayLike,
     state: ArrayLike,
     voltage: ArrayLike,
-    time: ArrayLike,
+    time: ArrayLike | TimeSteps,
 ) -> Fingers:
     """Convert the arguments of `first_order_hold_many` into contiguous arrays, and refuse arguments that disagree.
 
@@ -156,7 +159,7 @@ def gather(
     rate, residue, level, begin, drive = (
         np.ascontiguousarray(each, np.float64) for each in (rates, residues, direct, state, voltage)
     )
-    steps = time_steps(time)
+    steps = time if isinstance(time, TimeSteps) else time_steps(time)
     if (
         rate.ndim != 2
         or residue.shape != rate.shape

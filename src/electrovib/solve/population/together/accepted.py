@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.changes import derived_at, stored_path
 from electrovib.physics.contact import FixedArea
@@ -54,8 +54,6 @@ def refuse_apart(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ..
     foreign = [name for name in names if name not in OVER_TIME]
     if foreign:
         raise NotTogetherError(f"the signal {foreign[0]} is computed for one finger at a time")
-    if scenario.moisture is not None:
-        raise NotTogetherError("moisture sets other parameters of each finger")
     method = chosen(scenario).method
     if method not in {methods.PERIODIC, methods.TRANSIENT}:
         raise NotTogetherError(f"the electrical solver is '{method.name}'")
@@ -65,15 +63,49 @@ def refuse_apart(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ..
         raise NotTogetherError(
             f"the area of {type(scenario.contact).__name__} follows the force of each finger"
         )
+    refuse_columns(scenario, free)
+    if "lateral_force" in names:
+        _refuse_memory(scenario)
+
+
+def refuse_columns(scenario: Scenario, free: tuple[str, ...]) -> None:
+    """Refuse parameters whose values cannot be a column.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Experiment with the values that all fingers share.
+    free : tuple of str
+        Paths that differ between fingers.
+
+    Raises
+    ------
+    NotTogetherError
+        With the reason.
+    """
+    if scenario.moisture is not None:
+        raise NotTogetherError("moisture sets other parameters of each finger")
     for path in free:
-        if derived_at(scenario, path) is not None:
+        if derived_at(scenario, path) is not None and not path.startswith("drive."):
             raise NotTogetherError(f"{path} is derived from other parameters")
         if not stored_path(scenario, path).startswith(_COLUMNS):
             raise NotTogetherError(
                 f"{path} is no number of the layers, the circuit, the drive, the law, the area, the load or the friction"
             )
-    if "lateral_force" in names:
-        _refuse_memory(scenario)
+        _refuse_checks(scenario, stored_path(scenario, path))
+
+
+def _refuse_checks(scenario: Scenario, path: str) -> None:
+    """Refuse a model of a user that checks several of its numbers together: columns are checked by their ranges alone."""
+    owner: Any = scenario
+    for key in path.split(".")[:-1]:
+        owner = owner[int(key)] if isinstance(owner, tuple) else getattr(owner, key)
+        kind = type(owner)
+        own = getattr(kind, "__pydantic_decorators__", None)
+        if own is not None and not kind.__module__.startswith("electrovib.") and own.model_validators:
+            raise NotTogetherError(
+                f"{kind.__name__} checks its parameters together, for each finger by itself"
+            )
 
 
 def _refuse_memory(scenario: Scenario) -> None:

@@ -87,8 +87,11 @@ def shared_drive(scenario: Scenario, free: tuple[str, ...], time: Real, *, settl
     start = base.numbers()
     slopes, rest = {}, start
     for path in free:
-        other = _with(scenario, {path: _nudged(scenario, path, begin[path])}, base, time, settled=settled)
-        slopes[path] = (other.numbers() - start) / (_nudged(scenario, path, begin[path]) - begin[path])
+        nudged = _nudged(scenario, path, begin[path])
+        other = _with(
+            scenario, begin | {path: nudged}, base, time, settled=settled
+        )  # a level may follow another
+        slopes[path] = (other.numbers() - start) / (nudged - begin[path])
         rest = rest - slopes[path] * begin[path]
     size = float(np.max(np.abs(start), initial=0.0))
     size = max([size, *(float(np.max(np.abs(slope))) * abs(begin[path]) for path, slope in slopes.items())])

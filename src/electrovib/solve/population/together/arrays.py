@@ -17,7 +17,7 @@ from electrovib.solve.population.together.refusal import NotTogetherError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Complex, Real
     from electrovib.core.model import Model
     from electrovib.physics.material import Material
     from electrovib.scenario import Scenario
@@ -28,7 +28,7 @@ Column = Any
 """A number that all fingers share, or a column of shape (fingers, 1)."""
 
 
-def with_columns(model: M, columns: Mapping[str, Real]) -> M:
+def with_columns(model: M, columns: Mapping[str, Any]) -> M:
     """Return a copy of a model with columns in the place of some numbers; nothing is validated.
 
     Parameters
@@ -126,10 +126,12 @@ class ManyMaterial:
         Copy of the material with columns, as `with_columns` makes it.
     debye : ManyDebye or None
         Its Debye terms; None if it is no finite sum of them.
+    free : tuple of str
+        Paths of the columns in the material.
     """
 
-    def __init__(self, material: Material, debye: ManyDebye | None) -> None:
-        self._material, self._debye = material, debye
+    def __init__(self, material: Material, debye: ManyDebye | None, free: tuple[str, ...] = ()) -> None:
+        self._material, self._debye, self._free = material, debye, free
 
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of the material with columns."""
@@ -138,6 +140,41 @@ class ManyMaterial:
     def debye(self) -> ManyDebye | None:
         """Return the Debye terms; None if the material is no finite sum of them."""
         return self._debye
+
+    def bound_permittivity(self, frequency: Real) -> Complex:
+        """Return the relative permittivity of the bound charge [1] at frequencies [Hz], a row for each finger that differs."""
+        return self._over(frequency, "bound_permittivity")
+
+    def complex_permittivity(self, frequency: Real) -> Complex:
+        """Return the relative permittivity with conduction [1] at frequencies [Hz], a row for each finger that differs."""
+        return self._over(frequency, "complex_permittivity")
+
+    def _over(self, frequency: Real, name: str) -> Complex:
+        formula: Any = getattr(self._material, name)
+        if not self._free:
+            return np.asarray(formula(frequency))
+        rows = [value_of(self._material, path) for path in self._free]
+        shape = len(rows[0]), len(frequency)
+        try:
+            found = np.asarray(formula(np.broadcast_to(frequency, shape)))
+        except (TypeError, ValueError):  # a formula of numbers, not of arrays
+            single = (
+                {path: float(row[finger, 0]) for path, row in zip(self._free, rows, strict=True)}
+                for finger in range(shape[0])
+            )
+            found = np.array(
+                [getattr(with_columns(self._material, point), name)(frequency) for point in single]
+            )
+        if found.shape != shape:
+            raise NotTogetherError(f"{name} of {type(self._material).__name__} has no row for each finger")
+        return found
+
+
+def value_of(model: Any, path: str) -> Any:
+    """Return what a model has at a dotted path of stored parameters."""
+    for key in path.split("."):
+        model = model[int(key)] if isinstance(model, tuple) else getattr(model, key)
+    return model
 
 
 def debye_of(path: str, material: Any, free: tuple[str, ...]) -> ManyDebye | None:

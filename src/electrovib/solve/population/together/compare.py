@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
     from electrovib.solve.population.one_by_one import OneByOne
     from electrovib.solve.population.together.engine import Together
+    from electrovib.solve.population.together.over_frequency import OverFrequency
 
 AGREE: Final = 1e-11
 """Largest difference over the peak of a signal; a formula that is no formula of one finger differs by more."""
@@ -23,12 +24,12 @@ _FAINT: Final = 1e-9
 """Share of the largest value that is compared for a parameter whose value is 0."""
 
 
-def compare(together: Together, alone: OneByOne, scenario: Scenario) -> None:
+def compare(together: Together | OverFrequency, alone: OneByOne, scenario: Scenario) -> None:
     """Refuse arrays whose fingers differ from the same fingers one by one.
 
     Parameters
     ----------
-    together : Together
+    together : Together or OverFrequency
         Fingers in arrays.
     alone : OneByOne
         Fingers one by one.
@@ -49,8 +50,8 @@ def compare(together: Together, alone: OneByOne, scenario: Scenario) -> None:
         ) from None
     try:
         expected = alone.signals(draws)
-    except ElectrovibError:
-        return  # the same error is raised for the fingers that are asked for
+    except ElectrovibError as error:
+        raise NotTogetherError(f"not all values next to those of the scenario are allowed: {error}") from None
     for name, rows in expected.items():
         for mine, its in zip(found[name], rows, strict=True):
             if not _agree(mine, its):

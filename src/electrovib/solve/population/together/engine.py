@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from electrovib.core.changes import stored_path
 from electrovib.core.errors import InputError
 from electrovib.physics.interface import beside_interface
 from electrovib.scenario import PeriodicState
@@ -18,6 +19,7 @@ from electrovib.solve.population.one_by_one import OneByOne
 from electrovib.solve.population.together.accepted import refuse_apart
 from electrovib.solve.population.together.amplitude import shared_drive
 from electrovib.solve.population.together.arrays import check_ranges, stored_columns, with_columns
+from electrovib.solve.population.together.quadratic import is_quadratic
 from electrovib.solve.population.together.refusal import NotTogetherError
 from electrovib.solve.population.together.response import Response
 from electrovib.solve.population.together.section import ManySection
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Indices, Real
     from electrovib.physics.debye_sum import DebyeSum
     from electrovib.scenario import Scenario
     from electrovib.solve.population.together.amplitude import SharedDrive
@@ -71,9 +73,10 @@ class Together:
         self.scenario, self.free, self.names, self.time = scenario, free, names, time
         self.alone = alone
         self.settled = isinstance(scenario.time.initial_state, PeriodicState)
-        of_drive = tuple(path for path in free if path.startswith("drive."))
+        of_drive = tuple(stored_path(scenario, path) for path in free if path.startswith("drive."))
         self.drive: SharedDrive = shared_drive(scenario, of_drive, time, settled=self.settled)
         self.reduced = _reduced(scenario, free, time)
+        self.is_quadratic = is_quadratic(scenario.force)
         self.kernel = kernel_name()
 
     def signals(self, draws: Mapping[str, Real], *, threads: int | None = None) -> dict[str, Any]:
@@ -104,6 +107,47 @@ class Together:
             some = {path: values[part] for path, values in draws.items()}
             self._write({name: rows[part] for name, rows in found.items()}, some, threads)
         return found
+
+    def squares(self, draws: Mapping[str, Real]) -> Squares | None:
+        """Return the attraction of fingers as factors times squares of sums of modes, for streamed statistics.
+
+        Parameters
+        ----------
+        draws : mapping of str to ndarray, shape (fingers,)
+            Dotted path to the value of each finger, in SI units.
+
+        Returns
+        -------
+        squares : Squares or None
+            Arguments of `kernels.square_moments_many`; None where the law is not quadratic, the drive is not one sum of
+            straight pieces for all fingers, or a finger has another form.
+
+        Raises
+        ------
+        InputError
+            If a value is outside its range; names the first such finger.
+        """
+        check_ranges(self.scenario, draws)
+        if not self.is_quadratic or self.names != ("electrostatic_force",):
+            return None
+        fingers = self.section(draws)
+        square = self._square(fingers.scenario.force.amplitudes(fingers.section), fingers)
+        if square is None or not np.all(fingers.section.modes.regular[: fingers.count]):
+            return None
+        parts, some = self.responses(square.base, fingers), slice(0, fingers.count)
+        if len(parts) > 1 or not parts[0].is_alone_stepped:
+            return None
+        drive = parts[0].drive
+        return Squares(
+            rates=parts[0].rates[some],
+            residues=parts[0].residues[some],
+            direct=parts[0].direct[some],
+            state=parts[0].state[some],
+            voltage=drive.voltage,
+            time=drive.time,
+            factor=square.factor[some],
+            places=drive.places,
+        )
 
     def _shape(self, name: str, fingers: int) -> tuple[int, ...]:
         if name in {"field", "displacement"}:
@@ -217,30 +261,52 @@ class Together:
         """Write a linear quantity of fingers."""
         parts = self.responses(transfers, fingers)
         for some in _parts(len(rows)):
-            rows[some] = _added([part.at(some, self.time, threads=threads) for part in parts])
+            _write(rows[some], parts, some, threads)
 
     def _forces(self, rows: Real, fingers: Fingers, threads: int | None) -> None:
         """Write the attraction of fingers, by the text of the force law."""
-        scenario = fingers.scenario
-        asked = {
-            name: self.responses(transfers, fingers)
-            for name, transfers in scenario.force.amplitudes(fingers.section).items()
-        }
+        asked = fingers.scenario.force.amplitudes(fingers.section)
+        square = self._square(asked, fingers)
+        if square is not None:
+            parts = self.responses(square.base, fingers)
+            for some in _parts(len(rows)):
+                if len(parts) == 1:
+                    parts[0].write(rows[some], some, factor=square.factor, threads=threads)
+                else:
+                    _write(rows[some], parts, some, threads)
+                    np.multiply(rows[some], rows[some], out=rows[some])
+                    rows[some] *= square.factor[some, None]
+            return
+        asked_parts = {name: self.responses(transfers, fingers) for name, transfers in asked.items()}
         for some in _parts(len(rows)):
-            values = {
-                name: _added([part.at(some, self.time, threads=threads) for part in parts])
-                for name, parts in asked.items()
-            }
+            values = {name: np.empty(rows[some].shape) for name in asked_parts}
+            for name, parts in asked_parts.items():
+                _write(values[name], parts, some, threads)
             member = fingers.some(some)
             rows[some] = attraction(member, total_pull(member, values), self.time)
 
+    def _square(self, asked: Mapping[str, Transfers], fingers: Fingers) -> Square | None:
+        """Return the attraction as a factor times the square of one linear quantity; None where it is not of that form."""
+        if not self.is_quadratic:
+            return None
+        bases = {id(each.base or each): each.base or each for each in asked.values()}
+        if len(bases) != 1:
+            return None
+        (base,) = bases.values()
+        rows = len(fingers.section.modes.regular)
+        shares = {
+            name: np.broadcast_to(1.0 if each.base is None else each.share, rows)[:, None]
+            for name, each in asked.items()
+        }
+        factor = attraction(fingers.scenario, total_pull(fingers.scenario, shares))
+        return Square(base, np.ascontiguousarray(np.broadcast_to(factor, (rows, 1))[:, 0]))
+
     def _voltages(self, rows: Real, fingers: Fingers) -> None:
         """Write the voltage of the drive."""
-        total = np.zeros(rows.shape)
+        rows[:] = 0.0
         for factor, drive in self.drive.terms(fingers.columns):
             share = factor if isinstance(factor, float) else factor[: len(rows)]
-            total += share * drive.values(self.time)
-        rows[:] = total
+            rows += share * drive.values()
 
     def _friction(self, rows: Real, force: Real, fingers: Fingers) -> None:
         """Write the friction under the attraction."""
@@ -277,15 +343,59 @@ class Fingers(NamedTuple):
         return with_columns(self.scenario, cut)
 
 
+class Squares(NamedTuple):
+    """The attraction of fingers as a factor times the square of a sum of modes, on a grid with the corners of the drive.
+
+    Parameters
+    ----------
+    rates, residues, state : ndarray, shape (fingers, modes)
+        As for `kernels.first_order_hold_many`.
+    direct : ndarray, shape (fingers,)
+        As for `kernels.first_order_hold_many`.
+    voltage, time : ndarray, shape (m,)
+        Drive [V] and times of the grid [s], the same for every call.
+    factor : ndarray, shape (fingers,)
+        Attraction over the square of the response.
+    places : ndarray of int, shape (n,)
+        Index of each output time in the grid.
+    """
+
+    rates: Real
+    residues: Real
+    direct: Real
+    state: Real
+    voltage: Real
+    time: Real
+    factor: Real
+    places: Indices
+
+
+class Square(NamedTuple):
+    """The attraction of fingers as a factor times the square of a linear quantity.
+
+    Parameters
+    ----------
+    base : Transfers
+        The quantity, per volt.
+    factor : ndarray, shape (rows,)
+        Factor of each finger, in N over the unit of the quantity squared.
+    """
+
+    base: Transfers
+    factor: Real
+
+
 def _parts(count: int) -> list[slice]:
     return [slice(begin, min(begin + FORCES, count)) for begin in range(0, count, FORCES)]
 
 
-def _added(rows: list[Real]) -> Real:
-    total = rows[0]
-    for row in rows[1:]:
-        total = total + row
-    return total
+def _write(out: Real, parts: list[Response], some: slice, threads: int | None) -> None:
+    """Write the sum of the responses of some fingers."""
+    parts[0].write(out, some, threads=threads)
+    for part in parts[1:]:
+        more = np.empty(out.shape)
+        part.write(more, some, threads=threads)
+        out += more
 
 
 def _reduced(scenario: Scenario, free: tuple[str, ...], time: Real) -> dict[str, DebyeSum]:

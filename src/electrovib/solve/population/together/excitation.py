@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from electrovib.physics.drive.parts import Smooth, Tones, circling
 from electrovib.physics.drive.pieces import SLACK, Linear
+from electrovib.solve.population.kernels.time_steps import TimeSteps, time_steps
 from electrovib.solve.population.together.refusal import NotTogetherError
 
 if TYPE_CHECKING:
@@ -61,9 +63,10 @@ class Excitation:
 
     Parameters
     ----------
+    outputs : ndarray, shape (n,)
+        Output times, increasing, >= 0 [s].
     time : ndarray, shape (m,)
-        Outputs and corners of the straight pieces, not decreasing; a discontinuity has its time twice [s]. Empty without
-        straight pieces.
+        Time 0, outputs and corners of the straight pieces, not decreasing; a discontinuity has its time twice [s].
     voltage : ndarray, shape (m,)
         Straight pieces at these times [V].
     places : ndarray of int, shape (n,)
@@ -76,8 +79,11 @@ class Excitation:
         Sines.
     settled : bool
         Whether the drive has been on since long before time 0.
+    is_straight : bool
+        Whether there are straight pieces.
     """
 
+    outputs: Real
     time: Real
     voltage: Real
     places: Indices
@@ -85,24 +91,35 @@ class Excitation:
     level: float
     tones: tuple[Tone, ...]
     settled: bool
+    is_straight: bool
 
-    @property
-    def is_straight(self) -> bool:
-        """Whether there are straight pieces."""
-        return len(self.time) > 0
+    @functools.cached_property
+    def steps(self) -> TimeSteps:
+        """Steps of the grid."""
+        return time_steps(self.time)
 
-    @property
-    def has_every_point(self) -> bool:
-        """Whether the outputs are all points of the grid."""
-        return len(self.places) == len(self.time)
+    @functools.cached_property
+    def runs(self) -> tuple[tuple[slice, slice], ...]:
+        """Ranges of outputs, and of the points of the grid that they are; one where all points are outputs."""
+        begins = np.flatnonzero(np.diff(self.places, prepend=-2) != 1)
+        ends = [*begins[1:].tolist(), len(self.places)]
+        first = self.places[begins].tolist()
+        return tuple(
+            (slice(begin, end), slice(at, at + end - begin))
+            for begin, end, at in zip(begins.tolist(), ends, first, strict=True)
+        )
 
-    def values(self, time: Real) -> Real:
-        """Return the drive at its output times [s], shape (n,) [V]."""
-        total = self.voltage[self.places] if self.is_straight else np.zeros(len(time))
-        for tone in self.tones:
-            cosine, sine = circling(tone.frequency, time)
+    @functools.cached_property
+    def waves(self) -> tuple[tuple[Real, Real], ...]:
+        """Cosine and sine of each tone at the outputs."""
+        return tuple(circling(tone.frequency, self.outputs) for tone in self.tones)
+
+    def values(self) -> Real:
+        """Return the drive at its output times [V], shape (n,)."""
+        total = self.voltage[self.places] + self.level
+        for tone, (cosine, sine) in zip(self.tones, self.waves, strict=True):
             total = total + tone.cosine * cosine + tone.sine * sine
-        return np.asarray(total + self.level)
+        return np.asarray(total)
 
     def numbers(self) -> Real:
         """Return everything that is linear in the amplitude of the drive, as one row."""
@@ -174,8 +191,9 @@ def excitation(drive: Drive, time: Real, *, settled: bool) -> Excitation:
     if settled:
         level = sum(float(part.after[0]) for part in straight if part.is_step)
         straight = [part for part in straight if not part.is_step]
-    grid, voltage, places = _grid(straight, time, kind) if straight else _nothing()
+    grid, voltage, places = _grid(straight, time, kind) if straight else _only_outputs(time)
     return Excitation(
+        outputs=time,
         time=grid,
         voltage=voltage,
         places=places,
@@ -183,11 +201,13 @@ def excitation(drive: Drive, time: Real, *, settled: bool) -> Excitation:
         level=level,
         tones=tuple(tone for some in tones for tone in some),
         settled=settled,
+        is_straight=bool(straight),
     )
 
 
-def _nothing() -> tuple[Real, Real, Indices]:
-    return np.zeros(0), np.zeros(0), np.zeros(0, np.intp)
+def _only_outputs(time: Real) -> tuple[Real, Real, Indices]:
+    """Return time 0 and the outputs, at which there is no voltage of straight pieces."""
+    return np.concatenate([[0.0], time]), np.zeros(len(time) + 1), np.arange(1, len(time) + 1)
 
 
 def _tones(part: Tones, kind: str, end: float, *, settled: bool) -> list[Tone]:

@@ -73,6 +73,11 @@ class Circuit:
         )
 
 
+def _column(value: Any) -> Any:
+    """Return a shared number as it is, and a row (fingers,) as a column."""
+    return value[:, None] if isinstance(value, np.ndarray) and value.ndim == 1 else value
+
+
 def _is_there(value: Any) -> bool:
     """Return whether a number is not 0 for all fingers."""
     return isinstance(value, np.ndarray) or bool(value)
@@ -122,6 +127,7 @@ class ManyModes:
         for part in parts:
             self.regular &= part.regular
         self.roots = self._roots()
+        self._fields: dict[int, Transfers] = {}
 
     def _roots(self) -> ManyRootsOf:
         constant = self.circuit.area * self.circuit.resistance
@@ -192,7 +198,12 @@ class ManyModes:
         return sum(poles.residues[1:], start=poles.residues[0]) / self.elastance
 
     def field(self, index: int) -> Transfers:
-        """Return the field of a layer [V/m per volt]."""
+        """Return the field of a layer [V/m per volt], computed once."""
+        if index not in self._fields:
+            self._fields[index] = self._field(index)
+        return self._fields[index]
+
+    def _field(self, index: int) -> Transfers:
         slab, poles = self.slabs[index], self.poles[index]
         drops = self.of_part(index, poles.residues)
         return Transfers(
@@ -205,6 +216,8 @@ class ManyModes:
     def displacement(self, index: int) -> Transfers:
         """Return the bound displacement of a layer [C/m2 per volt]."""
         slab, poles = self.slabs[index], self.poles[index]
+        if not slab.debye.strengths:
+            return self.field(index) * (eps0 * _column(slab.debye.high))
         drops = self.of_part(index, poles.bound)
         return Transfers(
             rates=self.rates,
@@ -215,7 +228,7 @@ class ManyModes:
 
     def voltage(self) -> Transfers:
         """Return the voltage across all layers [1]."""
-        fields = [self.field(index) * slab.thickness for index, slab in enumerate(self.slabs)]
+        fields = [self.field(index) * _column(slab.thickness) for index, slab in enumerate(self.slabs)]
         return sum(fields[1:], start=fields[0])
 
     def delivered(self, interface: int) -> Transfers:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.physics.drive.parts import circling
 from electrovib.solve.population.kernels import first_order_hold_many
 from electrovib.solve.population.together.refusal import NotTogetherError
 from electrovib.solve.recursion.hold import hold_weights
@@ -58,56 +57,78 @@ class Response:
         self.state = np.ascontiguousarray(state.T)
         fades = bool(drive.tones) and not drive.settled and len(state) > 0
         self.is_stepped = drive.is_straight or fades or transfers.free is not None
+        self._phases = [_in_phase_and_behind(transfers, tone) for tone in drive.tones]
+        self._level = transfers.at(0.0).real * drive.level if drive.level else None
 
-    def at(self, some: slice, time: Real, *, threads: int | None = None) -> Real:
-        """Return the response of some fingers.
+    @property
+    def is_alone_stepped(self) -> bool:
+        """Whether the response is one call of the kernel, without sines or a constant."""
+        return self.is_stepped and not self._phases and self._level is None
+
+    def write(
+        self, out: Real, some: slice, *, factor: Real | None = None, threads: int | None = None
+    ) -> None:
+        """Write the response of some fingers.
 
         Parameters
         ----------
+        out : ndarray, shape (fingers, n)
+            Written into, in the unit of the quantity.
         some : slice
             Range of the fingers.
-        time : ndarray, shape (n,)
-            Output times [s].
+        factor : ndarray, shape (fingers,), optional
+            Then factor times the square of the response is written; factors of all fingers of the quantity.
         threads : int, optional
             Threads of the kernel.
-
-        Returns
-        -------
-        response : ndarray, shape (fingers, n)
-            In the unit of the quantity.
         """
-        drive = self.drive
         if self.is_stepped:
-            grid = drive.time if drive.is_straight else np.concatenate([[0.0], time])
-            voltage = drive.voltage if drive.is_straight else np.zeros(len(grid))
-            numbers = (each[some] for each in (self.rates, self.residues, self.direct, self.state))
-            found: Real = first_order_hold_many(*numbers, voltage, grid, threads=threads)
-            if not drive.is_straight:
-                found = found[:, 1:]
-            elif not drive.has_every_point:
-                found = found[:, drive.places]
-        else:
-            found = np.zeros((len(self.direct[some]), len(time)))
-        for tone in drive.tones:
-            gain = self.transfers.at(tone.frequency)[some]
-            self._add(found, gain, tone, time)
-        if drive.level:
-            found += (self.transfers.at(0.0)[some].real * drive.level)[:, None]
-        return found
+            squared = factor if self.is_alone_stepped else None
+            self._step(out, some, squared, threads)
+        for place, (in_phase, behind) in enumerate(self._phases):
+            cosine, sine = self.drive.waves[place]
+            if place or self.is_stepped:
+                out += in_phase[some, None] * cosine
+            else:
+                np.multiply(in_phase[some, None], cosine, out=out)
+            out += behind[some, None] * sine
+        if not self.is_stepped and not self._phases:
+            out[:] = 0.0
+        if self._level is not None:
+            out += self._level[some, None]
+        if factor is not None and not self.is_alone_stepped:
+            np.multiply(out, out, out=out)
+            out *= factor[some, None]
 
-    @staticmethod
-    def _add(found: Real, gain: Any, tone: Tone, time: Real) -> None:
-        """Add the steady response to a sine."""
-        cosine, sine = circling(tone.frequency, time)
-        in_phase = gain.real * tone.cosine + gain.imag * tone.sine
-        behind = gain.real * tone.sine - gain.imag * tone.cosine
-        found += in_phase[:, None] * cosine
-        found += behind[:, None] * sine
+    def _step(self, out: Real, some: slice, factor: Real | None, threads: int | None) -> None:
+        drive = self.drive
+        numbers = (each[some] for each in (self.rates, self.residues, self.direct, self.state))
+        whole = len(drive.places) == len(drive.time)
+        found = first_order_hold_many(
+            *numbers,
+            drive.voltage,
+            drive.steps,
+            factor=None if factor is None else factor[some],
+            out=out if whole and out.flags.c_contiguous else None,
+            threads=threads,
+        )
+        if found is out:
+            return
+        for places, points in drive.runs:
+            out[:, places] = found[:, points]
+
+
+def _in_phase_and_behind(transfers: Transfers, tone: Tone) -> tuple[Real, Real]:
+    """Return the amplitudes of cosine and sine in the steady response to a sine, shape (fingers,)."""
+    gain = transfers.at(tone.frequency)
+    return (
+        gain.real * tone.cosine + gain.imag * tone.sine,
+        gain.real * tone.sine - gain.imag * tone.cosine,
+    )
 
 
 def _positive(transfers: Transfers) -> Real:
     """Return the rates, with 1/s in the place of those of trapped charge, which the drive does not excite."""
-    return transfers.rates if transfers.free is None else np.where(transfers.rates > 0, transfers.rates, 1.0)
+    return np.where(transfers.rates > 0, transfers.rates, 1.0)
 
 
 def settled_state(rates: Real, period: Period) -> Real:

@@ -103,7 +103,12 @@ class ManySection:
         self.modes = ManyModes(slabs, circuit, fingers)
         self._debye = debye
         self._layers = {
-            name: ManyLayer(layer, ManyMaterial(layer.material, debye[name]), self.modes, index)
+            name: ManyLayer(
+                layer,
+                ManyMaterial(layer.material, debye[name], free_of_material(free, name)),
+                self.modes,
+                index,
+            )
             for index, (name, layer) in enumerate(layers.items())
         }
 

@@ -28,6 +28,8 @@ class Transfers:
         Response at infinite frequency, and to the rate of change of the drive.
     free : ndarray, shape (modes, fingers), or None
         Amplitudes at time 0 of the response to initial charge; None without charge.
+    base, share : Transfers and float or ndarray, shape (fingers,)
+        Quantity of which this one is a multiple, and the factor; None and 1 for no other.
 
     Notes
     -----
@@ -41,6 +43,8 @@ class Transfers:
     direct: Any = 0.0
     slope: Any = 0.0
     free: Real | None = None
+    base: Transfers | None = None
+    share: Any = 1.0
 
     def __add__(self, other: Transfers) -> Transfers:
         """Return the sum; transfer functions of one stack have common modes."""
@@ -65,12 +69,14 @@ class Transfers:
         if isinstance(factor, Transfers):
             raise NotTogetherError("the force law multiplies two responses with relaxations")
         share = flat(factor) if isinstance(factor, np.ndarray) else float(factor)
-        return replace(
-            self,
+        return Transfers(
+            rates=self.rates,
             residues=self.residues * share,
             direct=self.direct * share,
             slope=self.slope * share,
             free=None if self.free is None else self.free * share,
+            base=self if self.base is None else self.base,
+            share=self.share * share,
         )
 
     __rmul__ = __mul__
@@ -97,7 +103,8 @@ class Transfers:
         real = np.zeros(self.residues.shape[1:]) + self.direct
         imaginary = np.zeros(self.residues.shape[1:]) + angular * self.slope
         for rates, residues in zip(self.rates, self.residues, strict=True):
-            share = residues / (rates * rates + angular * angular)
+            size = rates * rates + angular * angular
+            share = residues / np.where(size > 0, size, 1.0)  # the drive does not excite trapped charge
             real = real + share * rates
             imaginary = imaginary - share * angular
         return np.asarray(real + 1j * imaginary)

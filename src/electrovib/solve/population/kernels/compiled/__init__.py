@@ -3,6 +3,7 @@
 from electrovib.solve.population.kernels.compiled.calls import (
     moments,
     name,
+    secular,
     square_moments,
     step,
 )
@@ -10,6 +11,7 @@ from electrovib.solve.population.kernels.compiled.calls import (
 __all__ = [
     "moments",
     "name",
+    "secular",
     "square_moments",
     "step",
 ]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.solve.population.kernels.compiled import tiles
+from electrovib.solve.population.kernels.compiled import roots, tiles
 from electrovib.solve.population.kernels.compiled.width import WIDTH
 from electrovib.solve.population.kernels.threads import in_threads, ranges
 from electrovib.solve.population.kernels.time_steps import BLOCK
@@ -58,11 +58,16 @@ class _Drive:
         self.voltage, self.kinds = fingers.voltage, max(1, duration.size)
         self.modes = fingers.rates.shape[1]
 
-    def memory(self) -> tuple[Real, Indices, Indices]:
-        """Return memory of one thread: for numbers, and for the indices and counts of durations."""
+    def memory(self, tiles_: int) -> tuple[Real, Indices, Indices]:
+        """Return memory of some tiles: for numbers, and for the indices and counts of durations."""
         slots = min(self.kinds, _KNOWN)
-        size = 3 * self.modes + 2 + tiles.TIMES + slots * (5 * self.modes + 1)
-        return aligned(size * WIDTH), np.zeros(slots, np.int64), np.zeros(self.kinds, np.int64)
+        size = (2 * self.modes + 2 + tiles.TIMES + slots * (5 * self.modes + 1)) * WIDTH
+        size += -size % _ALIGNED
+        return (
+            aligned(tiles_ * size),
+            np.zeros((tiles_, slots), np.int64),
+            np.zeros((tiles_, self.kinds), np.int64),
+        )
 
 
 def step(fingers: Any, factor: Real | None, result: Any, threads: int | None) -> None:
@@ -82,7 +87,8 @@ def step(fingers: Any, factor: Real | None, result: Any, threads: int | None) ->
     drive, factors = _Drive(fingers), np.zeros(0) if factor is None else factor
 
     def work(part: tuple[int, int]) -> None:
-        tiles.step_tiles(drive.fingers, factors, drive.voltage, drive.pieces, *part, *drive.memory(), result)
+        memory, state = drive.memory(1), aligned(drive.modes * WIDTH)
+        tiles.step_tiles(drive.fingers, factors, drive.voltage, drive.pieces, *part, *memory, state, result)
 
     in_threads(work, ranges(len(result), _TOGETHER), threads)
 
@@ -110,16 +116,16 @@ def square_moments(fingers: Any, factor: Real, threads: int | None) -> Sequence[
     length = min(_INTERVAL, fingers.voltage.size)
 
     def work(place: int) -> None:
-        states = aligned(BLOCK * max(1, drive.modes)).reshape(BLOCK // WIDTH, -1)
+        states = aligned(BLOCK * drive.modes)
         sums = aligned(2 * length * WIDTH).reshape(2, -1)
-        into = found[place][1:]
+        memory, into = drive.memory(tiles.FOUR), found[place][1:]
         tiles.square_moments_of_block(
             drive.fingers,
             factor,
             drive.voltage,
             drive.pieces,
             parts[place],
-            *drive.memory(),
+            *memory,
             states,
             sums,
             *into,
@@ -157,3 +163,32 @@ def moments(values: Any, threads: int | None) -> Sequence[tuple[int, Real, Real]
 def _blocks(count: int, times: int) -> list[tuple[int, Real, Real]]:
     """Return the number of fingers of each block, and memory for its moments."""
     return [(end - begin, np.empty(times), np.empty(times)) for begin, end in ranges(count, BLOCK)]
+
+
+def secular(
+    nodes: Real, weights: Real, constant: Real, offsets: Real, origins: Indices, threads: int | None
+) -> Indices:
+    """Write offsets and origins of the roots of fingers, and return the fingers that need more digits.
+
+    Parameters
+    ----------
+    nodes, weights, constant : ndarray, shape (fingers, nodes) twice, and (fingers,)
+        Poles, their weights, and the constant, all in their range.
+    offsets, origins : ndarray, shape (fingers, nodes)
+        Written into.
+    threads : int, optional
+        Number of threads.
+
+    Returns
+    -------
+    remaining : ndarray of int
+        Indices of fingers that are lost by cancellation.
+    """
+    lost = np.zeros(len(nodes), bool)
+
+    def work(part: tuple[int, int]) -> None:
+        memory = aligned((2 * nodes.shape[1] + 4) * WIDTH)
+        roots.roots_of(nodes, weights, constant, *part, memory, offsets, origins, lost)
+
+    in_threads(work, ranges(len(nodes), _TOGETHER), threads)
+    return np.flatnonzero(lost)

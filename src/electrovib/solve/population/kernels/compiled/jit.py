@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import functools
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "fastmath": {"contract", "nsz"}}
+
+
+@functools.cache
+def _stamp() -> tuple[tuple[str, int, int], ...]:
+    """Return name, time and size of every file from which kernels are compiled."""
+    files = [*Path(__file__).parent.glob("*.py"), Path(__file__).parent.parent / "time_steps.py"]
+    return tuple(sorted((each.name, each.stat().st_mtime_ns, each.stat().st_size) for each in files))
 
 
 def inner(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -44,9 +53,12 @@ def outer(function: Callable[..., Any]) -> Callable[..., Any]:
     from numba import njit
 
     try:
-        return njit(function, nogil=True, cache=True, **_OPTIONS)  # type: ignore[no-any-return]
+        made = njit(function, nogil=True, cache=True, **_OPTIONS)
     except RuntimeError:
         return njit(function, nogil=True, **_OPTIONS)  # type: ignore[no-any-return]
+    # numba compiles anew when the file of the function changes; the files of the functions that it calls count as well
+    made._cache._cache_file._source_stamp = _stamp()
+    return made  # type: ignore[no-any-return]
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:

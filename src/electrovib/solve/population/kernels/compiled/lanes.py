@@ -32,6 +32,7 @@ def _plain() -> dict[str, Callable[..., Any]]:
         "where": inlined(lambda condition, one, other: one if condition else other),
         "either": inlined(lambda one, other: one or other),
         "both": inlined(lambda one, other: one and other),
+        "other_than": inlined(lambda condition: not condition),
         "some": inlined(lambda condition: condition),
         "store_rows": inlined(_put_rows),
         "shift_exponent": inlined(lambda number, power: math.ldexp(number, int(power - 6755399441055744.0))),
@@ -202,6 +203,7 @@ def _vectors() -> dict[str, Callable[..., Any]]:
         "where": made(lambda b, c, x, y: b.select(c, x, y), conditions, numbers, numbers),
         "either": made(lambda b, x, y: b.or_(x, y), conditions, conditions, result=conditions),
         "both": made(lambda b, x, y: b.and_(x, y), conditions, conditions, result=conditions),
+        "other_than": made(lambda b, x: b.not_(x), conditions, result=conditions),
         "some": made(is_some, conditions, result=types.boolean),
         "shift_exponent": made(shifted, numbers, numbers),
     }
@@ -211,4 +213,5 @@ _operations = _plain() if WIDTH == 1 else _vectors()
 load, store, splat, fma = (_operations[name] for name in ("load", "store", "splat", "fma"))
 root, size, where = (_operations[name] for name in ("root", "size", "where"))
 either, both, some = (_operations[name] for name in ("either", "both", "some"))
+other_than = _operations["other_than"]
 shift_exponent, store_rows = _operations["shift_exponent"], _operations["store_rows"]

@@ -2,95 +2,130 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final
 
-from electrovib.solve.population.kernels.compiled.jit import inner
+from electrovib.solve.population.kernels.compiled.jit import inlined, inner
 from electrovib.solve.population.kernels.compiled.lanes import fma, load, splat, store
-from electrovib.solve.population.kernels.compiled.vector_math import slot_size, write_weights
+from electrovib.solve.population.kernels.compiled.vector_math import write_weights
 from electrovib.solve.population.kernels.compiled.width import WIDTH
 from electrovib.solve.population.kernels.time_steps import COMPENSATED
+
+TIMES: Final = 128
+"""Times whose responses are in the cache together."""
+
+
+# The memory of a tile: rates, residues, (modes, fingers); direct share, factor, (fingers,); responses, (TIMES, fingers);
+# and the weights for some durations. One array with places in it: a view for each would cost more than some steps.
+
+
+@inlined
+def direct_at(modes: Any) -> Any:
+    """Return the place of the direct share."""
+    return 2 * modes * WIDTH
+
+
+@inlined
+def factor_at(modes: Any) -> Any:
+    """Return the place of the factor."""
+    return (2 * modes + 1) * WIDTH
+
+
+@inlined
+def found_at(modes: Any) -> Any:
+    """Return the place of the responses."""
+    return (2 * modes + 2) * WIDTH
 
 
 @inner
 def advance(
-    rates: Any,
-    residues: Any,
-    direct: Any,
-    state: Any,
-    table: Any,
+    work: Any,
+    at: Any,
+    modes: Any,
+    states: Any,
+    held: Any,
     tags: Any,
     since: Any,
+    tile: Any,
     voltage: Any,
     starts: Any,
     kinds: Any,
     durations: Any,
     begin: Any,
     end: Any,
-    found: Any,
 ) -> Any:
     """Advance a tile of fingers from one time to another, and write the responses at these times, (times, fingers).
 
-    `starts` and `kinds` are the first step and the duration of each piece of equal steps; `table` has the weights for
-    some durations, whose indices are in `tags`; `since` counts the steps of each duration.
+    The memory of the tile begins at `at` in `work`, its states at `held` in `states`. `starts` and `kinds` are the first
+    step and the duration of each piece of equal steps; row `tile` of `tags` has the durations whose weights are in
+    memory, and that of `since` counts the steps of each duration.
     """
-    modes, last = len(rates) // WIDTH, len(voltage) - 1
-    slot, stop = slot_size(modes), min(end, last)
-    piece, place = 0, begin
+    last = len(voltage) - 1
+    slot, stop, piece, place = (5 * modes + 1) * WIDTH, min(end, last), 0, begin
+    found, table = at + found_at(modes), at + found_at(modes) + TIMES * WIDTH
     while piece + 1 < len(kinds) and starts[piece + 1] <= begin:
         piece += 1
     while place < stop:
         kind, finish = kinds[piece], min(stop, starts[piece + 1])
-        row = kind % len(tags)
-        at = row * slot
-        if tags[row] != kind:
-            write_weights(rates, residues, direct, durations[kind], table, at)
-            tags[row] = kind
-        _scale(state, table, at, modes, splat(voltage[place]))
+        row = kind % tags.shape[1]
+        weights = table + row * slot
+        if tags[tile, row] != kind:
+            write_weights(work, at, modes, durations[kind], weights)
+            tags[tile, row] = kind
+        _scale(states, held, work, weights, modes, splat(voltage[place]))
         while place < finish:
-            until = min(finish, place + COMPENSATED - since[kind])
-            since[kind] += until - place
-            _follow(state, table, at, modes, voltage, place, until, found, begin)
+            until = min(finish, place + COMPENSATED - since[tile, kind])
+            since[tile, kind] += until - place
+            _follow(
+                states, held, work, weights, modes, voltage, place, until, found + (place - begin) * WIDTH
+            )
             place = until
-            if since[kind] == COMPENSATED:
-                since[kind] = 0
-                for mode in range(modes):
-                    factor = load(table, at + (4 * modes + mode) * WIDTH)
-                    store(state, mode * WIDTH, load(state, mode * WIDTH) * factor)
-        _unscale(state, table, at, modes, splat(voltage[place]))
+            if since[tile, kind] == COMPENSATED:
+                since[tile, kind] = 0
+                for mode in range(0, modes * WIDTH, WIDTH):
+                    factor = load(work, weights + 4 * modes * WIDTH + mode)
+                    store(states, held + mode, load(states, held + mode) * factor)
+        _unscale(states, held, work, weights, modes, splat(voltage[place]))
         piece += 1
     if end > last:
-        total = load(direct, 0) * splat(voltage[last])
-        for mode in range(modes):
-            total = total + load(state, mode * WIDTH)
-        store(found, (last - begin) * WIDTH, total)
+        total = load(work, at + direct_at(modes)) * splat(voltage[last])
+        for mode in range(0, modes * WIDTH, WIDTH):
+            total = total + load(states, held + mode)
+        store(work, found + (last - begin) * WIDTH, total)
 
 
 @inner
-def _scale(state: Any, table: Any, at: Any, modes: Any, level: Any) -> Any:
+def _scale(states: Any, held: Any, work: Any, weights: Any, modes: Any, level: Any) -> Any:
     """Replace the contribution s of each mode by w = (s - later v)/scale."""
-    for mode in range(modes):
-        place = mode * WIDTH
-        later = load(table, at + (3 * modes) * WIDTH + place)
-        over = load(table, at + (2 * modes) * WIDTH + place)
-        store(state, place, fma(-later, level, load(state, place)) * over)
+    size = modes * WIDTH
+    for mode in range(0, size, WIDTH):
+        later, over = load(work, weights + 3 * size + mode), load(work, weights + 2 * size + mode)
+        store(states, held + mode, fma(-later, level, load(states, held + mode)) * over)
 
 
 @inner
-def _unscale(state: Any, table: Any, at: Any, modes: Any, level: Any) -> Any:
+def _unscale(states: Any, held: Any, work: Any, weights: Any, modes: Any, level: Any) -> Any:
     """Replace w by the contribution of each mode."""
-    for mode in range(modes):
-        place = mode * WIDTH
-        later, scale = load(table, at + (3 * modes) * WIDTH + place), load(table, at + modes * WIDTH + place)
-        store(state, place, fma(later, level, load(state, place) * scale))
+    size = modes * WIDTH
+    for mode in range(0, size, WIDTH):
+        later, scale = load(work, weights + 3 * size + mode), load(work, weights + size + mode)
+        store(states, held + mode, fma(later, level, load(states, held + mode) * scale))
 
 
 @inner
 def _follow(
-    state: Any, table: Any, at: Any, modes: Any, voltage: Any, place: Any, until: Any, found: Any, begin: Any
+    states: Any,
+    held: Any,
+    work: Any,
+    weights: Any,
+    modes: Any,
+    voltage: Any,
+    place: Any,
+    until: Any,
+    to: Any,
 ) -> Any:
     """Advance by equal steps: w' = decay w + v, response = direct v + sum of scale w; eight at a time."""
-    level = load(table, at + 5 * modes * WIDTH)
-    scales = at + modes * WIDTH
+    size = modes * WIDTH
+    level, scales = load(work, weights + 5 * size), weights + size
     while place + 8 <= until:
         v0, v1 = splat(voltage[place]), splat(voltage[place + 1])
         v2, v3 = splat(voltage[place + 2]), splat(voltage[place + 3])
@@ -98,9 +133,9 @@ def _follow(
         v6, v7 = splat(voltage[place + 6]), splat(voltage[place + 7])
         y0, y1, y2, y3 = level * v0, level * v1, level * v2, level * v3
         y4, y5, y6, y7 = level * v4, level * v5, level * v6, level * v7
-        for mode in range(modes):
-            w, decay = load(state, mode * WIDTH), load(table, at + mode * WIDTH)
-            scale = load(table, scales + mode * WIDTH)
+        for mode in range(0, size, WIDTH):
+            w, decay = load(states, held + mode), load(work, weights + mode)
+            scale = load(work, scales + mode)
             y0, w = fma(scale, w, y0), fma(decay, w, v0)
             y1, w = fma(scale, w, y1), fma(decay, w, v1)
             y2, w = fma(scale, w, y2), fma(decay, w, v2)
@@ -109,23 +144,22 @@ def _follow(
             y5, w = fma(scale, w, y5), fma(decay, w, v5)
             y6, w = fma(scale, w, y6), fma(decay, w, v6)
             y7, w = fma(scale, w, y7), fma(decay, w, v7)
-            store(state, mode * WIDTH, w)
-        to = (place - begin) * WIDTH
-        store(found, to, y0)
-        store(found, to + WIDTH, y1)
-        store(found, to + 2 * WIDTH, y2)
-        store(found, to + 3 * WIDTH, y3)
-        store(found, to + 4 * WIDTH, y4)
-        store(found, to + 5 * WIDTH, y5)
-        store(found, to + 6 * WIDTH, y6)
-        store(found, to + 7 * WIDTH, y7)
-        place += 8
+            store(states, held + mode, w)
+        store(work, to, y0)
+        store(work, to + WIDTH, y1)
+        store(work, to + 2 * WIDTH, y2)
+        store(work, to + 3 * WIDTH, y3)
+        store(work, to + 4 * WIDTH, y4)
+        store(work, to + 5 * WIDTH, y5)
+        store(work, to + 6 * WIDTH, y6)
+        store(work, to + 7 * WIDTH, y7)
+        place, to = place + 8, to + 8 * WIDTH
     while place < until:
         v = splat(voltage[place])
         y = level * v
-        for mode in range(modes):
-            w = load(state, mode * WIDTH)
-            y = fma(load(table, scales + mode * WIDTH), w, y)
-            store(state, mode * WIDTH, fma(load(table, at + mode * WIDTH), w, v))
-        store(found, (place - begin) * WIDTH, y)
-        place += 1
+        for mode in range(0, size, WIDTH):
+            w = load(states, held + mode)
+            y = fma(load(work, scales + mode), w, y)
+            store(states, held + mode, fma(load(work, weights + mode), w, v))
+        store(work, to, y)
+        place, to = place + 1, to + WIDTH

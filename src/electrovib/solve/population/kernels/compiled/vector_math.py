@@ -38,23 +38,16 @@ def exponential(number: Any) -> Any:
 
 
 @inner
-def slot_size(modes: Any) -> Any:
-    """Return how many numbers the weights for one duration are: five for each mode and one for each finger."""
-    return (5 * modes + 1) * WIDTH
-
-
-@inner
-def write_weights(rates: Any, residues: Any, direct: Any, duration: Any, table: Any, at: Any) -> Any:
+def write_weights(work: Any, at: Any, modes: Any, duration: Any, to: Any) -> Any:
     """Write the weights of modes for one duration: decay, scale, 1/scale, later, correction; and the direct share.
 
-    The formulas are those of `step_weights` and `decay_correction`.
+    Rates, residues and direct share are at `at`, and the weights are written to `to`. The formulas are those of
+    `step_weights` and `decay_correction`.
     """
-    modes = len(rates) // WIDTH
     size = modes * WIDTH
-    one, step, level = splat(1.0), splat(duration), load(direct, 0)
-    for mode in range(modes):
-        place = mode * WIDTH
-        u, residue = load(rates, place) * step, load(residues, place)
+    one, step, level = splat(1.0), splat(duration), load(work, at + 2 * size)
+    for mode in range(0, size, WIDTH):
+        u, residue = load(work, at + mode) * step, load(work, at + size + mode)
         small = where(u < one, u, one)
         series = splat(_SERIES[0])
         for term in _SERIES[1:]:
@@ -71,12 +64,12 @@ def write_weights(rates: Any, residues: Any, direct: Any, duration: Any, table: 
         scale = where(scale < most, where(scale > least, most, scale), scale)
         later = residue * step * later
         level = level + later
-        store(table, at + place, decay)
-        store(table, at + size + place, scale)
-        store(table, at + 2 * size + place, one / scale)
-        store(table, at + 3 * size + place, later)
-        store(table, at + 4 * size + place, _correction(u, mean, decay))
-    store(table, at + 5 * size, level)
+        store(work, to + mode, decay)
+        store(work, to + size + mode, scale)
+        store(work, to + 2 * size + mode, one / scale)
+        store(work, to + 3 * size + mode, later)
+        store(work, to + 4 * size + mode, _correction(u, mean, decay))
+    store(work, to + 5 * size, level)
 
 
 @inlined
