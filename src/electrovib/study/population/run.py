@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from electrovib.core.allowance import megabytes
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.study.population.declared import BLOCK, MEMORY, PERCENTILES, read_study
+from electrovib.study.population.here import tiles_of_process
 from electrovib.study.population.lock import locked
 from electrovib.study.population.merged import MergedFingers
 from electrovib.study.population.result import StoredArray, arrays, dataset, draws_of
@@ -23,8 +24,7 @@ from electrovib.study.population.store import (
     state_of,
     written,
 )
-from electrovib.study.population.tile import Evaluator, refuse_problems
-from electrovib.study.population.tiles import TileSizes, largest_tile
+from electrovib.study.population.tile import Evaluator
 from electrovib.study.population.writer import CheckpointWriter
 
 if TYPE_CHECKING:
@@ -36,9 +36,6 @@ if TYPE_CHECKING:
     from electrovib.study.population.tile import TileResult
 
     Progress = Callable[[int, int], bool | None]
-
-_SECONDS: Final = 0.25
-"""Computing time of a tile in this process, about [s]."""
 
 
 class StudyCancelledError(ElectrovibError):
@@ -256,16 +253,9 @@ def _tiles(
     evaluator: Evaluator, start: int, where: dict[str, Any] | None, waiting: Callable[[], None]
 ) -> Iterator[TileResult]:
     """Yield the tiles from a finger on, in order."""
-    declared = evaluator.declared
     if where is not None:
         from electrovib.study.population.cluster import tiles_of_cluster
 
         yield from tiles_of_cluster(evaluator, start, waiting=waiting, **where)
         return
-    sizes = TileSizes(declared.fingers, largest_tile(evaluator.numbers), seconds=_SECONDS)
-    while start < declared.fingers:
-        tile = evaluator.tile(start, sizes.stop(start))
-        refuse_problems(tile)
-        sizes.measured(tile.stop - tile.start, tile.seconds)
-        start = tile.stop
-        yield tile
+    yield from tiles_of_process(evaluator, start)

@@ -93,6 +93,7 @@ class Evaluator:
 
     def __init__(self, declared: DeclaredStudy, *, threads: int | None = None) -> None:
         from electrovib.solve.population import population
+        from electrovib.solve.population.fingers import TOGETHER
 
         self.declared, self.threads = declared, threads
         self.population = population(
@@ -101,6 +102,7 @@ class Evaluator:
         self.axis: Real = np.asarray(getattr(self.population, declared.axis), dtype=float)
         self.samples = self.axis.size
         self.method = str(self.population.method)
+        self.in_arrays = self.method == TOGETHER
         self.kernel = kernels(str(self.population.kernel))
         self.numbers = self.samples * len(declared.signals)
         self.exact = 4.0 * declared.fingers * self.numbers <= declared.memory

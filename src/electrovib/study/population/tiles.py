@@ -8,7 +8,7 @@ from electrovib.study.population.declared import BLOCK
 
 _FIRST: Final = 16
 _LARGEST: Final = 64 * BLOCK
-_BYTES: Final = 32e6
+_BYTES: Final = 64e6
 """Memory of the signals that are computed together, about [bytes]."""
 
 
