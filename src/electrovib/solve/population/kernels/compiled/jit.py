@@ -1,4 +1,5 @@
 """How kernels are compiled: without the interpreter's lock, kept on disk, products and sums in the order written."""
+# mypy: disable-error-code="no-any-return, call-overload, attr-defined"
 
 from __future__ import annotations
 
@@ -34,7 +35,7 @@ def inner(function: Callable[..., Any]) -> Callable[..., Any]:
     """
     from numba import njit
 
-    return njit(function, no_cpython_wrapper=True, **_OPTIONS)  # type: ignore[no-any-return]
+    return njit(function, no_cpython_wrapper=True, **_OPTIONS)
 
 
 def outer(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -55,10 +56,10 @@ def outer(function: Callable[..., Any]) -> Callable[..., Any]:
     try:
         made = njit(function, nogil=True, cache=True, **_OPTIONS)
     except RuntimeError:
-        return njit(function, nogil=True, **_OPTIONS)  # type: ignore[no-any-return]
+        return njit(function, nogil=True, **_OPTIONS)
     # numba compiles anew when the file of the function changes; the files of the functions that it calls count as well
     made._cache._cache_file._source_stamp = _stamp()
-    return made  # type: ignore[no-any-return]
+    return made
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -76,4 +77,4 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """
     from numba import njit
 
-    return njit(function, no_cpython_wrapper=True, forceinline=True, **_OPTIONS)  # type: ignore[no-any-return]
+    return njit(function, no_cpython_wrapper=True, forceinline=True, **_OPTIONS)
