@@ -12,7 +12,10 @@ from electrovib.study.population.tile import Evaluator
 from electrovib.study.population.tiles import TileSizes, largest_tile
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
+
+    import numpy as np
+    from numpy.typing import NDArray
 
     from electrovib.study.population.tile import TileResult
 
@@ -20,7 +23,9 @@ _SECONDS: Final = 0.25
 """Computing time of a tile, about [s]."""
 
 
-def tiles_of_process(evaluator: Evaluator, start: int) -> Iterator[TileResult]:
+def tiles_of_process(
+    evaluator: Evaluator, start: int, into: Mapping[str, NDArray[np.float32]]
+) -> Iterator[TileResult]:
     """Yield the tiles from a finger on, in order.
 
     Parameters
@@ -29,6 +34,8 @@ def tiles_of_process(evaluator: Evaluator, start: int) -> Iterator[TileResult]:
         The study.
     start : int
         Index of the first finger.
+    into : mapping of str to ndarray of float32, shape (fingers of the study, n)
+        Signal to the array that receives the signals of whole blocks, where they are held.
 
     Yields
     ------
@@ -45,7 +52,7 @@ def tiles_of_process(evaluator: Evaluator, start: int) -> Iterator[TileResult]:
     threads = thread_count(evaluator.threads) if evaluator.in_arrays else 1
     if threads == 1 or declared.fingers - start <= sizes.most:
         while start < declared.fingers:
-            tile = evaluator.tile(start, sizes.stop(start))
+            tile = evaluator.tile(start, sizes.stop(start), into)
             sizes.measured(tile.stop - tile.start, tile.seconds)
             start = tile.stop
             yield tile
@@ -60,7 +67,7 @@ def tiles_of_process(evaluator: Evaluator, start: int) -> Iterator[TileResult]:
         while start < declared.fingers:
             while given < declared.fingers and len(pending) <= threads:
                 stop = sizes.stop(given)
-                pending.append(pool.submit(_tile, free, given, stop))
+                pending.append(pool.submit(_tile, free, given, stop, into))
                 given = stop
             tile = pending.popleft().result()
             sizes.measured(tile.stop - tile.start, tile.seconds)
@@ -70,9 +77,11 @@ def tiles_of_process(evaluator: Evaluator, start: int) -> Iterator[TileResult]:
         pool.shutdown(cancel_futures=True)
 
 
-def _tile(free: queue.SimpleQueue[Evaluator], start: int, stop: int) -> TileResult:
+def _tile(
+    free: queue.SimpleQueue[Evaluator], start: int, stop: int, into: Mapping[str, NDArray[np.float32]]
+) -> TileResult:
     evaluator = free.get()
     try:
-        return evaluator.tile(start, stop)
+        return evaluator.tile(start, stop, into)
     finally:
         free.put(evaluator)

@@ -110,6 +110,11 @@ class MergedFingers:
                 rows[name] = (start, found.values)
         return rows
 
+    @property
+    def values(self) -> dict[str, NDArray[np.float32]]:
+        """Signals of all fingers of the study, where they are held; their rows are valid up to `blocks`."""
+        return {name: each.values for name, each in self.signals.items() if each.values is not None}
+
     def _completed(self, raw: Mapping[str, Real]) -> dict[str, ReducedSignal]:
         """Keep the fingers of an incomplete block; reduce them once it is complete."""
         for name, values in raw.items():
@@ -130,7 +135,7 @@ class MergedFingers:
             into.histogram = into.histogram + found.histogram
         elif into.histogram is not None and found.values is not None:
             count_in(into.histogram, found.values, self.evaluator.threads)
-        if into.values is not None and found.values is not None:
+        if into.values is not None and found.values is not None and found.values.base is not into.values:
             into.values[start : start + len(found.values)] = found.values
 
     def state(self) -> dict[str, NDArray[Any]]:

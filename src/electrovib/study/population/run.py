@@ -182,7 +182,7 @@ def _in_memory(
             " to which they are written, or allow more"
         )
     merged = MergedFingers(evaluator, hold=declared.draws)
-    for tile in _tiles(evaluator, 0, where, lambda: _report(progress, merged)):
+    for tile in _tiles(merged, where, progress):
         merged.add(tile)
         _report(progress, merged)
     found = arrays(evaluator, merged)
@@ -216,15 +216,14 @@ def _stored(
                     store.restore_rows(name, each.values)
         writer = CheckpointWriter(store, merged)
         try:
-            _evaluate(evaluator, merged, writer, where, progress)
-            writer.wait()
+            _evaluate(merged, writer, where, progress)
+            writer.complete()
             store.finish(arrays(evaluator, merged))
         finally:
             writer.close()
 
 
 def _evaluate(
-    evaluator: Evaluator,
     merged: MergedFingers,
     writer: CheckpointWriter,
     where: dict[str, Any] | None,
@@ -233,7 +232,7 @@ def _evaluate(
     """Evaluate the fingers that are missing; keep what is complete if the study is interrupted."""
     try:
         _report(progress, merged)
-        for tile in _tiles(evaluator, merged.fingers, where, lambda: _report(progress, merged)):
+        for tile in _tiles(merged, where, progress):
             writer.after(merged.add(tile))
             _report(progress, merged)
     except (KeyboardInterrupt, StudyCancelledError):
@@ -250,12 +249,13 @@ def _report(progress: Progress | None, merged: MergedFingers) -> None:
 
 
 def _tiles(
-    evaluator: Evaluator, start: int, where: dict[str, Any] | None, waiting: Callable[[], None]
+    merged: MergedFingers, where: dict[str, Any] | None, progress: Progress | None
 ) -> Iterator[TileResult]:
-    """Yield the tiles from a finger on, in order."""
-    if where is not None:
-        from electrovib.study.population.cluster import tiles_of_cluster
+    """Yield the tiles that follow the fingers merged so far, in order."""
+    if where is None:
+        return tiles_of_process(merged.evaluator, merged.fingers, merged.values)
+    from electrovib.study.population.cluster import tiles_of_cluster
 
-        yield from tiles_of_cluster(evaluator, start, waiting=waiting, **where)
-        return
-    yield from tiles_of_process(evaluator, start)
+    return tiles_of_cluster(
+        merged.evaluator, merged.fingers, waiting=lambda: _report(progress, merged), **where
+    )

@@ -110,13 +110,17 @@ class Evaluator:
         self.kept = declared.draws or (percentiles and self.exact)
         self.binned = percentiles and not self.exact
 
-    def tile(self, start: int, stop: int) -> TileResult:
+    def tile(
+        self, start: int, stop: int, into: Mapping[str, NDArray[np.float32]] | None = None
+    ) -> TileResult:
         """Evaluate consecutive fingers.
 
         Parameters
         ----------
         start, stop : int
             Indices of the first finger and of the one after the last.
+        into : mapping of str to ndarray of float32, shape (fingers of the study, n), optional
+            Signal to the array that receives the signals of whole blocks in the rows of the fingers.
 
         Returns
         -------
@@ -126,7 +130,7 @@ class Evaluator:
         begun = time.perf_counter()
         found = TileResult(start, stop, kernel=self.kernel)
         if start % BLOCK == 0 and (stop % BLOCK == 0 or stop == self.declared.fingers):
-            found.reduced = self._whole_blocks(start, stop)
+            found.reduced = self._whole_blocks(start, stop, into or {})
         else:
             found.raw = self._signals(start, stop)
         found.seconds = time.perf_counter() - begun
@@ -137,12 +141,16 @@ class Evaluator:
         signals = self.population.signals(draws, threads=self.threads)
         return {name: np.asarray(signals[name], dtype=float) for name in self.declared.signals}
 
-    def _whole_blocks(self, start: int, stop: int) -> dict[str, ReducedSignal]:
+    def _whole_blocks(
+        self, start: int, stop: int, into: Mapping[str, NDArray[np.float32]]
+    ) -> dict[str, ReducedSignal]:
         """Reduce fingers in parts whose signals stay small; return a histogram in place of the signals of many parts."""
         size = max(BLOCK, largest_tile(self.numbers))
         found: dict[str, ReducedSignal] = {}
         for begin in range(start, stop, size):
-            part = self.reduced(self._signals(begin, min(begin + size, stop)))
+            end = min(begin + size, stop)
+            rows = {name: each[begin:end] for name, each in into.items()}
+            part = self.reduced(self._signals(begin, end), rows)
             if stop - start > size and not self.kept:
                 for each in part.values():
                     _bin(each, self.threads)
@@ -150,13 +158,17 @@ class Evaluator:
                 found[name] = _joined(found[name], each) if name in found else each
         return found
 
-    def reduced(self, signals: Mapping[str, Real]) -> dict[str, ReducedSignal]:
+    def reduced(
+        self, signals: Mapping[str, Real], rows: Mapping[str, NDArray[np.float32]] | None = None
+    ) -> dict[str, ReducedSignal]:
         """Reduce the signals of consecutive fingers, the first of which begins a block.
 
         Parameters
         ----------
         signals : mapping of str to ndarray, shape (fingers, n)
             Signals by name.
+        rows : mapping of str to ndarray of float32, shape (fingers, n), optional
+            Arrays that receive them; new ones by default.
 
         Returns
         -------
@@ -171,10 +183,17 @@ class Evaluator:
             found[name] = ReducedSignal(
                 blocks=blocks,
                 counts=FingerCounts.of(values, self.declared.thresholds.get(name, ()), blocks),
-                values=values.astype(np.float32) if self.kept or self.binned else None,
+                values=self._single(values, (rows or {}).get(name)),
                 histogram=None,
             )
         return found
+
+    def _single(self, values: Real, rows: NDArray[np.float32] | None) -> NDArray[np.float32] | None:
+        """Return the signals as float32, where they are kept or counted."""
+        if rows is not None:
+            rows[:] = values
+            return rows
+        return values.astype(np.float32) if self.kept or self.binned else None
 
 
 def count_in(histogram: Histogram, values: NDArray[np.float32], threads: int | None) -> None:

@@ -9,6 +9,7 @@ import time
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import InputError
+from electrovib.study.population.declared import BLOCK
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -43,6 +44,7 @@ class CheckpointWriter:
         self._jobs: queue.Queue[Callable[[], None] | None] = queue.Queue(_WAITING)
         self._error: BaseException | None = None
         self._committing = threading.Event()
+        self._all_evaluated = False
         self._last = time.monotonic()
         self._stored = store.stored
         self._thread = threading.Thread(target=self._work, name="checkpoints of a study", daemon=True)
@@ -81,14 +83,15 @@ class CheckpointWriter:
             self._checkpoint()
             self._drain()
 
-    def wait(self) -> None:
-        """Wait until everything that was given is written.
+    def complete(self) -> None:
+        """Wait until the signals that are part of the result are written; a checkpoint is no longer needed.
 
         Raises
         ------
         InputError
             If the store could not be written.
         """
+        self._all_evaluated = True
         self._drain()
 
     def close(self) -> None:
@@ -110,9 +113,13 @@ class CheckpointWriter:
         def commit() -> None:
             begun = time.monotonic()
             if not merged.declared.draws:
-                for name, each in merged.signals.items():
-                    if each.values is not None:
-                        self.store.write_rows(name, begin, each.values[begin:stop])
+                for name, values in merged.values.items():
+                    for start in range(begin, stop, BLOCK):
+                        if self._all_evaluated:
+                            return
+                        self.store.write_rows(name, start, values[start : min(start + BLOCK, stop)])
+            if self._all_evaluated:
+                return
             self.store.commit(fingers, state)
             self._last = time.monotonic()
             self.pause = max(PAUSE, _SHARE * (self._last - begun))
