@@ -133,8 +133,8 @@ class MergedFingers:
         into.counts.merge(found.counts)
         if into.histogram is not None and found.histogram is not None:
             into.histogram = into.histogram + found.histogram
-        elif into.histogram is not None and found.values is not None:
-            count_in(into.histogram, found.values, self.evaluator.threads)
+        elif into.histogram is not None:
+            count_in(into.histogram, found, self.evaluator.threads)
         if into.values is not None and found.values is not None and found.values.base is not into.values:
             into.values[start : start + len(found.values)] = found.values
 

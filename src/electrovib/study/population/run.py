@@ -81,7 +81,8 @@ def study(
     draws : bool
         Keep the parameters and signals of every finger too.
     budget_memory : float or str
-        Memory for the values from which the percentiles are taken [bytes], or a text such as ``"1 GB"``.
+        Memory for the values from which the percentiles are taken [bytes], or a text such as ``"1 GB"``; program, packages
+        and the fingers being evaluated take about 0.5 GB besides.
     workers : int, optional
         Number of worker processes of a Dask cluster on this machine, one thread each.
     scheduler : str, optional

@@ -196,20 +196,23 @@ class Evaluator:
         return values.astype(np.float32) if self.kept or self.binned else None
 
 
-def count_in(histogram: Histogram, values: NDArray[np.float32], threads: int | None) -> None:
+def count_in(histogram: Histogram, part: ReducedSignal, threads: int | None) -> None:
     """Count signals in a histogram; a value that is not known is counted as 0, because no quantile is given at its sample.
 
     Parameters
     ----------
     histogram : Histogram
         Receives the values.
-    values : ndarray of float32, shape (fingers, n)
-        Signals.
+    part : ReducedSignal
+        Signals, with the number of those that are not known.
     threads : int or None
         Of the kernel.
     """
-    missing = np.isnan(values)
-    histogram.add(np.where(missing, np.float32(0), values) if missing.any() else values, threads=threads)
+    values = part.values
+    if values is not None:
+        if part.counts.unknown.any():
+            values = np.where(np.isnan(values), np.float32(0), values)
+        histogram.add(values, threads=threads)
 
 
 def _bin(part: ReducedSignal, threads: int | None) -> None:
@@ -217,7 +220,7 @@ def _bin(part: ReducedSignal, threads: int | None) -> None:
 
     if part.values is not None:
         part.histogram = Histogram(part.values.shape[1])
-        count_in(part.histogram, part.values, threads)
+        count_in(part.histogram, part, threads)
         part.values = None
 
 

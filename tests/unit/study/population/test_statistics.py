@@ -6,7 +6,7 @@ import numpy as np
 
 from electrovib.solve.population.kernels import Histogram, block_moments
 from electrovib.study.population.counts import FingerCounts
-from electrovib.study.population.tile import count_in
+from electrovib.study.population.tile import ReducedSignal, count_in
 from electrovib.study.population.words import percentile_words
 
 
@@ -21,7 +21,7 @@ def test_values_that_are_not_known_are_counted_apart():
     np.testing.assert_array_equal(counts.anywhere, [2, 1])
     np.testing.assert_array_equal(counts.unknown, [0, 2])
     histogram = Histogram(2)
-    count_in(histogram, values.astype(np.float32), None)
+    count_in(histogram, ReducedSignal([], counts, values.astype(np.float32), None), None)
     assert histogram.count == 3
     np.testing.assert_allclose(histogram.quantiles([0.5])[0, 0], 2.0, rtol=2e-3)
 
