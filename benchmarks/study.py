@@ -36,7 +36,9 @@ def study(fingers, samples, folder):
     import electrovib as ev
 
     experiment = scenario(samples)
-    ev.study(experiment, SPACE, n=2048, seed=SEED, output=Path(folder) / "first.zarr")  # imports, compiled kernels
+    ev.study(
+        experiment, SPACE, n=2048, seed=SEED, output=Path(folder) / "first.zarr"
+    )  # imports, compiled kernels
     begin = perf_counter()
     found = ev.study(experiment, SPACE, n=fingers, seed=SEED, output=Path(folder) / "study.zarr")
     return {"time": perf_counter() - begin, "method": found.attrs["method"], "kernel": found.attrs["kernel"],
@@ -66,9 +68,19 @@ def workers(count, fingers, folder):
     """Time a study whose fingers are solved one by one, with some workers of one thread [s]."""
     import electrovib as ev
 
-    experiment = ev.load("vezzoli_2014/fig6_gap").replace({"friction": {"model": "Dahl", "coefficient": 0.5, "stiffness": 5e3}})
+    experiment = ev.load("vezzoli_2014/fig6_gap").replace(
+        {"friction": {"model": "Dahl", "coefficient": 0.5, "stiffness": 5e3}}
+    )
     begin = perf_counter()
-    found = ev.study(experiment, SPACE, n=fingers, seed=SEED, signal="lateral_force", workers=count, output=Path(folder) / "w.zarr")
+    found = ev.study(
+        experiment,
+        SPACE,
+        n=fingers,
+        seed=SEED,
+        signal="lateral_force",
+        workers=count,
+        output=Path(folder) / "w.zarr",
+    )
     return {"time": perf_counter() - begin, "method": found.attrs["method"]}
 
 
@@ -93,7 +105,9 @@ def in_process(what, *arguments, kernel=""):
 
 def measured(what, *arguments):
     """Measure in this process and print the figures."""
-    found = {"study": study, "numpy": numpy_job, "workers": workers}[what](*map(int, arguments[:-1]), arguments[-1])
+    found = {"study": study, "numpy": numpy_job, "workers": workers}[what](
+        *map(int, arguments[:-1]), arguments[-1]
+    )
     found["memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
     print(json.dumps(found))
 
@@ -107,7 +121,13 @@ def main(sizes=SIZES):
     rows, found = [], {}
     for fingers in sizes:
         found[fingers] = in_process("study", fingers, SAMPLES)
-        rows.append(row(f"ev.study, percentiles {found[fingers]['percentiles'].partition(' of')[0]}", fingers, found[fingers]))
+        rows.append(
+            row(
+                f"ev.study, percentiles {found[fingers]['percentiles'].partition(' of')[0]}",
+                fingers,
+                found[fingers],
+            )
+        )
     peer = in_process("numpy", min(PEER, sizes[0]), SAMPLES, kernel="numpy")
     same = in_process("study", min(PEER, sizes[0]), SAMPLES)
     rows += [row("ev.study", min(PEER, sizes[0]), same), row("vectorised numpy", min(PEER, sizes[0]), peer)]

@@ -16,7 +16,18 @@ KILLS = 100
 
 
 def command(path, seed):
-    asked = ["-n", str(FINGERS), "--seed", str(seed), "-o", str(path), "--exceed", "1 mN", "--set", f"time.samples={SAMPLES}"]
+    asked = [
+        "-n",
+        str(FINGERS),
+        "--seed",
+        str(seed),
+        "-o",
+        str(path),
+        "--exceed",
+        "1 mN",
+        "--set",
+        f"time.samples={SAMPLES}",
+    ]
     asked += ["--draws"] if seed % 2 else ["--budget-memory", "20 MB"]
     return [sys.executable, "-m", "electrovib", "study", "vezzoli_2014/fig6_gap", "fingers", *asked]
 
@@ -56,7 +67,10 @@ def main(kills=KILLS):
                         done, here = done + 1, here + 1
             run(command(path, seed))
             same = content(path) == content(folder / f"whole{seed}.zarr")
-            print(f"seed {seed}: {here} kills, {done} in all; {'the same bytes' if same else 'DIFFERENT'}", flush=True)
+            print(
+                f"seed {seed}: {here} kills, {done} in all; {'the same bytes' if same else 'DIFFERENT'}",
+                flush=True,
+            )
             assert same
 
 

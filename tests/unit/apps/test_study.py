@@ -49,10 +49,28 @@ def test_the_command_prints_bands_and_writes_them(command, tmp_path):
 
 
 def test_all_mistakes_are_reported_at_once(command):
-    done = command("-n", "0", "--seed", "-1", "-o", "a.zarr", "--signal", "forse", "--percentiles", "100", "--budget-memory", "1")
+    done = command(
+        "-n",
+        "0",
+        "--seed",
+        "-1",
+        "-o",
+        "a.zarr",
+        "--signal",
+        "forse",
+        "--percentiles",
+        "100",
+        "--budget-memory",
+        "1",
+    )
     assert isinstance(done.exception, InputError)
     text = str(done.exception)
-    for words in ("n = 0: expected a number of fingers", "seed = -1", "signal = forse: not a signal", "percentiles = 100"):
+    for words in (
+        "n = 0: expected a number of fingers",
+        "seed = -1",
+        "signal = forse: not a signal",
+        "percentiles = 100",
+    ):
         assert words in text
     wrong = command("-n", "5", "--seed", "1", "-o", "a.zarr", "--exceed", "5 V", "--budget-memory", "much")
     assert "exceed = 5 V: expected a value in N" in str(wrong.exception)
@@ -60,7 +78,9 @@ def test_all_mistakes_are_reported_at_once(command):
 
 
 def test_signals_over_two_axes_are_refused(command):
-    done = command("-n", "5", "--seed", "1", "-o", "a.zarr", "--signal", "mean_force", "--signal", "lateral_force")
+    done = command(
+        "-n", "5", "--seed", "1", "-o", "a.zarr", "--signal", "mean_force", "--signal", "lateral_force"
+    )
     assert "expected signals over the same axis" in str(done.exception)
 
 

@@ -13,7 +13,13 @@ from electrovib.core.errors import InputError
 
 SPACE_WITH_SOURCES = {
     PATH: SPACE[PATH] | {"source": "A. Author 2099", "status": "unverified", "confidence": "low"},
-    "friction.coefficient": {"model": "Uniform", "low": 0.2, "high": 0.9, "source": "B. Author 2098", "status": "full text"},
+    "friction.coefficient": {
+        "model": "Uniform",
+        "low": 0.2,
+        "high": 0.9,
+        "source": "B. Author 2098",
+        "status": "full text",
+    },
 }
 
 
@@ -97,9 +103,18 @@ def test_the_bands_as_csv(found, tmp_path):
     assert any("unverified, cited from memory" in line for line in remarks)
     rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     assert len(rows) == found.sizes["time"]
-    assert float(rows[-1]["electrostatic_force percentile 95 [N]"]) == found["electrostatic_force_percentile"].values[4, -1]
-    assert float(rows[-1]["electrostatic_force variance [N^2]"]) == found["electrostatic_force_variance"].values[-1]
-    assert float(rows[-1]["electrostatic_force exceedance of 1 mN [1]"]) == found["electrostatic_force_exceedance"].values[1, -1]
+    assert (
+        float(rows[-1]["electrostatic_force percentile 95 [N]"])
+        == found["electrostatic_force_percentile"].values[4, -1]
+    )
+    assert (
+        float(rows[-1]["electrostatic_force variance [N^2]"])
+        == found["electrostatic_force_variance"].values[-1]
+    )
+    assert (
+        float(rows[-1]["electrostatic_force exceedance of 1 mN [1]"])
+        == found["electrostatic_force_exceedance"].values[1, -1]
+    )
     ev.save(found, path)  # ours
     path.write_text("mine")
     with pytest.raises(InputError, match="--force"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, NoReturn, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeAlias
 
 import typer
 
@@ -106,6 +106,8 @@ def command(
 
     base = read_scenario(scenario, changes=_read(changes)) if changes else scenario
     _check_outputs(csv, report, force=force)
+    asked: dict[str, Any] = {"percentiles": _names([percentiles]), "exceed": _names(exceed), "draws": draws}
+    asked |= {"budget_memory": budget_memory, "workers": workers, "scheduler": scheduler}
     done = [0, n]
     try:
         with tracked("evaluating fingers", counted=True) as progress:
@@ -116,27 +118,30 @@ def command(
                 seed=seed,
                 output=output,
                 signal=_names(signal) or ["electrostatic_force"],
-                percentiles=_names([percentiles]),
-                exceed=_names(exceed),
-                draws=draws,
-                budget_memory=budget_memory,
-                workers=workers,
-                scheduler=scheduler,
                 progress=_noting(done, progress),
+                **asked,
             )
     except KeyboardInterrupt:
         _interrupted(*done)
     say(*summary(found), f"written: {output}")
+    say(*_written(found, csv, report, force=force))
+
+
+def _written(found: xarray.Dataset, csv: str | None, report: str | None, *, force: bool) -> list[str]:
+    """Write the outputs beside the store, and name them."""
+    from electrovib.apps.progress import tracked
+
+    lines = []
     if csv is not None:
         from electrovib.export.save import save
 
-        say(*(f"written: {path}" for path in save(found, csv, force=force)))
+        lines += [f"written: {path}" for path in save(found, csv, force=force)]
     if report is not None:
         from electrovib.view.report import report as write_report
 
         with tracked("drawing the report"):
-            written = write_report(found, report, force=force)
-        say(f"written: {written}")
+            lines.append(f"written: {write_report(found, report, force=force)}")
+    return lines
 
 
 def _check_outputs(csv: str | None, report: str | None, *, force: bool) -> None:

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import InputError
 from electrovib.study.population.declared import BLOCK
-from electrovib.study.population.tile import computing_versions, refuse_problems, tile_on_worker
 from electrovib.study.population.tiles import TileSizes, largest_tile
+from electrovib.study.population.worker import computing_versions, refuse_problems, tile_on_worker
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from electrovib.study.population.tile import Evaluator, TileResult
+    from electrovib.study.population.reduced import TileResult
+    from electrovib.study.population.tile import Evaluator
 
 _SECONDS: Final = 1.0
 """Computing time of a task, about [s]: what a worker that is lost costs."""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from electrovib.study.population.tile import TileResult
+    from electrovib.study.population.reduced import TileResult
 
 _SECONDS: Final = 0.25
 """Computing time of a tile, about [s]."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import importlib
 import json
 import os
 import socket
@@ -98,10 +97,19 @@ def _lock(file: BinaryIO, path: Path) -> None:
 
 def _kind() -> Any:
     """Return the module of file locks of this system, or None."""
-    for name in ("fcntl", "msvcrt"):
-        with suppress(ImportError):
-            return importlib.import_module(name)
-    return None
+    try:
+        import fcntl
+    except ImportError:
+        return _of_windows()
+    return fcntl
+
+
+def _of_windows() -> Any:
+    try:
+        import msvcrt
+    except ImportError:
+        return None
+    return msvcrt
 
 
 def _still_there(path: Path, file: BinaryIO) -> bool:

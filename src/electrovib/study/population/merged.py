@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.study.population.counts import FingerCounts
 from electrovib.study.population.declared import BLOCK
-from electrovib.study.population.tile import count_in
+from electrovib.study.population.reduced import count_in
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.solve.population.kernels import Histogram, Moments
-    from electrovib.study.population.tile import Evaluator, ReducedSignal, TileResult
+    from electrovib.study.population.reduced import ReducedSignal, TileResult
+    from electrovib.study.population.tile import Evaluator
 
 
 @dataclass

@@ -10,20 +10,14 @@ from typing import TYPE_CHECKING, Any
 from electrovib.core.allowance import megabytes
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.study.population.declared import BLOCK, MEMORY, PERCENTILES, read_study
+from electrovib.study.population.existing import open_study, refuse_full_disk, refuse_other_kernel, state_of
+from electrovib.study.population.folder import clear, written
 from electrovib.study.population.here import tiles_of_process
 from electrovib.study.population.lock import locked
 from electrovib.study.population.merged import MergedFingers
+from electrovib.study.population.origin import attributes
 from electrovib.study.population.result import StoredArray, arrays, dataset, draws_of
-from electrovib.study.population.store import (
-    StudyStore,
-    attributes,
-    clear,
-    open_study,
-    refuse_full_disk,
-    refuse_other_kernel,
-    state_of,
-    written,
-)
+from electrovib.study.population.store import StudyStore
 from electrovib.study.population.tile import Evaluator
 from electrovib.study.population.writer import CheckpointWriter
 
@@ -33,7 +27,7 @@ if TYPE_CHECKING:
     from electrovib.scenario import Source
     from electrovib.scenario.space import SpaceSource
     from electrovib.study.population.declared import DeclaredStudy
-    from electrovib.study.population.tile import TileResult
+    from electrovib.study.population.reduced import TileResult
 
     Progress = Callable[[int, int], bool | None]
 

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import functools
 import time
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.core.versions import versions
 from electrovib.study.population.counts import FingerCounts
-from electrovib.study.population.declared import BLOCK, DeclaredStudy
+from electrovib.study.population.declared import BLOCK
+from electrovib.study.population.reduced import ReducedSignal, TileResult, binned, joined
 from electrovib.study.population.tiles import largest_tile
 
 if TYPE_CHECKING:
@@ -21,58 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.solve.population.kernels import Histogram, Moments
-
-
-@dataclass
-class ReducedSignal:
-    """Statistics of one signal over some consecutive fingers.
-
-    Parameters
-    ----------
-    blocks : list of Moments
-        Of each block of 1024 fingers.
-    counts : FingerCounts
-        Of all fingers.
-    values : ndarray of float32, shape (fingers, n), or None
-        Signals of the fingers, where they are needed.
-    histogram : Histogram or None
-        Of the signals, in place of them where it is smaller.
-    """
-
-    blocks: list[Moments]
-    counts: FingerCounts
-    values: NDArray[np.float32] | None
-    histogram: Histogram | None
-
-
-@dataclass
-class TileResult:
-    """What is known of a tile of fingers.
-
-    Parameters
-    ----------
-    start, stop : int
-        Indices of the first finger and of the one after the last.
-    kernel : str
-        Kernels and vector width with which it was computed.
-    seconds : float
-        Computing time [s].
-    raw : dict of str to ndarray, shape (fingers, n)
-        Signals of a tile that is part of a block; empty otherwise.
-    reduced : dict of str to ReducedSignal
-        Signals of a tile of whole blocks; empty otherwise.
-    problems : list of str
-        Mistakes for which it cannot be computed.
-    """
-
-    start: int
-    stop: int
-    kernel: str = ""
-    seconds: float = 0.0
-    raw: dict[str, Real] = field(default_factory=dict)
-    reduced: dict[str, ReducedSignal] = field(default_factory=dict)
-    problems: list[str] = field(default_factory=list)
+    from electrovib.study.population.declared import DeclaredStudy
 
 
 class Evaluator:
@@ -153,9 +99,9 @@ class Evaluator:
             part = self.reduced(self._signals(begin, end), rows)
             if stop - start > size and not self.kept:
                 for each in part.values():
-                    _bin(each, self.threads)
+                    binned(each, self.threads)
             for name, each in part.items():
-                found[name] = _joined(found[name], each) if name in found else each
+                found[name] = joined(found[name], each) if name in found else each
         return found
 
     def reduced(
@@ -196,115 +142,9 @@ class Evaluator:
         return values.astype(np.float32) if self.kept or self.binned else None
 
 
-def count_in(histogram: Histogram, part: ReducedSignal, threads: int | None) -> None:
-    """Count signals in a histogram; a value that is not known is counted as 0, because no quantile is given at its sample.
-
-    Parameters
-    ----------
-    histogram : Histogram
-        Receives the values.
-    part : ReducedSignal
-        Signals, with the number of those that are not known.
-    threads : int or None
-        Of the kernel.
-    """
-    values = part.values
-    if values is not None:
-        if part.counts.unknown.any():
-            values = np.where(np.isnan(values), np.float32(0), values)
-        histogram.add(values, threads=threads)
-
-
-def _bin(part: ReducedSignal, threads: int | None) -> None:
-    from electrovib.solve.population.kernels import Histogram
-
-    if part.values is not None:
-        part.histogram = Histogram(part.values.shape[1])
-        count_in(part.histogram, part, threads)
-        part.values = None
-
-
-def _joined(one: ReducedSignal, other: ReducedSignal) -> ReducedSignal:
-    """Return the statistics of fingers that follow each other."""
-    one.counts.merge(other.counts)
-    found = ReducedSignal([*one.blocks, *other.blocks], one.counts, None, None)
-    if one.values is not None and other.values is not None:
-        found.values = np.concatenate([one.values, other.values])
-    if one.histogram is not None and other.histogram is not None:
-        found.histogram = one.histogram + other.histogram
-    return found
-
-
-@functools.lru_cache(maxsize=1)
-def _evaluator(text: str, threads: int | None) -> Evaluator:
-    return Evaluator(DeclaredStudy.from_text(text), threads=threads)
-
-
-def tile_on_worker(text: str, start: int, stop: int, expected: Mapping[str, str]) -> TileResult:
-    """Evaluate a tile of a study that is given as text; a mistake is part of the result.
-
-    Parameters
-    ----------
-    text : str
-        Text of `DeclaredStudy.to_text`.
-    start, stop : int
-        Indices of the first finger and of the one after the last.
-    expected : mapping of str to str
-        Versions with which the other fingers are computed.
-
-    Returns
-    -------
-    result : TileResult
-        As from `Evaluator.tile`, or with the problems of the worker.
-    """
-    here = computing_versions()
-    differing = [
-        f"{name} {here.get(name)} instead of {each}"
-        for name, each in expected.items()
-        if here.get(name) != each
-    ]
-    if differing:
-        what = ", ".join(differing)
-        return TileResult(
-            start, stop, problems=[f"workers: one has {what}; install the same versions everywhere"]
-        )
-    try:
-        return _evaluator(text, _threads()).tile(start, stop)
-    except ElectrovibError as error:
-        return TileResult(start, stop, problems=[str(each) for each in error.problems])
-
-
-def _threads() -> int | None:
-    """Return the number of threads of the Dask worker that runs this; None elsewhere."""
-    from distributed import get_worker
-
-    try:
-        return int(get_worker().state.nthreads)
-    except ValueError:
-        return None
-
-
 def kernels(of_signals: str) -> str:
     """Name the kernels of signals and statistics, on which the last bits of the results depend."""
     from electrovib.solve.population.kernels import kernel_name
 
     of_statistics = kernel_name()
     return of_statistics if of_signals == of_statistics else f"{of_signals}; statistics {of_statistics}"
-
-
-def computing_versions() -> dict[str, str]:
-    """Return the versions of the packages on which the numbers of a study depend."""
-    found = versions()
-    return {name: found[name] for name in ("electrovib", "numpy", "scipy", "numba") if name in found}
-
-
-def refuse_problems(result: TileResult) -> None:
-    """Raise the problems of a tile as an error.
-
-    Raises
-    ------
-    InputError
-        If it has any.
-    """
-    if result.problems:
-        raise InputError(result.problems)

@@ -56,7 +56,15 @@ class TileSizes:
         return min(self.fingers, start + min(self.wanted, aligned))
 
     def measured(self, fingers: int, seconds: float) -> None:
-        """Adapt the size to the measured computing time of a tile."""
+        """Adapt the size to the measured computing time of a tile.
+
+        Parameters
+        ----------
+        fingers : int
+            Number of its fingers.
+        seconds : float
+            Computing time [s].
+        """
         each = max(seconds, 1e-6) / fingers
         self.wanted = _power_below(min(float(self.most), max(1.0, self.seconds / each)))
 

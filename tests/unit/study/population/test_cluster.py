@@ -144,7 +144,7 @@ def test_a_measured_drive_travels_without_its_file(tmp_path):
 
 
 def test_a_worker_with_other_versions_is_refused():
-    from electrovib.study.population.tile import tile_on_worker
+    from electrovib.study.population.worker import tile_on_worker
 
     found = tile_on_worker(declared().to_text(), 0, 4, {"electrovib": "0.1.0", "numpy": "1.0"})
     assert "instead of 1.0" in found.problems[0]
@@ -152,7 +152,7 @@ def test_a_worker_with_other_versions_is_refused():
 
 def test_a_worker_with_another_kernel_is_refused():
     from electrovib.study.population.cluster import _refuse_other_kernel
-    from electrovib.study.population.tile import TileResult
+    from electrovib.study.population.reduced import TileResult
 
     here = type("Evaluator", (), {"kernel": "numba, width 8"})
     with pytest.raises(InputError, match="one computes with kernel 'numba, width 4'"):

@@ -40,7 +40,10 @@ ev.study("vezzoli_2014/fig6", SPACE, n=fingers, seed=3, exceed="1 mN", draws=dra
 
 
 def begun(path, *asked):
-    places = [*os.environ.get("PYTHONPATH", "").split(os.pathsep), str(Path(__file__).parents[3] / "reference")]
+    places = [
+        *os.environ.get("PYTHONPATH", "").split(os.pathsep),
+        str(Path(__file__).parents[3] / "reference"),
+    ]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(places), "ELECTROVIB_KERNEL": "numpy"}
     command = [sys.executable, "-c", DRIVER, str(path), str(FINGERS), *asked]
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)

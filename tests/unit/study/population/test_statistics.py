@@ -6,7 +6,7 @@ import numpy as np
 
 from electrovib.solve.population.kernels import Histogram, block_moments
 from electrovib.study.population.counts import FingerCounts
-from electrovib.study.population.tile import ReducedSignal, count_in
+from electrovib.study.population.reduced import ReducedSignal, count_in
 from electrovib.study.population.words import percentile_words
 
 

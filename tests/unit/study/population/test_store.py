@@ -106,7 +106,9 @@ def test_an_incomplete_study_is_not_opened(quick, tmp_path):
 def test_another_kernel_is_refused_while_incomplete(quick, tmp_path, monkeypatch):
     path = ended(quick, tmp_path / "a.zarr")
     monkeypatch.setattr(StandInPopulation, "kernel", "numba 0.68.1, width 4")
-    with pytest.raises(InputError, match=r"begun with kernel 'stand-in; .*', here 'numba 0.68.1, width 4; .*'"):
+    with pytest.raises(
+        InputError, match=r"begun with kernel 'stand-in; .*', here 'numba 0.68.1, width 4; .*'"
+    ):
         quick(n=5000, output=path)
     monkeypatch.setattr(StandInPopulation, "kernel", "stand-in")
     quick(n=5000, output=path)
@@ -117,7 +119,7 @@ def test_another_kernel_is_refused_while_incomplete(quick, tmp_path, monkeypatch
 def test_another_version_is_refused_while_incomplete(quick, tmp_path, monkeypatch):
     path = ended(quick, tmp_path / "a.zarr")
     versions = {"electrovib": "0.1.0", "numpy": "1.0"}
-    monkeypatch.setattr("electrovib.study.population.store.computing_versions", lambda: versions)
+    monkeypatch.setattr("electrovib.study.population.origin.computing_versions", lambda: versions)
     with pytest.raises(InputError, match=r"begun with numpy '.*', here '1.0'"):
         quick(n=5000, output=path)
 
