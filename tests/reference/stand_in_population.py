@@ -16,13 +16,11 @@ class StandInPopulation:
     method = "in closed form"
     unknown = False
 
-    def __init__(self, scenario, *, free, signals):
+    def __init__(self, *, signals):
         self.names, self.time, self.frequency = signals, TIMES, np.geomspace(1.0, 1e4, 5)
-        self.calls = []
 
-    def signals(self, draws, *, threads=None):
+    def signals(self, draws, **_):
         thickness = draws[PATH]
-        self.calls.append(len(thickness))
         axis = self.frequency if self.names[0] == "mean_force" else self.time
         decay = axis / (axis + 50 * thickness[:, None])
         values = 1e-3 * (thickness[:, None] / 2e-4) ** 2 * decay - (
@@ -35,4 +33,4 @@ class StandInPopulation:
 
 def stand_in(scenario, free, signals=("electrostatic_force",), time=None):
     """Take the place of `electrovib.solve.population.population`."""
-    return StandInPopulation(scenario, free=free, signals=signals)
+    return StandInPopulation(signals=signals)

@@ -34,9 +34,8 @@ def command(tmp_path, monkeypatch):
 
 
 def test_the_command_prints_bands_and_writes_them(command, tmp_path):
-    done = command(
-        "-n", "200", "--seed", "1", "-o", "study.zarr", "--exceed", "1 mN", "--percentiles", "10,50", "--csv", "a.csv", "--report", "a.html"
-    )  # fmt: skip
+    asked = ["-n", "200", "--seed", "1", "-o", "study.zarr", "--exceed", "1 mN", "--percentiles", "10,50"]
+    done = command(*asked, "--csv", "a.csv", "--report", "a.html")
     assert done.exit_code == 0, done.output
     assert "where its median is largest: 10th percentile" in done.output
     assert "above 1 mN at some time" in done.output
@@ -95,7 +94,7 @@ def test_wrong_outputs_are_refused_before_the_study(command, tmp_path, monkeypat
 def test_an_interrupted_command_says_how_far_it_came(command, tmp_path, monkeypatch):
     evaluated, original = [], StandInPopulation.signals
 
-    def interrupted(self, draws, *, threads=None):
+    def interrupted(self, draws, **_):
         evaluated.append(1)
         if len(evaluated) == 4:
             signal.raise_signal(signal.SIGINT)

@@ -39,7 +39,7 @@ def found():
 
 def test_bands_are_the_percentiles(found):
     ax = ev.plot.bands(found)
-    bands = [each for each in ax.collections]
+    bands = list(ax.collections)
     assert len(bands) == 2
     widest, inner = (each.get_paths()[0].vertices for each in bands)
     values = found["electrostatic_force_percentile"].values
@@ -119,5 +119,5 @@ def test_the_bands_as_csv(found, tmp_path):
     path.write_text("mine")
     with pytest.raises(InputError, match="--force"):
         ev.save(found, path)
-    with pytest.raises(InputError, match="bands of a study are a .csv file"):
+    with pytest.raises(InputError, match=r"bands of a study are a \.csv file"):
         ev.save(found, tmp_path / "bands.nc")

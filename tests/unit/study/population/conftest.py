@@ -25,7 +25,7 @@ def tiles(monkeypatch):
     def fix(size):
         monkeypatch.setattr(
             "electrovib.study.population.tiles.TileSizes.measured",
-            lambda self, fingers, seconds: setattr(self, "wanted", size),
+            lambda self, *_: setattr(self, "wanted", size),
         )
         monkeypatch.setattr("electrovib.study.population.tiles._FIRST", size)
 

@@ -21,11 +21,11 @@ from electrovib.study.population import tiles, writer
 from stand_in_population import SPACE, StandInPopulation, stand_in
 
 class Slow(StandInPopulation):
-    def signals(self, draws, *, threads=None):
+    def signals(self, draws, **_):
         time.sleep(2e-5 * len(next(iter(draws.values()))))
         return super().signals(draws)
 
-electrovib.solve.population.population = lambda scenario, free, signals: Slow(scenario, free=free, signals=signals)
+electrovib.solve.population.population = lambda scenario, free, signals: Slow(signals=signals)
 tiles.TileSizes.measured = lambda self, fingers, seconds: setattr(self, "wanted", 256)
 writer.PAUSE = 0.02
 import electrovib as ev
@@ -35,7 +35,8 @@ path, fingers, memory, draws = sys.argv[1], int(sys.argv[2]), sys.argv[3], sys.a
 def progress(done, total):
     print(done, flush=True)
 
-ev.study("vezzoli_2014/fig6", SPACE, n=fingers, seed=3, exceed="1 mN", draws=draws, budget_memory=memory, output=path, progress=progress)
+asked = {"n": fingers, "seed": 3, "exceed": "1 mN", "draws": draws, "budget_memory": memory}
+ev.study("vezzoli_2014/fig6", SPACE, **asked, output=path, progress=progress)
 """
 
 
