@@ -13,18 +13,18 @@ from electrovib.scenario import Source, read_scenario
 from electrovib.solve.choice import refuse_unsolved
 from electrovib.solve.population.one_by_one import KERNEL, OneByOne, over_which
 from electrovib.solve.population.together.compare import compare
-from electrovib.solve.population.together.engine import Together
 from electrovib.solve.population.together.over_frequency import OverFrequency
+from electrovib.solve.population.together.over_time import OverTime
 from electrovib.solve.population.together.refusal import NotTogetherError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.population.together.engine import Squares
+    from electrovib.solve.population.together.forces import Squares
 
 TOGETHER: Final = (
     "together: arrays over fingers (linear layers, a fixed gap, a voltage of straight pieces or sines, friction without"
@@ -130,31 +130,39 @@ class Population:
             raise InputError("time: signals over frequency have no output times; omit it")
         self._alone = OneByOne(scenario, self.free, self.names, self.time)
         self.method, self.kernel = TOGETHER, KERNEL
-        self._together: Together | OverFrequency | None = None
+        self._together: OverTime | OverFrequency | None = None
         try:
             self._together = self._in_arrays()
             self.kernel = self._together.kernel
         except NotTogetherError as reason:
             self.method = f"one by one: {reason}"
 
-    def _in_arrays(self) -> Together | OverFrequency:
+    def _in_arrays(self) -> OverTime | OverFrequency:
         """Return the computation in arrays, after a comparison with one by one for two fingers."""
-        found: Together | OverFrequency
+        found: OverTime | OverFrequency
         if self.time is not None:
-            found = Together(self.scenario, self.free, self.names, self.time, self._alone)
+            found = OverTime(self.scenario, self.free, self.names, self.time, self._alone)
         else:
             assert self.frequency is not None
             found = OverFrequency(self.scenario, self.free, self.names, self.frequency)
         compare(found, self._alone, self.scenario)
         return found
 
-    def signals(self, draws: Mapping[str, ArrayLike], *, threads: int | None = None) -> dict[str, Any]:
+    def signals(
+        self,
+        draws: Mapping[str, ArrayLike],
+        *,
+        out: Mapping[str, NDArray[Any]] | None = None,
+        threads: int | None = None,
+    ) -> dict[str, Any]:
         """Compute the signals of fingers.
 
         Parameters
         ----------
         draws : mapping of str to array_like, shape (fingers,)
             Path to the value of each finger, in SI units; a free path that is omitted keeps the value of the scenario.
+        out : mapping of str to ndarray, shape (fingers, n) or (fingers, layers, n), optional
+            Arrays of float64, or of float32 to which the signals are rounded, that receive them, by name.
         threads : int, optional
             Threads of a compiled kernel; by default one for each available processor.
 
@@ -171,8 +179,8 @@ class Population:
         """
         columns = self.columns(draws)
         if self._together is None:
-            return self._alone.signals(columns)
-        return self._together.signals(columns, threads=threads)
+            return self._alone.signals(columns, out=out)
+        return self._together.signals(columns, out=out, threads=threads)
 
     def squares(self, draws: Mapping[str, ArrayLike]) -> Squares | None:
         """Return the attraction of fingers in the form from which means and variances are computed without storing it.
@@ -194,7 +202,7 @@ class Population:
         InputError
             As for `signals`.
         """
-        return self._together.squares(self.columns(draws)) if isinstance(self._together, Together) else None
+        return self._together.squares(self.columns(draws)) if isinstance(self._together, OverTime) else None
 
     def columns(self, draws: Mapping[str, ArrayLike]) -> dict[str, Real]:
         """Return the values of all free parameters for each finger.

@@ -15,6 +15,8 @@ from electrovib.solve.stack.expand import phasors
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from numpy.typing import NDArray
+
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
 
@@ -43,13 +45,17 @@ class OneByOne:
         self.names, self.time = tuple(names), time
         self.prepared = Prepared(scenario, free=free)
 
-    def signals(self, draws: Mapping[str, Real]) -> dict[str, Any]:
+    def signals(
+        self, draws: Mapping[str, Real], *, out: Mapping[str, NDArray[Any]] | None = None
+    ) -> dict[str, Any]:
         """Return the signals of fingers.
 
         Parameters
         ----------
         draws : mapping of str to ndarray, shape (fingers,)
             Dotted path to the value of each finger, in SI units.
+        out : mapping of str to ndarray, shape (fingers, n) or (fingers, layers, n), optional
+            Arrays that receive signals.
 
         Returns
         -------
@@ -69,7 +75,10 @@ class OneByOne:
                 rows.append(self._of(point))
             except InputError as error:
                 raise of_finger(error, finger, point) from error
-        return {name: np.array([row[name] for row in rows]) for name in self.names}
+        return {
+            name: np.stack([row[name] for row in rows], out=(out or {}).get(name), casting="same_kind")
+            for name in self.names
+        }
 
     def _of(self, point: Mapping[str, float]) -> dict[str, Any]:
         """Return the signals of one finger."""

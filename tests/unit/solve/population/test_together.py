@@ -12,7 +12,7 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.physics.force import ForceLaw
 from electrovib.solve.population import population
-from electrovib.solve.population.kernels import merged, moments, square_moments_many
+from electrovib.solve.population.kernels import merged, moments, secular_many, square_moments_many, stepping
 from electrovib.solve.population.together.quadratic import is_quadratic
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
@@ -21,6 +21,8 @@ _SPEC.loader.exec_module(fingers_of)
 difference, draw, times_of = fingers_of.difference, fingers_of.draw, fingers_of.times_of
 
 EQUAL = 1e-12
+SCALED = 1e-11
+"""Where a permittivity is scaled: a reduction of the scaled permittivity itself differs by some 1e-12 of the permittivity."""
 GAP = "vezzoli_2014/fig6_gap"
 CASES = {
     GAP: (
@@ -92,20 +94,31 @@ def test_every_path_of_every_scenario_agrees_with_one_by_one(scenario):
         assert "the electrical solver is" in population(member, free).method
         return
     several, time = [], times_of(member, 100)
+    limit = EQUAL if all(layer.material.debye() for layer in member.stack.layers.values()) else SCALED
     for path, value, _ in member.parameters():
         if value is None or path.startswith(("time.", "frequency.")):
             continue
         if is_together(population(member, [path], fingers_of.OVER_TIME, time).method):
             found, method = difference(scenario, [path], count=2, time=time)
-            assert found < EQUAL, (path, method)
+            assert found < limit, (path, method)
             several.append(path)
     for seed in range(4):
         rng = np.random.default_rng(seed)
         free = [path for path in several if rng.random() < 0.5]
         if free:
             found, method = difference(scenario, free, count=3, seed=seed, time=time)
-            assert found < EQUAL, (free, method)
+            assert found < limit, (free, method)
             assert is_together(method)
+
+
+def test_a_scaled_skin_keeps_its_relaxations():
+    """The reduction of each finger is that of the scenario times a factor, with the same relative error."""
+    member = ev.load("vardar_2017/square")
+    skin = "stack.stratum_corneum.material."
+    free = [skin + "permittivity", skin + "reference_frequency", skin + "conductivity"]
+    found, method = difference(member, free, ["electrostatic_force"], count=2, time=times_of(member, 100))
+    assert is_together(method)
+    assert found < SCALED
 
 
 @pytest.mark.slow
@@ -137,6 +150,7 @@ def test_reduced_skins_agree_with_one_by_one(scenario):
                 "stack.insulator.initial_charge",
                 "stack.insulator.thickness",
                 "drive.high",
+                "drive.low",
             ),
         ),
         (
@@ -408,3 +422,35 @@ def test_a_law_that_is_quadratic_up_to_a_limit_is_not_quadratic():
     member = ev.load(GAP).replace({"force": {"model": "ThresholdLaw"}})
     assert not is_quadratic(member.force)
     assert difference(member, ["stack.gap.thickness"])[0] < EQUAL
+
+
+@pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "vardar_2017/square"])
+def test_numpy_and_compiled_kernels_agree(scenario, monkeypatch):
+    if secular_many.compiled() is None:
+        pytest.skip("no compiled kernel in this process")
+    member = ev.load(scenario)
+    free, time = (CASES | SKIN)[scenario][:2], times_of(member, 20)
+    given = draw(member, free, 40)
+    many = population(member, free, time=time)
+    compiled = many.signals(given)["electrostatic_force"]
+    for module in (secular_many, stepping):
+        monkeypatch.setattr(module, "compiled", lambda: None)
+    plain = many.signals(given)["electrostatic_force"]
+    peaks = np.max(np.abs(plain), axis=1, keepdims=True)
+    assert np.max(np.abs(plain - compiled) / peaks) < EQUAL
+
+
+@pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "kaczmarek_2006/biphasic", "kim_2015/current"])
+def test_signals_are_written_into_given_arrays(scenario):
+    member = ev.load(scenario)
+    free = ["stack.gap.thickness", "stack.insulator.thickness"]
+    names, time = ("electrostatic_force", "drive_voltage"), times_of(member, 100)
+    many, given = population(member, free, names, time), draw(member, free, 11)
+    expected = many.signals(given)
+    out = {"electrostatic_force": np.empty((20, len(time)), np.float32)[3:14]}
+    found = many.signals(given, out=out)
+    assert found["electrostatic_force"] is out["electrostatic_force"]
+    np.testing.assert_array_equal(
+        out["electrostatic_force"], expected["electrostatic_force"].astype(np.float32)
+    )
+    np.testing.assert_array_equal(found["drive_voltage"], expected["drive_voltage"])

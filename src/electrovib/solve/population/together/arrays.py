@@ -9,7 +9,6 @@ import numpy as np
 
 from electrovib.core.changes import stored_path
 from electrovib.core.errors import InputError
-from electrovib.core.paths import quantity_at
 from electrovib.physics.material.plain import Constant
 from electrovib.physics.material.relaxations import ColeCole, Debye, Prony
 from electrovib.solve.population.together.refusal import NotTogetherError
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Complex, Real
     from electrovib.core.model import Model
+    from electrovib.core.quantity import Quantity
     from electrovib.physics.material import Material
     from electrovib.scenario import Scenario
 
@@ -50,7 +50,8 @@ def with_columns(model: M, columns: Mapping[str, Any]) -> M:
         for key in parents:
             branch = branch.setdefault(key, {})
         branch[last] = column
-    return _copied(model, tree)
+    copied: M = _copied(model, tree)
+    return copied
 
 
 def _copied(model: Any, tree: Mapping[str, Any]) -> Any:
@@ -72,15 +73,15 @@ def _copied(model: Any, tree: Mapping[str, Any]) -> Any:
     return copied
 
 
-def check_ranges(scenario: Scenario, columns: Mapping[str, Real]) -> None:
+def check_ranges(quantities: Mapping[str, Quantity], columns: Mapping[str, Real]) -> None:
     """Refuse values outside the range of their parameters.
 
     Parameters
     ----------
-    scenario : Scenario
-        Experiment with the declarations of the parameters.
+    quantities : mapping of str to Quantity
+        Dotted path to the declaration of a parameter.
     columns : mapping of str to ndarray, shape (fingers,)
-        Dotted path to values, in SI units.
+        The same paths to values, in SI units.
 
     Raises
     ------
@@ -89,7 +90,7 @@ def check_ranges(scenario: Scenario, columns: Mapping[str, Real]) -> None:
     """
     problems = []
     for path, values in columns.items():
-        quantity = quantity_at(scenario, path)
+        quantity = quantities[path]
         wrong = ~((values >= quantity.low) & (values <= quantity.high))
         if np.any(wrong):
             finger = int(np.argmax(wrong))

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.solve.population.one_by_one import OneByOne
-    from electrovib.solve.population.together.engine import Together
     from electrovib.solve.population.together.over_frequency import OverFrequency
+    from electrovib.solve.population.together.over_time import OverTime
 
 AGREE: Final = 1e-11
 """Largest difference over the peak of a signal; a formula that is no formula of one finger differs by more."""
@@ -24,12 +24,12 @@ _FAINT: Final = 1e-9
 """Share of the largest value that is compared for a parameter whose value is 0."""
 
 
-def compare(together: Together | OverFrequency, alone: OneByOne, scenario: Scenario) -> None:
+def compare(together: OverTime | OverFrequency, alone: OneByOne, scenario: Scenario) -> None:
     """Refuse arrays whose fingers differ from the same fingers one by one.
 
     Parameters
     ----------
-    together : Together or OverFrequency
+    together : OverTime or OverFrequency
         Fingers in arrays.
     alone : OneByOne
         Fingers one by one.

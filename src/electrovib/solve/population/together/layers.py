@@ -14,7 +14,7 @@ from electrovib.solve.population.together.roots import roots_of
 from electrovib.solve.stack.slab import Slab, merged_terms, slab_impedance
 
 if TYPE_CHECKING:
-    from electrovib.core.arrays import Real
+    from collections.abc import Sequence
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -120,8 +120,8 @@ def _of_relaxing(
     """Return the same for relaxations of which some number differs between fingers."""
     if not any(isinstance(each, np.ndarray) for each in times):
         if not any(isinstance(each, np.ndarray) for each in strengths):
-            slow, weights = merged_terms(DebyeSum(1.0, tuple(strengths), tuple(times)))
-            strengths, times = weights.tolist(), (1 / slow).tolist()
+            slow, strong = merged_terms(DebyeSum(1.0, tuple(strengths), tuple(times)))
+            strengths, times = strong.tolist(), (1 / slow).tolist()
         else:
             strengths, times = _merged(strengths, times)
     count = len(regular)
@@ -150,12 +150,12 @@ def _merged(strengths: list[Any], times: list[float]) -> tuple[list[Any], list[A
     return list(totals.values()), list(totals)
 
 
-def common_slots(parts: list[Poles]) -> tuple[list[Any], list[list[int]]]:
+def common_slots(parts: Sequence[Poles]) -> tuple[list[Any], list[list[int]]]:
     """Collect the poles of parts in series; poles at the same shared rate have one slot.
 
     Parameters
     ----------
-    parts : list of Poles
+    parts : sequence of Poles
         Layers, and the capacitor of the body.
 
     Returns
@@ -180,11 +180,3 @@ def common_slots(parts: list[Poles]) -> tuple[list[Any], list[list[int]]]:
             mine.append(place)
         places.append(mine)
     return rates, places
-
-
-def columns_sum(parts: Real) -> Real:
-    """Return the sum over the first axis, term after term, so that no finger depends on how many there are."""
-    total = np.zeros(parts.shape[1:])
-    for part in parts:
-        total = total + part
-    return total

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.paths import value_at
+from electrovib.core.paths import quantity_at, value_at
 from electrovib.physics.contact import FixedArea
 from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import chosen
@@ -15,21 +15,22 @@ from electrovib.solve.electrics.attraction import PHASES, attraction, total_pull
 from electrovib.solve.population.kernels import kernel_name
 from electrovib.solve.population.together.accepted import refuse_columns
 from electrovib.solve.population.together.amplitude import shared_drive
-from electrovib.solve.population.together.arrays import check_ranges, stored_columns, with_columns
+from electrovib.solve.population.together.arrays import check_ranges, with_columns
 from electrovib.solve.population.together.phasors import ManyPhasors
 from electrovib.solve.population.together.quadratic import is_quadratic
 from electrovib.solve.population.together.refusal import NotTogetherError
+from electrovib.solve.population.together.tile import FEWEST, of_scenario, padded
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from numpy.typing import NDArray
 
     from electrovib.core.arrays import Complex, Real
     from electrovib.scenario import Scenario
 
 AT_ONCE: Final = 64
 """Fingers whose phasors are in memory together."""
-FEWEST: Final = 8
-"""Fewest fingers of an array; further rows repeat the last finger."""
 OVER_FREQUENCY: Final = frozenset(
     {"mean_force", "impedance", "field_gain", "effective_voltage_gain", "permittivity"}
 )
@@ -62,16 +63,25 @@ class OverFrequency:
         self.scenario, self.free, self.names, self.frequency = scenario, free, names, frequency
         _refuse(scenario, free, names)
         self.is_quadratic = is_quadratic(scenario.force)
+        self._quantities = {path: quantity_at(scenario, path) for path in free}
         self.kernel = kernel_name()
         self._per_drive = _largest_per_parameter(scenario, free)
 
-    def signals(self, draws: Mapping[str, Real], *, threads: int | None = None) -> dict[str, Any]:
+    def signals(
+        self,
+        draws: Mapping[str, Real],
+        *,
+        out: Mapping[str, NDArray[Any]] | None = None,
+        threads: int | None = None,
+    ) -> dict[str, Any]:
         """Return the signals of fingers.
 
         Parameters
         ----------
         draws : mapping of str to ndarray, shape (fingers,)
             Dotted path to the value of each finger, in SI units.
+        out : mapping of str to ndarray, shape (fingers, n) or (fingers, layers, n), optional
+            Arrays that receive signals.
         threads : int, optional
             Not used: the arrays are formed on one thread.
 
@@ -86,25 +96,25 @@ class OverFrequency:
             If a value is outside its range; names the first such finger.
         """
         del threads
-        check_ranges(self.scenario, draws)
+        check_ranges(self._quantities, draws)
         fingers = len(next(iter(draws.values())))
         tiles = []
         for begin in range(0, fingers, AT_ONCE):
             some = {path: values[begin : begin + AT_ONCE] for path, values in draws.items()}
             tiles.append(self._of(some))
-        return {name: np.concatenate([tile[name] for tile in tiles]) for name in self.names}
+        return {
+            name: np.concatenate(
+                [tile[name] for tile in tiles], out=(out or {}).get(name), casting="same_kind"
+            )
+            for name in self.names
+        }
 
     def _of(self, draws: Mapping[str, Real]) -> dict[str, Any]:
         """Return the signals of some fingers."""
-        columns = stored_columns(self.scenario, draws)
-        count = len(next(iter(columns.values())))
-        rows = max(count, FEWEST)
-        columns = {
-            path: np.pad(column, ((0, rows - count), (0, 0)), "edge") for path, column in columns.items()
-        }
-        of_scenario = {path: column for path, column in columns.items() if not path.startswith("drive.")}
-        scenario = with_columns(self.scenario, of_scenario)
-        section = ManyPhasors(scenario, tuple(of_scenario), self.frequency)
+        columns, count = padded(self.scenario, draws)
+        rows, inner = max(count, FEWEST), of_scenario(columns)
+        scenario = with_columns(self.scenario, inner)
+        section = ManyPhasors(scenario, tuple(inner), self.frequency)
         shape = rows, len(self.frequency)
         found = {}
         for name in self.names:

@@ -58,6 +58,7 @@ class Response:
         fades = bool(drive.tones) and not drive.settled and len(state) > 0
         self.is_stepped = drive.is_straight or fades or transfers.free is not None
         self._phases = [_in_phase_and_behind(transfers, tone) for tone in drive.tones]
+        self._points: Real | None = None
         self._level = transfers.at(0.0).real * drive.level if drive.level else None
 
     @property
@@ -73,17 +74,16 @@ class Response:
         Parameters
         ----------
         out : ndarray, shape (fingers, n)
-            Written into, in the unit of the quantity.
+            Written into, in the unit of the quantity; float64, or float32 where one call of the kernel is all.
         some : slice
             Range of the fingers.
-        factor : ndarray, shape (fingers,), optional
-            Then factor times the square of the response is written; factors of all fingers of the quantity.
+        factor : ndarray, shape (rows,), optional
+            Then factor times the square of the response is written, where one call of the kernel is all.
         threads : int, optional
             Threads of the kernel.
         """
         if self.is_stepped:
-            squared = factor if self.is_alone_stepped else None
-            self._step(out, some, squared, threads)
+            self._step(out, some, factor, threads)
         for place, (in_phase, behind) in enumerate(self._phases):
             cosine, sine = self.drive.waves[place]
             if place or self.is_stepped:
@@ -95,26 +95,32 @@ class Response:
             out[:] = 0.0
         if self._level is not None:
             out += self._level[some, None]
-        if factor is not None and not self.is_alone_stepped:
-            np.multiply(out, out, out=out)
-            out *= factor[some, None]
 
     def _step(self, out: Real, some: slice, factor: Real | None, threads: int | None) -> None:
         drive = self.drive
-        numbers = (each[some] for each in (self.rates, self.residues, self.direct, self.state))
-        whole = len(drive.places) == len(drive.time)
-        found = first_order_hold_many(
-            *numbers,
+        whole = len(drive.places) == len(drive.time) and out.flags.c_contiguous
+        found = out if whole else self._memory(out)
+        first_order_hold_many(
+            self.rates[some],
+            self.residues[some],
+            self.direct[some],
+            self.state[some],
             drive.voltage,
             drive.steps,
             factor=None if factor is None else factor[some],
-            out=out if whole and out.flags.c_contiguous else None,
+            out=found,
             threads=threads,
         )
-        if found is out:
-            return
-        for places, points in drive.runs:
-            out[:, places] = found[:, points]
+        if not whole:
+            for places, points in drive.runs:
+                out[:, places] = found[:, points]
+
+    def _memory(self, out: Real) -> Real:
+        """Return memory for responses at all points of the grid, the same for every range of fingers."""
+        kind = out.dtype
+        if self._points is None or len(self._points) < len(out) or self._points.dtype != kind:
+            self._points = np.empty((len(out), len(self.drive.time)), kind)
+        return self._points[: len(out)]
 
 
 def _in_phase_and_behind(transfers: Transfers, tone: Tone) -> tuple[Real, Real]:

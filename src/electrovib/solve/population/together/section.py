@@ -16,18 +16,19 @@ from electrovib.solve.population.together.arrays import (
     flat,
     free_of_material,
 )
+from electrovib.solve.population.together.circuits import ManyCircuits
 from electrovib.solve.population.together.layers import ManySlab
-from electrovib.solve.population.together.modes import Circuit, ManyModes
+from electrovib.solve.population.together.modes import ManyModes
 from electrovib.solve.population.together.refusal import NotTogetherError
 from electrovib.solve.stack.expand import Surroundings
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from electrovib.physics.debye_sum import DebyeSum
     from electrovib.physics.interface import Role
     from electrovib.physics.stack import Layer
     from electrovib.scenario import Scenario
+    from electrovib.solve.population.together.reduced import SharedReduction
     from electrovib.solve.population.together.transfers import Transfers
 
 
@@ -48,7 +49,8 @@ class ManyLayer:
 
     def __init__(self, layer: Layer, material: ManyMaterial, modes: ManyModes, index: int) -> None:
         self.thickness: Column = layer.thickness
-        self.material, self._modes, self._index = material, modes, index
+        self.material: Any = material
+        self._modes, self._index = modes, index
 
     @functools.cached_property
     def field(self) -> Transfers:
@@ -70,7 +72,7 @@ class ManySection:
         With columns, as `with_columns` makes it.
     free : tuple of str
         Paths of the columns.
-    reduced : mapping of str to DebyeSum
+    reduced : mapping of str to SharedReduction
         Bound permittivity of the layers whose materials are no finite sums of Debye terms.
     fingers : int
         Number of fingers.
@@ -82,7 +84,7 @@ class ManySection:
     """
 
     def __init__(
-        self, scenario: Scenario, free: tuple[str, ...], reduced: Mapping[str, DebyeSum], fingers: int
+        self, scenario: Scenario, free: tuple[str, ...], reduced: Mapping[str, SharedReduction], fingers: int
     ) -> None:
         layers = scenario.stack.layers
         self.roles: Mapping[str, Role] = scenario.stack.roles
@@ -99,7 +101,7 @@ class ManySection:
             for name, layer in layers.items()
         ]
         around = Surroundings.of(scenario)
-        circuit = Circuit.around(area=around.area, element=around.element, second=around.second)
+        circuit = ManyCircuits.around(area=around.area, element=around.element, second=around.second)
         self.modes = ManyModes(slabs, circuit, fingers)
         self._debye = debye
         self._layers = {
@@ -154,11 +156,12 @@ class ManySection:
         return total**-0.5
 
 
-def _debye(name: str, layer: Layer, free: tuple[str, ...], reduced: Mapping[str, DebyeSum]) -> ManyDebye:
+def _debye(
+    name: str, layer: Layer, free: tuple[str, ...], reduced: Mapping[str, SharedReduction]
+) -> ManyDebye:
     """Return the Debye terms of a layer."""
     if name in reduced:
-        known = reduced[name]
-        return ManyDebye(known.high, known.strengths, known.relaxation_times)
+        return reduced[name].of_fingers(ManyMaterial(layer.material, None, free))
     found = debye_of(f"stack.{name}", layer.material, free)
     if found is None:
         raise NotTogetherError(f"the reduction of stack.{name}.material is not known")

@@ -62,10 +62,10 @@ class Transfers:
 
     def __sub__(self, other: Transfers) -> Transfers:
         """Return the difference."""
-        return self + other * -1.0
+        return self + other.times(-1.0)
 
-    def __mul__(self, factor: Column) -> Transfers:
-        """Return the product with a number, or with a column of one number for each finger."""
+    def times(self, factor: Column) -> Transfers:
+        """Return the product with a number, or with a column of one number for each finger [any unit]."""
         if isinstance(factor, Transfers):
             raise NotTogetherError("the force law multiplies two responses with relaxations")
         share = flat(factor) if isinstance(factor, np.ndarray) else float(factor)
@@ -79,11 +79,15 @@ class Transfers:
             share=self.share * share,
         )
 
+    def __mul__(self, factor: Column) -> Transfers:
+        """Return the product with a number, or with a column of one number for each finger."""
+        return self.times(factor)
+
     __rmul__ = __mul__
 
     def under(self, factor: Column) -> Transfers:
         """Return the response to a drive times a factor, 1 or shape (fingers, 1); that to charge stays the same."""
-        return replace(self.without_charge() * factor, free=self.free)
+        return replace(self.without_charge().times(factor), free=self.free)
 
     def without_charge(self) -> Transfers:
         """Return the response to the drive alone."""
@@ -91,11 +95,11 @@ class Transfers:
 
     def __truediv__(self, divisor: Column) -> Transfers:
         """Return the quotient by a number or a column."""
-        return self * (1 / divisor)
+        return self.times(1 / divisor)
 
     def __neg__(self) -> Transfers:
         """Return the opposite."""
-        return self * -1.0
+        return self.times(-1.0)
 
     def at(self, frequency: float) -> Complex:
         """Return the forced part at one frequency [Hz], shape (fingers,)."""
