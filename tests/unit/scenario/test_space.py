@@ -93,7 +93,7 @@ def test_relations_are_chains_of_paths():
 def test_groups_replace_the_distribution_of_the_space():
     groups = {"moisture": {"dry": GROUPS["moisture"]["dry"], "moist": {"share": 0.75}}}
     found = space(table={MU: {"model": "Uniform", "low": 0.6, "high": 0.9}}, groups=groups)
-    shares = {MU: np.array([0.5, 0.5]), "group moisture": np.array([0.2, 0.3])}
+    shares = {MU: np.array([0.5, 0.5]), "groups of moisture": np.array([0.2, 0.3])}
     assert list(found.values(shares)[MU]) == pytest.approx([0.25, 0.75])
 
 

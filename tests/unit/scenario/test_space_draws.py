@@ -164,10 +164,10 @@ def test_no_draws_are_empty_arrays():
 
 
 def test_parameters_that_depend_on_each_other_are_one_input():
-    assert WHOLE.inputs == {"a + b + d": ("a", "b", "d", "group moisture"), "c": ("c",)} or list(
+    assert WHOLE.inputs == {"a + b + d": ("a", "b", "d", "groups of moisture"), "c": ("c",)} or list(
         WHOLE.inputs
     ) == [
-        "group moisture + a + b",
+        "groups of moisture + a + b",
         "c",
     ]
-    assert list(INDEPENDENT.inputs) == ["a", "b", "c", "group moisture"]
+    assert list(INDEPENDENT.inputs) == ["a", "b", "c", "groups of moisture"]

@@ -12,6 +12,8 @@ from electrovib.apps.cli import (
     equilibrium,
     export,
     fit,
+    fit_material,
+    fit_power_law,
     import_,
     init,
     models,
@@ -20,9 +22,11 @@ from electrovib.apps.cli import (
     reproduce,
     run,
     scenarios,
+    sensitivity,
     settings,
     spaces,
     study,
+    times,
 )
 from electrovib.apps.cli.completion import complete_arguments
 from electrovib.apps.cli.terminal import complain, prepare
@@ -48,7 +52,11 @@ for _command in (
     perceive,
     study,
     fit,
+    fit_material,
+    fit_power_law,
+    times,
     reproduce,
+    sensitivity,
     scenarios,
     spaces,
     models,

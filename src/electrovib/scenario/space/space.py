@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from electrovib.scenario.space.groups import Grouping
     from electrovib.scenario.space.origin import Origin
 
-_OF_GROUP: Final = "group "
+_OF_GROUP: Final = "groups of "
 """Begin of the name of the stream that chooses the group."""
 _BLOCK: Final = 16384
 """Draws that are computed together."""

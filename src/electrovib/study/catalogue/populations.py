@@ -24,7 +24,7 @@ _OF_ALL: Final = "all"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Entry:
+class PopulationEntry:
     """One distribution of a population, or the share of a group, as texts.
 
     Parameters
@@ -106,7 +106,7 @@ def title_of(name: str) -> str:
     return str(read_shipped(name)["title"])
 
 
-def caption_of(entries: list[Entry]) -> str:
+def caption_of(entries: list[PopulationEntry]) -> str:
     """State which distributions are unverified and which a scenario may lack."""
     unverified = [each.parameter for each in entries if each.status == UNVERIFIED]
     needed = [each.parameter for each in entries if not each.optional and each.group == _OF_ALL]
@@ -114,7 +114,7 @@ def caption_of(entries: list[Entry]) -> str:
     return text + (f" {status_text(UNVERIFIED).capitalize()}: {', '.join(unverified)}." if unverified else "")
 
 
-def entries_of(name: str) -> Iterator[Entry]:
+def entries_of(name: str) -> Iterator[PopulationEntry]:
     """List the distributions of a population as its file declares them.
 
     Parameters
@@ -124,7 +124,7 @@ def entries_of(name: str) -> Iterator[Entry]:
 
     Yields
     ------
-    Entry
+    PopulationEntry
         Those of all fingers, then those of each group after its share.
     """
     tables = read_shipped(name)
@@ -149,10 +149,10 @@ def _in_full(table: Table) -> str:
     return "\n".join([*lines, "", *textwrap.wrap(table.caption, room)]) + "\n"
 
 
-def _entry(parameter: str, group: str, table: Mapping[str, Any], distribution: str = "") -> Entry:
+def _entry(parameter: str, group: str, table: Mapping[str, Any], distribution: str = "") -> PopulationEntry:
     numbers = [f"{key} {_shown(value)}" for key, value in table.items() if key not in {"model", *KEYS}]
     texts = {key: str(table.get(key, "")) for key in ("status", "confidence", "source", "choice")}
-    return Entry(
+    return PopulationEntry(
         parameter=parameter,
         group=group,
         distribution=distribution or f"{table['model']}, {', '.join(numbers)}",

@@ -55,6 +55,7 @@ class Evaluator:
         percentiles = bool(declared.percentiles)
         self.kept = declared.draws or (percentiles and self.exact)
         self.binned = percentiles and not self.exact
+        self._scratch: dict[str, Real] = {}
 
     def tile(
         self, start: int, stop: int, into: Mapping[str, NDArray[np.float32]] | None = None
@@ -82,10 +83,16 @@ class Evaluator:
         found.seconds = time.perf_counter() - begun
         return found
 
-    def _signals(self, start: int, stop: int) -> dict[str, Real]:
+    def _signals(self, start: int, stop: int, out: Mapping[str, Real] | None = None) -> dict[str, Real]:
         draws = self.declared.space.draw(self.declared.seed, start, stop)
-        signals = self.population.signals(draws, threads=self.threads)
+        signals = self.population.signals(draws, out=out, threads=self.threads)
         return {name: np.asarray(signals[name], dtype=float) for name in self.declared.signals}
+
+    def _memory(self, fingers: int) -> dict[str, Real]:
+        """Return arrays for the signals of some fingers, the same for every call: new memory is slow at its first use."""
+        if any(len(each) < fingers for each in self._scratch.values()) or not self._scratch:
+            self._scratch = {name: np.empty((fingers, self.samples)) for name in self.declared.signals}
+        return {name: each[:fingers] for name, each in self._scratch.items()}
 
     def _whole_blocks(
         self, start: int, stop: int, into: Mapping[str, NDArray[np.float32]]
@@ -96,7 +103,7 @@ class Evaluator:
         for begin in range(start, stop, size):
             end = min(begin + size, stop)
             rows = {name: each[begin:end] for name, each in into.items()}
-            part = self.reduced(self._signals(begin, end), rows)
+            part = self.reduced(self._signals(begin, end, self._memory(end - begin)), rows)
             if stop - start > size and not self.kept:
                 for each in part.values():
                     binned(each, self.threads)
