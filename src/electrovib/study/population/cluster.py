@@ -73,7 +73,7 @@ def tiles_of_cluster(
         declared, text, versions = evaluator.declared, evaluator.declared.to_text(), computing_versions()
         most = largest_tile(evaluator.numbers)  # signals are sent back, or else a histogram of more fingers
         most = most if evaluator.kept else max(most, _MOST)
-        sizes = TileSizes(declared.fingers, most, seconds=_SECONDS)
+        sizes = TileSizes(declared.fingers, most, seconds=_SECONDS, in_arrays=evaluator.in_arrays)
         pending: deque[tuple[int, int, Any]] = deque()
         given = start
         while start < declared.fingers:

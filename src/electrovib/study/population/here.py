@@ -48,7 +48,9 @@ def tiles_of_process(
     evaluated by one thread, because Python runs one at a time.
     """
     declared = evaluator.declared
-    sizes = TileSizes(declared.fingers, largest_tile(evaluator.numbers), seconds=_SECONDS)
+    sizes = TileSizes(
+        declared.fingers, largest_tile(evaluator.numbers), seconds=_SECONDS, in_arrays=evaluator.in_arrays
+    )
     threads = thread_count(evaluator.threads) if evaluator.in_arrays else 1
     if threads == 1 or declared.fingers - start <= sizes.most:
         while start < declared.fingers:

@@ -39,6 +39,8 @@ class TileSizes:
         Largest number of fingers in a tile, a power of 2.
     seconds : float
         Computing time of a tile, about [s].
+    in_arrays : bool
+        Whether fingers are computed in arrays, so fast that the first tile can be a block.
 
     Notes
     -----
@@ -46,9 +48,9 @@ class TileSizes:
     consists of whole blocks. Results do not depend on the tiles.
     """
 
-    def __init__(self, fingers: int, most: int, *, seconds: float) -> None:
+    def __init__(self, fingers: int, most: int, *, seconds: float, in_arrays: bool = False) -> None:
         self.fingers, self.most, self.seconds = fingers, most, seconds
-        self.wanted = min(_FIRST, most)
+        self.wanted = min(BLOCK if in_arrays else _FIRST, most)
 
     def stop(self, start: int) -> int:
         """Return the index after the last finger of the tile that begins at a finger."""

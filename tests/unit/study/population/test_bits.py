@@ -8,7 +8,8 @@ from stand_in_population import PATH, SPACE, StandInPopulation, stand_in
 
 from electrovib.scenario import load
 from electrovib.scenario.space import read_space
-from electrovib.study.population import StudyCancelledError, open_study
+from electrovib.study.population import StudyCancelledError, open_study, study
+from electrovib.study.population.here import _tile
 
 ASKED = {"n": 5000, "exceed": ["1 mN"], "draws": True}
 
@@ -138,3 +139,26 @@ def test_another_seed_draws_other_fingers(quick):
     assert not np.array_equal(
         quick(n=50)["electrostatic_force_mean"], quick(n=50, seed=4)["electrostatic_force_mean"]
     )
+
+
+@pytest.mark.parametrize("memory", ["1 GB", "1 MB"])
+def test_threads_do_not_change_a_bit(monkeypatch, memory):
+    """The real population, in arrays over fingers."""
+    scenario = load("vezzoli_2014/fig6_gap").replace({"time.samples": 50})
+    asked = {"n": 7000, "seed": 2, "draws": memory == "1 GB", "exceed": "10 mN", "budget_memory": memory}
+    reference = study(scenario, "fingers", **asked)
+    assert reference.attrs["method"].startswith("together")
+    evaluated = set()
+
+    def noted(free, start, stop, into):
+        evaluated.add(stop - start)
+        return _tile(free, start, stop, into)
+
+    monkeypatch.setattr("electrovib.study.population.here.thread_count", lambda _: 3)
+    monkeypatch.setattr("electrovib.study.population.here._tile", noted)
+    for size, expected in ((2e5, {256, 7000 % 256}), (5e5, {1024, 7000 % 1024})):
+        monkeypatch.setattr("electrovib.study.population.tiles._BYTES", size)
+        monkeypatch.setattr("electrovib.study.population.here._SECONDS", 1e3)
+        evaluated.clear()
+        assert same(study(scenario, "fingers", **asked), reference)
+        assert evaluated == expected
