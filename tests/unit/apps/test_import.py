@@ -111,7 +111,9 @@ def test_calibration_and_a_second_clock(record, monkeypatch, capsys):
     found = ev.open_trace("both.nc")
     expected = np.sin(60 * (found["time"].values + 0.01))
     assert np.abs(found["lateral_force_measured"].values - expected).max() < 2e-3
-    assert "calibration_covariance" in found.attrs
+    assert found["lateral_force_measured"].attrs["gain_uncertainty"] > 0
+    assert found["lateral_force_measured"].attrs["units"] == "N"
+    assert "gain_uncertainty" not in found["plate_voltage"].attrs
     assert run(monkeypatch, *words, "--clock-shift", "1 ms") == 2
     assert "--clock-shift: belongs to --with TRACE" in capsys.readouterr().err
     assert run(monkeypatch, "import", "daq.csv", "--as", "material", "--part", "A") == 2
