@@ -158,6 +158,31 @@ def test_a_deviation_below_that_is_a_warning(tmp_path):
     assert {each.name: each.state for each in stated.diagnostics}["Kramers-Kronig"] == "ok"
 
 
+def test_the_table_of_the_readme_keeps_its_loss(tmp_path, monkeypatch):
+    """Permittivity and resistivity of an invented skin: five rows, so that AICc alone prefers a form that misses them."""
+    text = (Path(__file__).parents[3] / "README.md").read_text(encoding="utf-8")
+    (tmp_path / "skin.csv").write_text(text.partition("```csv\nfrequency (Hz),permittivity")[2].partition("```")[0].join(
+        ["frequency (Hz),permittivity", ""]), encoding="utf-8")  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    rows = np.loadtxt("skin.csv", delimiter=",", skiprows=1)
+    assert len(rows) >= 5
+    said = CliRunner().invoke(app, ["import", "skin.csv", "--as", "material", "-o", "table.toml"])
+    assert said.exit_code == 0, said.output
+    assert "resistivity: 'resistivity'" in said.output
+    assert "assumed to be 0" not in said.output
+    material = tomllib.loads((tmp_path / "table.toml").read_text())["stack"]["stratum_corneum"]["material"]
+    loss = 1 / (2 * np.pi * rows[:, 0] * eps0 * rows[:, 2])
+    np.testing.assert_allclose(material["loss_samples"], loss, rtol=1e-9)
+    np.testing.assert_allclose(material["permittivity_samples"], rows[:, 1], rtol=1e-9)
+    said = CliRunner().invoke(app, ["fit-material", "skin.csv", "-o", "fitted.toml"])
+    assert said.exit_code == 0, (said.output, said.exception)
+    assert "omitted in spite of a lower AICc" in said.output
+    found = ev.load("vezzoli_2014/fig6", changes={"stack.stratum_corneum.material": tomllib.loads(
+        (tmp_path / "fitted.toml").read_text())["stack"]["stratum_corneum"]["material"]})  # fmt: skip
+    fitted = -found.stack.layers["stratum_corneum"].material.complex_permittivity(rows[:, 0]).imag
+    np.testing.assert_allclose(fitted, loss, rtol=0.4)
+
+
 def test_short_names_of_forms():
     assert forms_of("gabriel") == ("ColeCole, 4 terms",)
     assert forms_of("cole-cole")[:2] == ("ColeCole, 1 term", "ColeCole, 2 terms")
