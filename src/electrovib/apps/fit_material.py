@@ -39,6 +39,7 @@ def fit_material(
     reader: str = "",
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
+    part: str | None = None,
     into: Source | None = None,
     layer: str = "stratum_corneum",
     output: str | Path | None = None,
@@ -64,7 +65,7 @@ def fit_material(
         error, and a bad calibration is refused.
     band : tuple of str or float, optional
         Lowest and highest frequency that is fitted [Hz].
-    area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma
+    area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma, part
         As for `electrovib.import_material`, for all files.
     into : str, Path, mapping, Scenario or xarray.Dataset, optional
         A scenario, as for `electrovib.load`, into whose layer the material is put; `output` is then this scenario.
@@ -87,7 +88,8 @@ def fit_material(
     """
     require_lmfit()
     names = [Path(each) for each in ([files] if isinstance(files, (str, Path)) else files)]
-    shared = {"columns": columns, "reader": reader, "delimiter": delimiter, "decimal_comma": decimal_comma}
+    shared = {"columns": columns, "reader": reader, "delimiter": delimiter, "decimal_comma": decimal_comma,
+              "part": part}  # fmt: skip
     samples: dict[str, SampleSpectrum] = {}
     problems: list[str] = []
     base: Scenario | None = None

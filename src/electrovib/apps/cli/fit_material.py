@@ -14,6 +14,7 @@ from electrovib.apps.cli.import_options import (
     Delimiter,
     LayerName,
     ParallelCapacitance,
+    Part,
     ReaderName,
     SeriesResistance,
     Thickness,
@@ -80,6 +81,7 @@ def command(
     reader: ReaderName = "",
     delimiter: Delimiter = None,
     decimal_comma: DecimalComma = None,
+    part: Part = None,
     into: Into = None,
     layer: LayerName = "stratum_corneum",
     output: Annotated[
@@ -108,6 +110,7 @@ def command(
         reader=reader,
         delimiter=delimiter,
         decimal_comma=decimal_comma,
+        part=part,
         into=into,
         layer=layer,
         output=output,

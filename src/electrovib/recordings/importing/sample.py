@@ -59,12 +59,13 @@ def read_sample(
     reader: str = "",
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
+    part: str | None = None,
 ) -> SampleSpectrum:
     """Read the permittivity of a sample from a measured impedance or permittivity spectrum.
 
     Parameters
     ----------
-    path, area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma
+    path, area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma, part
         As for `import_material`.
 
     Returns
@@ -78,7 +79,9 @@ def read_sample(
         If the file holds no spectrum, or a dimension is missing.
     """
     place = Path(path)
-    recorded = read_recorded(place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma)
+    recorded = read_recorded(
+        place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma, part=part
+    )
     spectrum = spectrum_of(recorded, columns=columns)
     depth = None if thickness is None else _above_zero("thickness", thickness, "m")
     history = [f"spectrum of {place.name}: {spectrum.read_as}"]
