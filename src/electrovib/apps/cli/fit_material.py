@@ -13,7 +13,6 @@ from electrovib.apps.cli.import_options import (
     DecimalComma,
     Delimiter,
     LayerName,
-    ParallelCapacitance,
     Part,
     ReaderName,
     SeriesResistance,
@@ -48,7 +47,13 @@ Reference = Annotated[
     str | None,
     typer.Option(
         metavar="FILE=VALUE",
-        help="Spectrum of a known resistor, such as r.csv='51 kohm': gives the systematic error; a bad calibration is refused.",
+        help="Spectrum of a known resistor, r.csv='51 kohm': gives systematic error and fixture; a bad calibration is refused.",
+    ),
+]
+FixtureCapacitance = Annotated[
+    str | None,
+    typer.Option(
+        help="Capacitance of the fixture, to subtract; that in parallel with --reference if not given."
     ),
 ]
 Band = Annotated[str | None, typer.Option(help="Frequencies to fit: '100 Hz..100 kHz'.")]
@@ -76,7 +81,7 @@ def command(
     area: Area = None,
     thickness: Thickness = None,
     series_resistance: SeriesResistance = "0 ohm",
-    parallel_capacitance: ParallelCapacitance = "0 F",
+    parallel_capacitance: FixtureCapacitance = None,
     column: Columns = None,
     reader: ReaderName = "",
     delimiter: Delimiter = None,
