@@ -41,6 +41,22 @@ def _hdf5(file):
         open_file["run/force"].attrs["units"] = "N"
 
 
+def _mat73():
+    """Return a MATLAB file of version 7.3: an HDF5 file behind 512 bytes of MATLAB's own."""
+    head = b"MATLAB 7.3 MAT-file, made up".ljust(116) + bytes(8) + struct.pack("<H", 0x0200) + b"IM"
+    found = io.BytesIO()
+    with h5py.File(found, "w", userblock_size=512) as open_file:
+        for name, values in (
+            ("record", np.array([T, V])),
+            ("trial/force", V[None]),
+            ("trial/note", np.array([[120]], np.uint16)),
+        ):
+            open_file[name] = values
+            open_file[name].attrs["MATLAB_class"] = np.bytes_("char" if name.endswith("note") else "double")
+        open_file["trial"].attrs["MATLAB_class"] = np.bytes_("struct")
+    return head.ljust(512, b"\0") + found.getvalue()[512:]
+
+
 def _lecroy():
     block = bytearray(346)
     block[0:8], block[16:26], block[76:88] = b"WAVEDESC", b"LECROY_2_3", b"LECROYtest\0\0"
@@ -96,6 +112,7 @@ def whole_files():
         "packed.mat": _written(lambda file: scipy.io.savemat(file, content, do_compression=True)),
         "plain.mat": _written(lambda file: scipy.io.savemat(file, content)),
         "a.h5": _written(_hdf5),
+        "new.mat": _mat73(),
     }  # fmt: skip
     if importlib.util.find_spec("nptdms"):
         found["a.tdms"] = _written(_tdms)
