@@ -41,6 +41,7 @@ TARGETS = {
     "xlsx": (".xlsx", ("a.xlsx", "stored.xlsx")),
     "lecroy": (".trc", ("a.trc",)),
     "scope": (".bin", ("a.trc",)),
+    "wfm": (".wfm", ("a.wfm",)),
     "zplot": (".z", ("a.z",)),
 }
 """Name of a target to the suffix of its files and to the names of its seeds among `whole_files`."""
