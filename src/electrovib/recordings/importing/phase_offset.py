@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
@@ -121,6 +120,8 @@ def _missed(frequency: Real, admittance: Complex, kept: np.ndarray, phase: float
 
 def _fitted(frequency: Real, admittance: Complex, kept: np.ndarray) -> tuple[float, Real]:
     """Return the phase with the least misfit, and the relative deviation of each row."""
+    from scipy.optimize import minimize_scalar
+
     found = minimize_scalar(
         lambda phase: float(np.sum(_missed(frequency, admittance, kept, phase)[kept] ** 2)),
         bounds=(-_WIDEST, _WIDEST),
