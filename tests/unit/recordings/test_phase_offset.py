@@ -35,10 +35,11 @@ def test_the_phase_of_a_bad_calibration_is_found(exact, degrees):
         RC * np.exp(0.9j * np.pi / 180),  # within what a calibration may leave
         1 / (1 / 5e4 + 1e-9 * TURNS**0.8),
         5e4 * (TURNS / 1e5) ** -0.04,  # -3.6 degrees, with the modulus that belongs to them
+        5e4 * (TURNS / 1e5) ** -0.02,  # -1.8 degrees: only the modulus distinguishes it from a wrong phase
         5e4 + 1 / (1e-4 + TURNS * 1e-6),
         RC + 1 / (1 / 3e3 + TURNS * 1e-8),
     ],
-    ids=["RC", "small", "RCPE", "CPE", "series", "two"],
+    ids=["RC", "small", "RCPE", "CPE", "flat CPE", "series", "two"],
 )
 def test_causal_parts_have_none(exact):
     assert all(phase_offset(GRID, noisy(exact, noise=size)) is None for size in (1e-5, 1e-3, 1e-2))
