@@ -148,6 +148,15 @@ def _smoothed(progress: Real, noise: float, *, longest: int) -> Real:
     return np.convolve(padded, np.full(count, 1 / count), mode="valid")
 
 
+def _slope(first: float, second: float) -> float:
+    """Return the slope at the centre of a section of -1 to 1, of which the parabola has the coefficients `first` and `second`.
+
+    A third derivative y''' adds y'''/18 to `first` for squares weighted by (1 - x^2)^2. It is taken as that of an exponential,
+    y''^2/y', without which the slope of a decelerating edge is too large, and the standard error of its passage too small.
+    """
+    return first - min((2 / 9) * second**2 / first, first / 2)
+
+
 @dataclass(frozen=True, kw_only=True)
 class _Passage:
     """A passage, with the slope there and the weights of the samples in the fitted value."""
@@ -207,7 +216,7 @@ def _passage(
             )
         shift = min(max(shift, -1.0), 1.0)
         found = _Passage(
-            time=here + shift * half, slope=float(first / half), interpolated=False,
+            time=here + shift * half, slope=_slope(float(first), float(second)) / half, interpolated=False,
             weights=weights[0] + shift * weights[1] + shift**2 * weights[2],
         )  # fmt: skip
         # the standard error of a slope falls with the power 3/2 of the length of the section
