@@ -68,3 +68,15 @@ def test_degrees_of_freedom_of_a_mean_are_those_of_its_estimated_variance(correl
         freedoms.append(levels.freedom)
     spread = np.var(variances) / np.mean(variances) ** 2
     assert np.median(freedoms) == pytest.approx(2 / spread, rel=0.3)
+
+
+def test_a_reversal_of_polarity_is_no_edge_of_the_drive():
+    time = np.arange(1000) * 1e-4
+    on = (time > 0.02) & (time < 0.08)
+    drive = np.where(on, 300.0 * np.sign(np.sin(2 * np.pi * 50 * time + 0.1)), 0.0)
+    turns = np.flatnonzero(drive[1:] * drive[:-1] < 0)
+    assert turns.size > 3
+    for offset in (0, 1):
+        drive[turns + offset] = 10.0  # two samples fall within the reversal
+    found = reference_times(time, np.zeros_like(time), drive)
+    assert found == pytest.approx([0.02, 0.08], abs=2e-4)

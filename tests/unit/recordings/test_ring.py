@@ -102,7 +102,7 @@ def test_the_level_may_change_while_the_signal_oscillates(level, form, words):
     assert found.sections[-1].frequency.value == pytest.approx(380.0, rel=0.02)
 
 
-@pytest.mark.parametrize("drift", [-6000.0, 4000.0])
+@pytest.mark.parametrize("drift", [-6000.0, pytest.param(4000.0, marks=pytest.mark.slow)])
 def test_a_frequency_that_drifts_is_found(drift):
     found = measure_ring(
         record(lambda t: mode(t, frequency=400.0, quality=10.0, drift=drift), noise=0.005), at=AT, start=0.0
