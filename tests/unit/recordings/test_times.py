@@ -264,6 +264,13 @@ def test_what_cannot_be_used_is_refused(options, words):
         measure_times(record(exponential(), edges=2), **{"signal": "lateral_force_measured", **options})
 
 
+def test_times_that_do_not_increase_are_refused():
+    trace = record(exponential(), edges=2)
+    again = xarray.concat([trace, trace.isel(time=[5])], "time")
+    with pytest.raises(InputError, match="do not increase"):
+        measure_times(again, signal="lateral_force_measured")
+
+
 @pytest.mark.parametrize(("frequency", "quality"), [(0.0, 3.0), (380.0, 0.5), (380.0, math.inf)])
 def test_a_sensor_without_a_resonance_is_refused(frequency, quality):
     with pytest.raises(InputError, match="sensor"):
